@@ -1,0 +1,1 @@
+"""softsim: explicit finite elements for soft robots."""

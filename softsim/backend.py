@@ -1,0 +1,134 @@
+"""The only module that imports and starts Taichi: device, precision, lanes, cache folder.
+
+A *lane vector* holds one number for each of `lanes()` neighbouring elements. LLVM vectorises
+arithmetic on it, which it does not do for loops over Taichi fields; on a GPU, where the threads
+are the lanes, it has length one. The physics is the same text for both.
+"""
+
+import contextlib
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+
+import taichi as ti
+
+from softsim.errors import DeviceError
+
+CPU_LANES = 8  # measured: 8 and 16 f64 lanes are equally fast, 4 is slower
+real = ti.f64
+
+
+@dataclass(frozen=True)
+class Device:
+    """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector."""
+
+    name: str
+    precision: str
+    lanes: int
+
+
+_device: Device | None = None
+
+
+def cuda_is_present() -> bool:
+    """Whether a CUDA driver answers on this machine."""
+    return bool(ti._lib.core.with_cuda())
+
+
+def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> Device:
+    """Start Taichi, anew if it ran before, and return what will be used.
+
+    Parameters
+    ----------
+    device: "auto" (CUDA where present, else the CPU), "cpu" or "cuda".
+    cache: folder of compiled kernels; the user's cache folder by default.
+    threads: CPU threads; increments run inside one serial kernel, so one is right for small meshes.
+
+    Raises
+    ------
+    DeviceError: "cuda" was asked for and no CUDA device answers (Taichi alone would only warn).
+    """
+    global _device
+    if device not in ("auto", "cpu", "cuda"):
+        raise DeviceError(f"unknown device '{device}'", hint="one of: auto, cpu, cuda")
+    name = device
+    if device == "auto":
+        name = "cuda" if cuda_is_present() else "cpu"
+    elif device == "cuda" and not cuda_is_present():
+        raise DeviceError(
+            "no CUDA device answers on this machine",
+            hint="run with --device cpu, or --device auto to take what is there",
+        )
+    folder = cache or default_cache_folder()
+    folder.mkdir(parents=True, exist_ok=True)
+    remove_stale_lock(folder)
+    ti.init(
+        arch=ti.cuda if name == "cuda" else ti.cpu,
+        default_fp=real,
+        default_ip=ti.i32,
+        cpu_max_num_threads=threads,
+        fast_math=False,  # on CUDA it makes the f64 square root single-accurate
+        # Taichi 1.7.4 caches a[s, 0] across a store to a[s, r]: wrong inside our serial kernels.
+        cache_loop_invariant_global_vars=False,
+        offline_cache=True,
+        offline_cache_file_path=str(folder),
+        log_level=ti.WARN,
+    )
+    _device = Device(name, "f64", CPU_LANES if name == "cpu" else 1)
+    return _device
+
+
+def default_cache_folder() -> Path:
+    """Folder of compiled kernels: $SOFTSIM_CACHE, else the user's cache folder."""
+    given = os.environ.get("SOFTSIM_CACHE")
+    if given:
+        return Path(given)
+    return Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "softsim" / "kernels"
+
+
+def remove_stale_lock(folder: Path) -> None:
+    """Remove Taichi's `ticache.lock` left by a killed process.
+
+    While a process that wrote it lives, the lock is held for well under a minute; an older one has
+    no owner, and every later run would skip the cache without a word.
+    """
+    for lock in folder.rglob("ticache.lock"):
+        with contextlib.suppress(FileNotFoundError):  # another run removed it just now
+            if time.time() - lock.stat().st_mtime > 60:
+                lock.unlink()
+
+
+def device() -> Device:
+    """The device in use.
+
+    Raises
+    ------
+    DeviceError: `start` was not called.
+    """
+    if _device is None:
+        raise DeviceError("Taichi has not been started", hint="call softsim.backend.start() first")
+    return _device
+
+
+def lanes() -> int:
+    """Number of elements in one lane vector on this device."""
+    return device().lanes
+
+
+def lane_vector() -> type:
+    """Taichi type of one number for each lane."""
+    return ti.types.vector(lanes(), real)
+
+
+def lane_field(shape: tuple[int, ...]) -> ti.MatrixField:
+    """Field of lane vectors; `shape` counts lane vectors, not numbers."""
+    return ti.Vector.field(lanes(), real, shape=shape)
+
+
+def lane_blocks(count: int) -> int:
+    """Lane vectors that hold `count` elements (the last one may be padded)."""
+    return -(-count // lanes())
+

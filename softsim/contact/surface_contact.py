@@ -1,0 +1,149 @@
+"""Nodes against an obstacle: gap, normal force, friction, energy; the term that joins the laws."""
+
+from typing import Any
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+from softsim.contact.friction import slip
+from softsim.contact.penalty import normal_force
+from softsim.nodes import Nodes, index_field, real_field
+
+
+@ti.data_oriented
+class SurfaceContact:
+    """Contact of a list of nodes with every surface of an obstacle.
+
+    Parameters
+    ----------
+    nodes: the shared nodes. contact_nodes: their numbers (k,).
+    obstacle: `count` surfaces with `gap_and_normal`, `local_position`, `relative_velocity` and
+        `global_vector`. Anchors live in its own frame, so an obstacle that moves carries them.
+    penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
+    damping: dashpot of the normal law (k,) [N s/m].
+    friction_coefficient: mu (scenarios,) [-].
+
+    Fields, (scenarios, k): normal_force [N] and force [N] now, normal_impulse and impulse [N s]
+    since they were last cleared, friction_dissipation and damping_dissipation [J].
+    """
+
+    def __init__(
+        self,
+        nodes: Nodes,
+        contact_nodes: np.ndarray,
+        obstacle: Any,
+        penalty_stiffness: np.ndarray,
+        tangential_stiffness: np.ndarray,
+        damping: np.ndarray,
+        friction_coefficient: np.ndarray,
+    ) -> None:
+        scenarios, lanes = nodes.scenarios, backend.lanes()
+        self.nodes, self.obstacle, self.count = nodes, obstacle, len(contact_nodes)
+        self.surfaces = obstacle.count
+        self.node = index_field(contact_nodes)
+        self.penalty_stiffness = real_field(penalty_stiffness)
+        self.tangential_stiffness = real_field(tangential_stiffness)
+        self.damping = real_field(damping)
+        self.friction_coefficient = real_field(friction_coefficient)
+        padded = np.full(backend.lane_blocks(self.count) * lanes, -1)
+        padded[: self.count] = contact_nodes
+        self.first_row = nodes.corner_forces.claim(padded.reshape(-1, lanes))
+
+        shape = (scenarios, self.count, self.surfaces)
+        # The tangential stretch is zero while a node is away: its anchor follows it.
+        self.anchor = ti.Vector.field(2, backend.real, shape=shape)
+        self.touching = ti.field(ti.i32, shape=shape)
+        self.normal_force = ti.field(backend.real, shape=(scenarios, self.count))
+        self.force = ti.Vector.field(2, backend.real, shape=(scenarios, self.count))
+        self.normal_impulse = ti.field(backend.real, shape=(scenarios, self.count))
+        self.impulse = ti.Vector.field(2, backend.real, shape=(scenarios, self.count))
+        self.friction_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
+        self.damping_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
+        self.energy = ti.field(backend.real, shape=scenarios)
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return {
+            "anchor": self.anchor,
+            "touching": self.touching,
+            "normal_force": self.normal_force,
+            "force": self.force,
+            "normal_impulse": self.normal_impulse,
+            "impulse": self.impulse,
+            "friction_dissipation": self.friction_dissipation,
+            "damping_dissipation": self.damping_dissipation,
+        }
+
+    def clear_impulses(self) -> None:
+        """Start a new interval over which contact forces are averaged."""
+        self.normal_impulse.fill(0.0)
+        self.impulse.fill(0.0)
+
+    @ti.func
+    def push(self, s, i, t, dt):
+        """Contact force of node i with every surface, into the node's slot."""
+        bits = ti.static(self.nodes.corner_forces.lane_bits)
+        mask = ti.static(self.nodes.corner_forces.lane_mask)
+        a = self.node[i]
+        x = self.nodes.position[s, a]
+        q = self.obstacle.local_position(s, x)
+        total = ti.Vector([0.0, 0.0])
+        normal_total = ti.cast(0.0, backend.real)
+        for w in range(self.surfaces):
+            gap, n = self.obstacle.gap_and_normal(s, w, q)
+            if gap < 0.0:
+                v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
+                N = normal_force(gap, v.dot(n), self.penalty_stiffness[i], self.damping[i])
+                if self.touching[s, i, w] == 0:
+                    self.touching[s, i, w] = 1
+                    self.anchor[s, i, w] = q
+                stretch = q - self.anchor[s, i, w]
+                stretch -= stretch.dot(n) * n
+                k_t = self.tangential_stiffness[i]
+                limit = self.friction_coefficient[s] * N
+                slipped = slip(stretch, k_t, limit)
+                stretch -= slipped
+                self.anchor[s, i, w] = q - stretch
+                self.friction_dissipation[s, i] = (
+                    self.friction_dissipation[s, i] + k_t * stretch.dot(slipped)
+                )
+                damping_force = N + self.penalty_stiffness[i] * gap
+                self.damping_dissipation[s, i] = (
+                    self.damping_dissipation[s, i] - damping_force * v.dot(n) * dt
+                )
+                total += N * n - k_t * stretch
+                normal_total += N
+            elif self.touching[s, i, w] == 1:
+                self.touching[s, i, w] = 0
+        force = self.obstacle.global_vector(s, total)
+        row = self.first_row + (i >> bits)
+        self.nodes.corner_forces.x[s, row][i & mask] = force[0]
+        self.nodes.corner_forces.y[s, row][i & mask] = force[1]
+        self.force[s, i] = force
+        self.normal_force[s, i] = normal_total
+        if normal_total > 0.0:
+            self.normal_impulse[s, i] = self.normal_impulse[s, i] + normal_total * dt
+            self.impulse[s, i] = self.impulse[s, i] + force * dt
+
+    @ti.kernel
+    def add_energy(self):
+        """energy[s] = energy of the penalty springs, normal and tangential [J]."""
+        ti.loop_config(serialize=True)
+        for s in range(self.nodes.scenarios):
+            total = ti.cast(0.0, backend.real)
+            for i in range(self.count):
+                q = self.obstacle.local_position(s, self.nodes.position[s, self.node[i]])
+                for w in range(self.surfaces):
+                    gap, n = self.obstacle.gap_and_normal(s, w, q)
+                    if gap < 0.0 and self.touching[s, i, w] == 1:
+                        stretch = q - self.anchor[s, i, w]
+                        stretch -= stretch.dot(n) * n
+                        total += 0.5 * self.penalty_stiffness[i] * gap * gap
+                        total += 0.5 * self.tangential_stiffness[i] * stretch.dot(stretch)
+            self.energy[s] = total
+
+    def contact_energy(self) -> np.ndarray:
+        """Energy stored in the penalty springs [J], (scenarios,)."""
+        self.add_energy()
+        return self.energy.to_numpy()

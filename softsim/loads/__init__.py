@@ -1,0 +1,1 @@
+"""Loads: one file a load."""

@@ -1,0 +1,85 @@
+"""A value over time as a table of points, linear in between, constant after the last."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# Points a time constant on an exponential: the chord is off by at most 1/(8 n^2) = 2e-5 of the fall.
+POINTS_PER_TIME_CONSTANT = 80
+
+
+@dataclass(frozen=True)
+class Profile:
+    """times [s], increasing, and the values there."""
+
+    times: np.ndarray
+    values: np.ndarray
+
+    def at(self, t: float | np.ndarray) -> np.ndarray:
+        """Value at time t [s]."""
+        return np.interp(t, self.times, self.values)
+
+
+def constant(value: float, ramp: float) -> Profile:
+    """`value`, reached linearly within `ramp` [s]; a ramp of zero is a jump at t = 0."""
+    if ramp == 0.0:
+        return Profile(np.array([0.0]), np.array([value]))
+    return Profile(np.array([0.0, ramp]), np.array([0.0, value]))
+
+
+def cycles(
+    highest: float,
+    inflation_rate: float,
+    hold: float,
+    deflation_rate: float,
+    lowest: float,
+    rest: float,
+    count: int,
+    start: float,
+) -> Profile:
+    """Inflate to `highest`, hold, deflate at the average rate Df_r^a to `lowest`, rest; `count` times.
+
+    Pressures [Pa], rates [Pa/s], times [s]. The first inflation begins at 0 Pa at `start`.
+    """
+    points = [(0.0, 0.0), (start, 0.0)] if start > 0.0 else [(0.0, 0.0)]
+    t, p = points[-1]
+    for _ in range(count):
+        t += (highest - p) / inflation_rate
+        points.append((t, highest))
+        if hold > 0.0:
+            t += hold
+            points.append((t, highest))
+        t += (highest - lowest) / deflation_rate
+        points.append((t, lowest))
+        if rest > 0.0:
+            t += rest
+            points.append((t, lowest))
+        p = lowest
+    return Profile(*np.array(points).T)
+
+
+def natural_deflation(
+    highest: float,
+    inflation_rate: float,
+    hold: float,
+    time_constant: float,
+    lowest: float,
+    count: int,
+    start: float,
+) -> Profile:
+    """As `cycles`, but each fall is p = highest exp(-t / time_constant), down to `lowest`."""
+    points = [(0.0, 0.0), (start, 0.0)] if start > 0.0 else [(0.0, 0.0)]
+    t, p = points[-1]
+    fall_time = time_constant * np.log(highest / lowest)
+    steps = int(np.ceil(POINTS_PER_TIME_CONSTANT * fall_time / time_constant))
+    fall = np.linspace(0.0, fall_time, steps + 1)[1:]
+    for _ in range(count):
+        t += (highest - p) / inflation_rate
+        points.append((t, highest))
+        if hold > 0.0:
+            t += hold
+            points.append((t, highest))
+        points.extend(zip(t + fall, highest * np.exp(-fall / time_constant), strict=True))
+        t += fall_time
+        p = lowest
+    return Profile(*np.array(points).T)

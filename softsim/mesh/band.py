@@ -1,0 +1,39 @@
+"""A band of triangles between two lines of points."""
+
+from itertools import pairwise
+
+import numpy as np
+
+
+def band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3), counter-clockwise, that fill the band between two lines of nodes.
+
+    points: (n, 2). lower, upper: node numbers along each line, both in the direction that has
+    the upper line to the left. The lines may differ in their number of nodes; a line of one node
+    closes the band to a fan. Each step along the band takes the shorter of the two diagonals.
+    """
+    cells = []
+    i = j = 0
+    while i < len(lower) - 1 or j < len(upper) - 1:
+        along_lower = _reach(points, lower, i + 1, upper[j])
+        along_upper = _reach(points, upper, j + 1, lower[i])
+        # The slack lets equal diagonals fall the same way whatever the rounding.
+        if along_lower <= along_upper * (1 + 1e-9):
+            cells.append([lower[i], lower[i + 1], upper[j]])
+            i += 1
+        else:
+            cells.append([lower[i], upper[j + 1], upper[j]])
+            j += 1
+    return np.array(cells, dtype=np.int64).reshape(-1, 3)
+
+
+def stacked_bands(points: np.ndarray, lines: list[np.ndarray]) -> np.ndarray:
+    """Triangles (m, 3) of the bands between each line of nodes and the next one to its left."""
+    return np.concatenate([band(points, lower, upper) for lower, upper in pairwise(lines)])
+
+
+def _reach(points: np.ndarray, line: np.ndarray, position: int, node: int) -> float:
+    """Distance from `node` to the node at `position` on `line`; infinite beyond its end."""
+    if position >= len(line):
+        return np.inf
+    return float(np.linalg.norm(points[line[position]] - points[node]))

@@ -1,0 +1,1 @@
+"""Observers of a run: what they write is the run folder."""

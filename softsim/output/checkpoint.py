@@ -1,0 +1,63 @@
+"""checkpoint.h5: the full state, so that a run goes on to the very same bits."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from softsim.errors import OutputError
+from softsim.output.folder import replacing
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """memory: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
+
+    scene: the resolved scene it belongs to.
+    """
+
+    memory: dict[str, np.ndarray]
+    progress: dict[str, Any]
+    scene: str
+
+
+def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
+    """Replace the checkpoint; a reader finds the old or the new one, never a part.
+
+    Raises OutputError if the disk refuses.
+    """
+    with replacing(path) as partial, h5py.File(partial, "w") as file:
+        for name, array in checkpoint.memory.items():
+            file[f"memory/{name}"] = array
+        # Python's JSON writes floats so that reading gives the same bits.
+        file.attrs["progress"] = json.dumps(checkpoint.progress)
+        file.attrs["scene"] = checkpoint.scene
+
+
+def read_checkpoint(path: Path) -> Checkpoint:
+    """The checkpoint in a run folder.
+
+    Raises OutputError if there is none or it cannot be read.
+    """
+    if not path.is_file():
+        raise OutputError(
+            f"there is no checkpoint {path}", hint="run without --resume to start from the beginning"
+        )
+    try:
+        with h5py.File(path, "r") as file:
+            memory: dict[str, np.ndarray] = {}
+            file["memory"].visititems(
+                lambda name, item: memory.update({name: item[()]})
+                if isinstance(item, h5py.Dataset)
+                else None
+            )
+            progress, scene = json.loads(file.attrs["progress"]), str(file.attrs["scene"])
+    except (OSError, KeyError, ValueError) as error:
+        raise OutputError(
+            f"{path} is not a readable checkpoint: {error}",
+            hint="run without --resume to start from the beginning",
+        ) from error
+    return Checkpoint(memory, progress, scene)

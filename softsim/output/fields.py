@@ -1,0 +1,348 @@
+"""results.vtkhdf: the mesh once, then fields frame by frame, as ParaView opens it.
+
+The file follows VTKHDF 2.0, UnstructuredGrid with Steps. Beside /VTKHDF the group /softsim holds
+what VTK has no place for: in /softsim/frames arrays per frame (poses of rigid bodies), in /softsim
+itself arrays and texts of the whole run (walls, outlines, titles, node sets).
+
+A killed run leaves a file that reads. Each frame is one opening of the file in HDF5's
+single-writer mode, which orders its writes so that the file is whole at any moment, and the number
+of frames is raised last: a frame of which only a part was written does not count. What that mode
+cannot do, adding arrays, is done on a copy that takes the file's place.
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from softsim.errors import OutputError
+from softsim.output.folder import explained, replacing, require_room
+
+Arrays = Mapping[str, np.ndarray]
+
+VTKHDF_VERSION = (2, 0)
+CELL_TYPES = {(2, 3): 5, (2, 4): 9, (3, 3): 5, (3, 4): 10}
+"""VTK's number of a cell, by dimension of the points and nodes a cell."""
+
+FORMAT = ("v110", "v110")
+"""HDF5 1.10's file format: the oldest that knows the single-writer mode, so that ParaView reads."""
+
+ROOT, STEPS, TIMES = "VTKHDF", "VTKHDF/Steps", "VTKHDF/Steps/Values"
+POINT_DATA, CELL_DATA = "VTKHDF/PointData", "VTKHDF/CellData"
+OWN, EXTRA, SETS = "softsim", "softsim/frames", "softsim/sets"
+
+
+class FieldWriter:
+    """Writes results.vtkhdf, replacing a file that is there.
+
+    points: (n, 2 or 3) reference positions [m]. cells: (m, 3 or 4) nodes of each cell: triangles,
+    or with four nodes quadrilaterals in the plane and tetrahedra in space.
+    Raises OutputError if the shapes are others or the disk refuses.
+    """
+
+    def __init__(self, path: Path | str, points: np.ndarray, cells: np.ndarray) -> None:
+        points, cells = np.asarray(points, dtype=float), np.asarray(cells, dtype=np.int64)
+        if (points.ndim, cells.ndim) != (2, 2) or (
+            (points.shape[1], cells.shape[1]) not in CELL_TYPES
+        ):
+            raise OutputError(
+                f"{path}: points {points.shape} and cells {cells.shape} are no mesh; "
+                "points must be (n, 2 or 3) and cells (m, 3 or 4)"
+            )
+        with replacing(Path(path)) as partial, h5py.File(partial, "w", libver=FORMAT) as file:
+            _write_mesh(file, points, cells)
+        self._continue(Path(path), False, -np.inf)
+
+    @classmethod
+    def resumed(cls, path: Path | str, time: float) -> "FieldWriter":
+        """Go on with the file of a stopped run, from `time` [s] on; later frames go.
+
+        Raises OutputError if there is no such file, it is not softsim's, or the disk refuses.
+        """
+        path = Path(path)
+        with _replaced(path) as file:
+            times = _times(file)
+            kept = int(np.searchsorted(times, time, side="right"))
+            _shorten(file, kept)
+            declared = TIMES in file
+        writer = cls.__new__(cls)
+        writer._continue(path, declared, times[kept - 1] if kept else -np.inf)
+        return writer
+
+    def _continue(self, path: Path, declared: bool, last_time: float) -> None:
+        self.path, self._declared = path, declared
+        self.last_time = float(last_time)
+        """Time of the newest frame [s]; minus infinity before the first."""
+
+    def describe(self, **entries: np.ndarray | str | Arrays) -> None:
+        """Store what holds for the whole run: arrays, texts, or `sets`, node-set name -> nodes.
+
+        For the figures: walls (w, 4), a point of each [m] and its normal into the free side;
+        outlines (k, 4), one a rigid body: centre in the body's axes, length, height [m].
+        A name that is there already gets the new content. Raises OutputError if the disk refuses.
+        """
+        with _replaced(self.path) as file:
+            for name, entry in entries.items():
+                if isinstance(entry, str):
+                    file[OWN].attrs[name] = entry
+                    continue
+                if name in file[OWN]:
+                    del file[OWN][name]
+                arrays = entry if isinstance(entry, Mapping) else {"": entry}
+                for key, array in arrays.items():
+                    file[OWN][f"{name}/{key}".rstrip("/")] = array
+
+    def append(
+        self, time: float, point_data: Arrays, cell_data: Arrays, extra: Arrays | None = None
+    ) -> None:
+        """Write one frame and hand it to the operating system.
+
+        time: [s], later than the last frame's. point_data: arrays (n,) or (n, c), two columns
+        become three, as ParaView wants vectors. cell_data: (m,) or (m, c). extra: arrays of any
+        shape, beside the mesh. Names and shapes are the same in every frame.
+        Raises OutputError if any of that does not hold, or if the disk refuses.
+        """
+        if not time > self.last_time:
+            raise OutputError(
+                f"{self.path}: a frame at {time:g} s does not come after the last one, "
+                f"at {self.last_time:g} s"
+            )
+        frame = {
+            **{f"{POINT_DATA}/{name}": _vectors(a) for name, a in point_data.items()},
+            **{f"{CELL_DATA}/{name}": _vectors(a) for name, a in cell_data.items()},
+            **{f"{EXTRA}/{name}": np.asarray(a)[None] for name, a in (extra or {}).items()},
+        }
+        with explained(self.path):
+            require_room(self.path, sum(array.nbytes for array in frame.values()))
+            if not self._declared:
+                with _replaced(self.path) as file:
+                    _check(self.path, file, frame)
+                    _declare(file, {**frame, **_step(time, 0, frame)})
+                self._declared = True
+            with _single_writer(self.path) as file:
+                _check(self.path, file, frame)
+                _append(file, time, frame)
+        self.last_time = float(time)
+
+
+@dataclass(frozen=True)
+class FrameSeries:
+    """One array over the frames, read from the file when asked for: series[0], series[-1].
+
+    rows: rows of the file that make a frame; None where a frame is one entry.
+    """
+
+    path: Path
+    name: str
+    frames: int
+    rows: int | None
+
+    def __len__(self) -> int:
+        return self.frames
+
+    def __getitem__(self, index: int) -> np.ndarray:
+        index = range(self.frames)[index]
+        with _opened(self.path) as file:
+            if self.rows is None:
+                return file[self.name][index]
+            return file[self.name][index * self.rows : (index + 1) * self.rows]
+
+
+@dataclass(frozen=True)
+class Frames:
+    """The frames of a run; only the mesh, the times and what is described are in memory.
+
+    points: (n, 2 or 3) reference positions [m]. cells: (m, 3 or 4). times: (frames,) [s].
+    point_data, cell_data, extra: name -> series of arrays, vectors with three components.
+    described: name -> array of the whole run. titles: name -> text. sets: name -> nodes.
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    times: np.ndarray
+    point_data: Mapping[str, FrameSeries]
+    cell_data: Mapping[str, FrameSeries]
+    extra: Mapping[str, FrameSeries]
+    described: Arrays
+    titles: Mapping[str, str]
+    sets: Arrays
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+
+def read_frames(path: Path | str) -> Frames:
+    """Open the frames of a run, of a running or a killed one too.
+
+    Raises OutputError if there is no such file or it is not softsim's.
+    """
+    path = Path(path)
+    with _opened(path) as file:
+        own, times = file[OWN], _times(file)
+        points = file[f"{ROOT}/Points"][:, : own.attrs["dimension"]]
+        cells = file[f"{ROOT}/Connectivity"][:].reshape(_rows(file, CELL_DATA), -1)
+
+        def series(group: str, rows: int | None) -> dict[str, FrameSeries]:
+            return {n: FrameSeries(path, f"{group}/{n}", len(times), rows) for n in file[group]}
+
+        return Frames(
+            points,
+            cells,
+            times,
+            point_data=series(POINT_DATA, len(points)),
+            cell_data=series(CELL_DATA, len(cells)),
+            extra=series(EXTRA, None),
+            described={name: a[()] for name, a in own.items() if isinstance(a, h5py.Dataset)},
+            titles={name: text for name, text in own.attrs.items() if isinstance(text, str)},
+            sets={name: nodes[()] for name, nodes in file[SETS].items()} if SETS in file else {},
+        )
+
+
+def _opened(path: Path) -> h5py.File:
+    """The file for reading; single-writer mode also opens what a killed run left."""
+    if not path.is_file():
+        raise OutputError(
+            f"there is no {path}", hint="name a folder that a run with field output has written"
+        )
+    try:
+        file = h5py.File(path, "r", libver=FORMAT, swmr=True, locking=False)
+    except OSError as error:
+        raise OutputError(
+            f"cannot read {path}: {error}", hint="it is damaged or no HDF5 file: run again"
+        ) from error
+    if OWN not in file or STEPS not in file:
+        file.close()
+        raise OutputError(f"{path} is no result of softsim: {OWN} or {STEPS} is missing in it")
+    return file
+
+
+@contextmanager
+def _single_writer(path: Path) -> Iterator[h5py.File]:
+    """The file in single-writer mode from the moment it opens: h5py's own switch comes later."""
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_libver_bounds(h5py.h5f.LIBVER_V110, h5py.h5f.LIBVER_V110)
+    access.set_file_locking(False, False)  # a ParaView that has the file open must not stop a run
+    flags = h5py.h5f.ACC_RDWR | h5py.h5f.ACC_SWMR_WRITE
+    try:
+        with h5py.File(h5py.h5f.open(str(path).encode(), flags, fapl=access)) as file:
+            yield file
+    except RuntimeError as error:  # what h5py makes of a disk that fails while it flushes
+        raise OSError(str(error)) from error
+
+
+@contextmanager
+def _replaced(path: Path) -> Iterator[h5py.File]:
+    """A copy of the file to change freely, which takes the file's place at the end."""
+    with replacing(path) as partial, h5py.File(partial, "w", libver=FORMAT) as new:
+        with _opened(path) as old:
+            require_room(path, path.stat().st_size)
+            for name in old:
+                old.copy(name, new)
+        yield new
+
+
+def _write_mesh(file: h5py.File, points: np.ndarray, cells: np.ndarray) -> None:
+    dimension, corners = points.shape[1], cells.shape[1]
+    root = file.create_group(ROOT)
+    root.attrs["Version"] = np.array(VTKHDF_VERSION, dtype=np.int64)
+    root.attrs["Type"] = np.bytes_("UnstructuredGrid")
+    root["NumberOfPoints"] = np.array([len(points)])
+    root["NumberOfCells"] = np.array([len(cells)])
+    root["NumberOfConnectivityIds"] = np.array([cells.size])
+    root["Points"] = np.pad(points, ((0, 0), (0, 3 - dimension)))
+    root["Connectivity"] = cells.ravel()
+    root["Offsets"] = np.arange(len(cells) + 1) * corners
+    root["Types"] = np.full(len(cells), CELL_TYPES[dimension, corners], dtype=np.uint8)
+    for group in (STEPS, POINT_DATA, CELL_DATA, EXTRA):
+        file.create_group(group)
+    file[STEPS].attrs["NSteps"] = 0
+    file[OWN].attrs["dimension"] = dimension
+
+
+def _step(time: float, index: int, frame: Arrays) -> dict[str, np.ndarray]:
+    """What VTK asks about step `index`: its time, where its mesh and its arrays begin."""
+    offsets = {
+        f"{STEPS}/{group}Offsets/{key}": np.array([index * len(rows)])
+        for group, key, rows in ((*name.split("/")[1:], rows) for name, rows in frame.items())
+        if group in ("PointData", "CellData")
+    }
+    return {
+        TIMES: np.array([float(time)]),
+        f"{STEPS}/NumberOfParts": np.array([1]),
+        f"{STEPS}/PartOffsets": np.array([0]),  # every step has the one mesh
+        f"{STEPS}/PointOffsets": np.array([0]),
+        f"{STEPS}/CellOffsets": np.array([[0]]),
+        f"{STEPS}/ConnectivityIdOffsets": np.array([[0]]),
+        **offsets,
+    }
+
+
+def _declare(file: h5py.File, frame: Arrays) -> None:
+    """Create the arrays that a frame adds its rows to, without a row."""
+    for name, rows in frame.items():
+        chunk = (max(len(rows), 64 if rows.ndim == 1 else 1), *rows.shape[1:])
+        file.create_dataset(
+            name,
+            shape=(0, *rows.shape[1:]),
+            maxshape=(None, *rows.shape[1:]),
+            chunks=tuple(max(extent, 1) for extent in chunk),
+            dtype=rows.dtype,
+        )
+
+
+def _shorten(file: h5py.File, count: int) -> None:
+    """Keep the first `count` frames."""
+    offsets = (f"{STEPS}/PointDataOffsets", f"{STEPS}/CellDataOffsets")
+    for group in (POINT_DATA, CELL_DATA, EXTRA, STEPS, *offsets):
+        for entry in file.get(group, {}).values():
+            if isinstance(entry, h5py.Dataset):
+                entry.resize(count * _rows(file, group), axis=0)
+    file[STEPS].attrs.modify("NSteps", count)
+
+
+def _check(path: Path, file: h5py.File, frame: Arrays) -> None:
+    """Raise OutputError if the frame does not fit the mesh, or the frames that the file has."""
+    later = TIMES in file
+    for group in (POINT_DATA, CELL_DATA, EXTRA):
+        there = sorted(file[group])
+        here = sorted(name.split("/")[-1] for name in frame if name.startswith(f"{group}/"))
+        if later and there != here:
+            raise OutputError(
+                f"{path}: every frame must have the same arrays: {group} has {there}, "
+                f"this frame {here}"
+            )
+        for name in (f"{group}/{key}" for key in here):
+            shape = frame[name].shape
+            expected = (_rows(file, group), *(file[name].shape if later else shape)[1:])
+            if shape != expected:
+                raise OutputError(f"{path}: {name} has the shape {shape}, expected {expected}")
+
+
+def _append(file: h5py.File, time: float, frame: Arrays) -> None:
+    index = len(_times(file))
+    for name, rows in {**frame, **_step(time, index, frame)}.items():
+        start = index * len(rows)
+        file[name].resize(start + len(rows), axis=0)
+        file[name][start:] = rows
+    file.flush()
+    file[STEPS].attrs.modify("NSteps", index + 1)
+
+
+def _times(file: h5py.File) -> np.ndarray:
+    count = int(file[STEPS].attrs["NSteps"])
+    return file[TIMES][:count] if count else np.zeros(0)
+
+
+def _rows(file: h5py.File, group: str) -> int:
+    """Rows a frame has in the arrays of `group`."""
+    counts = {POINT_DATA: "NumberOfPoints", CELL_DATA: "NumberOfCells"}
+    return int(file[f"{ROOT}/{counts[group]}"][0]) if group in counts else 1
+
+
+def _vectors(array: np.ndarray) -> np.ndarray:
+    """The array, with a third column where it has two."""
+    array = np.asarray(array)
+    return np.pad(array, ((0, 0), (0, 1))) if array.shape[1:] == (2,) else array

@@ -1,0 +1,136 @@
+"""history.csv: one row of numbers a sample; the first line has the names, the second the units."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from softsim.errors import OutputError
+from softsim.output.folder import explained, replacing
+
+TIME = "time"
+
+
+class History:
+    """Writes history.csv, a line a row; each line is with the operating system when written.
+
+    path: the file, replaced if there. units: column name -> unit, in the order of the columns;
+    "time" must be one of them. Numbers are written so that reading gives the same bits.
+    Raises OutputError if the disk refuses.
+    """
+
+    def __init__(self, path: Path | str, units: Mapping[str, str]) -> None:
+        with replacing(Path(path)) as partial:
+            partial.write_text(_header(units), encoding="utf-8", newline="\n")
+        self._continue(Path(path), units)
+
+    @classmethod
+    def resumed(cls, path: Path | str, units: Mapping[str, str], time: float) -> "History":
+        """Go on with the history of a stopped run, from `time` [s] on.
+
+        Rows later than `time` and a half-written last line go, so that the resumed run leaves the
+        file that an uninterrupted one would. Raises OutputError if there is no such file or its
+        columns or units are others.
+        """
+        path = Path(path)
+        lines = _whole_lines(path)
+        header = _header(units)
+        if "".join(lines[:2]) != header:
+            raise OutputError(
+                f"{path} has other columns than this run: it starts with {lines[0].strip()!r}, "
+                f"expected {header.splitlines()[0]!r}, or the units in its second line differ",
+                hint="resume with the scene that the run was started with",
+            )
+        column = list(units).index(TIME)
+        times = _numbers(path, lines[2:], len(units))[:, column]
+        kept = [line for line, t in zip(lines[2:], times, strict=True) if t <= time]
+        with replacing(path) as partial:
+            partial.write_text("".join([header, *kept]), encoding="utf-8", newline="\n")
+        history = cls.__new__(cls)
+        history._continue(path, units)
+        return history
+
+    def _continue(self, path: Path, units: Mapping[str, str]) -> None:
+        self.path, self.columns = path, tuple(units)
+        with explained(path):
+            self._stream: TextIO = path.open("a", encoding="utf-8", newline="\n", buffering=1)
+
+    def append(self, row: Mapping[str, float]) -> None:
+        """Write one row: a number for each column, NaN where there is nothing to say.
+
+        Raises OutputError for a missing or unknown column, or if the disk refuses.
+        """
+        if row.keys() != set(self.columns):
+            missing = sorted(set(self.columns) - row.keys())
+            unknown = sorted(row.keys() - set(self.columns))
+            raise OutputError(
+                f"a row of {self.path} does not fit its columns: "
+                f"missing {missing or 'none'}, unknown {unknown or 'none'}"
+            )
+        with explained(self.path):
+            self._stream.write(",".join(repr(float(row[name])) for name in self.columns) + "\n")
+
+    def close(self) -> None:
+        """Put the rows on the disk and close. Raises OutputError if the disk refuses."""
+        with explained(self.path), self._stream:
+            os.fsync(self._stream.fileno())
+
+
+def read_history(path: Path | str) -> dict[str, np.ndarray]:
+    """Columns of a history, (rows,) each, SI units; a half-written last line is left out.
+
+    Raises OutputError if there is no such file, it has no header, or a line is no row of numbers.
+    """
+    path = Path(path)
+    lines = _whole_lines(path)
+    names = lines[0].strip().split(",")
+    return dict(zip(names, _numbers(path, lines[2:], len(names)).T, strict=True))
+
+
+def read_units(path: Path | str) -> dict[str, str]:
+    """Units of the columns, column name -> unit. Raises OutputError as read_history does."""
+    names, units = (line.strip().split(",") for line in _whole_lines(Path(path))[:2])
+    return dict(zip(names, units, strict=True))
+
+
+def _header(units: Mapping[str, str]) -> str:
+    return ",".join(units) + "\n" + ",".join(units.values()) + "\n"
+
+
+def _numbers(path: Path, lines: list[str], count: int) -> np.ndarray:
+    """The rows' numbers, (rows, count)."""
+    rows = np.empty((len(lines), count))
+    for i, line in enumerate(lines):
+        numbers = line.split(",")
+        try:
+            if len(numbers) != count:
+                raise ValueError(f"{len(numbers)} values")
+            rows[i] = [float(number) for number in numbers]
+        except ValueError as error:
+            raise OutputError(
+                f"{path}:{i + 3}: not {count} numbers: {line.strip()[:80]!r}",
+                hint="the file was changed after the run: correct or remove that line",
+            ) from error
+    return rows
+
+
+def _whole_lines(path: Path) -> list[str]:
+    """The lines that end, the header's two at least; a killed run leaves one that does not."""
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            lines = stream.readlines()
+    except OSError as error:
+        raise OutputError(
+            f"cannot read the history {path}: {error.strerror}",
+            hint="name a folder that a run has written",
+        ) from error
+    if lines and not lines[-1].endswith("\n"):
+        lines.pop()
+    if len(lines) < 2 or lines[0].count(",") != lines[1].count(","):
+        raise OutputError(
+            f"{path} is no history: its first line must name the columns, its second their units",
+            hint="the run was stopped before it began, or this is another file",
+        )
+    return lines

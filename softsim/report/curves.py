@@ -1,0 +1,157 @@
+"""Figures over time, from the columns of a history."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from softsim.errors import OutputError
+from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SKY, drawing
+from softsim.report.thinning import thinned
+
+History = Mapping[str, np.ndarray]
+
+ENERGIES = {
+    "internal_energy": ("internal", BLUE),
+    "kinetic_energy": ("kinetic", SKY),
+    "external_work": ("external work", INK),
+    "friction_dissipation": ("friction", ORANGE),
+    "viscous_dissipation": ("viscous", PURPLE),
+    "contact_energy": ("contact", GREEN),
+}
+
+
+def has(history: History, column: str) -> bool:
+    """Whether the history has the column, and a number in it."""
+    return column in history and bool(np.isfinite(history[column]).any())
+
+
+def pressurised(history: History) -> bool:
+    """Whether the run had air pressure at any time."""
+    return has(history, "pressure") and bool(np.nanmax(np.abs(history["pressure"])) > 0.0)
+
+
+def travelling_column(history: History) -> str:
+    """The column that says where the robot is: its frame's place, or its body's without a frame.
+
+    Raises OutputError if the history has neither.
+    """
+    for column in ("frame_x", "body_x"):
+        if has(history, column):
+            return column
+    raise OutputError(
+        "the history has neither frame_x nor body_x, so there is no displacement to draw"
+    )
+
+
+def displacement(history: History) -> np.ndarray:
+    """How far the robot is from where it started, along x [m], (rows,)."""
+    x = history[travelling_column(history)]
+    return x - x[np.isfinite(x)][0]
+
+
+def draw_displacement_pressure(history: History, path: Path) -> None:
+    """Displacement (solid, left) and pressure (dotted, right) over time.
+
+    Raises OutputError if the history has no displacement or the disk refuses.
+    """
+    body = travelling_column(history).removesuffix("_x")
+    with drawing(path, height=3.0) as figure:
+        axes = figure.add_subplot()
+        draw_signal(
+            axes, history["time"], displacement(history) * 1e3, BLUE, f"{body} displacement"
+        )
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel(f"{body} displacement [mm]", color=BLUE)
+        _span(axes, history["time"])
+        if pressurised(history):
+            right = axes.twinx()
+            draw_signal(
+                right, history["time"], history["pressure"] / 1e3, ORANGE, "air pressure", ":"
+            )
+            right.set_ylabel("air pressure [kPa]", color=ORANGE)
+            right.set_ylim(bottom=min(0.0, right.get_ylim()[0]))
+            right.spines["right"].set_visible(True)
+            right.grid(False)
+        figure.legend(loc="outside upper center", ncols=2)
+
+
+def draw_energies(history: History, path: Path) -> None:
+    """The energies over time, and below them by how much their balance is off.
+
+    Raises OutputError if the history has no energies or the disk refuses.
+    """
+    present = {name: style for name, style in ENERGIES.items() if has(history, name)}
+    if not present:
+        raise OutputError(f"the history has no energies to draw, none of {', '.join(ENERGIES)}")
+    largest = max(float(np.nanmax(np.abs(history[name]))) for name in present)
+    factor, unit = joules(largest)
+    with_error = has(history, "energy_error")
+    with drawing(path, height=4.2 if with_error else 3.2) as figure:
+        panels = figure.subplots(
+            1 + with_error, sharex=True, squeeze=False, height_ratios=[3, 1][: 1 + with_error]
+        )[:, 0]
+        for name, (label, colour) in present.items():
+            draw_signal(panels[0], history["time"], history[name] * factor, colour, label)
+        panels[0].set_ylabel(f"energy [{unit}]")
+        if with_error:
+            draw_signal(panels[1], history["time"], history["energy_error"] * 100, RED, None)
+            panels[1].axhline(0.0, color=INK, linewidth=0.6)
+            panels[1].set_ylabel("energy\nerror [%]")
+        panels[-1].set_xlabel("time [s]")
+        _span(panels[-1], history["time"])
+        figure.align_ylabels()
+        figure.legend(loc="outside upper center", ncols=len(present), columnspacing=1.4)
+
+
+def draw_contact_rows(history: History, path: Path) -> None:
+    """Spike rows in contact with the walls over time, and the force they press with.
+
+    Raises OutputError if the history has neither or the disk refuses.
+    """
+    panels_of = {
+        "rows_in_contact": ("rows in contact", BLUE),
+        "wall_force_normal": ("normal wall force [N]", ORANGE),
+    }
+    present = {name: style for name, style in panels_of.items() if has(history, name)}
+    if not present:
+        raise OutputError(f"the history has no contact to draw, none of {', '.join(panels_of)}")
+    with drawing(path, height=1.0 + 1.5 * len(present)) as figure:
+        panels = figure.subplots(len(present), sharex=True, squeeze=False)[:, 0]
+        for axes, (name, (label, colour)) in zip(panels, present.items(), strict=True):
+            draw_signal(axes, history["time"], history[name], colour, None)
+            axes.set_ylabel(label)
+            axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+            axes.yaxis.get_major_locator().set_params(integer=name == "rows_in_contact")
+        panels[-1].set_xlabel("time [s]")
+        _span(panels[-1], history["time"])
+        figure.align_ylabels()
+
+
+def draw_signal(
+    axes: Axes,
+    time: np.ndarray,
+    values: np.ndarray,
+    colour: str,
+    label: str | None,
+    line: str = "-",
+) -> None:
+    """A line through the signal, in the band between which it vibrates."""
+    band = thinned(time, values)
+    axes.fill_between(band.time, band.low, band.high, color=colour, alpha=0.25, linewidth=0)
+    axes.plot(band.time, band.mean, line, color=colour, label=label)
+
+
+def _span(axes: Axes, time: np.ndarray) -> None:
+    """Let the axis run from the first to the last sample; a run of one sample has no span."""
+    if time[-1] > time[0]:
+        axes.set_xlim(time[0], time[-1])
+
+
+def joules(largest: float) -> tuple[float, str]:
+    """Factor and unit in which an energy of `largest` joules reads as a number of 1 to 1000."""
+    for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ")):
+        if largest * factor >= 1.0:
+            return factor, unit
+    return 1e9, "nJ"

@@ -1,0 +1,82 @@
+"""The moments of a run worth a picture: start, full inflation, onset of motion, end."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+FULL = 0.999
+"""Part of the highest pressure from which on the body counts as fully inflated."""
+
+SMOOTHING = 20
+"""The vibration is averaged out over this part, one in SMOOTHING, of the watched time."""
+
+MOVED, AT_REST = 0.10, 0.05
+"""Parts of the whole travel: past the first the body has moved, below the second it rests."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A time [s] with its name."""
+
+    name: str
+    time: float
+
+
+def moments(time: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> list[Moment]:
+    """Moments of a run that inflates and deflates, in order of time.
+
+    time [s], pressure [Pa] and displacement [m] along the pipe, (rows,) each. Without pressure
+    (all zero or NaN): start, quarter, half, end. A run in which nothing moves has no onset.
+    """
+    begin, end = float(time[0]), float(time[-1])
+    if not np.nanmax(pressure, initial=0.0) > 0.0:
+        names = {"start": 0.0, "quarter": 0.25, "half": 0.5, "end": 1.0}
+        return [Moment(name, begin + part * (end - begin)) for name, part in names.items()]
+    full = pressure >= FULL * np.nanmax(pressure)
+    inflated = int(np.argmax(full))
+    found = [Moment("start", begin), Moment("full inflation", float(time[inflated]))]
+    if inflated == 0:
+        found.pop(0)
+    after = slice(*_first_deflation(full, inflated))
+    onset = onset_of_motion(displacement[after])
+    if onset is not None:
+        found.append(Moment("onset of motion", float(time[after][onset])))
+    return [*found, Moment("end", end)]
+
+
+def onset_of_motion(displacement: np.ndarray) -> int | None:
+    """Index from which on a vibrating body is on its way; None if it stays where it is.
+
+    The vibration is averaged out; the body has moved once it is MOVED of its travel away from
+    where it stood, and further than it swings. The onset is where it last was at rest before
+    that, less than AT_REST away: a swing that comes back is no motion.
+    """
+    if len(displacement) < 2 or not np.isfinite(displacement).all():
+        return None
+    smooth = _moving_average(displacement, max(len(displacement) // SMOOTHING, 1))
+    swing = float(np.quantile(np.abs(displacement - smooth), 0.99))
+    away = smooth - smooth[0]
+    away = away * np.sign(away[np.argmax(np.abs(away))])
+    moved = max(MOVED * float(away.max()), swing)
+    if away.max() <= moved:
+        return None
+    first = int(np.argmax(away > moved))
+    resting = np.flatnonzero(away[:first] < moved * AT_REST / MOVED)
+    return int(resting[-1])
+
+
+def _first_deflation(full: np.ndarray, inflated: int) -> tuple[int, int]:
+    """Rows from the first fall of the pressure until it is full again, or the end."""
+    falling = inflated + _first(~full[inflated:])
+    return falling, falling + _first(full[falling:])
+
+
+def _first(condition: np.ndarray) -> int:
+    """Index of the first true value; the length if there is none."""
+    return int(np.argmax(condition)) if condition.any() else len(condition)
+
+
+def _moving_average(values: np.ndarray, window: int) -> np.ndarray:
+    """Mean over `window` values around each; the ends are continued by their own values."""
+    padded = np.pad(values, (window // 2, (window - 1) // 2), mode="edge")
+    return np.convolve(padded, np.full(window, 1.0 / window), mode="valid")

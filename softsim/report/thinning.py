@@ -1,0 +1,48 @@
+"""Thinning of vibrating signals: thousands of samples become a mean line and the band around it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+BINS = 400
+"""About as many as a figure has distinguishable columns."""
+
+NEIGHBOURS = np.array([1.0, 2.0, 1.0])
+"""Weights of a bin's neighbours in its mean: a bin does not hold whole periods of a vibration, and
+the rest would draw ripples that the signal does not have."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """A signal in time bins: mean time, lowest, mean and highest value of each, (bins,)."""
+
+    time: np.ndarray
+    low: np.ndarray
+    mean: np.ndarray
+    high: np.ndarray
+
+
+def thinned(time: np.ndarray, values: np.ndarray, bins: int = BINS) -> Band:
+    """The band of `values` (rows,) in at most `bins` bins of equally many rows.
+
+    Signals of up to twice as many rows stay as they are. Samples that are not finite are left
+    out; a bin without any other is NaN, a gap in the line.
+    """
+    rows = len(time)
+    if rows <= 2 * bins:
+        return Band(time, values, values, values)
+    starts = np.linspace(0, rows, bins, endpoint=False).astype(int)
+    finite = np.isfinite(values)
+    count = np.add.reduceat(finite.astype(float), starts)
+    total = np.add.reduceat(np.where(finite, values, 0.0), starts)
+    empty = count == 0
+    low = np.minimum.reduceat(np.where(finite, values, np.inf), starts)
+    high = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
+    weight = np.convolve(count, NEIGHBOURS, mode="same")
+    mean = np.convolve(total, NEIGHBOURS, mode="same") / np.where(empty, 1.0, weight)
+    return Band(
+        time=np.add.reduceat(time, starts) / np.diff([*starts, rows]),
+        low=np.where(empty, np.nan, low),
+        mean=np.where(empty, np.nan, mean),
+        high=np.where(empty, np.nan, high),
+    )

@@ -1,0 +1,47 @@
+"""A rectangular block."""
+
+import numpy as np
+
+from softsim.errors import MeshError
+from softsim.mesh.mesh import Mesh, renumbered
+
+
+def block(length: float, height: float, element_size: float) -> Mesh:
+    """A rectangle of triangles: x in [-length/2, length/2], y in [0, height], all in m.
+
+    Equal quads with sides no longer than `element_size`, cut along alternating diagonals
+    (union jack), so that the mesh favours neither direction. Node and facet sets: bottom, top,
+    left, right.
+
+    Raises MeshError for a dimension that is not positive.
+    """
+    for name, value in (("length", length), ("height", height), ("element_size", element_size)):
+        if not (np.isfinite(value) and value > 0):
+            raise MeshError(f"block: {name} is {value:g} m; it must be positive")
+    # A hair of slack: a length of exactly n sizes gives n columns, whatever its last digit.
+    columns, rows = (max(1, int(np.ceil(side / element_size - 1e-9))) for side in (length, height))
+    x, y = np.meshgrid(
+        np.linspace(-length / 2, length / 2, columns + 1), np.linspace(0, height, rows + 1)
+    )
+    node = np.arange(x.size).reshape(rows + 1, columns + 1)
+    sides = {"bottom": node[0], "right": node[:, -1], "top": node[-1, ::-1], "left": node[::-1, 0]}
+    return renumbered(
+        Mesh(
+            points=np.column_stack([x.ravel(), y.ravel()]),
+            cells=_union_jack(node),
+            node_sets=sides,
+            facet_sets={
+                name: np.column_stack([nodes[:-1], nodes[1:]]) for name, nodes in sides.items()
+            },
+        )
+    )
+
+
+def _union_jack(node: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of a grid of node numbers, the diagonals alternating like a chessboard."""
+    a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
+    rising = np.stack([a, b, c, a, c, d], axis=-1)
+    falling = np.stack([a, b, d, b, c, d], axis=-1)
+    row, column = np.indices(a.shape)
+    even = ((row + column) % 2 == 0)[..., None]
+    return np.where(even, rising, falling).reshape(-1, 3)

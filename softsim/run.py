@@ -1,0 +1,393 @@
+"""Build, loop, observe, verdict: `softsim run` without the command line."""
+
+import logging
+import signal
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from softsim import backend
+from softsim.builder import build_model
+from softsim.errors import ExpectationError, Interrupted, OutputError, SoftsimError, StabilityError
+from softsim.model import Model
+from softsim.output import folder as files
+from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from softsim.output.console import ProgressReport
+from softsim.output.fields import FieldWriter
+from softsim.output.folder import RunFolder
+from softsim.output.history import History, read_history
+from softsim.output.observation import UNITS, description, frame, mesh_of, observe
+from softsim.scene.loading import LoadedScene, load_scene
+from softsim.solver.energy import EnergyBalance, measure
+from softsim.solver.explicit import SAMPLE_EVERY, ExplicitSolver
+from softsim.solver.guards import refuse_broken_elements, refuse_energy_error
+from softsim.solver.time_step import stable_increment
+
+# Increments between two looks at the run (guards, output, signals): about 10 ms of wall time, so
+# that looking costs a few percent. A multiple of the sampling of dissipation.
+STATION = 256
+# The step may grow when the stable one has grown by this factor; it shrinks at once.
+GROWTH = 1.05
+
+log = logging.getLogger("softsim")
+
+
+@dataclass(frozen=True)
+class Results:
+    """A finished run: its folder, its summary, its history (column -> array)."""
+
+    folder: Path
+    summary: dict[str, Any]
+    history: dict[str, np.ndarray]
+
+
+@dataclass
+class Progress:
+    """Where a run is, beside the solver's memory; all that a checkpoint keeps."""
+
+    time: float = 0.0
+    increments: int = 0
+    increment: float = 0.0
+    next_history: float = 0.0
+    next_frame: float = 0.0
+    last_history: float = 0.0
+    initial_balance: float = 0.0
+    largest_turnover: float = 0.0
+    largest_energy_error: float = 0.0
+    wall_time: float = 0.0
+    smallest_increment: float = field(default=float("inf"))
+
+
+def run(
+    scene: Path | str | LoadedScene,
+    overrides: Sequence[str] = (),
+    out: Path | None = None,
+    device: str = "auto",
+    resume: bool = False,
+    console: Console | None = None,
+) -> Results:
+    """Run a scene to its end and return what it found.
+
+    Parameters
+    ----------
+    scene: path of a scene file, or a loaded scene. overrides: "a.b.c=value".
+    out: run folder, `runs/<scene's name>` by default. device: auto, cpu, cuda.
+    resume: go on from the checkpoint in the run folder.
+
+    Raises
+    ------
+    SceneError, MeshError, OutputError, DeviceError: before anything long starts.
+    StabilityError: a guard stopped the run; the folder keeps what was computed, the failed frame
+    too. Interrupted: SIGINT or SIGTERM came; a checkpoint is written.
+    ExpectationError: the run ended outside the scene's `expect` block.
+    """
+    loaded = scene if isinstance(scene, LoadedScene) else load_scene(scene, overrides)
+    model = build_model(loaded)
+    target = RunFolder(out or Path("runs") / loaded.path.stem)
+    simulation = _Simulation(loaded, model, target, device, resume, console or Console())
+    return simulation.run()
+
+
+class _Simulation:
+    """One run: the loop over stations and what is looked at there."""
+
+    def __init__(
+        self,
+        loaded: LoadedScene,
+        model: Model,
+        target: RunFolder,
+        device: str,
+        resume: bool,
+        console: Console,
+    ) -> None:
+        self.loaded, self.model, self.target = loaded, model, target
+        self.output = loaded.scene.output
+        self.console = console
+        self.began = time.monotonic()
+        path = target.path
+        checkpoint = read_checkpoint(path / files.CHECKPOINT) if resume else None
+        if checkpoint is not None and checkpoint.scene != loaded.resolved():
+            raise OutputError(
+                f"the checkpoint in {path} belongs to another scene or other settings",
+                hint=f"compare with {path / files.SCENE}, or run without --resume",
+            )
+        self.log_file = logging.FileHandler(path / files.LOG, mode="a" if resume else "w")
+        self.log_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+        log.addHandler(self.log_file)
+        log.setLevel(logging.INFO)
+        self.device = backend.start(device)
+        self.solver = ExplicitSolver([model])
+        if checkpoint is None:
+            self.progress = self._begin()
+        else:
+            self.progress = self._resume(checkpoint)
+        self.wall_before = self.progress.wall_time
+        self.first_increment_after = 0.0
+
+    def _begin(self) -> Progress:
+        path = self.target.path
+        for stale in (files.CHECKPOINT, files.SUMMARY):
+            (path / stale).unlink(missing_ok=True)
+        self.target.write_text_atomic(files.SCENE, self.loaded.resolved())
+        stable = stable_increment(self.model, self.model.points)
+        log.info("stable increment %s", stable.describe())
+        increment = self.model.increment or self.model.safety_factor * stable.value
+        self.solver.begin(increment)
+        initial = measure(self.solver)[0]
+        self.balance = EnergyBalance.starting(initial)
+        self.history = History(path / files.HISTORY, UNITS)
+        self.fields = FieldWriter(path / files.RESULTS, *mesh_of(self.model))
+        self.fields.describe(**description(self.model, self.loaded.scene.title))
+        return Progress(increment=increment, initial_balance=self.balance.initial)
+
+    def _resume(self, checkpoint: Checkpoint) -> Progress:
+        path = self.target.path
+        progress = Progress(**checkpoint.progress)
+        self.solver.restore(
+            checkpoint.memory, progress.time, progress.increments, progress.increment
+        )
+        self.balance = EnergyBalance(progress.initial_balance, progress.largest_turnover)
+        self.history = History.resumed(path / files.HISTORY, UNITS, progress.time)
+        self.fields = FieldWriter.resumed(path / files.RESULTS, progress.time)
+        log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increments)
+        return progress
+
+    def run(self) -> Results:
+        """The loop, and a summary whatever ends it."""
+        self._write_summary("running")
+        report = ProgressReport(self.console, self.model.end_time, self.progress.time)
+        status, failure = "aborted", None
+        try:
+            with _signals() as asked:
+                self._loop(report, asked)
+            status = "done"
+        except Interrupted:
+            status = "interrupted"
+            raise
+        except SoftsimError as error:
+            failure = str(error)
+            log.error("%s", error)
+            raise
+        finally:
+            report.close()
+            self.history.close()
+            if status == "done":
+                failure = self._failed_expectations()
+            self._write_summary(status, failure)
+            log.removeHandler(self.log_file)
+            self.log_file.close()
+        history = read_history(self.target.path / files.HISTORY)
+        results = Results(self.target.path, self.summary, history)
+        if failure is not None:
+            raise ExpectationError(failure, hint=f"the run itself is done: {self.target.path}")
+        return results
+
+    def _loop(self, report: ProgressReport, asked: list[int]) -> None:
+        progress, solver, end = self.progress, self.solver, self.model.end_time
+        last_checkpoint = time.monotonic()
+        error, contacts = self._look(report)
+        while solver.time < end * (1.0 - 1e-12):
+            if asked:
+                self._checkpoint()
+                name = signal.Signals(asked[0]).name
+                raise Interrupted(
+                    f"stopped by {name} at t = {solver.time:.6g} s; checkpoint written",
+                    hint="continue with --resume",
+                )
+            self._choose_increment()
+            count = min(
+                STATION,
+                max(SAMPLE_EVERY, int(self.output.history_interval / solver.increment)),
+                max(1, int(np.ceil((end - solver.time) / solver.increment - 1e-9))),
+            )
+            solver.advance(count)
+            if self.first_increment_after == 0.0:
+                self.first_increment_after = time.monotonic() - self.began
+            progress.time, progress.increments = solver.time, solver.increments
+            refuse_position = solver.positions()[0]
+            try:
+                refuse_broken_elements(self.model, refuse_position, solver.time)
+            except StabilityError:
+                self._write_frame()
+                raise
+            error, contacts = self._look(report, error, contacts)
+            report.update(solver.time, error, contacts)
+            if time.monotonic() - last_checkpoint >= self.output.checkpoint_interval:
+                self._checkpoint()
+                last_checkpoint = time.monotonic()
+        self._checkpoint()
+
+    def _choose_increment(self) -> None:
+        """Follow the stable increment, which changes as the elements deform."""
+        solver, model = self.solver, self.model
+        stable = stable_increment(model, solver.positions()[0])
+        self.progress.smallest_increment = min(self.progress.smallest_increment, solver.increment)
+        if model.increment is not None:
+            if model.increment > stable.value:
+                raise StabilityError(
+                    f"the time step {model.increment * 1e6:.3g} us is no longer stable at "
+                    f"t = {solver.time:.6g} s: {stable.describe()}",
+                    'write time.increment: "auto", or a smaller one',
+                )
+            return
+        allowed = model.safety_factor * stable.value
+        if solver.increment > allowed or solver.increment * GROWTH < allowed:
+            solver.change_increment(allowed)
+            self.progress.increment = allowed
+
+    def _look(self, report: ProgressReport, error: float = 0.0, contacts: int = 0):
+        """History and frames that are due."""
+        solver, progress = self.solver, self.progress
+        done = solver.time >= self.model.end_time * (1.0 - 1e-12)
+        if solver.time >= progress.next_history or done:
+            seen = observe(solver, self.balance, solver.time - progress.last_history)
+            self.history.append(seen.row)
+            progress.last_history = solver.time
+            progress.next_history = solver.time + self.output.history_interval
+            progress.largest_turnover = self.balance.largest_turnover
+            if solver.terms.walls is not None:
+                solver.terms.walls.clear_impulses()
+            error, contacts = seen.row["energy_error"], int(seen.row["contact_count"])
+            progress.largest_energy_error = max(progress.largest_energy_error, error)
+            energies = asdict(seen.energies)
+            largest = max(energies, key=lambda k: abs(energies[k]))
+            try:
+                refuse_energy_error(self.model, error, solver.time, largest)
+            except StabilityError:
+                self._write_frame()
+                raise
+        if solver.time >= progress.next_frame or done:
+            self._write_frame()
+            progress.next_frame = solver.time + self.output.frame_interval
+        return error, contacts
+
+    def _write_frame(self) -> None:
+        if self.solver.time > self.fields.last_time:
+            now = frame(self.solver)
+            self.fields.append(self.solver.time, now.point_data, now.cell_data, now.extra)
+
+    def _checkpoint(self) -> None:
+        self.progress.wall_time = self._wall_time()
+        self.progress.increment = self.solver.increment
+        content = Checkpoint(self.solver.memory(), asdict(self.progress), self.loaded.resolved())
+        write_checkpoint(self.target.path / files.CHECKPOINT, content)
+
+    def _wall_time(self) -> float:
+        return self.wall_before + time.monotonic() - self.began
+
+    def _write_summary(self, status: str, failure: str | None = None) -> None:
+        solver, model, progress = self.solver, self.model, self.progress
+        wall = self._wall_time()
+        summary: dict[str, Any] = {
+            "status": status,
+            "scene": str(self.loaded.path),
+            "title": self.loaded.scene.title,
+            "device": self.device.name,
+            "precision": self.device.precision,
+            "node_count": len(model.points),
+            "element_count": model.element_count,
+            "time_increment": solver.increment,
+            "increments": solver.increments,
+            "simulated_time": solver.time,
+            "wall_time": wall,
+            "first_increment_after": self.first_increment_after,
+            "element_updates_per_second": model.element_count * solver.increments / wall,
+            "energy_error": progress.largest_energy_error,
+        }
+        if status != "running":
+            history = read_history(self.target.path / files.HISTORY)
+            summary |= measures(model, history)
+        if failure is not None:
+            summary["failure"] = failure
+        self.summary = summary
+        self.target.write_json_atomic(files.SUMMARY, summary)
+
+    def _failed_expectations(self) -> str | None:
+        """What the scene's `expect` block demands and the run did not do, or None."""
+        history = read_history(self.target.path / files.HISTORY)
+        found = measures(self.model, history) | {
+            "energy_error": self.progress.largest_energy_error
+        }
+        wrong = []
+        for name, limits in self.loaded.scene.expect:
+            if limits is None:
+                continue
+            value = found.get(name)
+            values = value if isinstance(value, list) else [value]
+            for v in values:
+                low = -np.inf if limits.min is None else limits.min
+                high = np.inf if limits.max is None else limits.max
+                if v is None or not low <= v <= high:
+                    wrong.append(f"{name}: {v} is outside [{low:g}, {high:g}]")
+        return "not as the scene expects: " + "; ".join(wrong) if wrong else None
+
+
+def measures(model: Model, history: dict[str, np.ndarray]) -> dict[str, Any]:
+    """What a run says of its robot: displacements [m], per pressure cycle, speed, contact."""
+    t = history["time"]
+    if len(t) == 0:
+        return {}
+    body = history["body_x"]
+    late = t >= 0.9 * t[-1]
+    span = t[late][-1] - t[late][0]
+    result: dict[str, Any] = {
+        "body_displacement": float(body[-1] - body[0]),
+        "body_speed": float((body[late][-1] - body[late][0]) / span) if span > 0.0 else None,
+        "rows_in_contact": float(history["rows_in_contact"].max()),
+    }
+    if model.rigid_bodies:
+        x = history["frame_x"]
+        result["frame_displacement"] = float(x[-1] - x[0])
+        ends = cycle_ends(model)
+        if len(ends) and t[-1] >= ends[0]:
+            at = np.interp([0.0, *ends[ends <= t[-1] * (1.0 + 1e-9)]], t, x)
+            result["displacement_per_cycle"] = np.diff(at).tolist()
+    return result
+
+
+def cycle_ends(model: Model) -> np.ndarray:
+    """Times [s] at which the first pressure has fallen and is about to rise again, or ends."""
+    if not model.pressures:
+        return np.zeros(0)
+    profile = model.pressures[0].profile
+    slope = np.diff(profile.values)
+    falling = slope < 0.0
+    # The last point of each fall; a rest at the lowest pressure belongs to its cycle.
+    last = [
+        k + 1 for k in range(len(slope)) if falling[k] and not falling[k + 1 : k + 2].any()
+    ]
+    ends = []
+    for k in last:
+        while k < len(slope) and slope[k] == 0.0:
+            k += 1
+        ends.append(profile.times[k])
+    return np.array(ends)
+
+
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Collect SIGINT and SIGTERM instead of dying of them; a second one acts at once."""
+    asked: list[int] = []
+    previous = {}
+
+    def remember(number: int, _: Any) -> None:
+        asked.append(number)
+        signal.signal(number, previous[number])
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            previous[number] = signal.getsignal(number)
+            signal.signal(number, remember)
+        except ValueError:  # not the main thread: whoever started the thread handles signals
+            previous.pop(number, None)
+    try:
+        yield asked
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)

@@ -1,0 +1,527 @@
+"""The vocabulary of a scene: every key, its meaning, its unit, its default.
+
+Quantities are written with units ("36 mm") and become SI floats; numbers without a dimension are
+written bare. Unknown keys are refused.
+"""
+
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    FiniteFloat,
+    Tag,
+    WithJsonSchema,
+    model_validator,
+)
+
+from softsim.units import KINDS, parse
+
+
+def quantity(unit: str) -> Any:
+    """Type of a quantity: a text with a unit, read as a float in the SI `unit`."""
+    kind, example = KINDS[unit]
+
+    def read(value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise ValueError(f'{kind} due, written as text such as "{example}"')
+        return parse(str(value), unit)
+
+    schema = {"type": "string", "description": f"A {kind}.", "examples": [example]}
+    return Annotated[float, BeforeValidator(read), WithJsonSchema(schema)]
+
+
+def _positive(value: float) -> float:
+    if not value > 0.0:
+        raise ValueError("must be greater than zero")
+    return value
+
+
+def _not_negative(value: float) -> float:
+    if value < 0.0:
+        raise ValueError("must not be negative")
+    return value
+
+
+Positive, NotNegative = AfterValidator(_positive), AfterValidator(_not_negative)
+
+Length = quantity("m")
+PositiveLength = Annotated[Length, Positive]
+Duration = quantity("s")
+PositiveTime = Annotated[Duration, Positive]
+NotNegativeTime = Annotated[Duration, NotNegative]
+PositiveMass = Annotated[quantity("kg"), Positive]
+PositiveInertia = Annotated[quantity("kg*m^2"), Positive]
+PositiveDensity = Annotated[quantity("kg/m^3"), Positive]
+Pressure = quantity("Pa")
+PositivePressure = Annotated[Pressure, Positive]
+NotNegativePressure = Annotated[Pressure, NotNegative]
+PositivePressureRate = Annotated[quantity("Pa/s"), Positive]
+PositiveCompressibility = Annotated[quantity("1/Pa"), Positive]
+PositiveFrequency = Annotated[quantity("Hz"), Positive]
+Angle = quantity("rad")
+AngularVelocity = quantity("rad/s")
+Velocity = quantity("m/s")
+NotNegativeAcceleration = Annotated[quantity("m/s^2"), NotNegative]
+Force = quantity("N")
+PositiveForce = Annotated[Force, Positive]
+PositiveStiffness = Annotated[quantity("N/m"), Positive]
+Point = tuple[Length, Length]
+Velocity2 = tuple[Velocity, Velocity]
+
+ZERO = (0.0, 0.0)
+
+
+class Part(BaseModel):
+    """Anything in a scene: frozen, and strict about its keys."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PronyTerm(Part):
+    """One term of a Prony series."""
+
+    g: float = Field(
+        gt=0.0, lt=1.0, description="Share of the instantaneous shear modulus that relaxes."
+    )
+    relaxation_time: PositiveTime = Field(description="Time in which it falls to 1/e.")
+
+
+class YeohMaterial(Part):
+    """A Yeoh solid: W = C10 k + C20 k^2 + C30 k^3, k = I1_bar - 3, long-term constants."""
+
+    law: Literal["yeoh"] = Field(description="The strain-energy law.")
+    C10: PositivePressure = Field(description="First constant; the shear modulus is 2 C10.")
+    C20: Pressure = Field(default=0.0, description="Second constant.")
+    C30: Pressure = Field(default=0.0, description="Third constant.")
+    density: PositiveDensity = Field(description="Mass density.")
+    bulk_modulus: PositivePressure | None = Field(
+        default=None, description="kappa in (kappa/2) (J - 1)^2. Give at most one of bulk_modulus, "
+        "D1, poisson_ratio; without any, kappa = 20 times the shear modulus, as ABAQUS/Explicit."
+    )  # fmt: skip
+    D1: PositiveCompressibility | None = Field(
+        default=None, description="ABAQUS's compressibility, kappa = 2 / D1."
+    )
+    poisson_ratio: float | None = Field(
+        default=None, ge=0.0, lt=0.5, description="Poisson's ratio at small strain."
+    )
+    prony: tuple[PronyTerm, ...] = Field(default=(), description="Viscoelastic shear relaxation.")
+    source: str = Field(default="", description="Where the constants come from.")
+    strain_range: float | None = Field(
+        default=None, gt=0.0, description="Largest engineering strain that they were fitted on."
+    )
+
+    @model_validator(mode="after")
+    def _one_compressibility(self) -> "YeohMaterial":
+        given = [n for n in ("bulk_modulus", "D1", "poisson_ratio") if getattr(self, n) is not None]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)} say the same thing: give one of them")
+        return self
+
+    @model_validator(mode="after")
+    def _something_remains(self) -> "YeohMaterial":
+        total = sum(term.g for term in self.prony)
+        if total >= 1.0:
+            raise ValueError(f"the g of all prony terms add up to {total:g}: must stay below 1")
+        return self
+
+
+class BlockMesh(Part):
+    """A rectangle; sets bottom, top, left, right, surface."""
+
+    generator: Literal["block"] = Field(description="Which generator makes the mesh.")
+    length: PositiveLength = Field(description="Size along x.")
+    height: PositiveLength = Field(description="Size along y, from y = 0 upwards.")
+    element_size: PositiveLength = Field(description="Edge length of the triangles.")
+
+
+class PfrSectionMesh(Part):
+    """The PufferFace Robot's section along its axis: two skin strips with curved spikes."""
+
+    generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
+    inner_diameter: PositiveLength = Field(default=15e-3, description="Of the skin.")
+    outer_diameter: PositiveLength = Field(default=17e-3, description="Of the skin, no spikes.")
+    free_length: PositiveLength = Field(default=30e-3, description="Skin between the knots.")
+    spikes_per_strip: int = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+    spike_pitch: PositiveLength = Field(default=6e-3, description="Distance between rows.")
+    spike_height: PositiveLength = Field(default=5e-3, description="Above the skin.")
+    front_radius: PositiveLength = Field(default=5e-3, description="Of the spike's front edge.")
+    rear_radius: PositiveLength = Field(default=3.5e-3, description="Of the spike's rear edge.")
+    root_thickness: PositiveLength = Field(
+        default=3e-3, description="Spike at its root, along x; a broad root matches the measured "
+        "stiffness better than a thin arc."
+    )  # fmt: skip
+    tip_thickness: PositiveLength = Field(default=1e-3, description="Spike at its tip.")
+    lean: Length = Field(default=2.5e-3, description="How far the tip lies behind the root.")
+    element_size: PositiveLength = Field(
+        default=0.36e-3, description="Edge length of the triangles, about."
+    )
+
+
+class FileMesh(Part):
+    """A mesh of linear triangles from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
+
+    file: str = Field(description="Path, relative to the file that says so.")
+    length_unit: PositiveLength = Field(default=1e-3, description="Length of one unit in the file.")
+
+
+def _mesh_kind(value: Any) -> str | None:
+    if isinstance(value, FileMesh) or (isinstance(value, dict) and "file" in value):
+        return "file"
+    return value.get("generator") if isinstance(value, dict) else value.generator
+
+
+MeshSource = Annotated[
+    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
+        Annotated[BlockMesh, Tag("block")],
+        Annotated[PfrSectionMesh, Tag("pfr_section")],
+        Annotated[FileMesh, Tag("file")],
+    ],
+    Discriminator(_mesh_kind),
+]
+
+
+class Body(Part):
+    """A deformable body."""
+
+    mesh: MeshSource = Field(description="From a generator, or from a file.")
+    formulation: Literal["plane_strain"] = Field(description="Kinematics of the elements.")
+    thickness: PositiveLength = Field(description="Depth of the plane model.")
+    material: str = Field(description="A name of the scene's materials or of the library.")
+    position: Point = Field(default=ZERO, description="Where the mesh's origin is placed.")
+    rotation: Angle = Field(default=0.0, description="Turn about the mesh's origin, before that.")
+    initial_velocity: Velocity2 = Field(default=ZERO, description="Of all its nodes.")
+    fixed: tuple[str, ...] = Field(default=(), description="Its node sets held in place.")
+
+
+class OutlineBox(Part):
+    """A rectangle around a rigid body's centre."""
+
+    length: PositiveLength = Field(description="Along x.")
+    height: PositiveLength = Field(description="Along y.")
+
+
+class RigidBody(Part):
+    """A rigid body with mass, inertia and three degrees of freedom."""
+
+    mass: PositiveMass = Field(description="Without the nodes tied to it.")
+    inertia: PositiveInertia = Field(description="About its centre, without tied nodes.")
+    center: Point = Field(default=ZERO, description="Centre of mass.")
+    tied: tuple[str, ...] = Field(default=(), description='Node sets that move with it: "skin.knots".')
+    outline: OutlineBox | None = Field(default=None, description="What touches walls.")
+    supports: tuple[str, ...] = Field(
+        default=(), description="Node sets that may lie against the outline from outside."
+    )
+    support_friction_coefficient: FiniteFloat = Field(
+        default=0.0, ge=0.0, description="Friction between those and the outline."
+    )
+    free: tuple[Literal["x", "y", "rotation"], ...] = Field(
+        default=("x", "y", "rotation"), description="Degrees of freedom that may move."
+    )
+    initial_velocity: Velocity2 = Field(default=ZERO, description="Of its centre.")
+    initial_angular_velocity: AngularVelocity = Field(default=0.0, description="Turning speed.")
+
+    @model_validator(mode="after")
+    def _supports_need_an_outline(self) -> "RigidBody":
+        if self.supports and self.outline is None:
+            raise ValueError("supports need an outline to lie against: give outline too")
+        return self
+
+
+class PipeWall(Part):
+    """Two straight walls, one diameter apart, along x."""
+
+    kind: Literal["pipe"] = Field(description="Kind of wall.")
+    diameter: PositiveLength = Field(description="Inner diameter.")
+    axis_height: Length = Field(default=0.0, description="y of the pipe's axis.")
+
+
+class PlaneWall(Part):
+    """A half plane."""
+
+    kind: Literal["plane"] = Field(description="Kind of wall.")
+    point: Point = Field(default=ZERO, description="A point on it.")
+    normal: tuple[FiniteFloat, FiniteFloat] = Field(
+        default=(0.0, 1.0), description="Points out of the solid into the free side."
+    )
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> "PlaneWall":
+        if self.normal == (0.0, 0.0):
+            raise ValueError("normal must not be zero")
+        return self
+
+
+Wall = Annotated[PipeWall | PlaneWall, Field(discriminator="kind")]
+
+
+class Environment(Part):
+    """Gravity and walls."""
+
+    gravity: NotNegativeAcceleration = Field(default=9.81, description="Acceleration of gravity.")
+    inclination: Angle = Field(
+        default=0.0, description="Of +x above the horizontal; 90 deg: +x points up."
+    )
+    walls: dict[str, Wall] = Field(default={}, description="Fixed walls, by name.")
+
+
+class Contact(Part):
+    """Penalty contact with Coulomb friction between surfaces and walls."""
+
+    friction_coefficient: FiniteFloat = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
+    penalty_stiffness: Literal["auto"] | PositiveStiffness = Field(
+        default="auto", description="Of a node; auto: bulk modulus times thickness."
+    )
+    tangential_stiffness_ratio: FiniteFloat = Field(
+        default=1.0, gt=0.0, description="Stiffness while sticking, over penalty_stiffness."
+    )
+    damping_ratio: float = Field(
+        default=0.03, ge=0.0, le=1.0, description="Of the normal contact, of critical damping."
+    )
+
+
+class ConstantProfile(Part):
+    """A constant pressure."""
+
+    kind: Literal["constant"] = Field(description="Kind of profile.")
+    value: NotNegativePressure = Field(description="The pressure.")
+    ramp: NotNegativeTime = Field(default=0.0, description="Time in which it rises from zero.")
+
+
+class TableProfile(Part):
+    """Straight lines between points."""
+
+    kind: Literal["table"] = Field(description="Kind of profile.")
+    points: tuple[tuple[NotNegativeTime, NotNegativePressure], ...] = Field(
+        min_length=2, description="[time, pressure] pairs, times rising."
+    )
+
+    @model_validator(mode="after")
+    def _times_rise(self) -> "TableProfile":
+        times = [t for t, _ in self.points]
+        if any(b <= a for a, b in zip(times, times[1:], strict=False)):
+            raise ValueError("the times of points must rise from one to the next")
+        return self
+
+
+class _Cycle(Part):
+    highest: PositivePressure = Field(description="Highest pressure.")
+    inflation_rate: PositivePressureRate = Field(description="Rise of pressure.")
+    hold: NotNegativeTime = Field(default=0.0, description="Time at the highest pressure.")
+    lowest: NotNegativePressure = Field(
+        description="Where the next inflation begins (P_M3^S)."
+    )
+    count: int = Field(default=1, ge=1, le=100000, description="Number of cycles.")
+    start: NotNegativeTime = Field(default=0.0, description="When the first inflation begins.")
+
+    @model_validator(mode="after")
+    def _lowest_is_lower(self) -> "_Cycle":
+        if self.lowest >= self.highest:
+            raise ValueError("lowest must be below highest")
+        return self
+
+
+class CyclesProfile(_Cycle):
+    """Inflate, hold, deflate at a given average rate, rest; again."""
+
+    kind: Literal["cycles"] = Field(description="Kind of profile.")
+    deflation_rate: PositivePressureRate = Field(description="Average deflation rate (Df_r^a).")
+    rest: NotNegativeTime = Field(default=0.0, description="Time at the lowest pressure.")
+
+
+class NaturalDeflationProfile(_Cycle):
+    """Inflate, hold, let the air out: an exponential fall."""
+
+    kind: Literal["natural_deflation"] = Field(description="Kind of profile.")
+    time_constant: PositiveTime = Field(description="Time in which the pressure falls to 1/e.")
+
+    @model_validator(mode="after")
+    def _lowest_is_reached(self) -> "NaturalDeflationProfile":
+        if self.lowest == 0.0:
+            raise ValueError("lowest must be greater than zero: an exponential never reaches zero")
+        return self
+
+
+PressureProfile = Annotated[
+    ConstantProfile | TableProfile | CyclesProfile | NaturalDeflationProfile,
+    Field(discriminator="kind"),
+]
+
+
+class FollowerPressure(Part):
+    """Pressure on facets that follows the deformation."""
+
+    kind: Literal["follower_pressure"] = Field(description="Kind of load.")
+    facets: tuple[str, ...] = Field(min_length=1, description='Facet sets: "skin.chamber_top".')
+    reacts_on: str | None = Field(
+        default=None, description="Rigid body that closes the chamber and feels the reaction."
+    )
+    profile: PressureProfile = Field(description="Pressure over time.")
+    factor: FiniteFloat = Field(
+        default=1.0, gt=0.0, description="Pressure on the plane model over that of the profile."
+    )
+
+
+class EccentricMass(Part):
+    """A vibration motor: force m_e r_e omega^2, rotating."""
+
+    kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
+    acts_on: str = Field(description="Rigid body that carries the motor.")
+    eccentric_mass: PositiveMass = Field(description="m_e; its weight is part of the body's.")
+    radius: PositiveLength = Field(description="r_e, of the mass from the motor's axis.")
+    frequency: PositiveFrequency = Field(description="Turns in a second.")
+    rotation_axis: Literal["x", "z"] = Field(
+        default="x", description="x: turns across the pipe, the section sees the y part; z: turns "
+        "in the section."
+    )  # fmt: skip
+    factor: FiniteFloat = Field(
+        default=1.0, gt=0.0, description="Force on the plane model over the motor's."
+    )
+    spin_up: NotNegativeTime = Field(default=0.05, description="Time to full speed, smooth.")
+    phase: Angle = Field(default=0.0, description="Angle at the start.")
+
+
+class SinusoidalForce(Part):
+    """A force of given amplitude along a fixed direction."""
+
+    kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
+    acts_on: str = Field(description="Rigid body that it acts on, at the centre of mass.")
+    amplitude: PositiveForce = Field(description="Largest force.")
+    direction: tuple[FiniteFloat, FiniteFloat] = Field(
+        default=(0.0, 1.0), description="Direction; its length does not matter."
+    )
+    frequency: PositiveFrequency = Field(description="Frequency.")
+    spin_up: NotNegativeTime = Field(default=0.05, description="Time to full speed, smooth.")
+    phase: Angle = Field(default=0.0, description="Angle at the start.")
+
+    @model_validator(mode="after")
+    def _has_a_direction(self) -> "SinusoidalForce":
+        if self.direction == (0.0, 0.0):
+            raise ValueError("direction must not be zero")
+        return self
+
+
+class NodalForce(Part):
+    """A force on a node set, shared by mass."""
+
+    kind: Literal["nodal_force"] = Field(description="Kind of load.")
+    nodes: str = Field(description='Node set: "block.top".')
+    force: tuple[Force, Force] = Field(description="Total force on the set.")
+    ramp: NotNegativeTime = Field(default=0.0, description="Time to the full force, smooth.")
+
+
+Load = Annotated[
+    FollowerPressure | EccentricMass | SinusoidalForce | NodalForce, Field(discriminator="kind")
+]
+
+
+class Time(Part):
+    """How long, in which steps."""
+
+    end: PositiveTime = Field(description="Simulated time at which the run ends.")
+    increment: Literal["auto"] | PositiveTime = Field(
+        default="auto", description="Time step; auto: the stable one times solver.safety_factor."
+    )
+
+
+class Solver(Part):
+    """Settings of the explicit integrator."""
+
+    safety_factor: float = Field(
+        default=0.9, gt=0.0, le=1.0, description="Time step over the stable one."
+    )
+    bulk_viscosity: float = Field(
+        default=0.06, ge=0.0, le=1.0, description="Linear coefficient b1, as in ABAQUS/Explicit."
+    )
+    energy_error_limit: FiniteFloat = Field(
+        default=0.05, gt=0.0, description="The run stops when the balance is off by more."
+    )
+
+
+class Output(Part):
+    """What is written, how often."""
+
+    history_interval: PositiveTime = Field(default=2e-3, description="Between history rows.")
+    frame_interval: PositiveTime = Field(default=0.1, description="Between stored fields.")
+    checkpoint_interval: PositiveTime = Field(
+        default=30.0, description="Between checkpoints, of wall time."
+    )
+    snapshot_field: Literal["displacement", "pressure", "stretch", "von_mises"] = Field(
+        default="stretch", description="What colours the snapshots."
+    )
+
+
+class LengthRange(Part):
+    """Limits of a length."""
+
+    min: Length | None = Field(default=None, description="Smallest allowed value.")
+    max: Length | None = Field(default=None, description="Largest allowed value.")
+
+
+class VelocityRange(Part):
+    """Limits of a velocity."""
+
+    min: Velocity | None = Field(default=None, description="Smallest allowed value.")
+    max: Velocity | None = Field(default=None, description="Largest allowed value.")
+
+
+class NumberRange(Part):
+    """Limits of a number."""
+
+    min: FiniteFloat | None = Field(default=None, description="Smallest allowed value.")
+    max: FiniteFloat | None = Field(default=None, description="Largest allowed value.")
+
+
+class Expect(Part):
+    """Values the scene expects of its own run; outside them the run ends with exit code 5."""
+
+    frame_displacement: LengthRange | None = Field(
+        default=None, description="Of the first rigid body along x, from start to end."
+    )
+    displacement_per_cycle: LengthRange | None = Field(
+        default=None, description="The same for every pressure cycle."
+    )
+    body_displacement: LengthRange | None = Field(
+        default=None, description="Of the meshed bodies' centre of mass along x."
+    )
+    body_speed: VelocityRange | None = Field(
+        default=None, description="Of that, mean over the last tenth of the run."
+    )
+    rows_in_contact: NumberRange | None = Field(
+        default=None, description="Most rows of spikes that touched at a time."
+    )
+    energy_error: NumberRange | None = Field(
+        default=None, description="Largest error of the energy balance."
+    )
+
+
+class Scene(Part):
+    """One simulation."""
+
+    title: str = Field(default="", description="One line for people.")
+    materials: dict[str, YeohMaterial] = Field(
+        default={}, description="Materials by name, beside those of the library."
+    )
+    bodies: dict[str, Body] = Field(min_length=1, description="Deformable bodies by name.")
+    rigid_bodies: dict[str, RigidBody] = Field(default={}, description="Rigid bodies by name.")
+    environment: Environment = Field(default=Environment(), description="Gravity and walls.")
+    contact: Contact = Field(default=Contact(), description="Contact with the walls.")
+    loads: dict[str, Load] = Field(default={}, description="Loads by name.")
+    time: Time = Field(description="How long, in which steps.")
+    solver: Solver = Field(default=Solver(), description="Settings of the integrator.")
+    output: Output = Field(default=Output(), description="What is written, how often.")
+    expect: Expect = Field(default=Expect(), description="Regression values of the scene.")
+
+
+def scene_json_schema() -> dict[str, Any]:
+    """JSON schema of a scene file, so that an editor completes and checks its keys."""
+    schema = Scene.model_json_schema()
+    schema["properties"]["include"] = {
+        "description": "A file, or a list of them, that this one adds to; keys here win.",
+        "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
+    }
+    return schema

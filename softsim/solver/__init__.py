@@ -1,0 +1,1 @@
+"""The explicit integrator, its stable step, its energy books and its guards."""

@@ -1,0 +1,71 @@
+"""Guards: stop a run that has gone wrong, and say where, when, why most likely, and what to try."""
+
+import numpy as np
+
+from softsim.elements.measures import measure_elements
+from softsim.errors import StabilityError
+from softsim.model import Model
+
+# Beyond these volume ratios the element's J^(-1/3) loses accuracy and the solid its meaning.
+SMALLEST_J = 0.3
+LARGEST_J = 2.0
+
+
+def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
+    """Stop when a position is no number or an element is turned over, crushed or blown up.
+
+    x: (n, 2) [m]. Raises StabilityError naming the element, its place and the time.
+    """
+    for body in model.bodies:
+        now = x[body.nodes]
+        with np.errstate(invalid="ignore", over="ignore"):
+            J = measure_elements(body.points, body.cells, now, body.material).J
+        broken = np.flatnonzero(~np.isfinite(J))
+        if len(broken):
+            raise StabilityError(
+                f"{_where(body, broken[0], time)} has a position that is no number (NaN)",
+                "the time step was most likely too large for what happened: lower "
+                "solver.safety_factor (0.9 by default) or contact.penalty_stiffness",
+            )
+        crushed, blown = int(np.argmin(J)), int(np.argmax(J))
+        if J[crushed] < SMALLEST_J:
+            kind = "is turned over" if J[crushed] <= 0.0 else "is crushed"
+            raise StabilityError(
+                f"{_where(body, crushed, time)} {kind}: volume ratio J = {J[crushed]:.3g}",
+                "a load that rises too fast, a contact that is too stiff or a mesh too coarse for "
+                "the bending there: slow the load, refine the mesh, or lower the pressure",
+            )
+        if J[blown] > LARGEST_J:
+            raise StabilityError(
+                f"{_where(body, blown, time)} is blown up: volume ratio J = {J[blown]:.3g}",
+                "the body balloons past what the law was fitted to, or the pressure is too high "
+                "for this skin: lower the pressure or check material.bulk_modulus",
+            )
+
+
+def refuse_energy_error(model: Model, error: float, time: float, largest: str) -> None:
+    """Stop when the energy balance is off by more than the scene's limit.
+
+    Raises StabilityError; `largest` names the energy that grew most.
+    """
+    if not error <= model.energy_error_limit:
+        raise StabilityError(
+            f"the energy balance is off by {100.0 * error:.3g} % at t = {time:.6g} s, above the "
+            f"limit of {100.0 * model.energy_error_limit:.3g} %; largest share: {largest}",
+            "energy that comes from nowhere means a time step above the stable one or a contact "
+            "that is hit too hard: lower solver.safety_factor or contact.penalty_stiffness",
+        )
+
+
+def _where(body, element: int, time: float) -> str:
+    x, y = body.points[body.cells[element]].mean(axis=0) * 1e3
+    sets = [
+        name
+        for name, nodes in body.node_sets.items()
+        if name != "surface" and np.isin(body.cells[element] + body.first_node, nodes).any()
+    ]
+    among = f" (sets: {', '.join(sets)})" if sets else ""
+    return (
+        f"element {element} of body '{body.name}'{among}, at rest at ({x:.2f}, {y:.2f}) mm, "
+        f"at t = {time:.6g} s,"
+    )

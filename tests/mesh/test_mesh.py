@@ -1,0 +1,110 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from softsim.errors import MeshError
+from softsim.mesh.mesh import Mesh, boundary_facets, renumbered, signed_volumes, transformed
+from softsim.mesh.quality import check, quality
+from softsim.robots.block import block
+
+TETRAHEDRON = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), [[0, 1, 2, 3]])
+
+
+def outward_area_vectors(mesh: Mesh) -> np.ndarray:
+    corners = mesh.points[mesh.facet_sets["surface"]]
+    if mesh.dimension == 2:
+        d = corners[:, 1] - corners[:, 0]
+        return np.column_stack([d[:, 1], -d[:, 0]])
+    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+
+
+@pytest.mark.parametrize("mesh", [block(3.0, 2.0, 0.5), TETRAHEDRON], ids=["2D", "3D"])
+def test_surface_normals_point_outward_by_the_divergence_theorem(mesh):
+    centres = mesh.points[mesh.facet_sets["surface"]].mean(axis=1)
+    flux = np.sum(centres * outward_area_vectors(mesh)) / mesh.dimension
+    assert flux == pytest.approx(signed_volumes(mesh.points, mesh.cells).sum())
+    np.testing.assert_allclose(outward_area_vectors(mesh).sum(axis=0), 0, atol=1e-14)
+
+
+def test_boundary_of_two_triangles_leaves_out_their_common_edge():
+    facets = boundary_facets(np.array([[0, 1, 2], [0, 2, 3]]))
+    assert facets.tolist() == [[0, 1], [1, 2], [2, 3], [3, 0]]
+
+
+def test_signed_volume_changes_sign_with_orientation():
+    points = np.array([[0, 0], [2, 0], [0, 3.0]])
+    assert signed_volumes(points, np.array([[0, 1, 2], [0, 2, 1]])).tolist() == [3.0, -3.0]
+    assert signed_volumes(TETRAHEDRON.points, TETRAHEDRON.cells)[0] == pytest.approx(1 / 6)
+
+
+def test_surface_names_the_whole_boundary():
+    mesh = block(3.0, 2.0, 1.0)
+    assert len(mesh.facet_sets["surface"]) == 10
+    assert len(mesh.node_sets["surface"]) == 10
+
+
+@pytest.mark.parametrize(
+    ("points", "cells", "said"),
+    [
+        (np.zeros((4, 1)), [[0, 1, 2]], r"points have the shape \(4, 1\)"),
+        (np.zeros((4, 3)), [[0, 1, 2]], r"cells: the shape is \(1, 3\); \(k, 4\)"),
+        (np.zeros((4, 2)), [[0, 1, 2, 3]], r"cells: the shape is \(1, 4\); \(k, 3\)"),
+    ],
+)
+def test_arrays_of_another_shape_are_refused(points, cells, said):
+    with pytest.raises(MeshError, match=said):
+        Mesh(points, cells)
+
+
+@given(angle=st.floats(-7, 7), x=st.floats(-1, 1), y=st.floats(-1, 1))
+def test_transformed_keeps_shape_and_sets(angle, x, y):
+    mesh = block(3.0, 2.0, 1.0)
+    moved = transformed(mesh, angle, np.array([x, y]))
+    check(moved)
+    assert quality(moved).volume == pytest.approx(6.0)
+    assert moved.node_sets.keys() == mesh.node_sets.keys()
+
+
+def test_transformed_turns_first_and_counter_clockwise():
+    corner = transformed(block(2.0, 1.0, 1.0), np.pi / 2, np.array([5.0, 0.0]))
+    np.testing.assert_allclose(corner.points.min(axis=0), [4, -1], atol=1e-12)
+    np.testing.assert_allclose(corner.points.max(axis=0), [5, 1], atol=1e-12)
+
+
+def shuffled(mesh: Mesh, seed: int) -> Mesh:
+    rng = np.random.default_rng(seed)
+    old = rng.permutation(len(mesh.points))
+    new = np.argsort(old)
+    return Mesh(
+        mesh.points[old],
+        new[mesh.cells],
+        {name: new[s] for name, s in mesh.node_sets.items()},
+        {name: new[s] for name, s in mesh.facet_sets.items()},
+        {"left half": np.flatnonzero(mesh.points[mesh.cells].mean(axis=1)[:, 0] < 0)},
+    )
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_renumbered_is_the_same_body_with_the_same_sets(seed):
+    before = shuffled(block(4.0, 1.0, 0.25), seed)
+    after = renumbered(before)
+    check(after)
+    for name in ("top", "left"):
+        for kind in ("node_sets", "facet_sets"):
+            np.testing.assert_array_equal(
+                after.points[getattr(after, kind)[name]], before.points[getattr(before, kind)[name]]
+            )
+    half = after.cell_sets["left half"]
+    assert (after.points[after.cells[half]].mean(axis=1)[:, 0] < 0).all()
+    assert len(half) == len(before.cell_sets["left half"])
+
+
+def test_renumbered_brings_neighbours_close():
+    def bandwidth(mesh: Mesh) -> int:
+        return int(np.ptp(mesh.cells, axis=1).max())
+
+    before = shuffled(block(10.0, 1.0, 0.25), seed=1)
+    after = renumbered(before)
+    assert bandwidth(after) <= 10 < bandwidth(before)
+    assert (np.diff(after.cells.min(axis=1)) >= 0).all()

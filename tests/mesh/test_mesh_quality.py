@@ -1,0 +1,105 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from softsim.errors import MeshError
+from softsim.mesh.mesh import Mesh
+from softsim.mesh.quality import check, quality
+
+SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+HALVES = np.array([[0, 1, 2], [0, 2, 3]])
+SOUND = Mesh(SQUARE, HALVES)
+
+
+def moved(node: int, place: list[float]) -> Mesh:
+    points = SQUARE.copy()
+    points[node] = place
+    return Mesh(points, HALVES)
+
+
+FAULTS = {
+    "inverted": (
+        Mesh(SQUARE, [[0, 1, 2], [0, 3, 2]]),
+        r"cell 1 at \(333.333, 666.667\) mm is inverted",
+    ),
+    "flat": (moved(1, [0.5, 0.5]), r"cell 0 at .* is flat: area 0"),
+    "repeated corner": (Mesh(SQUARE, [*HALVES, [0, 1, 1]]), "cell 2 at .* is flat"),
+    "not finite": (moved(2, [np.nan, 1]), r"node 2 has the coordinates \[nan, 1.0\]"),
+    "loose node": (
+        Mesh(np.vstack([SQUARE, [2, 3]]), HALVES),
+        r"node 4 at \(2000, 3000\) mm belongs to no cell",
+    ),
+    "double node": (
+        Mesh(np.vstack([SQUARE, SQUARE[2] + 1e-12]), [[0, 1, 2], [0, 4, 3]]),
+        r"nodes 2 and 4 lie in one place, \(1000, 1000\) mm",
+    ),
+    "cell out of range": (Mesh(SQUARE, [[0, 1, 9]]), "the cells: node number 9 is out of range"),
+    "set out of range": (
+        replace(SOUND, node_sets={"tip": [-1]}),
+        "node set 'tip': node number -1 is out of range; the mesh has nodes 0 to 3",
+    ),
+    "cell set out of range": (
+        replace(SOUND, cell_sets={"skin": [2]}),
+        "cell set 'skin': cell number 2 is out of range; the mesh has cells 0 to 1",
+    ),
+    "empty set": (replace(SOUND, node_sets={"tip": []}), "node set 'tip' is empty"),
+    "inner facet": (
+        replace(SOUND, facet_sets={"wall": [[0, 2]]}),
+        r"facet set 'wall': facet \[0, 2\] at \(500, 500\) mm is no boundary facet",
+    ),
+    "turned facet": (
+        replace(SOUND, facet_sets={"wall": [[1, 0]]}),
+        r"facet set 'wall': facet \[1, 0\] at \(500, 0\) mm is no boundary facet",
+    ),
+    "no cells": (Mesh(SQUARE, np.zeros((0, 3))), "the mesh has no cells"),
+}
+
+
+@pytest.mark.parametrize(("mesh", "said"), FAULTS.values(), ids=FAULTS)
+def test_check_names_the_fault_and_its_place(mesh, said):
+    with pytest.raises(MeshError, match=said):
+        check(mesh)
+
+
+def test_facets_of_tetrahedra_may_start_at_any_corner_but_not_turn():
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    check(Mesh(points, [[0, 1, 2, 3]], facet_sets={"base": [[2, 1, 0]]}))
+    with pytest.raises(MeshError, match="no boundary facet"):
+        check(Mesh(points, [[0, 1, 2, 3]], facet_sets={"base": [[0, 1, 2]]}))
+
+
+def test_check_is_the_same_at_any_size():
+    for size in (1e-6, 1.0, 1e6):
+        check(replace(SOUND, points=size * SQUARE))
+        with pytest.raises(MeshError, match="flat"):
+            check(replace(moved(1, [0.5, 0.5]), points=size * moved(1, [0.5, 0.5]).points))
+
+
+def test_quality_of_a_three_four_five_triangle():
+    measured = quality(Mesh(np.array([[0, 0], [4, 0], [0, 3.0]]), [[0, 1, 2]]))
+    assert (measured.node_count, measured.cell_count) == (3, 1)
+    assert measured.volume == pytest.approx(6)
+    assert measured.smallest_altitude == pytest.approx(12 / 5)
+    assert measured.smallest_angle == pytest.approx(np.arctan(3 / 4))
+    assert measured.largest_angle == pytest.approx(np.pi / 2)
+    assert measured.worst_aspect_ratio == pytest.approx(np.sqrt(3) / 2 * 5 / 2.4)
+
+
+def test_quality_finds_the_lowest_cell():
+    measured = quality(Mesh(np.vstack([SQUARE, [0.5, -0.1]]), [*HALVES, [0, 4, 1]]))
+    assert measured.smallest_altitude == pytest.approx(0.1)
+    assert measured.smallest_altitude_cell == 2
+
+
+def test_equilateral_cells_have_aspect_ratio_one():
+    triangle = Mesh(np.array([[0, 0], [1, 0], [0.5, np.sqrt(0.75)]]), [[0, 1, 2]])
+    corners = np.array([[1, 1, 1], [-1, -1, 1], [1, -1, -1], [-1, 1, -1.0]])
+    tetrahedron = Mesh(corners, [[0, 2, 1, 3]])
+    check(tetrahedron)
+    for mesh in (triangle, tetrahedron):
+        assert quality(mesh).worst_aspect_ratio == pytest.approx(1)
+    dihedral = quality(tetrahedron)
+    assert dihedral.smallest_angle == pytest.approx(np.arccos(1 / 3))
+    assert dihedral.smallest_altitude == pytest.approx(np.sqrt(8) * np.sqrt(2 / 3))
+    assert dihedral.volume == pytest.approx(8 / 3)

@@ -1,0 +1,62 @@
+"""Moments of a run, with vibration that must not be taken for motion."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from softsim.report.moments import moments, onset_of_motion
+
+TIME = np.linspace(0.0, 6.0, 6001)
+PRESSURE = np.interp(TIME, [0.0, 1.0, 1.5, 6.0], [0.0, 5e3, 5e3, 1e3])
+
+
+def names(found) -> list[str]:
+    return [moment.name for moment in found]
+
+
+@given(
+    moves_at=st.floats(2.0, 4.5),
+    swing=st.floats(0.0, 5e-4),
+    frequency=st.floats(30.0, 200.0),
+    direction=st.sampled_from([1.0, -1.0]),
+)
+def test_onset_is_found_under_any_vibration(moves_at, swing, frequency, direction) -> None:
+    travel = direction * 3e-3 * np.maximum(TIME - moves_at, 0.0)
+    found = moments(TIME, PRESSURE, travel + swing * np.sin(2 * np.pi * frequency * TIME))
+    assert names(found) == ["start", "full inflation", "onset of motion", "end"]
+    assert found[1].time == pytest.approx(1.0, abs=0.01)
+    assert found[2].time == pytest.approx(moves_at, abs=0.3)
+
+
+@given(frequency=st.floats(30.0, 200.0), swing=st.floats(1e-6, 1e-3))
+def test_vibration_in_place_has_no_onset(frequency, swing) -> None:
+    found = moments(TIME, PRESSURE, swing * np.sin(2 * np.pi * frequency * TIME))
+    assert names(found) == ["start", "full inflation", "end"]
+
+
+def test_motion_while_inflating_is_no_onset() -> None:
+    recoil = -2e-4 * np.minimum(TIME, 1.0)
+    assert names(moments(TIME, PRESSURE, recoil)) == ["start", "full inflation", "end"]
+
+
+def test_onset_of_a_second_cycle_is_not_taken_for_the_first() -> None:
+    cycles = np.interp(TIME, [0, 1, 2.9, 3.5, 6.0], [0, 5e3, 1e3, 5e3, 1e3])
+    found = moments(TIME, cycles, 3e-3 * np.maximum(TIME - 4.5, 0.0))
+    assert names(found) == ["start", "full inflation", "end"]
+
+
+def test_a_run_that_stops_while_inflating_ends_there() -> None:
+    found = moments(TIME[:500], PRESSURE[:500], np.zeros(500))
+    assert names(found) == ["start", "full inflation", "end"]
+
+
+@pytest.mark.parametrize("pressure", [np.zeros(6001), np.full(6001, np.nan)])
+def test_without_pressure_the_quarters(pressure: np.ndarray) -> None:
+    found = moments(TIME, pressure, TIME)
+    assert names(found) == ["start", "quarter", "half", "end"]
+    assert [moment.time for moment in found] == [0.0, 1.5, 3.0, 6.0]
+
+
+def test_a_body_of_unknown_place_has_no_onset() -> None:
+    assert onset_of_motion(np.full(100, np.nan)) is None
