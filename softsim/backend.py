@@ -70,7 +70,7 @@ def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> 
         default_fp=real,
         default_ip=ti.i32,
         cpu_max_num_threads=threads,
-        fast_math=False,  # on CUDA it makes the f64 square root single-accurate
+        fast_math=name == "cpu",  # on CUDA it makes the f64 square root single-accurate
         # Taichi 1.7.4 caches a[s, 0] across a store to a[s, r]: wrong inside our serial kernels.
         cache_loop_invariant_global_vars=False,
         offline_cache=True,
@@ -132,3 +132,8 @@ def lane_blocks(count: int) -> int:
     """Lane vectors that hold `count` elements (the last one may be padded)."""
     return -(-count // lanes())
 
+
+
+def processor_count() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -44,7 +44,6 @@ from softsim.robots.pfr import pfr_section
 from softsim.scene import schema
 from softsim.scene.loading import LoadedScene
 from softsim.solver.time_step import stable_increment
-from softsim.units import parse
 
 GENERATORS = {"block": block, "pfr_section": pfr_section}
 PROFILES = {
@@ -182,7 +181,7 @@ class _Builder:
         path = ("bodies", name, "mesh")
         first_node = sum(len(p.mesh.points) for p in self.parts.values())
         try:
-            mesh = self.mesh(data)
+            mesh = self.mesh(name, data)
             check(mesh)
         except MeshError as error:
             raise self.loaded.error(path, error.message, error.hint) from None
@@ -199,11 +198,11 @@ class _Builder:
             facet_sets={k: first_node + v for k, v in mesh.facet_sets.items()},
         )
 
-    def mesh(self, data: schema.Body) -> Mesh:
+    def mesh(self, name: str, data: schema.Body) -> Mesh:
         source = data.mesh
         if isinstance(source, schema.FileMesh):
             return read_mesh(
-                self.loaded.resolve_file(source.file), parse(source.length_unit, "m")
+                self.loaded.resolve_file(("bodies", name, "mesh", "file")), source.length_unit
             )
         return GENERATORS[source.generator](**source.model_dump(exclude={"generator"}))
 

@@ -99,6 +99,7 @@ class Nodes:
         self.mass = real_field(mass)
         self.inverse_mass = real_field(np.where(is_free, 1.0 / np.where(is_free, mass, 1.0), 0.0))
         self.gravity = vector_field(gravity)
+        self.rest = vector_field(position[0])
         self.corner_forces = CornerForces()
 
     def memory(self) -> dict[str, ti.Field]:
@@ -134,3 +135,32 @@ class Nodes:
         if inverse_mass > 0.0:
             acceleration = inverse_mass * self.force[s, a] + self.gravity[s]
             self.velocity[s, a] = self.velocity[s, a] + dt * acceleration
+
+    @ti.func
+    def kinetic_energy(self, s, dt):
+        """Of the free nodes [J], at the time of their positions: v less half a kick of dt."""
+        energy = ti.cast(0.0, backend.real)
+        for a in range(self.count):
+            inverse_mass = self.inverse_mass[a]
+            if inverse_mass > 0.0:
+                acceleration = inverse_mass * self.force[s, a] + self.gravity[s]
+                v = self.velocity[s, a] - 0.5 * dt * acceleration
+                energy += 0.5 * self.mass[a] * v.dot(v)
+        return energy
+
+    @ti.func
+    def weight_work(self, s):
+        """Work of the free nodes' weight since the start [J]."""
+        moved = ti.Vector([0.0, 0.0])
+        for a in range(self.count):
+            if self.inverse_mass[a] > 0.0:
+                moved += self.mass[a] * (self.position[s, a] - self.rest[a])
+        return moved.dot(self.gravity[s])
+
+    @ti.func
+    def mass_moment(self, s):
+        """Sum of m x of all nodes [kg m]."""
+        moment = ti.cast(0.0, backend.real)
+        for a in range(self.count):
+            moment += self.mass[a] * self.position[s, a][0]
+        return moment

@@ -60,7 +60,6 @@ class SurfaceContact:
         self.impulse = ti.Vector.field(2, backend.real, shape=(scenarios, self.count))
         self.friction_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
         self.damping_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
-        self.energy = ti.field(backend.real, shape=scenarios)
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -126,24 +125,37 @@ class SurfaceContact:
             self.normal_impulse[s, i] = self.normal_impulse[s, i] + normal_total * dt
             self.impulse[s, i] = self.impulse[s, i] + force * dt
 
-    @ti.kernel
-    def add_energy(self):
-        """energy[s] = energy of the penalty springs, normal and tangential [J]."""
-        ti.loop_config(serialize=True)
-        for s in range(self.nodes.scenarios):
-            total = ti.cast(0.0, backend.real)
-            for i in range(self.count):
-                q = self.obstacle.local_position(s, self.nodes.position[s, self.node[i]])
-                for w in range(self.surfaces):
-                    gap, n = self.obstacle.gap_and_normal(s, w, q)
-                    if gap < 0.0 and self.touching[s, i, w] == 1:
-                        stretch = q - self.anchor[s, i, w]
-                        stretch -= stretch.dot(n) * n
-                        total += 0.5 * self.penalty_stiffness[i] * gap * gap
-                        total += 0.5 * self.tangential_stiffness[i] * stretch.dot(stretch)
-            self.energy[s] = total
+    @ti.func
+    def stored_energy(self, s):
+        """Energy in the penalty springs, normal and tangential [J]."""
+        total = ti.cast(0.0, backend.real)
+        for i in range(self.count):
+            q = self.obstacle.local_position(s, self.nodes.position[s, self.node[i]])
+            for w in range(self.surfaces):
+                gap, n = self.obstacle.gap_and_normal(s, w, q)
+                if gap < 0.0 and self.touching[s, i, w] == 1:
+                    stretch = q - self.anchor[s, i, w]
+                    stretch -= stretch.dot(n) * n
+                    total += 0.5 * self.penalty_stiffness[i] * gap * gap
+                    total += 0.5 * self.tangential_stiffness[i] * stretch.dot(stretch)
+        return total
 
-    def contact_energy(self) -> np.ndarray:
-        """Energy stored in the penalty springs [J], (scenarios,)."""
-        self.add_energy()
-        return self.energy.to_numpy()
+    @ti.func
+    def dissipated_energy(self, s):
+        """Dissipated so far by friction and by damping [J]."""
+        energy = ti.Vector([0.0, 0.0])
+        for i in range(self.count):
+            energy[0] += self.friction_dissipation[s, i]
+            energy[1] += self.damping_dissipation[s, i]
+        return energy
+
+    @ti.func
+    def grip(self, s):
+        """Nodes that touch now, and the impulses since cleared: sum of normal ones, and along x."""
+        sums = ti.Vector([0.0, 0.0, 0.0])
+        for i in range(self.count):
+            if self.normal_force[s, i] > 0.0:
+                sums[0] += 1.0
+            sums[1] += self.normal_impulse[s, i]
+            sums[2] += self.impulse[s, i][0]
+        return sums

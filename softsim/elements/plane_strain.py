@@ -103,7 +103,6 @@ class PlaneStrainTriangles:
             for component in (xx, yy, zz):
                 component.fill(1.0)
         self.branch_dissipation = backend.lane_field((scenarios, self.blocks))
-        self.energy = real_field(np.zeros(scenarios))
         self.mass = material.density * nodal_volume
 
     @staticmethod
@@ -319,40 +318,38 @@ class PlaneStrainTriangles:
 
     # --- what observers ask ----------------------------------------------------------------------
 
-    @ti.kernel
-    def add_internal_energy(self):
-        """energy[s] += stored energy [J]: law, Maxwell springs, volume."""
-        ti.loop_config(serialize=True)
-        for s in range(self.nodes.scenarios):
-            total = self.tensors.lane(0.0)
-            for b in range(self.blocks):
-                F = self._deformation(s, b)
-                C = self._right_cauchy_green(F)
-                r = inverse_cube_root(determinant(F))
-                I1_bar = r * r * (C.xx + C.yy + C.zz)
-                w = self.energy_density(I1_bar, self._constants())
-                for k in ti.static(range(self.branch_count)):
-                    A = self._metric(s, b, k)
-                    stretch = r * r * (A.xx * C.xx + A.yy * C.yy + A.zz * C.zz + 2.0 * A.xy * C.xy)
-                    det_A = A.zz * (A.xx * A.yy - A.xy * A.xy)
-                    w += 0.5 * self.branch_modulus[k] * (stretch - 3.0 - ti.log(det_A))
-                total += w * self.volume[b]
-            energy = total.sum()
-            for a in range(self.node_count):
-                dilation = self.nodal_J[s, a] - 1.0
-                energy += 0.5 * self.bulk_modulus[0] * dilation * dilation * self.nodal_volume[a]
-            self.energy[s] = energy
+    @ti.func
+    def stored_energy(self, s):
+        """Energy [J] in the law, the Maxwell springs and the volume: ABAQUS's ALLSE."""
+        in_elements = self.tensors.lane(0.0)
+        for b in range(self.blocks):
+            F = self._deformation(s, b)
+            C = self._right_cauchy_green(F)
+            r = inverse_cube_root(determinant(F))
+            I1_bar = r * r * (C.xx + C.yy + C.zz)
+            w = self.energy_density(I1_bar, self._constants())
+            for k in ti.static(range(self.branch_count)):
+                A = self._metric(s, b, k)
+                stretch = r * r * (A.xx * C.xx + A.yy * C.yy + A.zz * C.zz + 2.0 * A.xy * C.xy)
+                det_A = A.zz * (A.xx * A.yy - A.xy * A.xy)
+                w += 0.5 * self.branch_modulus[k] * (stretch - 3.0 - ti.log(det_A))
+            in_elements += w * self.volume[b]
+        energy = in_elements.sum()
+        for a in range(self.node_count):
+            dilation = self.nodal_J[s, a] - 1.0
+            energy += 0.5 * self.bulk_modulus[0] * dilation * dilation * self.nodal_volume[a]
+        return energy
 
-    def internal_energy(self) -> np.ndarray:
-        """Stored energy [J], (scenarios,): ABAQUS's ALLSE."""
-        self.add_internal_energy()
-        return self.energy.to_numpy()
-
-    def viscous_dissipation(self) -> np.ndarray:
-        """Dissipated by Maxwell branches and bulk viscosity so far [J], (scenarios,)."""
-        return self.branch_dissipation.to_numpy().sum(axis=(1, 2)) + self.bulk_dissipation.to_numpy().sum(
-            axis=1
-        )
+    @ti.func
+    def dissipated_energy(self, s):
+        """Dissipated by Maxwell dashpots and bulk viscosity so far [J]."""
+        in_elements = self.tensors.lane(0.0)
+        for b in range(self.blocks):
+            in_elements += self.branch_dissipation[s, b]
+        energy = in_elements.sum()
+        for a in range(self.node_count):
+            energy += self.bulk_dissipation[s, a]
+        return energy
 
 
 def by_lane(corners: np.ndarray, lanes: int) -> np.ndarray:

@@ -65,9 +65,13 @@ class FollowerPressure:
         """Fields that a checkpoint keeps."""
         return {"work": self.work}
 
-    def external_work(self) -> np.ndarray:
-        """Work done so far [J], (scenarios,)."""
-        return self.work.to_numpy().sum(axis=1)
+    @ti.func
+    def work_done(self, s):
+        """Work so far [J]."""
+        total = ti.cast(0.0, backend.real)
+        for i in range(self.count):
+            total += self.work[s, i]
+        return total
 
     @ti.func
     def follow_profile(self, s, i, t, dt):

@@ -10,7 +10,7 @@ import numpy as np
 
 from softsim.elements.measures import measure_elements
 from softsim.model import Model
-from softsim.solver.energy import Energies, EnergyBalance, measure
+from softsim.solver.energy import Energies, EnergyBalance, Meter
 from softsim.solver.explicit import ExplicitSolver
 
 # Column -> unit. Energies carry ABAQUS's names in comments.
@@ -44,11 +44,12 @@ class Observation:
     energies: Energies
 
 
-def observe(solver: ExplicitSolver, balance: EnergyBalance, interval: float) -> Observation:
+def observe(
+    solver: ExplicitSolver, meter: Meter, balance: EnergyBalance, interval: float
+) -> Observation:
     """Measure the first scenario now; `interval` [s] since contact impulses were cleared."""
-    model, terms = solver.models[0], solver.terms
-    energies = measure(solver)[0]
-    x = solver.positions()[0]
+    model = solver.models[0]
+    energies, grip, body_x = meter.read()
     row = dict.fromkeys(UNITS, float("nan"))
     row["time"] = solver.time
     if model.pressures:
@@ -57,18 +58,13 @@ def observe(solver: ExplicitSolver, balance: EnergyBalance, interval: float) -> 
         row["section_pressure"] = load.factor * row["pressure"]
     if model.rigid_bodies:
         (row["frame_x"], row["frame_y"]), row["frame_angle"] = frame_pose(solver, 0)
-    row["body_x"] = body_centre(model, x)
-    row |= {"contact_count": 0.0, "rows_in_contact": 0.0}
-    row |= {"wall_force_x": 0.0, "wall_force_normal": 0.0}
-    if terms.walls is not None:
-        row["contact_count"] = float((terms.walls.normal_force.to_numpy()[0] > 0.0).sum())
-        if interval > 0.0:
-            normal = terms.walls.normal_impulse.to_numpy()[0]
-            touched = model.contact.nodes[normal > 0.0]
-            rows = sum(bool(np.isin(nodes, touched).any()) for nodes in model.rows.values())
-            row["rows_in_contact"] = float(rows)
-            row["wall_force_x"] = float(terms.walls.impulse.to_numpy()[0, :, 0].sum() / interval)
-            row["wall_force_normal"] = float(normal.sum() / interval)
+    row["body_x"] = body_x
+    row["contact_count"] = grip.contact_count
+    row |= {"rows_in_contact": 0.0, "wall_force_x": 0.0, "wall_force_normal": 0.0}
+    if grip.normal_impulse > 0.0 and interval > 0.0:
+        row["rows_in_contact"] = rows_in_contact(solver)
+        row["wall_force_x"] = grip.impulse_x / interval
+        row["wall_force_normal"] = grip.normal_impulse / interval
     row["internal_energy"] = energies.internal
     row["kinetic_energy"] = energies.kinetic
     row["external_work"] = energies.external_work
@@ -79,6 +75,15 @@ def observe(solver: ExplicitSolver, balance: EnergyBalance, interval: float) -> 
     return Observation(row, energies)
 
 
+def rows_in_contact(solver: ExplicitSolver) -> int:
+    """Rows of spikes of which a node touched a wall since impulses were cleared."""
+    model = solver.models[0]
+    touched = np.zeros(len(model.points), dtype=bool)
+    for walls in solver.terms.wall_contacts:
+        touched[model.contact.nodes] = walls.normal_impulse.to_numpy()[0] > 0.0
+    return sum(bool(touched[nodes].any()) for nodes in model.rows.values())
+
+
 def frame_pose(solver: ExplicitSolver, body: int) -> tuple[np.ndarray, float]:
     """Where the scene's centre of a rigid body is now (2,) [m], and its angle [rad]."""
     bodies = solver.terms.rigid_bodies
@@ -87,11 +92,6 @@ def frame_pose(solver: ExplicitSolver, body: int) -> tuple[np.ndarray, float]:
     arm = bodies.bodies[body].centre - bodies.rest_centre[body]
     turned = np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
     return bodies.centre.to_numpy()[0, body] + turned, angle
-
-
-def body_centre(model: Model, x: np.ndarray) -> float:
-    """x of the centre of mass of the meshed bodies [m]."""
-    return float(model.mass @ x[:, 0] / model.mass.sum())
 
 
 @dataclass(frozen=True)

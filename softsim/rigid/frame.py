@@ -29,6 +29,7 @@ class RigidBodies:
         combined = [b.with_tied_mass(points, node_mass) for b in bodies]
         self.rest_centre = np.array([c for _, c, _ in combined]).reshape(-1, 2)
         every = np.broadcast_to
+        self.rest = vector_field(self.rest_centre)
         self.mass = real_field(np.array([m for m, _, _ in combined]))
         self.inertia = real_field(np.array([i for _, _, i in combined]))
         self.free = real_field(np.array([b.free for b in bodies], dtype=float).reshape(-1, 3))
@@ -164,6 +165,33 @@ class RigidBodies:
         self.angular_velocity[s, r] = (
             self.angular_velocity[s, r] + dt / self.inertia[r] * self.torque[s, r]
         )
+
+    @ti.func
+    def kinetic_energy(self, s, dt):
+        """Of all bodies [J], at the time of their positions: velocities less half a kick of dt."""
+        energy = ti.cast(0.0, backend.real)
+        for r in range(self.count):
+            v = self.velocity[s, r] - 0.5 * dt / self.mass[r] * self.force[s, r]
+            omega = self.angular_velocity[s, r] - 0.5 * dt / self.inertia[r] * self.torque[s, r]
+            energy += 0.5 * self.mass[r] * v.dot(v) + 0.5 * self.inertia[r] * omega * omega
+        return energy
+
+    @ti.func
+    def weight_work(self, s):
+        """Work of all bodies' weight since the start [J]."""
+        work = ti.cast(0.0, backend.real)
+        for r in range(self.count):
+            shift = self.centre[s, r] - self.rest[r]
+            work += self.mass[r] * shift.dot(self.nodes.gravity[s])
+        return work
+
+    @ti.func
+    def work_done(self, s):
+        """Work of the loads on all bodies so far [J]."""
+        work = ti.cast(0.0, backend.real)
+        for r in range(self.count):
+            work += self.applied_work[s, r]
+        return work
 
 
 def perpendicular(arm: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ from pydantic import (
     Discriminator,
     Field,
     FiniteFloat,
+    PlainSerializer,
     Tag,
     WithJsonSchema,
     model_validator,
@@ -32,7 +33,16 @@ def quantity(unit: str) -> Any:
         return parse(str(value), unit)
 
     schema = {"type": "string", "description": f"A {kind}.", "examples": [example]}
-    return Annotated[float, BeforeValidator(read), WithJsonSchema(schema)]
+
+    def write(value: float) -> str:
+        return f"{value!r} {unit}"
+
+    return Annotated[
+        float,
+        BeforeValidator(read),
+        PlainSerializer(write, when_used="json"),
+        WithJsonSchema(schema),
+    ]
 
 
 def _positive(value: float) -> float:
@@ -47,6 +57,13 @@ def _not_negative(value: float) -> float:
     return value
 
 
+def _bare_number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"a number without a unit is due, not {value!r}")
+    return value
+
+
+Number = Annotated[FiniteFloat, BeforeValidator(_bare_number)]
 Positive, NotNegative = AfterValidator(_positive), AfterValidator(_not_negative)
 
 Length = quantity("m")
@@ -85,7 +102,7 @@ class Part(BaseModel):
 class PronyTerm(Part):
     """One term of a Prony series."""
 
-    g: float = Field(
+    g: Number = Field(
         gt=0.0, lt=1.0, description="Share of the instantaneous shear modulus that relaxes."
     )
     relaxation_time: PositiveTime = Field(description="Time in which it falls to 1/e.")
@@ -106,12 +123,12 @@ class YeohMaterial(Part):
     D1: PositiveCompressibility | None = Field(
         default=None, description="ABAQUS's compressibility, kappa = 2 / D1."
     )
-    poisson_ratio: float | None = Field(
+    poisson_ratio: Number | None = Field(
         default=None, ge=0.0, lt=0.5, description="Poisson's ratio at small strain."
     )
     prony: tuple[PronyTerm, ...] = Field(default=(), description="Viscoelastic shear relaxation.")
     source: str = Field(default="", description="Where the constants come from.")
-    strain_range: float | None = Field(
+    strain_range: Number | None = Field(
         default=None, gt=0.0, description="Largest engineering strain that they were fitted on."
     )
 
@@ -171,7 +188,7 @@ class FileMesh(Part):
 
 def _mesh_kind(value: Any) -> str | None:
     if isinstance(value, FileMesh) or (isinstance(value, dict) and "file" in value):
-        return "file"
+        return "mesh_file"
     return value.get("generator") if isinstance(value, dict) else value.generator
 
 
@@ -179,9 +196,13 @@ MeshSource = Annotated[
     Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
         Annotated[BlockMesh, Tag("block")],
         Annotated[PfrSectionMesh, Tag("pfr_section")],
-        Annotated[FileMesh, Tag("file")],
+        Annotated[FileMesh, Tag("mesh_file")],
     ],
-    Discriminator(_mesh_kind),
+    Discriminator(
+        _mesh_kind,
+        custom_error_type="mesh_source",
+        custom_error_message="a mesh is 'generator: block', 'generator: pfr_section', or 'file: PATH'",
+    ),
 ]
 
 
@@ -216,7 +237,7 @@ class RigidBody(Part):
     supports: tuple[str, ...] = Field(
         default=(), description="Node sets that may lie against the outline from outside."
     )
-    support_friction_coefficient: FiniteFloat = Field(
+    support_friction_coefficient: Number = Field(
         default=0.0, ge=0.0, description="Friction between those and the outline."
     )
     free: tuple[Literal["x", "y", "rotation"], ...] = Field(
@@ -245,7 +266,7 @@ class PlaneWall(Part):
 
     kind: Literal["plane"] = Field(description="Kind of wall.")
     point: Point = Field(default=ZERO, description="A point on it.")
-    normal: tuple[FiniteFloat, FiniteFloat] = Field(
+    normal: tuple[Number, Number] = Field(
         default=(0.0, 1.0), description="Points out of the solid into the free side."
     )
 
@@ -272,14 +293,14 @@ class Environment(Part):
 class Contact(Part):
     """Penalty contact with Coulomb friction between surfaces and walls."""
 
-    friction_coefficient: FiniteFloat = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
+    friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
     penalty_stiffness: Literal["auto"] | PositiveStiffness = Field(
         default="auto", description="Of a node; auto: bulk modulus times thickness."
     )
-    tangential_stiffness_ratio: FiniteFloat = Field(
+    tangential_stiffness_ratio: Number = Field(
         default=1.0, gt=0.0, description="Stiffness while sticking, over penalty_stiffness."
     )
-    damping_ratio: float = Field(
+    damping_ratio: Number = Field(
         default=0.03, ge=0.0, le=1.0, description="Of the normal contact, of critical damping."
     )
 
@@ -361,7 +382,7 @@ class FollowerPressure(Part):
         default=None, description="Rigid body that closes the chamber and feels the reaction."
     )
     profile: PressureProfile = Field(description="Pressure over time.")
-    factor: FiniteFloat = Field(
+    factor: Number = Field(
         default=1.0, gt=0.0, description="Pressure on the plane model over that of the profile."
     )
 
@@ -378,7 +399,7 @@ class EccentricMass(Part):
         default="x", description="x: turns across the pipe, the section sees the y part; z: turns "
         "in the section."
     )  # fmt: skip
-    factor: FiniteFloat = Field(
+    factor: Number = Field(
         default=1.0, gt=0.0, description="Force on the plane model over the motor's."
     )
     spin_up: NotNegativeTime = Field(default=0.05, description="Time to full speed, smooth.")
@@ -391,7 +412,7 @@ class SinusoidalForce(Part):
     kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
     acts_on: str = Field(description="Rigid body that it acts on, at the centre of mass.")
     amplitude: PositiveForce = Field(description="Largest force.")
-    direction: tuple[FiniteFloat, FiniteFloat] = Field(
+    direction: tuple[Number, Number] = Field(
         default=(0.0, 1.0), description="Direction; its length does not matter."
     )
     frequency: PositiveFrequency = Field(description="Frequency.")
@@ -431,13 +452,13 @@ class Time(Part):
 class Solver(Part):
     """Settings of the explicit integrator."""
 
-    safety_factor: float = Field(
+    safety_factor: Number = Field(
         default=0.9, gt=0.0, le=1.0, description="Time step over the stable one."
     )
-    bulk_viscosity: float = Field(
+    bulk_viscosity: Number = Field(
         default=0.06, ge=0.0, le=1.0, description="Linear coefficient b1, as in ABAQUS/Explicit."
     )
-    energy_error_limit: FiniteFloat = Field(
+    energy_error_limit: Number = Field(
         default=0.05, gt=0.0, description="The run stops when the balance is off by more."
     )
 
@@ -472,8 +493,8 @@ class VelocityRange(Part):
 class NumberRange(Part):
     """Limits of a number."""
 
-    min: FiniteFloat | None = Field(default=None, description="Smallest allowed value.")
-    max: FiniteFloat | None = Field(default=None, description="Largest allowed value.")
+    min: Number | None = Field(default=None, description="Smallest allowed value.")
+    max: Number | None = Field(default=None, description="Largest allowed value.")
 
 
 class Expect(Part):

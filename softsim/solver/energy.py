@@ -8,8 +8,9 @@ less the external work and less what was there at the start.
 
 from dataclasses import dataclass
 
-import numpy as np
+import taichi as ti
 
+from softsim import backend
 from softsim.solver.explicit import ExplicitSolver
 
 
@@ -43,51 +44,67 @@ class Energies:
         return max(abs(accounted), abs(self.external_work), self.kinetic + self.internal)
 
 
-def measure(solver: ExplicitSolver) -> list[Energies]:
-    """Energies of each scenario now."""
-    terms = solver.terms
-    scenarios = solver.scenarios
-    zero = np.zeros(scenarios)
-    internal = sum((b.internal_energy() for b in terms.bodies), zero)
-    viscous = sum((b.viscous_dissipation() for b in terms.bodies), zero)
-    contact = sum((c.contact_energy() for c in terms.contacts), zero)
-    friction = sum((c.friction_dissipation.to_numpy().sum(axis=1) for c in terms.contacts), zero)
-    viscous = viscous + sum(
-        (c.damping_dissipation.to_numpy().sum(axis=1) for c in terms.contacts), zero
-    )
-    work = sum((load.external_work() for load in [*terms.pressures, *terms.nodal_forces]), zero)
-    if terms.rigid_bodies.count:
-        work = work + terms.rigid_bodies.applied_work.to_numpy().sum(axis=1)
-    work = work + gravity_work(solver)
-    columns = zip(
-        internal, kinetic_energy(solver), contact, friction, viscous, work, strict=True
-    )
-    return [Energies(*map(float, row)) for row in columns]
+@dataclass(frozen=True)
+class Grip:
+    """Contact with walls: nodes touching now, impulses [N s] since they were cleared."""
+
+    contact_count: int
+    normal_impulse: float
+    impulse_x: float
 
 
-def kinetic_energy(solver: ExplicitSolver) -> np.ndarray:
-    """Kinetic energy of nodes and rigid bodies [J], (scenarios,)."""
-    v = solver.node_velocities()
-    energy = 0.5 * np.einsum("a,sai,sai->s", solver.models[0].mass, v, v)
-    bodies = solver.terms.rigid_bodies
-    if bodies.count:
-        velocity, omega = solver.rigid_velocities()
-        energy = energy + 0.5 * np.einsum("r,sri,sri->s", bodies.mass.to_numpy(), velocity, velocity)
-        energy = energy + 0.5 * np.einsum("r,sr,sr->s", bodies.inertia.to_numpy(), omega, omega)
-    return energy
+@ti.data_oriented
+class Meter:
+    """Reads energies and grip in one kernel: copying every field out would cost more than a
+    hundred increments.
+    """
 
+    def __init__(self, solver: ExplicitSolver) -> None:
+        self.solver = solver
+        self.terms = solver.terms
+        self.readings = ti.field(backend.real, shape=(solver.scenarios, 10))
 
-def gravity_work(solver: ExplicitSolver) -> np.ndarray:
-    """Work of the weight since t = 0 [J], (scenarios,)."""
-    model = solver.models[0]
-    gravity = np.stack([m.gravity for m in solver.models])
-    loose = np.where(model.is_free, model.mass, 0.0)
-    moved = np.einsum("a,sai->si", loose, solver.positions() - model.points)
-    bodies = solver.terms.rigid_bodies
-    if bodies.count:
-        shift = bodies.centre.to_numpy() - bodies.rest_centre
-        moved = moved + np.einsum("r,sri->si", bodies.mass.to_numpy(), shift)
-    return np.einsum("si,si->s", gravity, moved)
+    def read(self, scenario: int = 0) -> tuple[Energies, Grip, float]:
+        """Energies, grip, and x of the centre of mass of all nodes [m] now."""
+        self._read(self.solver.increment)
+        row = self.readings.to_numpy()[scenario]
+        mass = self.solver.models[scenario].mass.sum()
+        return Energies(*row[:6]), Grip(int(row[6]), row[7], row[8]), float(row[9] / mass)
+
+    @ti.kernel
+    def _read(self, dt: ti.f64):
+        for s in range(self.solver.scenarios):
+            internal = ti.cast(0.0, backend.real)
+            contact = ti.cast(0.0, backend.real)
+            friction = ti.cast(0.0, backend.real)
+            viscous = ti.cast(0.0, backend.real)
+            for body in ti.static(self.terms.bodies):
+                internal += body.stored_energy(s)
+                viscous += body.dissipated_energy(s)
+            for surface in ti.static(self.terms.contacts):
+                contact += surface.stored_energy(s)
+                dissipated = surface.dissipated_energy(s)
+                friction += dissipated[0]
+                viscous += dissipated[1]
+            work = self.terms.nodes.weight_work(s) + self.terms.rigid_bodies.weight_work(s)
+            work += self.terms.rigid_bodies.work_done(s)
+            for load in ti.static(self.terms.working_loads):
+                work += load.work_done(s)
+            self.readings[s, 0] = internal
+            self.readings[s, 1] = self.terms.nodes.kinetic_energy(
+                s, dt
+            ) + self.terms.rigid_bodies.kinetic_energy(s, dt)
+            self.readings[s, 2] = contact
+            self.readings[s, 3] = friction
+            self.readings[s, 4] = viscous
+            self.readings[s, 5] = work
+            grip = ti.Vector([0.0, 0.0, 0.0])
+            for walls in ti.static(self.terms.wall_contacts):
+                grip += walls.grip(s)
+            self.readings[s, 6] = grip[0]
+            self.readings[s, 7] = grip[1]
+            self.readings[s, 8] = grip[2]
+            self.readings[s, 9] = self.terms.nodes.mass_moment(s)
 
 
 class EnergyBalance:

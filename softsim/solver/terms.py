@@ -109,7 +109,17 @@ class Terms:
     @property
     def contacts(self) -> list[SurfaceContact]:
         """Contact with walls, then with rigid outlines."""
-        return ([self.walls] if self.walls is not None else []) + self.supports
+        return self.wall_contacts + self.supports
+
+    @property
+    def wall_contacts(self) -> list[SurfaceContact]:
+        """Contact with walls: one, or none where there are no walls."""
+        return [] if self.walls is None else [self.walls]
+
+    @property
+    def working_loads(self) -> list[FollowerPressure | NodalForce]:
+        """Loads on nodes, which book their own work."""
+        return [*self.pressures, *self.nodal_forces]
 
     def drift_passes(self) -> list[Pass]:
         """Everything moves by dt times its half-step velocity."""
