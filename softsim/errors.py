@@ -1,5 +1,6 @@
 """Errors that a user meets: each has an exit code and, where there is one, a way out."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,7 +8,7 @@ from pathlib import Path
 class SoftsimError(Exception):
     """A failure with a message, a hint what to try, and the exit code of the command."""
 
-    exit_code = 1
+    exit_code: int = 1
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -29,23 +30,54 @@ class Location:
     def __str__(self) -> str:
         return f"{self.file}:{self.line}:{self.column}"
 
+    def excerpt(self) -> list[str]:
+        """The line with its number, and a caret below the column."""
+        number = f"{self.line:>5} | "
+        before = "".join(c if c == "\t" else " " for c in self.text[: self.column - 1])
+        line = "".join(c if c.isprintable() or c == "\t" else "?" for c in self.text)
+        return [number + line, " " * (len(number) - 2) + "| " + before + "^"]
+
+
+@dataclass(frozen=True)
+class Option:
+    """A place on the command line, such as `--set time.end=3 s`."""
+
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+    def excerpt(self) -> list[str]:
+        """Nothing more than the text itself tells."""
+        return []
+
 
 class SceneError(SoftsimError):
-    """A scene that cannot be run; `location` is where it says so, if it says so anywhere."""
+    """A scene that cannot be run.
+
+    `location` is where it says so, if it says so anywhere; `further` are the other problems that
+    the same scene has.
+    """
 
     exit_code = 2
 
-    def __init__(self, message: str, hint: str = "", location: Location | None = None) -> None:
+    def __init__(
+        self,
+        message: str,
+        hint: str = "",
+        location: Location | Option | None = None,
+        further: Sequence["SceneError"] = (),
+    ) -> None:
         super().__init__(message, hint)
-        self.location = location
+        self.location, self.further = location, tuple(further)
 
     def __str__(self) -> str:
-        if self.location is None:
-            return super().__str__()
-        number = f"{self.location.line:>5} | "
-        caret = " " * (len(number) - 2) + "| " + " " * (self.location.column - 1) + "^"
-        lines = [f"{self.location}: {self.message}", number + self.location.text, caret]
-        return "\n".join([*lines, f"  {self.hint}"] if self.hint else lines)
+        lines = [self.message]
+        if self.location is not None:
+            lines = [f"{self.location}: {self.message}", *self.location.excerpt()]
+        if self.hint:
+            lines.append(f"  {self.hint}")
+        return "\n".join([*lines, *map(str, self.further)])
 
 
 class MeshError(SoftsimError):
@@ -72,7 +104,7 @@ class StabilityError(SoftsimError):
     exit_code = 3
 
 
-class Interrupted(SoftsimError):
+class Interrupted(SoftsimError):  # noqa: N818 - no fault of anybody
     """A run stopped by a signal; its checkpoint is written."""
 
     exit_code = 4

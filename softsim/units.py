@@ -1,91 +1,191 @@
-"""Quantities with units: "36 mm" -> 0.036. The only user of pint; inside softsim all is SI."""
+"""Quantities as people write them, "36 mm", as SI floats, and back; the only user of pint.
 
+Angles are a dimension of their own here, so that a frequency never turns into an angular velocity
+unnoticed: "192 Hz" stays 192, and "192 rpm" where a frequency is due are 192/60 turns a second.
+"""
+
+import difflib
 import math
 import re
-from functools import lru_cache
-from typing import Any
+from collections import Counter
+from dataclasses import dataclass
+from decimal import Decimal
+from functools import cache, lru_cache
+from typing import TYPE_CHECKING
 
-# SI unit -> what it measures (for people) and how it is written.
-KINDS = {
-    "m": ("length", "36 mm"),
-    "s": ("time", "24 s"),
-    "kg": ("mass", "10 g"),
-    "Pa": ("pressure", "23 kPa"),
-    "Pa/s": ("pressure rate", "1.3 kPa/s"),
-    "1/Pa": ("compressibility", "1.4 1/MPa"),
-    "Hz": ("frequency", "192 Hz"),
-    "rad": ("angle", "30 deg"),
-    "rad/s": ("angular velocity", "10 rad/s"),
-    "m/s": ("velocity", "5 mm/s"),
-    "m/s^2": ("acceleration", "9.81 m/s^2"),
-    "N": ("force", "0.5 N"),
-    "N/m": ("stiffness", "250 N/m"),
-    "kg/m^3": ("density", "1070 kg/m^3"),
-    "kg*m^2": ("moment of inertia", "1 kg*mm^2"),
-}
+if TYPE_CHECKING:
+    from pint import UnitRegistry
 
+DEFINITIONS = """
+nano- = 1e-9 = n-
+micro- = 1e-6 = µ- = u- = μ-
+milli- = 1e-3 = m-
+centi- = 1e-2 = c-
+kilo- = 1e3 = k-
+mega- = 1e6 = M-
+giga- = 1e9 = G-
+meter = [length] = m
+second = [time] = s
+gram = [mass] = g
+radian = [angle] = rad
+inch = 0.0254 * meter = in
+minute = 60 * second = min
+hour = 3600 * second = h
+tonne = 1e6 * gram = t
+newton = kilogram * meter / second ** 2 = N
+joule = newton * meter = J
+pascal = newton / meter ** 2 = Pa
+bar = 1e5 * pascal
+psi = 6894.757293168361 * pascal
+mmHg = 133.322387415 * pascal
+hertz = 1 / second = Hz
+degree = 0.01745329251994329576923690768 * radian = deg = °
+turn = 6.283185307179586476925286767 * radian = turn
+rpm = turn / minute
+"""
+# fmt: off
+UNIT_NAMES = (
+    "nm", "um", "mm", "cm", "m", "in", "ms", "s", "min", "h", "mg", "g", "kg", "t", "mN", "N",
+    "kN", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "mmHg", "Hz", "kHz", "rpm",
+    "rad", "deg", "turn",
+)
+# fmt: on
+RADIANS_PER_TURN = Decimal("6.283185307179586476925286767")
 
-# A number and a product of units with small exponents; nothing that could be long to evaluate.
-QUANTITY = re.compile(
-    r"(?P<number>[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?)\s*"
-    r"(?P<unit>(/\s*)?[A-Za-zµ°]+([*/ ]+[A-Za-zµ°]+|(\^|\*\*)-?\d)*)"
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?"
+QUANTITY = re.compile(rf"\s*(?P<number>{NUMBER})\s*(?P<unit>.{{0,60}}?)\s*", re.ASCII)
+FACTOR = re.compile(
+    r"\s*(?P<join>(?:1\s*)?/|[*·]|)\s*(?P<name>[A-Za-zµμ]+|°)(?:(?:\^|\*\*)?(?P<power>-?\d))?"
 )
 
 
-@lru_cache(maxsize=1)
-def _registry() -> Any:
-    import pint  # takes a third of a second: only when a quantity is read
+@dataclass(frozen=True)
+class Kind:
+    """What an SI unit measures, with its article; how people write one; units to show it in."""
 
-    return pint.UnitRegistry(on_redefinition="ignore", cache_folder=None)
+    name: str
+    example: str
+    shown_in: tuple[str, ...]
 
 
-@lru_cache(maxsize=4096)
+# `shown_in` runs from small to large.
+KINDS = {
+    "m": Kind("a length", "36 mm", ("um", "mm", "m")),
+    "s": Kind("a duration", "24 s", ("us", "ms", "s")),
+    "kg": Kind("a mass", "10 g", ("mg", "g", "kg")),
+    "rad": Kind("an angle", "30 deg", ("deg",)),
+    "Hz": Kind("a frequency", "192 Hz", ("Hz", "kHz")),
+    "N": Kind("a force", "0.5 N", ("uN", "mN", "N", "kN")),
+    "Pa": Kind("a pressure", "36 kPa", ("Pa", "kPa", "MPa", "GPa")),
+    "1/Pa": Kind("an inverse pressure", "0.5 1/MPa", ("1/MPa", "1/kPa", "1/Pa")),
+    "Pa/s": Kind("a pressure rate", "1.3 kPa/s", ("Pa/s", "kPa/s", "MPa/s")),
+    "m/s": Kind("a speed", "5 mm/s", ("um/s", "mm/s", "m/s")),
+    "m/s^2": Kind("an acceleration", "9.81 m/s^2", ("mm/s^2", "m/s^2")),
+    "rad/s": Kind("an angular velocity", "20 rad/s", ("rad/s",)),
+    "kg/m^3": Kind("a density", "1070 kg/m^3", ("kg/m^3",)),
+    "kg*m^2": Kind("a moment of inertia", "0.5 kg*mm^2", ("g*mm^2", "kg*mm^2", "kg*m^2")),
+    "N/m": Kind("a stiffness", "200 N/m", ("mN/m", "N/m", "kN/m", "MN/m")),
+}
+
+Dimension = frozenset[tuple[str, int]]
+FREQUENCY: Dimension = frozenset({("[time]", -1)})
+TURNING: Dimension = frozenset({("[angle]", 1), ("[time]", -1)})
+
+
 def parse(text: str, unit: str) -> float:
-    """The value of `text` in the SI unit `unit`, a key of KINDS.
-
-    >>> parse("36 mm", "m")
-    0.036
+    """The quantity in `text`, such as "36 mm", in the SI unit `unit`, a key of `KINDS`.
 
     Raises
     ------
-    ValueError: no unit, another kind of quantity, or no finite number.
+    ValueError: no unit, an unknown one, one of another dimension, no number, or one too large.
     """
-    kind, example = KINDS[unit]
-    right = f'{kind} due, such as "{example}"'
-    number = text.strip()
+    kind = KINDS[unit]
+    match = QUANTITY.fullmatch(text)
+    if match is None:
+        raise ValueError(f'{text!r} is not {kind.name}: write it like "{kind.example}"')
+    if not match["unit"]:
+        usual = kind.example.split(" ", 1)[1]
+        raise ValueError(f'{kind.name} needs a unit: write "{match["number"]} {usual}"')
     try:
-        bare = float(number)
-    except ValueError:
-        pass
-    else:
-        own_unit = example.split(" ", 1)[1]
-        raise ValueError(f'{number} has no unit: write "{bare:g} {own_unit}"; {right}')
-    written = QUANTITY.fullmatch(number)
-    if written is None:
-        raise ValueError(f"'{text}' is no quantity: {right}")
-    registry = _registry()
-    try:
-        own = registry.parse_units(written["unit"].replace("/", "1/", written["unit"][0] == "/"))
-    except Exception as error:  # pint raises errors of many kinds for what is no unit
-        raise ValueError(f"'{written['unit']}' is no unit: {right}") from error
-    return _convert(registry.Quantity(float(written["number"]), own), text, unit, right)
-
-
-def _convert(quantity: Any, text: str, unit: str, right: str) -> float:
-    registry = _registry()
-    target = registry.parse_units(unit)
-    if quantity.dimensionality != target.dimensionality:
-        raise ValueError(f"'{text}' is {_kind_of(quantity)}: {right}")
-    # A turn is no radian for a frequency: "192 rpm" are 3.2 Hz.
-    turns = unit == "Hz" and "radian" in str(quantity.to_root_units().units)
-    value = float(quantity.to("turn/second" if turns else target).magnitude)
+        factor = _factor(match["unit"], unit)
+    except ValueError as error:
+        raise ValueError(f"{text!r} {error}") from None
+    value = float(Decimal(match["number"]) * factor)
     if not math.isfinite(value):
-        raise ValueError(f"'{text}' is no finite number: {right}")
+        raise ValueError(f"{text!r} is too large for {kind.name}")
     return value
 
 
-def _kind_of(quantity: Any) -> str:
-    for unit, (kind, _) in KINDS.items():
-        if _registry().parse_units(unit).dimensionality == quantity.dimensionality:
-            return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
-    return f"a quantity in {quantity.units:~}"
+def unit_of(text: str) -> str:
+    """The unit in a text that `parse` accepts: "mm" of "36 mm"."""
+    match = QUANTITY.fullmatch(text)
+    if match is None:
+        raise ValueError(f"{text!r} is no quantity")
+    return match["unit"]
+
+
+def format_quantity(value: float, unit: str) -> str:
+    """`value`, in the SI unit `unit`, for people, with six digits: 0.036 in "m" gives "36 mm"."""
+    shown = [(name, float(_factor(name, unit))) for name in KINDS[unit].shown_in]
+    # a value that rounds to 1 of a unit is shown in it: 0.99999999 m as "1 m", not "1000 mm"
+    fitting = [one for one in shown if abs(value) >= (1.0 - 5e-7) * one[1]]
+    name, size = fitting[-1] if fitting and math.isfinite(value) else shown[0]
+    return f"{value / size:.6g} {name}" if value else f"0 {unit}"
+
+
+@lru_cache(maxsize=1024)
+def _factor(expression: str, unit: str) -> Decimal:
+    """What one `expression` is in `unit`; ValueError where they measure different things."""
+    scale, dimension = _measure(expression)
+    due_scale, due = _measure(unit)
+    if due == FREQUENCY and dimension == TURNING:
+        scale, dimension = scale / RADIANS_PER_TURN, due
+    if dimension != due:
+        kind = KINDS[unit]
+        given = [k.name for other, k in KINDS.items() if _measure(other)[1] == dimension]
+        what = f"is {given[0]}, " if given else ""
+        is_due = f"{kind.name} is due"
+        raise ValueError(f'{what or "measures something else: "}{is_due}, such as "{kind.example}"')
+    return scale / due_scale
+
+
+@lru_cache(maxsize=1024)
+def _measure(expression: str) -> tuple[Decimal, Dimension]:
+    """Scale to base units and dimension of a product of powers of units."""
+    scale, powers, position = Decimal(1), Counter[str](), 0
+    plain = expression.translate({ord("²"): "2", ord("³"): "3"})
+    while position < len(plain):
+        match = FACTOR.match(plain, position)
+        if match is None:
+            raise ValueError(f'has no readable unit in {expression!r}: write it like "kg/m^3"')
+        power = int(match["power"] or 1) * (-1 if match["join"].endswith("/") else 1)
+        unit_scale, dimension = _named_unit(match["name"])
+        scale *= unit_scale**power
+        for base, exponent in dimension:
+            powers[base] += exponent * power
+        position = match.end()
+    return scale, frozenset((base, power) for base, power in powers.items() if power)
+
+
+def _named_unit(name: str) -> tuple[Decimal, Dimension]:
+    """Scale and dimension of one unit with its prefix; ValueError for an unknown one."""
+    from pint.errors import UndefinedUnitError
+
+    try:
+        unit = _registry().Unit(name)
+        scale = Decimal(str(_registry().get_root_units(unit)[0]))
+    except (UndefinedUnitError, ValueError):  # pint reads "nan" as a prefix without a unit
+        close = difflib.get_close_matches(name.lower(), [u.lower() for u in UNIT_NAMES], n=9)
+        meant = [u for u in UNIT_NAMES if u.lower() in close[:1]]
+        hint = f"did you mean {' or '.join(meant)}?" if meant else f"known: {', '.join(UNIT_NAMES)}"
+        raise ValueError(f"has the unknown unit {name!r}: {hint}") from None
+    return scale, frozenset((base, int(str(p))) for base, p in unit.dimensionality.items())
+
+
+@cache
+def _registry() -> "UnitRegistry":
+    import pint  # slow to import, and a scene without quantities or a --help needs none
+
+    registry: UnitRegistry = pint.UnitRegistry(None, non_int_type=Decimal)
+    registry.load_definitions(DEFINITIONS.strip().splitlines())
+    return registry

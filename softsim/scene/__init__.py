@@ -1,1 +1,1 @@
-"""Scenes: what the user writes, checked."""
+"""Scenes: what a user writes, as a validated tree of values in SI units."""

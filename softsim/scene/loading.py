@@ -1,155 +1,205 @@
-"""Scenes from files: YAML, `include`, `--set`, validation, and the place of every value."""
+"""Scene files: YAML, the parts they include, the command line's overrides, the validated scene."""
 
-import json
+import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePath
 
 from pydantic import ValidationError
 
-from softsim.errors import Location, SceneError
-from softsim.scene.reporting import validation_error
+from softsim.errors import Option, SceneError
+from softsim.scene.reporting import did_you_mean, scene_error, title
+from softsim.scene.resolved import resolved_text
 from softsim.scene.schema import Scene
-from softsim.scene.tree import Entry, PathKey, merged, parse_tree, read_tree
+from softsim.scene.structure import Place
+from softsim.scene.tree import Key, Keys, Tree, child, merged, nearest, plain, replaced
+from softsim.scene.yaml_reading import is_file, read_file, read_text
+
+MOST_FILES = 100
 
 
 @dataclass(frozen=True)
 class LoadedScene:
-    """A checked scene, and where each of its values was written."""
+    """A valid scene and where it says what; `folder` holds its file."""
 
     scene: Scene
     path: Path
-    tree: Entry
+    folder: Path
+    tree: Tree
 
-    @property
-    def folder(self) -> Path:
-        """The folder of the scene file."""
-        return self.path.parent
-
-    def error(self, path: PathKey, message: str, hint: str = "") -> SceneError:
-        """An error at the value of `path`, or at its nearest ancestor that was written."""
-        return SceneError(message, hint, self.tree.nearest(path).location)
-
-    def resolve_file(self, path: PathKey) -> Path:
-        """The file named by the value at `path`, relative to the file that says so.
-
-        Raises SceneError if it lies outside the scene's folder or is not there.
-        """
-        entry = self.tree.nearest(path)
-        base = Path(entry.location.file)
-        base = base.parent if base.is_file() else self.folder
-        target = _inside(self.folder, base, str(entry.value), entry.location)
-        if not target.is_file():
-            raise SceneError(f"there is no file {target}", "", entry.location)
-        return target
+    def error(self, keys: Keys, message: str, hint: str = "") -> SceneError:
+        """An error at the value of `keys`, or at the nearest value above it that is written."""
+        return SceneError(message, hint, nearest(self.tree, keys)[0].origin)
 
     def resolved(self) -> str:
-        """The scene with every value, defaults too, each with its origin as a comment.
+        """A scene file with every value, also the defaults, and where each comes from."""
+        return resolved_text(self.scene, self.tree)
 
-        Loading this text gives the same scene.
+    def resolve_file(self, keys: Keys) -> Path:
+        """The file named by the value of `keys`, relative to the scene file that says it.
+
+        Raises
+        ------
+        SceneError: it does not exist, or lies outside the main scene's folder.
         """
-        values = self.scene.model_dump(mode="json", exclude_none=True)
-        return "\n".join(_lines(values, self.tree, "")) + "\n"
+        named = nearest(self.tree, keys)[0]
+        path = _inside(self.folder, named)
+        if not is_file(path):
+            raise self.error(keys, f"{title(keys)}: there is no file {path}")
+        return path
 
 
-def load_scene(path: Path | str, overrides: Sequence[str] = ()) -> LoadedScene:
-    """Read and check a scene file; `overrides` are "a.b.c=value".
+def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
+    """Read, merge and validate a scene.
 
-    Raises SceneError with the place of everything that is wrong.
+    Parameters
+    ----------
+    path: the scene file.
+    overrides: "time.end=3 s" each: keys joined by dots (whole numbers count list entries from 0),
+        then a YAML value. Later ones win, and all win over files.
+
+    Raises
+    ------
+    SceneError: anything that keeps it from being a scene; it holds every problem found.
     """
     path = Path(path)
-    tree = _with_includes(path, path.parent, ())
+    tree = _Includes(path.parent).read(path)
     for override in overrides:
-        tree = _overridden(tree, override)
+        tree = overridden(tree, override)
     try:
-        scene = Scene.model_validate(tree.plain())
+        scene = Scene.model_validate(plain(tree))
     except ValidationError as error:
-        raise validation_error(error, tree) from None
-    return LoadedScene(scene, path, tree)
+        raise scene_error(error, tree) from None
+    return LoadedScene(scene, path, path.parent, tree)
 
 
-def _with_includes(path: Path, root: Path, open_files: tuple[Path, ...]) -> Entry:
-    tree = read_tree(path, str(path))
-    include = tree.value.pop("include", None)
-    if include is None:
-        return tree
-    names = include.value if isinstance(include.value, list) else [include]
-    below = Entry({}, tree.location)
-    for entry in names:
-        if not isinstance(entry.value, str):
-            raise SceneError("include needs the path of a file", "include: parts/robot.yaml",
-                             entry.location)  # fmt: skip
-        target = _inside(root, path.parent, entry.value, entry.location)
-        chain = (*open_files, path.resolve())
-        if target.resolve() in chain:
-            raise SceneError(f"{entry.value} includes itself", "remove one of the includes",
-                             entry.location)  # fmt: skip
-        if not target.is_file():
-            raise SceneError(f"there is no file {target}", "", entry.location)
-        below = merged(below, _with_includes(target, root, chain))
-    return merged(below, tree)
+class _Includes:
+    """Reads a file with all that it includes."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.open: list[Path] = []
+        self.count = 0
+
+    def read(self, path: Path) -> Tree:
+        """The file's tree, merged over those of the files under its key `include`."""
+        self.count += 1
+        if self.count > MOST_FILES:
+            raise SceneError(f"{path}: more than {MOST_FILES} files are included")
+        tree = read_file(path)
+        if not isinstance(tree.value, dict) or "include" not in tree.value:
+            return tree
+        own = {key: value for key, value in tree.value.items() if key != "include"}
+        self.open.append(path)
+        parts = [self._part(named) for named in _listed(tree.value["include"])]
+        self.open.pop()
+        result = replace(tree, value={})
+        for part in [*parts, replace(tree, value=own)]:
+            result = merged(result, part)
+        return result
+
+    def _part(self, named: Tree) -> Tree:
+        path = _inside(self.folder, named)
+        if path in self.open:
+            circle = " -> ".join(str(p) for p in [*self.open[self.open.index(path) :], path])
+            raise SceneError("files include each other in a circle", circle, named.origin)
+        if not is_file(path):
+            raise SceneError(f"there is no file {path} to include", location=named.origin)
+        return self.read(path)
 
 
-def _inside(root: Path, base: Path, name: str, location: Location) -> Path:
-    target = base / name
-    if not target.resolve().is_relative_to(root.resolve()):
+def _listed(named: Tree) -> list[Tree]:
+    """The file names under `include`, one or several."""
+    names = named.value if isinstance(named.value, list) else [named]
+    for name in names:
+        if not isinstance(name.value, str) or not name.value:
+            raise SceneError(
+                "include: a file name is due, or a list of them",
+                "include: parts/skin.yaml",
+                name.origin,
+            )
+    return names
+
+
+def _inside(folder: Path, named: Tree) -> Path:
+    """The path that `named` gives, relative to the file that says so, never outside `folder`."""
+    name = str(named.value)
+    home = folder if isinstance(named.origin, Option) else Path(named.origin.file).parent
+    path = home / name
+    steps = _normal(path.relative_to(folder)) if not PurePath(name).is_absolute() else None
+    if steps is None or "\0" in name:
         raise SceneError(
-            f"'{name}' leaves the scene's folder {root.resolve()}",
-            "keep included and mesh files beside the scene or below it",
-            location,
+            f"{name!r} leaves the scene's folder",
+            f"put the file into {folder} or below and name it relative to this one",
+            named.origin,
         )
-    return target
+    return folder.joinpath(*steps)
 
 
-def _overridden(tree: Entry, override: str) -> Entry:
-    name, equals, text = override.partition("=")
-    shown = f"--set {override}"
-    keys = name.strip().split(".")
-    if not equals or not all(keys):
-        raise SceneError(
-            f"{shown}: an override is PATH=VALUE", "--set contact.friction_coefficient=0.6"
-        )
-    value = parse_tree(text, shown) if text.strip() else Entry(None, Location(shown, 1, 1, text))
-    return _placed(tree, keys, value, shown)
-
-
-def _placed(entry: Entry, keys: list[str], value: Entry, shown: str) -> Entry:
-    """`entry` with `value` at `keys`; mappings grow, lists do not."""
-    if not keys:
-        location = Location(shown, 1, 1, value.location.text)
-        return Entry(value.value, location, location)
-    key, rest = keys[0], keys[1:]
-    here = Location(shown, 1, 1, "")
-    if isinstance(entry.value, list):
-        if not key.isdigit() or int(key) >= len(entry.value):
-            raise SceneError(f"'{key}' is no index of a list of {len(entry.value)}", "", here)
-        items = list(entry.value)
-        items[int(key)] = _placed(items[int(key)], rest, value, shown)
-        return Entry(items, entry.location, entry.key_location)
-    if not isinstance(entry.value, dict):
-        raise SceneError(f"'{key}' lies below a value, not below a mapping", "", here)
-    below = entry.value.get(key, Entry({}, here, here))
-    return Entry(
-        {**entry.value, key: _placed(below, rest, value, shown)},
-        entry.location,
-        entry.key_location,
-    )
-
-
-def _lines(values: dict[str, Any], tree: Entry | None, indent: str) -> Iterator[str]:
-    for key, value in values.items():
-        entry = None if tree is None else tree.child(key)
-        if isinstance(value, dict) and value:
-            yield f"{indent}{key}:"
-            yield from _lines(value, entry, indent + "  ")
-        elif entry is None:
-            yield f"{indent}{key}: {json.dumps(value, ensure_ascii=False)}  # default"
+def _normal(path: PurePath) -> list[str] | None:
+    """The steps of a relative path without "..", None where it climbs out."""
+    steps: list[str] = []
+    for step in path.parts:
+        if step != "..":
+            steps.append(step)
+        elif steps:
+            steps.pop()
         else:
-            given = json.dumps(entry.plain(), ensure_ascii=False)
-            yield f"{indent}{key}: {given}  # {_origin(entry.location)}"
+            return None
+    return steps
 
 
-def _origin(location: Location) -> str:
-    shown = str(location.file)
-    return shown if shown.startswith("--set") else f"{shown}:{location.line}"
+def overridden(tree: Tree, override: str) -> Tree:
+    """`tree` with one value set from the command line, "time.end=3 s".
+
+    Raises
+    ------
+    SceneError: no "=", a path that the schema or the scene does not have, a value that is no YAML.
+    """
+    option = Option(f"--set {override}")
+    path, equals, text = override.partition("=")
+    if not equals or not re.fullmatch(r"[^.\s]+(\.[^.\s]+)*", path.strip()):
+        raise SceneError("must read PATH=VALUE", 'such as --set "time.end=3 s"', option)
+    keys = tuple(_keys(tree, path.strip().split("."), option))
+    value = read_text(text, lambda line, column: option)
+    return replaced(tree, keys, value or Tree(None, option, option))
+
+
+def _keys(tree: Tree, words: Sequence[str], option: Option) -> Iterator[Key]:
+    """The words as keys: whole numbers where the scene has a list; each must lead somewhere.
+
+    A section of the schema may be absent from the file, a name before the last word may not: a
+    mistyped body would become a new one.
+    """
+    place: Place | None = Place(Scene)
+    held: Tree | None = tree
+    for position, word in enumerate(words):
+        is_last = position == len(words) - 1
+        if held is not None and isinstance(held.value, list):
+            key: Key = _index(held, word, option)
+        else:
+            key = word
+            if held is not None and held.value is not None and not isinstance(held.value, dict):
+                raise SceneError(f"{words[position - 1]} holds no keys", location=option)
+        place = place.variant(plain(held) if held else {}) if place else None
+        following = child(held, key) if held else None
+        if place and following is None:
+            known = list(place.models[0].model_fields) if len(place.models) == 1 else []
+            names = list(held.value) if held and isinstance(held.value, dict) else []
+            if (known and word not in known) or (not place.models and not is_last):
+                hint = did_you_mean(word, known or names)
+                raise SceneError(f"there is no '{'.'.join(words[: position + 1])}'", hint, option)
+        place = place.inside(key) if place else None
+        held = following
+        yield key
+
+
+def _index(held: Tree, word: str, option: Option) -> int:
+    count = len(held.value) if isinstance(held.value, list) else 0
+    if not re.fullmatch(r"[0-9]{1,6}", word) or int(word) >= count:
+        raise SceneError(
+            f"'{word}' is no entry of this list",
+            f"entries 0 to {count - 1}" if count else "",
+            option,
+        )
+    return int(word)

@@ -1,172 +1,201 @@
-"""From pydantic's list of errors to messages a person can act on, each at its place."""
+"""What is wrong with a scene, where, and what would be right: pydantic's errors for people."""
 
 import difflib
-import json
-from functools import lru_cache
+import re
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from pydantic import ValidationError
 
-from softsim.errors import Location, SceneError
-from softsim.scene.schema import scene_json_schema
-from softsim.scene.tree import Entry, PathKey
+from softsim.errors import SceneError
+from softsim.scene.schema import Scene
+from softsim.scene.structure import Place, discriminators, place_of
+from softsim.scene.tree import Keys, Tree, nearest
 
-# What pydantic calls the type, and what is due.
-DUE = {
+MOST_SHOWN = 20
+WANTED = {
+    "float_type": "a number without a unit, such as 0.5",
+    "int_type": "a whole number, such as 5",
+    "int_from_float": "a whole number, such as 5",
+    "string_type": "a text",
+    "string_unicode": "a text of valid characters",
+    "finite_number": "a finite number",
+    "tuple_type": "a list, such as [a, b]",
     "dict_type": "a mapping of names to values",
     "model_type": "a mapping of keys to values",
     "model_attributes_type": "a mapping of keys to values",
-    "tuple_type": "a list",
-    "list_type": "a list",
-    "string_type": "a text",
-    "int_type": "a whole number",
-    "int_parsing": "a whole number",
-    "int_from_float": "a whole number",
+}
+BOUNDS = {
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
 }
 
 
-def validation_error(error: ValidationError, tree: Entry) -> SceneError:
-    """One SceneError that says everything that is wrong, each with its place and line."""
-    problems: dict[PathKey, SceneError] = {}
-    for item in error.errors(include_url=False):
-        path, unknown = _data_path(item["loc"], tree)
-        problem = _problem(item, path, unknown, tree)
-        # A union of "auto" and a quantity complains twice about one value: the quantity's
-        # complaint shows the right form.
-        if path not in problems or item["type"] == "value_error":
-            problems[path] = problem
-    found = list(problems.values())
-    if len(found) == 1:
-        return found[0]
-    text = "\n".join(str(p) for p in found)
-    return SceneError(f"{len(found)} problems\n{text}")
+def scene_error(error: ValidationError, tree: Tree) -> SceneError:
+    """All that pydantic found wrong in `tree`, as one error that holds the further ones."""
+    found = error.errors(include_url=False)
+    items = [item for item in found if not _follows_from_another(item, found)]
+    problems = [_problem(item, tree) for item in items[:MOST_SHOWN]]
+    if len(items) > MOST_SHOWN:
+        problems.append(SceneError(f"and {len(items) - MOST_SHOWN} more problems"))
+    first = problems[0]
+    return SceneError(first.message, first.hint, first.location, problems[1:])
 
 
-def _data_path(loc: tuple[str | int, ...], tree: Entry) -> tuple[PathKey, str | None]:
-    """The place in the scene that pydantic's `loc` means, and the key there that is missing.
-
-    `loc` also names members of unions, which the scene does not know.
-    """
-    path: list[str | int] = []
-    entry = tree
-    missing = None
-    tagged: Entry | None = None
-    for part in loc:
-        below = entry.child(part)
-        if entry is not tagged and part in _tags(entry):
-            tagged = entry
-        elif below is not None:
-            entry = below
-            path.append(part)
-            missing = None
-        else:
-            missing = str(part)
-    return (*path,), missing
+def _follows_from_another(item: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> bool:
+    """A list is too short for pydantic when one of its entries is wrong: only that is news."""
+    loc = item["loc"]
+    return item["type"] == "too_short" and any(
+        len(other["loc"]) > len(loc) and other["loc"][: len(loc)] == loc for other in found
+    )
 
 
-def _tags(entry: Entry) -> list[Any]:
-    """Values by which the entry may choose a member of a union: kind, generator, law."""
-    chosen = (entry.child(key) for key in ("kind", "generator", "law"))
-    return [c.value for c in chosen if c is not None and isinstance(c.value, str)]
+def did_you_mean(word: str, allowed: Collection[str]) -> str:
+    """ "did you mean 'length'?", or all that is allowed where nothing is close."""
+    close = difflib.get_close_matches(word, allowed, n=1)
+    if close:
+        return f"did you mean '{close[0]}'?"
+    return f"allowed here: {', '.join(allowed)}" if allowed else "nothing is allowed here"
 
 
-def _problem(item: Any, path: PathKey, missing: str | None, tree: Entry) -> SceneError:
-    entry = tree.nearest(path)
-    name = ".".join(map(str, path)) or "the scene"
-    kind, context = item["type"], item.get("ctx", {})
-    location = entry.location
-    if kind == "extra_forbidden":
-        key = str(path[-1])
-        allowed = sorted(_schema_at(item["loc"][:-1]).get("properties", {}))
-        close = difflib.get_close_matches(key, allowed, n=2, cutoff=0.6)
-        hint = f"did you mean {' or '.join(map(repr, close))}? " if close else ""
-        return SceneError(f"unknown key '{key}'", f"{hint}allowed here: {', '.join(allowed)}",
-                          entry.key_location or location)  # fmt: skip
+def title(keys: Keys) -> str:
+    """A short name of a place: its last word key with the indices after it, "points[0][1]"."""
+    words = [i for i, key in enumerate(keys) if isinstance(key, str)]
+    if not words:
+        return "the scene"
+    indices = "".join(f"[{index}]" for index in keys[words[-1] + 1 :])
+    return f"{_printable(str(keys[words[-1]]))}{indices}"
+
+
+def _problem(item: Mapping[str, Any], tree: Tree) -> SceneError:
+    """One of pydantic's errors."""
+    kind, loc = item["type"], item["loc"]
+    place = place_of(Scene, loc)
+    if kind == "missing" and isinstance(loc[-1], str):
+        return _missing_key(place_of(Scene, loc[:-1]), place, tree)
     if kind == "missing":
-        wanted = _schema_at(item["loc"])
-        example = wanted.get("examples", [""])[0]
-        hint = wanted.get("description", "")
-        if example:
-            hint = f"{hint} For example: {missing}: {example}"
-        place = entry.key_location or location
-        return SceneError(f"{name} needs the key '{missing}'", hint.strip(), place)
-    if kind == "union_tag_not_found":
-        tag = context["discriminator"].strip("'")
-        return SceneError(f"{name} needs the key '{tag}'", "", entry.key_location or location)
-    if kind == "union_tag_invalid":
-        tag = context["discriminator"].strip("'")
-        below = entry.child(tag)
+        return _wrong_count(place_of(Scene, loc[:-1]), tree)
+    if kind == "extra_forbidden":
+        return _unknown_key(place_of(Scene, loc[:-1]), place.keys, tree)
+    if kind.startswith("union_tag"):
+        return _unknown_variant(place, tree)
+    if loc[-1:] == ("[key]",):
+        message = f"{item['input']!r} is no name: letters, digits, _ and - make one"
         return SceneError(
-            f"{tag}: there is no '{context['tag']}'", f"one of: {context['expected_tags']}",
-            below.location if below is not None else location,
-        )  # fmt: skip
-    if kind == "literal_error":
-        return _at(location, f"{name}: {entry.plain()!r} is not allowed",
-                   f"one of: {context['expected']}")  # fmt: skip
+            message, location=nearest(tree, (*place.keys, item["input"]))[0].key_origin
+        )
+    message, hint = _about_value(item)
+    if not hint and place.field is not None:
+        hint = place.field.description or ""
+    location = nearest(tree, place.keys)[0].origin
+    return SceneError(f"{title(place.keys)}: {message}", hint, location)
+
+
+def _missing_key(parent: Place, place: Place, tree: Tree) -> SceneError:
+    description = (place.field.description or "") if place.field else ""
+    key, holder = place.keys[-1], nearest(tree, parent.keys)[0]
+    return SceneError(
+        f"{title(parent.keys)}: the key '{key}' is missing", description, holder.key_origin
+    )
+
+
+def _wrong_count(place: Place, tree: Tree) -> SceneError:
+    held = nearest(tree, place.keys)[0]
+    given = len(held.value) if isinstance(held.value, list) else 1
+    return SceneError(
+        f"{title(place.keys)}: must have {place.entry_count} entries, not {given}",
+        (place.field.description or "") if place.field else "",
+        held.origin,
+    )
+
+
+def _unknown_key(parent: Place, keys: Keys, tree: Tree) -> SceneError:
+    allowed = list(parent.models[0].model_fields)
+    if not parent.keys:
+        allowed.append("include")
+    where = f" in {title(parent.keys)}" if parent.keys else ""
+    return SceneError(
+        f"unknown key '{_printable(str(keys[-1]))}'{where}",
+        did_you_mean(str(keys[-1]), allowed),
+        nearest(tree, keys)[0].key_origin,
+    )
+
+
+def _unknown_variant(place: Place, tree: Tree) -> SceneError:
+    """A mapping that does not tell, or not rightly, which class it means."""
+    held = nearest(tree, place.keys)[0]
+    name = title(place.keys)
+    if not isinstance(held.value, dict):
+        return SceneError(
+            f"{name}: must be {WANTED['model_type']}, not {_given(held.value)}",
+            (place.field.description or "") if place.field else "",
+            held.origin,
+        )
+    tags = [pair for model in place.models for pair in discriminators(model).items()]
+    key, allowed = tags[0][0], [tag for _, tag in tags]
+    others = [
+        f"{name}: ..."
+        for model in place.models
+        if not discriminators(model)
+        for name, field in model.model_fields.items()
+        if field.is_required()
+    ]
+    choice = " or ".join([f"{key}: {' | '.join(allowed)}", *others])
+    if key not in held.value:
+        return SceneError(f"{name}: the key '{key}' is missing", f"give {choice}", held.key_origin)
+    told = held.value[key]
+    problem = f"{key}: {_quoted(told.value)} is unknown here"
+    hint = did_you_mean(told.text, allowed)
+    return SceneError(problem, hint, told.origin)
+
+
+def _about_value(item: Mapping[str, Any]) -> tuple[str, str]:
+    """Message and hint for a value that stands in the right place but is not right."""
+    kind, value, context = item["type"], item["input"], item.get("ctx", {})
+    if kind == "quantity":
+        return context["problem"], context["hint"]
     if kind == "value_error":
-        complaint = str(context["error"])
-        return _at(location, f"{name}: {_shown(entry, complaint)}{complaint}", "")
-    if kind in DUE:
-        return _at(location, f"{name}: {DUE[kind]} is due, not {_short(entry)}",
-                   _example(item["loc"]))  # fmt: skip
-    message = item["msg"][:1].lower() + item["msg"][1:]
-    return _at(location, f"{name}: {_short(entry)}: {message}", "")
+        return str(context["error"]), ""
+    if kind in WANTED:
+        hint = f'write "{value}" with quotes' if kind == "string_type" and _is_number(value) else ""
+        return f"must be {WANTED[kind]}, not {_given(value)}", hint
+    if kind in BOUNDS:
+        limit, words = BOUNDS[kind]
+        return f"{value} must be {words} {context[limit]:g}", ""
+    if kind == "literal_error":
+        allowed = re.findall(r"'([^']*)'", context["expected"])
+        return f"{_quoted(value)} is not one of: {', '.join(allowed)}", ""
+    if kind == "string_pattern_mismatch":
+        return f'{value!r} must read body.set, such as "skin.chamber_top"', ""
+    if kind == "too_short":
+        return f"must have at least {context['min_length']}, not {context['actual_length']}", ""
+    if kind == "too_long":
+        return f"must have {context['max_length']} entries, not {context['actual_length']}", ""
+    return item["msg"], ""
 
 
-def _at(location: Location, message: str, hint: str) -> SceneError:
-    return SceneError(message, hint, location)
+def _printable(word: str) -> str:
+    return word if word.isprintable() else repr(word)
 
 
-def _shown(entry: Entry, complaint: str) -> str:
-    """The value in front of a complaint that does not say it: "must be greater than zero"."""
-    said = isinstance(entry.value, dict | list) or str(entry.value) in complaint
-    return "" if said else f"{entry.value!r} "
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def _short(entry: Entry) -> str:
-    text = json.dumps(entry.plain(), ensure_ascii=False)
-    return text if len(text) < 40 else text[:37] + "..."
+def _quoted(value: Any) -> str:
+    return repr(value) if isinstance(value, str) else _given(value)
 
 
-def _example(loc: tuple[str | int, ...]) -> str:
-    examples = _schema_at(loc).get("examples", [])
-    return f'for example "{examples[0]}"' if examples else ""
-
-
-@lru_cache(maxsize=1)
-def _schema() -> dict[str, Any]:
-    return scene_json_schema()
-
-
-def _schema_at(loc: tuple[str | int, ...]) -> dict[str, Any]:
-    """The part of the JSON schema that describes `loc`; empty if the schema has none."""
-    here = _schema()
-    for part in loc:
-        here = _below(_dereferenced(here), part)
-    described = {k: v for k, v in here.items() if k != "$ref"}
-    return {**_dereferenced(here), **described}
-
-
-def _dereferenced(schema: dict[str, Any]) -> dict[str, Any]:
-    if "$ref" in schema:
-        return _schema()["$defs"][schema["$ref"].rsplit("/", 1)[-1]]
-    return schema
-
-
-def _below(schema: dict[str, Any], part: str | int) -> dict[str, Any]:
-    if isinstance(part, int):
-        items = schema.get("prefixItems")
-        return items[part] if items and part < len(items) else schema.get("items", {})
-    if part in schema.get("properties", {}):
-        return schema["properties"][part]
-    if isinstance(schema.get("additionalProperties"), dict):
-        return schema["additionalProperties"]
-    for member in (*schema.get("oneOf", ()), *schema.get("anyOf", ())):
-        full = _dereferenced(member)
-        constants = [p.get("const") for p in full.get("properties", {}).values()]
-        if part in constants or (part == "mesh_file" and "file" in full.get("properties", {})):
-            return member
-    return schema
-
-
-
+def _given(value: Any) -> str:
+    """What stands there, in words."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list):
+        return "a list"
+    return f"the text {value!r}" if isinstance(value, str) else f"the number {value}"

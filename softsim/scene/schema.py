@@ -4,99 +4,61 @@ Quantities are written with units ("36 mm") and become SI floats; numbers withou
 written bare. Unknown keys are refused.
 """
 
+import math
+from itertools import pairwise
 from typing import Annotated, Any, Literal, Union
 
 from pydantic import (
-    AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
-    FiniteFloat,
-    PlainSerializer,
     Tag,
-    WithJsonSchema,
+    ValidationInfo,
+    field_validator,
     model_validator,
 )
 
-from softsim.units import KINDS, parse
+from softsim.scene.quantities import (
+    Angle,
+    AngularVelocity,
+    AutoOrPositiveStiffness,
+    AutoOrPositiveTime,
+    Direction,
+    Force,
+    Length,
+    Name,
+    NotNegativeAcceleration,
+    NotNegativePressure,
+    NotNegativeTime,
+    Number,
+    Point,
+    PositiveCompressibility,
+    PositiveDensity,
+    PositiveForce,
+    PositiveFrequency,
+    PositiveInertia,
+    PositiveLength,
+    PositiveMass,
+    PositivePressure,
+    PositivePressureRate,
+    PositiveTime,
+    Pressure,
+    SetReference,
+    Text,
+    Velocity,
+    WholeNumber,
+    written,
+)
 
-
-def quantity(unit: str) -> Any:
-    """Type of a quantity: a text with a unit, read as a float in the SI `unit`."""
-    kind, example = KINDS[unit]
-
-    def read(value: Any) -> float:
-        if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise ValueError(f'{kind} due, written as text such as "{example}"')
-        return parse(str(value), unit)
-
-    schema = {"type": "string", "description": f"A {kind}.", "examples": [example]}
-
-    def write(value: float) -> str:
-        return f"{value!r} {unit}"
-
-    return Annotated[
-        float,
-        BeforeValidator(read),
-        PlainSerializer(write, when_used="json"),
-        WithJsonSchema(schema),
-    ]
-
-
-def _positive(value: float) -> float:
-    if not value > 0.0:
-        raise ValueError("must be greater than zero")
-    return value
-
-
-def _not_negative(value: float) -> float:
-    if value < 0.0:
-        raise ValueError("must not be negative")
-    return value
-
-
-def _bare_number(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"a number without a unit is due, not {value!r}")
-    return value
-
-
-Number = Annotated[FiniteFloat, BeforeValidator(_bare_number)]
-Positive, NotNegative = AfterValidator(_positive), AfterValidator(_not_negative)
-
-Length = quantity("m")
-PositiveLength = Annotated[Length, Positive]
-Duration = quantity("s")
-PositiveTime = Annotated[Duration, Positive]
-NotNegativeTime = Annotated[Duration, NotNegative]
-PositiveMass = Annotated[quantity("kg"), Positive]
-PositiveInertia = Annotated[quantity("kg*m^2"), Positive]
-PositiveDensity = Annotated[quantity("kg/m^3"), Positive]
-Pressure = quantity("Pa")
-PositivePressure = Annotated[Pressure, Positive]
-NotNegativePressure = Annotated[Pressure, NotNegative]
-PositivePressureRate = Annotated[quantity("Pa/s"), Positive]
-PositiveCompressibility = Annotated[quantity("1/Pa"), Positive]
-PositiveFrequency = Annotated[quantity("Hz"), Positive]
-Angle = quantity("rad")
-AngularVelocity = quantity("rad/s")
-Velocity = quantity("m/s")
-NotNegativeAcceleration = Annotated[quantity("m/s^2"), NotNegative]
-Force = quantity("N")
-PositiveForce = Annotated[Force, Positive]
-PositiveStiffness = Annotated[quantity("N/m"), Positive]
-Point = tuple[Length, Length]
-Velocity2 = tuple[Velocity, Velocity]
-
-ZERO = (0.0, 0.0)
+ORIGIN = written("0 mm", "0 mm")
+AT_REST = written("0 mm/s", "0 mm/s")
 
 
 class Part(BaseModel):
     """Anything in a scene: frozen, and strict about its keys."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
 
 
 class PronyTerm(Part):
@@ -113,8 +75,8 @@ class YeohMaterial(Part):
 
     law: Literal["yeoh"] = Field(description="The strain-energy law.")
     C10: PositivePressure = Field(description="First constant; the shear modulus is 2 C10.")
-    C20: Pressure = Field(default=0.0, description="Second constant.")
-    C30: Pressure = Field(default=0.0, description="Third constant.")
+    C20: Pressure = Field(default=written("0 Pa"), description="Second constant.")
+    C30: Pressure = Field(default=written("0 Pa"), description="Third constant.")
     density: PositiveDensity = Field(description="Mass density.")
     bulk_modulus: PositivePressure | None = Field(
         default=None, description="kappa in (kappa/2) (J - 1)^2. Give at most one of bulk_modulus, "
@@ -127,24 +89,26 @@ class YeohMaterial(Part):
         default=None, ge=0.0, lt=0.5, description="Poisson's ratio at small strain."
     )
     prony: tuple[PronyTerm, ...] = Field(default=(), description="Viscoelastic shear relaxation.")
-    source: str = Field(default="", description="Where the constants come from.")
+    source: Text = Field(default="", description="Where the constants come from.")
     strain_range: Number | None = Field(
         default=None, gt=0.0, description="Largest engineering strain that they were fitted on."
     )
 
-    @model_validator(mode="after")
-    def _one_compressibility(self) -> "YeohMaterial":
-        given = [n for n in ("bulk_modulus", "D1", "poisson_ratio") if getattr(self, n) is not None]
-        if len(given) > 1:
-            raise ValueError(f"{' and '.join(given)} say the same thing: give one of them")
-        return self
+    @field_validator("D1", "poisson_ratio")
+    @classmethod
+    def _one_compressibility(cls, value: float | None, info: ValidationInfo) -> float | None:
+        earlier = [n for n in ("bulk_modulus", "D1") if info.data.get(n) is not None]
+        if value is not None and earlier:
+            raise ValueError(f"says the same thing as {earlier[0]}: give one of them")
+        return value
 
-    @model_validator(mode="after")
-    def _something_remains(self) -> "YeohMaterial":
-        total = sum(term.g for term in self.prony)
+    @field_validator("prony")
+    @classmethod
+    def _something_remains(cls, prony: tuple[PronyTerm, ...]) -> tuple[PronyTerm, ...]:
+        total = sum(term.g for term in prony)
         if total >= 1.0:
-            raise ValueError(f"the g of all prony terms add up to {total:g}: must stay below 1")
-        return self
+            raise ValueError(f"the g of all terms add up to {total:g}: must stay below 1")
+        return prony
 
 
 class BlockMesh(Part):
@@ -160,49 +124,62 @@ class PfrSectionMesh(Part):
     """The PufferFace Robot's section along its axis: two skin strips with curved spikes."""
 
     generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
-    inner_diameter: PositiveLength = Field(default=15e-3, description="Of the skin.")
-    outer_diameter: PositiveLength = Field(default=17e-3, description="Of the skin, no spikes.")
-    free_length: PositiveLength = Field(default=30e-3, description="Skin between the knots.")
-    spikes_per_strip: int = Field(default=5, ge=0, le=100, description="Rows of spikes.")
-    spike_pitch: PositiveLength = Field(default=6e-3, description="Distance between rows.")
-    spike_height: PositiveLength = Field(default=5e-3, description="Above the skin.")
-    front_radius: PositiveLength = Field(default=5e-3, description="Of the spike's front edge.")
-    rear_radius: PositiveLength = Field(default=3.5e-3, description="Of the spike's rear edge.")
+    inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
+    outer_diameter: PositiveLength = Field(
+        default=written("17 mm"), description="Of the skin, no spikes."
+    )
+    free_length: PositiveLength = Field(
+        default=written("30 mm"), description="Skin between the knots."
+    )
+    spikes_per_strip: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+    spike_pitch: PositiveLength = Field(
+        default=written("6 mm"), description="Distance between rows."
+    )
+    spike_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
+    front_radius: PositiveLength = Field(
+        default=written("5 mm"), description="Of the spike's front edge."
+    )
+    rear_radius: PositiveLength = Field(
+        default=written("3.5 mm"), description="Of the spike's rear edge."
+    )
     root_thickness: PositiveLength = Field(
-        default=3e-3, description="Spike at its root, along x; a broad root matches the measured "
-        "stiffness better than a thin arc."
+        default=written("3 mm"), description="Spike at its root, along x; a broad root matches "
+        "the measured stiffness better than a thin arc."
     )  # fmt: skip
-    tip_thickness: PositiveLength = Field(default=1e-3, description="Spike at its tip.")
-    lean: Length = Field(default=2.5e-3, description="How far the tip lies behind the root.")
+    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Spike at its tip.")
+    lean: Length = Field(
+        default=written("2.5 mm"), description="How far the tip lies behind the root."
+    )
     element_size: PositiveLength = Field(
-        default=0.36e-3, description="Edge length of the triangles, about."
+        default=written("0.35 mm"), description="Edge length of the triangles, about."
     )
 
 
 class FileMesh(Part):
     """A mesh of linear triangles from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
 
-    file: str = Field(description="Path, relative to the file that says so.")
-    length_unit: PositiveLength = Field(default=1e-3, description="Length of one unit in the file.")
+    file: Text = Field(description="Path, relative to the file that says so.")
+    length_unit: PositiveLength = Field(
+        default=written("1 mm"), description="Length of one unit in the file."
+    )
 
 
 def _mesh_kind(value: Any) -> str | None:
     if isinstance(value, FileMesh) or (isinstance(value, dict) and "file" in value):
-        return "mesh_file"
-    return value.get("generator") if isinstance(value, dict) else value.generator
+        return "file"
+    if isinstance(value, dict):
+        value = value.get("generator")
+        return value if isinstance(value, str) else None
+    return getattr(value, "generator", None)
 
 
 MeshSource = Annotated[
     Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
         Annotated[BlockMesh, Tag("block")],
         Annotated[PfrSectionMesh, Tag("pfr_section")],
-        Annotated[FileMesh, Tag("mesh_file")],
+        Annotated[FileMesh, Tag("file")],
     ],
-    Discriminator(
-        _mesh_kind,
-        custom_error_type="mesh_source",
-        custom_error_message="a mesh is 'generator: block', 'generator: pfr_section', or 'file: PATH'",
-    ),
+    Discriminator(_mesh_kind),
 ]
 
 
@@ -212,11 +189,15 @@ class Body(Part):
     mesh: MeshSource = Field(description="From a generator, or from a file.")
     formulation: Literal["plane_strain"] = Field(description="Kinematics of the elements.")
     thickness: PositiveLength = Field(description="Depth of the plane model.")
-    material: str = Field(description="A name of the scene's materials or of the library.")
-    position: Point = Field(default=ZERO, description="Where the mesh's origin is placed.")
-    rotation: Angle = Field(default=0.0, description="Turn about the mesh's origin, before that.")
-    initial_velocity: Velocity2 = Field(default=ZERO, description="Of all its nodes.")
-    fixed: tuple[str, ...] = Field(default=(), description="Its node sets held in place.")
+    material: Text = Field(description="A name of the scene's materials or of the library.")
+    position: Point = Field(default=ORIGIN, description="Where the mesh's origin is placed.")
+    rotation: Angle = Field(
+        default=written("0 deg"), description="Turn about the mesh's origin, before that."
+    )
+    initial_velocity: tuple[Velocity, Velocity] = Field(
+        default=AT_REST, description="Of all its nodes."
+    )
+    fixed: tuple[Text, ...] = Field(default=(), description="Its node sets held in place.")
 
 
 class OutlineBox(Part):
@@ -231,10 +212,12 @@ class RigidBody(Part):
 
     mass: PositiveMass = Field(description="Without the nodes tied to it.")
     inertia: PositiveInertia = Field(description="About its centre, without tied nodes.")
-    center: Point = Field(default=ZERO, description="Centre of mass.")
-    tied: tuple[str, ...] = Field(default=(), description='Node sets that move with it: "skin.knots".')
+    center: Point = Field(default=ORIGIN, description="Centre of mass.")
+    tied: tuple[SetReference, ...] = Field(
+        default=(), description='Node sets that move with it: "skin.knots".'
+    )
     outline: OutlineBox | None = Field(default=None, description="What touches walls.")
-    supports: tuple[str, ...] = Field(
+    supports: tuple[SetReference, ...] = Field(
         default=(), description="Node sets that may lie against the outline from outside."
     )
     support_friction_coefficient: Number = Field(
@@ -243,14 +226,21 @@ class RigidBody(Part):
     free: tuple[Literal["x", "y", "rotation"], ...] = Field(
         default=("x", "y", "rotation"), description="Degrees of freedom that may move."
     )
-    initial_velocity: Velocity2 = Field(default=ZERO, description="Of its centre.")
-    initial_angular_velocity: AngularVelocity = Field(default=0.0, description="Turning speed.")
+    initial_velocity: tuple[Velocity, Velocity] = Field(
+        default=AT_REST, description="Of its centre."
+    )
+    initial_angular_velocity: AngularVelocity = Field(
+        default=written("0 rad/s"), description="Turning speed."
+    )
 
-    @model_validator(mode="after")
-    def _supports_need_an_outline(self) -> "RigidBody":
-        if self.supports and self.outline is None:
-            raise ValueError("supports need an outline to lie against: give outline too")
-        return self
+    @field_validator("supports")
+    @classmethod
+    def _supports_need_an_outline(
+        cls, supports: tuple[str, ...], info: ValidationInfo
+    ) -> tuple[str, ...]:
+        if supports and info.data.get("outline") is None:
+            raise ValueError("need an outline to lie against: give outline too")
+        return supports
 
 
 class PipeWall(Part):
@@ -258,23 +248,17 @@ class PipeWall(Part):
 
     kind: Literal["pipe"] = Field(description="Kind of wall.")
     diameter: PositiveLength = Field(description="Inner diameter.")
-    axis_height: Length = Field(default=0.0, description="y of the pipe's axis.")
+    axis_height: Length = Field(default=written("0 mm"), description="y of the pipe's axis.")
 
 
 class PlaneWall(Part):
     """A half plane."""
 
     kind: Literal["plane"] = Field(description="Kind of wall.")
-    point: Point = Field(default=ZERO, description="A point on it.")
-    normal: tuple[Number, Number] = Field(
+    point: Point = Field(default=ORIGIN, description="A point on it.")
+    normal: Direction = Field(
         default=(0.0, 1.0), description="Points out of the solid into the free side."
     )
-
-    @model_validator(mode="after")
-    def _has_a_direction(self) -> "PlaneWall":
-        if self.normal == (0.0, 0.0):
-            raise ValueError("normal must not be zero")
-        return self
 
 
 Wall = Annotated[PipeWall | PlaneWall, Field(discriminator="kind")]
@@ -283,18 +267,20 @@ Wall = Annotated[PipeWall | PlaneWall, Field(discriminator="kind")]
 class Environment(Part):
     """Gravity and walls."""
 
-    gravity: NotNegativeAcceleration = Field(default=9.81, description="Acceleration of gravity.")
-    inclination: Angle = Field(
-        default=0.0, description="Of +x above the horizontal; 90 deg: +x points up."
+    gravity: NotNegativeAcceleration = Field(
+        default=written("9.81 m/s^2"), description="Acceleration of gravity."
     )
-    walls: dict[str, Wall] = Field(default={}, description="Fixed walls, by name.")
+    inclination: Angle = Field(
+        default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."
+    )
+    walls: dict[Name, Wall] = Field(default={}, description="Fixed walls, by name.")
 
 
 class Contact(Part):
     """Penalty contact with Coulomb friction between surfaces and walls."""
 
     friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
-    penalty_stiffness: Literal["auto"] | PositiveStiffness = Field(
+    penalty_stiffness: AutoOrPositiveStiffness = Field(
         default="auto", description="Of a node; auto: bulk modulus times thickness."
     )
     tangential_stiffness_ratio: Number = Field(
@@ -310,7 +296,9 @@ class ConstantProfile(Part):
 
     kind: Literal["constant"] = Field(description="Kind of profile.")
     value: NotNegativePressure = Field(description="The pressure.")
-    ramp: NotNegativeTime = Field(default=0.0, description="Time in which it rises from zero.")
+    ramp: NotNegativeTime = Field(
+        default=written("0 s"), description="Time in which it rises from zero."
+    )
 
 
 class TableProfile(Part):
@@ -321,29 +309,35 @@ class TableProfile(Part):
         min_length=2, description="[time, pressure] pairs, times rising."
     )
 
-    @model_validator(mode="after")
-    def _times_rise(self) -> "TableProfile":
-        times = [t for t, _ in self.points]
-        if any(b <= a for a, b in zip(times, times[1:], strict=False)):
-            raise ValueError("the times of points must rise from one to the next")
-        return self
+    @field_validator("points")
+    @classmethod
+    def _times_rise(
+        cls, points: tuple[tuple[float, float], ...]
+    ) -> tuple[tuple[float, float], ...]:
+        for number, (one, following) in enumerate(pairwise(points)):
+            if following[0] <= one[0]:
+                raise ValueError(f"point {number + 1} must come later than point {number}")
+        return points
 
 
 class _Cycle(Part):
     highest: PositivePressure = Field(description="Highest pressure.")
     inflation_rate: PositivePressureRate = Field(description="Rise of pressure.")
-    hold: NotNegativeTime = Field(default=0.0, description="Time at the highest pressure.")
-    lowest: NotNegativePressure = Field(
-        description="Where the next inflation begins (P_M3^S)."
+    hold: NotNegativeTime = Field(
+        default=written("0 s"), description="Time at the highest pressure."
     )
-    count: int = Field(default=1, ge=1, le=100000, description="Number of cycles.")
-    start: NotNegativeTime = Field(default=0.0, description="When the first inflation begins.")
+    lowest: NotNegativePressure = Field(description="Where the next inflation begins (P_M3^S).")
+    count: WholeNumber = Field(default=1, ge=1, le=100000, description="Number of cycles.")
+    start: NotNegativeTime = Field(
+        default=written("0 s"), description="When the first inflation begins."
+    )
 
-    @model_validator(mode="after")
-    def _lowest_is_lower(self) -> "_Cycle":
-        if self.lowest >= self.highest:
-            raise ValueError("lowest must be below highest")
-        return self
+    @field_validator("lowest")
+    @classmethod
+    def _lowest_is_lower(cls, lowest: float, info: ValidationInfo) -> float:
+        if lowest >= info.data.get("highest", math.inf):
+            raise ValueError("must be below highest")
+        return lowest
 
 
 class CyclesProfile(_Cycle):
@@ -351,7 +345,9 @@ class CyclesProfile(_Cycle):
 
     kind: Literal["cycles"] = Field(description="Kind of profile.")
     deflation_rate: PositivePressureRate = Field(description="Average deflation rate (Df_r^a).")
-    rest: NotNegativeTime = Field(default=0.0, description="Time at the lowest pressure.")
+    rest: NotNegativeTime = Field(
+        default=written("0 s"), description="Time at the lowest pressure."
+    )
 
 
 class NaturalDeflationProfile(_Cycle):
@@ -360,11 +356,12 @@ class NaturalDeflationProfile(_Cycle):
     kind: Literal["natural_deflation"] = Field(description="Kind of profile.")
     time_constant: PositiveTime = Field(description="Time in which the pressure falls to 1/e.")
 
-    @model_validator(mode="after")
-    def _lowest_is_reached(self) -> "NaturalDeflationProfile":
-        if self.lowest == 0.0:
-            raise ValueError("lowest must be greater than zero: an exponential never reaches zero")
-        return self
+    @field_validator("lowest")
+    @classmethod
+    def _lowest_is_reached(cls, lowest: float) -> float:
+        if lowest == 0.0:
+            raise ValueError("must be greater than 0 Pa: an exponential never reaches zero")
+        return lowest
 
 
 PressureProfile = Annotated[
@@ -377,8 +374,10 @@ class FollowerPressure(Part):
     """Pressure on facets that follows the deformation."""
 
     kind: Literal["follower_pressure"] = Field(description="Kind of load.")
-    facets: tuple[str, ...] = Field(min_length=1, description='Facet sets: "skin.chamber_top".')
-    reacts_on: str | None = Field(
+    facets: tuple[SetReference, ...] = Field(
+        min_length=1, description='Facet sets: "skin.chamber_top".'
+    )
+    reacts_on: Text | None = Field(
         default=None, description="Rigid body that closes the chamber and feels the reaction."
     )
     profile: PressureProfile = Field(description="Pressure over time.")
@@ -391,7 +390,7 @@ class EccentricMass(Part):
     """A vibration motor: force m_e r_e omega^2, rotating."""
 
     kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
-    acts_on: str = Field(description="Rigid body that carries the motor.")
+    acts_on: Text = Field(description="Rigid body that carries the motor.")
     eccentric_mass: PositiveMass = Field(description="m_e; its weight is part of the body's.")
     radius: PositiveLength = Field(description="r_e, of the mass from the motor's axis.")
     frequency: PositiveFrequency = Field(description="Turns in a second.")
@@ -402,37 +401,37 @@ class EccentricMass(Part):
     factor: Number = Field(
         default=1.0, gt=0.0, description="Force on the plane model over the motor's."
     )
-    spin_up: NotNegativeTime = Field(default=0.05, description="Time to full speed, smooth.")
-    phase: Angle = Field(default=0.0, description="Angle at the start.")
+    spin_up: NotNegativeTime = Field(
+        default=written("50 ms"), description="Time to full speed, smooth."
+    )
+    phase: Angle = Field(default=written("0 deg"), description="Angle at the start.")
 
 
 class SinusoidalForce(Part):
     """A force of given amplitude along a fixed direction."""
 
     kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
-    acts_on: str = Field(description="Rigid body that it acts on, at the centre of mass.")
+    acts_on: Text = Field(description="Rigid body that it acts on, at the centre of mass.")
     amplitude: PositiveForce = Field(description="Largest force.")
-    direction: tuple[Number, Number] = Field(
+    direction: Direction = Field(
         default=(0.0, 1.0), description="Direction; its length does not matter."
     )
     frequency: PositiveFrequency = Field(description="Frequency.")
-    spin_up: NotNegativeTime = Field(default=0.05, description="Time to full speed, smooth.")
-    phase: Angle = Field(default=0.0, description="Angle at the start.")
-
-    @model_validator(mode="after")
-    def _has_a_direction(self) -> "SinusoidalForce":
-        if self.direction == (0.0, 0.0):
-            raise ValueError("direction must not be zero")
-        return self
+    spin_up: NotNegativeTime = Field(
+        default=written("50 ms"), description="Time to full speed, smooth."
+    )
+    phase: Angle = Field(default=written("0 deg"), description="Angle at the start.")
 
 
 class NodalForce(Part):
     """A force on a node set, shared by mass."""
 
     kind: Literal["nodal_force"] = Field(description="Kind of load.")
-    nodes: str = Field(description='Node set: "block.top".')
+    nodes: SetReference = Field(description='Node set: "block.top".')
     force: tuple[Force, Force] = Field(description="Total force on the set.")
-    ramp: NotNegativeTime = Field(default=0.0, description="Time to the full force, smooth.")
+    ramp: NotNegativeTime = Field(
+        default=written("0 s"), description="Time to the full force, smooth."
+    )
 
 
 Load = Annotated[
@@ -444,7 +443,7 @@ class Time(Part):
     """How long, in which steps."""
 
     end: PositiveTime = Field(description="Simulated time at which the run ends.")
-    increment: Literal["auto"] | PositiveTime = Field(
+    increment: AutoOrPositiveTime = Field(
         default="auto", description="Time step; auto: the stable one times solver.safety_factor."
     )
 
@@ -466,31 +465,46 @@ class Solver(Part):
 class Output(Part):
     """What is written, how often."""
 
-    history_interval: PositiveTime = Field(default=2e-3, description="Between history rows.")
-    frame_interval: PositiveTime = Field(default=0.1, description="Between stored fields.")
+    history_interval: PositiveTime = Field(
+        default=written("2 ms"), description="Between history rows."
+    )
+    frame_interval: PositiveTime = Field(
+        default=written("100 ms"), description="Between stored fields."
+    )
     checkpoint_interval: PositiveTime = Field(
-        default=30.0, description="Between checkpoints, of wall time."
+        default=written("30 s"), description="Between checkpoints, of wall time."
     )
     snapshot_field: Literal["displacement", "pressure", "stretch", "von_mises"] = Field(
         default="stretch", description="What colours the snapshots."
     )
 
 
-class LengthRange(Part):
+class _Range(Part):
+    @model_validator(mode="after")
+    def _limits_leave_room(self) -> "_Range":
+        least, most = getattr(self, "min", None), getattr(self, "max", None)
+        if least is None and most is None:
+            raise ValueError("gives no limit: give min, max or both")
+        if least is not None and most is not None and least > most:
+            raise ValueError("min must not be above max")
+        return self
+
+
+class LengthRange(_Range):
     """Limits of a length."""
 
     min: Length | None = Field(default=None, description="Smallest allowed value.")
     max: Length | None = Field(default=None, description="Largest allowed value.")
 
 
-class VelocityRange(Part):
+class VelocityRange(_Range):
     """Limits of a velocity."""
 
     min: Velocity | None = Field(default=None, description="Smallest allowed value.")
     max: Velocity | None = Field(default=None, description="Largest allowed value.")
 
 
-class NumberRange(Part):
+class NumberRange(_Range):
     """Limits of a number."""
 
     min: Number | None = Field(default=None, description="Smallest allowed value.")
@@ -523,19 +537,19 @@ class Expect(Part):
 class Scene(Part):
     """One simulation."""
 
-    title: str = Field(default="", description="One line for people.")
-    materials: dict[str, YeohMaterial] = Field(
+    title: Text = Field(default="", description="One line for people.")
+    materials: dict[Name, YeohMaterial] = Field(
         default={}, description="Materials by name, beside those of the library."
     )
-    bodies: dict[str, Body] = Field(min_length=1, description="Deformable bodies by name.")
-    rigid_bodies: dict[str, RigidBody] = Field(default={}, description="Rigid bodies by name.")
-    environment: Environment = Field(default=Environment(), description="Gravity and walls.")
-    contact: Contact = Field(default=Contact(), description="Contact with the walls.")
-    loads: dict[str, Load] = Field(default={}, description="Loads by name.")
+    bodies: dict[Name, Body] = Field(min_length=1, description="Deformable bodies by name.")
+    rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
+    environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")
+    contact: Contact = Field(default_factory=Contact, description="Contact with the walls.")
+    loads: dict[Name, Load] = Field(default={}, description="Loads by name.")
     time: Time = Field(description="How long, in which steps.")
-    solver: Solver = Field(default=Solver(), description="Settings of the integrator.")
-    output: Output = Field(default=Output(), description="What is written, how often.")
-    expect: Expect = Field(default=Expect(), description="Regression values of the scene.")
+    solver: Solver = Field(default_factory=Solver, description="Settings of the integrator.")
+    output: Output = Field(default_factory=Output, description="What is written, how often.")
+    expect: Expect = Field(default_factory=Expect, description="Regression values of the scene.")
 
 
 def scene_json_schema() -> dict[str, Any]:

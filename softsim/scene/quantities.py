@@ -1,0 +1,105 @@
+"""Field types of the schema: quantities with a unit, numbers, names, references to sets."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, GetJsonSchemaHandler, StringConstraints
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from softsim import units
+
+Bound = Literal["any", "positive", "not negative"]
+NAME = r"[A-Za-z_][A-Za-z0-9_-]*"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Annotation of a float: read from text such as "36 mm", held in the SI unit `unit`.
+
+    `word` is a text that may stand for the quantity and is kept as it is, such as "auto".
+    """
+
+    unit: str
+    bound: Bound = "any"
+    word: str | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        examples = [units.KINDS[self.unit].example, *([self.word] if self.word else [])]
+        return {"type": "string", "examples": examples}
+
+    def read(self, value: Any) -> float | str:
+        """`value` in SI units; PydanticCustomError where it is no such quantity."""
+        if self.word is not None and value == self.word:
+            return self.word
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise self._refusal("must be one text with a number and a unit")
+        try:
+            number = units.parse(str(value), self.unit)
+        except ValueError as error:
+            raise self._refusal(str(error)) from None
+        zero = f"0 {units.unit_of(str(value))}"
+        if self.bound == "positive" and not number > 0.0:
+            raise self._refusal(f"{value!r} must be greater than {zero}")
+        if self.bound == "not negative" and number < 0.0:
+            raise self._refusal(f"{value!r} must not be less than {zero}")
+        return number
+
+    def _refusal(self, problem: str) -> PydanticCustomError:
+        kind = units.KINDS[self.unit]
+        hint = f'{kind.name} such as "{kind.example}"'
+        if self.word:
+            hint += f", or {self.word}"
+        return PydanticCustomError("quantity", "{problem}", {"problem": problem, "hint": hint})
+
+
+def written(*texts: str) -> Any:
+    """A default as a user would write it; the schema validates it like a given value."""
+    return texts[0] if len(texts) == 1 else texts
+
+
+Length = Annotated[float, Quantity("m")]
+PositiveLength = Annotated[float, Quantity("m", "positive")]
+PositiveTime = Annotated[float, Quantity("s", "positive")]
+NotNegativeTime = Annotated[float, Quantity("s", "not negative")]
+AutoOrPositiveTime = Annotated[float | Literal["auto"], Quantity("s", "positive", "auto")]
+PositiveMass = Annotated[float, Quantity("kg", "positive")]
+PositiveInertia = Annotated[float, Quantity("kg*m^2", "positive")]
+PositiveDensity = Annotated[float, Quantity("kg/m^3", "positive")]
+Angle = Annotated[float, Quantity("rad")]
+AngularVelocity = Annotated[float, Quantity("rad/s")]
+Velocity = Annotated[float, Quantity("m/s")]
+NotNegativeAcceleration = Annotated[float, Quantity("m/s^2", "not negative")]
+PositiveFrequency = Annotated[float, Quantity("Hz", "positive")]
+Force = Annotated[float, Quantity("N")]
+PositiveForce = Annotated[float, Quantity("N", "positive")]
+Pressure = Annotated[float, Quantity("Pa")]
+PositivePressure = Annotated[float, Quantity("Pa", "positive")]
+NotNegativePressure = Annotated[float, Quantity("Pa", "not negative")]
+PositivePressureRate = Annotated[float, Quantity("Pa/s", "positive")]
+PositiveCompressibility = Annotated[float, Quantity("1/Pa", "positive")]
+AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "positive", "auto")]
+
+Point = tuple[Length, Length]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+WholeNumber = Annotated[int, Field(strict=True)]
+Text = Annotated[str, Field(strict=True)]
+Name = Annotated[str, StringConstraints(strict=True, pattern=f"^{NAME}$")]
+SetReference = Annotated[
+    str,
+    StringConstraints(strict=True, pattern=rf"^{NAME}\.{NAME}$"),
+    Field(examples=["skin.chamber_top"]),
+]
+
+
+def _not_zero(direction: tuple[float, float]) -> tuple[float, float]:
+    if direction == (0.0, 0.0):
+        raise ValueError("a direction must not be [0, 0]")
+    return direction
+
+
+Direction = Annotated[tuple[Number, Number], AfterValidator(_not_zero)]

@@ -1,0 +1,109 @@
+"""Finding one's way through the schema: which class and which field a path of keys leads to."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from softsim.scene.tree import Key, Keys
+
+Model = type[BaseModel]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in the schema: what may stand there, the field it belongs to, the keys to it."""
+
+    annotation: Any
+    field: FieldInfo | None = None
+    keys: Keys = ()
+
+    @property
+    def models(self) -> list[Model]:
+        """The classes that a mapping here may mean; none where no mapping of fields is due."""
+        bare = _bare(self.annotation)
+        if get_origin(bare) in (Union, UnionType):
+            return [m for option in get_args(bare) for m in Place(option).models]
+        return [bare] if isinstance(bare, type) and issubclass(bare, BaseModel) else []
+
+    @property
+    def entry_count(self) -> int | None:
+        """How many entries the list here has, where the schema says so."""
+        arguments = get_args(_bare(self.annotation))
+        is_tuple = get_origin(_bare(self.annotation)) is tuple
+        return len(arguments) if is_tuple and Ellipsis not in arguments else None
+
+    def variant(self, value: Any) -> "Place":
+        """The place with the class that the mapping `value` means, by its law, kind, generator."""
+        given = value if isinstance(value, dict) else {}
+        matching = [
+            model
+            for model in self.models
+            if all(given.get(key) == tag for key, tag in discriminators(model).items())
+        ]
+        return (
+            Place(matching[0], self.field, self.keys) if len(self.models) > 1 and matching else self
+        )
+
+    def tagged(self, tag: str) -> "Place":
+        """The place with the class that pydantic calls `tag`."""
+        by_tag = {t: m for m in self.models for t in discriminators(m).values()}
+        untagged = [m for m in self.models if not discriminators(m)]
+        return Place(by_tag.get(tag) or untagged[0], self.field, self.keys)
+
+    def inside(self, key: Key) -> "Place | None":
+        """The place of the entry `key`; None where the schema has none."""
+        keys = (*self.keys, key)
+        if self.models:
+            field = self.models[0].model_fields.get(str(key)) if len(self.models) == 1 else None
+            return Place(field.annotation, field, keys) if field else None
+        bare = _bare(self.annotation)
+        arguments = get_args(bare)
+        if get_origin(bare) is dict and isinstance(key, str):
+            return Place(arguments[1], self.field, keys)
+        if get_origin(bare) is tuple and isinstance(key, int):
+            if Ellipsis in arguments:
+                return Place(arguments[0], self.field, keys)
+            return Place(arguments[key], self.field, keys) if key < len(arguments) else None
+        return None
+
+
+def discriminators(model: Model) -> dict[str, str]:
+    """The required keys of a class that have one allowed value: {"kind": "pipe"}."""
+    return {
+        name: get_args(field.annotation)[0]
+        for name, field in model.model_fields.items()
+        if get_origin(field.annotation) is Literal and field.is_required()
+    }
+
+
+def place_of(root: Model, loc: Sequence[Key]) -> Place:
+    """The place that pydantic's `loc` of an error means, as deep as the schema goes.
+
+    The tags of classes that pydantic puts into a loc are no keys, nor is its mark for an error in
+    the key of a mapping.
+    """
+    place = Place(root)
+    for part in loc:
+        if part == "[key]":
+            return place
+        if len(place.models) > 1:
+            place = place.tagged(str(part))
+            continue
+        place = place.inside(part) or Place(Any, None, (*place.keys, part))
+    return place
+
+
+def _bare(annotation: Any) -> Any:
+    """The annotation without Annotated and without None."""
+    while True:
+        arguments = get_args(annotation)
+        if get_origin(annotation) is Annotated:
+            annotation = arguments[0]
+        elif NoneType in arguments and len(arguments) == 2:
+            annotation = next(a for a in arguments if a is not NoneType)
+        else:
+            return annotation

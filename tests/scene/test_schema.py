@@ -1,0 +1,154 @@
+import pytest
+import yaml
+from pydantic import BaseModel, ValidationError
+
+from softsim.scene import schema
+from softsim.scene.schema import Scene, YeohMaterial, scene_json_schema
+
+YEOH = {"law": "yeoh", "C10": "36 kPa", "density": "1070 kg/m^3"}
+CYCLES = {
+    "kind": "cycles",
+    "highest": "23 kPa",
+    "inflation_rate": "5 kPa/s",
+    "deflation_rate": "1.3 kPa/s",
+    "lowest": "9 kPa",
+}
+NATURAL = {
+    "kind": "natural_deflation",
+    "highest": "23 kPa",
+    "inflation_rate": "5 kPa/s",
+    "time_constant": "1 s",
+    "lowest": "9 kPa",
+}
+
+
+def parts():
+    found = [m for m in vars(schema).values() if isinstance(m, type) and issubclass(m, BaseModel)]
+    return [model for model in found if model.__module__ == schema.__name__]
+
+
+def test_every_key_has_a_description():
+    missing = [
+        f"{model.__name__}.{name}"
+        for model in parts()
+        for name, field in model.model_fields.items()
+        if not (field.description or "").endswith((".", '".'))
+    ]
+    assert missing == []
+
+
+def smallest(**changes):
+    mesh = {"generator": "block", "length": "1 mm", "height": "1 mm", "element_size": "1 mm"}
+    body = {
+        "mesh": mesh,
+        "formulation": "plane_strain",
+        "thickness": "1 mm",
+        "material": "soft",
+    }
+    return {"bodies": {"block": body}, "time": {"end": "1 s"}, **changes}
+
+
+def refused(part, **values):
+    with pytest.raises(ValidationError) as caught:
+        part.model_validate(values)
+    return {".".join(map(str, error["loc"])) for error in caught.value.errors()}
+
+
+def test_defaults_are_read_like_given_values():
+    scene = Scene.model_validate(smallest())
+    assert scene.environment.gravity == 9.81
+    assert scene.output.frame_interval == 0.1
+    assert scene.bodies["block"].position == (0.0, 0.0)
+    skin = schema.PfrSectionMesh(generator="pfr_section")
+    assert (skin.free_length, skin.rear_radius, skin.element_size) == (0.030, 0.0035, 0.00035)
+
+
+def test_a_scene_is_frozen():
+    scene = Scene.model_validate(smallest())
+    with pytest.raises(ValidationError):
+        scene.title = "another"
+
+
+def test_compressibility_is_given_once():
+    assert YeohMaterial.model_validate(YEOH).bulk_modulus is None
+    both = {"D1": "1/MPa", "bulk_modulus": "1 MPa"}
+    assert refused(YeohMaterial, **YEOH, **both) == {"D1"}
+    assert refused(YeohMaterial, **YEOH, D1="1/MPa", poisson_ratio=0.4) == {"poisson_ratio"}
+    assert refused(YeohMaterial, **YEOH, poisson_ratio=0.5) == {"poisson_ratio"}
+
+
+def test_a_prony_series_leaves_some_stiffness():
+    term = {"g": 0.5, "relaxation_time": "2 ms"}
+    assert len(YeohMaterial.model_validate({**YEOH, "prony": [term]}).prony) == 1
+    assert refused(YeohMaterial, **YEOH, prony=[term, term]) == {"prony"}
+    assert refused(YeohMaterial, **YEOH, prony=[{**term, "g": 1}]) == {"prony.0.g"}
+
+
+def test_times_of_a_table_rise():
+    points = [["0 s", "0 kPa"], ["1 s", "9 kPa"], ["1 s", "8 kPa"]]
+    assert refused(schema.TableProfile, kind="table", points=points) == {"points"}
+    assert len(schema.TableProfile(kind="table", points=points[:2]).points) == 2
+
+
+@pytest.mark.parametrize(
+    ("profile", "values"),
+    [(schema.CyclesProfile, CYCLES), (schema.NaturalDeflationProfile, NATURAL)],
+)
+def test_the_lowest_pressure_is_below_the_highest(profile, values):
+    assert profile.model_validate(values).count == 1
+    assert refused(profile, **{**values, "lowest": "23 kPa"}) == {"lowest"}
+    assert refused(profile, **{**values, "count": 0}) == {"count"}
+
+
+def test_an_exponential_fall_ends_above_zero():
+    assert refused(schema.NaturalDeflationProfile, **{**NATURAL, "lowest": "0 kPa"}) == {"lowest"}
+    assert schema.CyclesProfile.model_validate({**CYCLES, "lowest": "0 kPa"}).lowest == 0.0
+
+
+def test_numbers_are_no_truth_values_and_finite():
+    for wrong in (True, "0.5", float("nan"), float("inf"), None, 10**400):
+        assert refused(schema.Contact, friction_coefficient=wrong) == {"friction_coefficient"}
+    assert schema.Contact(friction_coefficient=1).friction_coefficient == 1.0
+
+
+def test_quantities_are_no_numbers():
+    for wrong in (3, 3.0, True, None, ["3 s"], {}, float("inf"), 10**400):
+        assert refused(schema.Time, end=wrong) == {"end"}
+
+
+def test_auto_or_a_positive_quantity():
+    assert schema.Contact(penalty_stiffness="auto").penalty_stiffness == "auto"
+    assert schema.Contact(penalty_stiffness="2 N/mm").penalty_stiffness == 2000.0
+    assert refused(schema.Contact, penalty_stiffness="0 N/m") == {"penalty_stiffness"}
+
+
+def test_directions_are_not_zero():
+    assert refused(schema.PlaneWall, kind="plane", normal=[0, 0]) == {"normal"}
+
+
+def test_ranges_have_a_limit_and_room():
+    assert refused(schema.LengthRange) == {""}
+    assert refused(schema.LengthRange, min="2 mm", max="1 mm") == {""}
+    assert schema.NumberRange(min=1, max=1).max == 1.0
+
+
+def test_supports_need_an_outline():
+    body = {"mass": "8 g", "inertia": "1 kg*mm^2", "supports": ["skin.inner"]}
+    assert refused(schema.RigidBody, **body) == {"supports"}
+    outline = {"length": "33 mm", "height": "15 mm"}
+    assert schema.RigidBody.model_validate({**body, "outline": outline}).supports
+
+
+@pytest.mark.parametrize("name", ["a.b", "", "1a", "ä", "a b"])
+def test_names_can_be_part_of_a_reference(name):
+    assert refused(Scene, **smallest(materials={name: YEOH})) == {f"materials.{name}.[key]"}
+
+
+def test_the_json_schema_describes_texts_with_examples():
+    described = scene_json_schema()
+    end = described["$defs"]["Time"]["properties"]["end"]
+    assert end["type"] == "string" and end["examples"] == ["24 s"] and end["description"]
+    assert "include" in described["properties"]
+    pfr = described["$defs"]["PfrSectionMesh"]["properties"]
+    assert pfr["lean"]["default"] == "2.5 mm"
+    assert yaml.safe_load(yaml.safe_dump(described)) == described
