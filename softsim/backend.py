@@ -133,7 +133,6 @@ def lane_blocks(count: int) -> int:
     return -(-count // lanes())
 
 
-
 def processor_count() -> int:
     """Processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -6,7 +6,7 @@ is said here, at the key that says it.
 
 import difflib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -45,8 +45,8 @@ from softsim.scene import schema
 from softsim.scene.loading import LoadedScene
 from softsim.solver.time_step import stable_increment
 
-GENERATORS = {"block": block, "pfr_section": pfr_section}
-PROFILES = {
+GENERATORS: dict[str, Callable[..., Mesh]] = {"block": block, "pfr_section": pfr_section}
+PROFILES: dict[str, Callable[..., Profile]] = {
     "cycles": profiles.cycles,
     "natural_deflation": profiles.natural_deflation,
     "constant": profiles.constant,
@@ -433,9 +433,7 @@ class _Builder:
             if not isinstance(load, schema.FollowerPressure):
                 continue
             path = ("loads", name)
-            facets = [
-                self.facet_set(f, (*path, "facets", k)) for k, f in enumerate(load.facets)
-            ]
+            facets = [self.facet_set(f, (*path, "facets", k)) for k, f in enumerate(load.facets)]
             body = None
             if load.reacts_on is not None:
                 body = self.rigid_number(load.reacts_on, (*path, "reacts_on"))
@@ -450,12 +448,13 @@ class _Builder:
                     (*path, "facets"), "the facets belong to bodies of different thickness",
                     "give each body a load of its own",
                 )  # fmt: skip
+            profile = pressure_profile(load.profile)
+            section = profile.reduced(load.factor, load.offset)
             result.append(
                 PressureData(
-                    name, np.concatenate(facets), thicknesses.pop(), pressure_profile(load.profile),
-                    load.factor, body,
+                    name, np.concatenate(facets), thicknesses.pop(), profile, section, body
                 )
-            )  # fmt: skip
+            )
         return tuple(result)
 
     def refuse_open_chamber(
@@ -492,7 +491,8 @@ class _Builder:
                 rotor = self.sinusoid(load)
             else:
                 continue
-            result.append(RotorLoad(self.rigid_number(load.acts_on, ("loads", name, "acts_on")), rotor))
+            body = self.rigid_number(load.acts_on, ("loads", name, "acts_on"))
+            result.append(RotorLoad(body, rotor))
         return tuple(result)
 
     def sinusoid(self, load: schema.SinusoidalForce) -> RotorData:

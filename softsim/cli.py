@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -148,7 +148,7 @@ def _draw(folder: Path, console: Console) -> None:
 def _print_summary(console: Console, folder: Path) -> None:
     summary = json.loads((folder / "summary.json").read_text("utf-8"))
     table = Table(show_header=False, box=None)
-    shown: dict[str, Callable[[float], str]] = {
+    shown: dict[str, Callable[[Any], str]] = {
         "simulated_time": lambda v: f"{v:.4g} s",
         "wall_time": _duration,
         "element_count": str,

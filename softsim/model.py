@@ -71,13 +71,16 @@ class OutlineData:
 
 @dataclass(frozen=True)
 class PressureData:
-    """Follower pressure on `facets` (k, 2); `body` closes the chamber, or is None."""
+    """Follower pressure on `facets` (k, 2); `body` closes the chamber, or is None.
+
+    profile: what a gauge on the robot shows; section_profile: what acts on the plane model [Pa].
+    """
 
     name: str
     facets: np.ndarray
     thickness: float
     profile: Profile
-    factor: float
+    section_profile: Profile
     body: int | None
 
 

@@ -2,6 +2,7 @@
 
 import logging
 import signal
+import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -25,7 +26,7 @@ from softsim.output.history import History, read_history
 from softsim.output.observation import UNITS, description, frame, mesh_of, observe
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
-from softsim.solver.explicit import SAMPLE_EVERY, ExplicitSolver
+from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.guards import refuse_broken_elements, refuse_energy_error
 from softsim.solver.time_step import stable_increment
 
@@ -317,9 +318,7 @@ class _Simulation:
     def _failed_expectations(self) -> str | None:
         """What the scene's `expect` block demands and the run did not do, or None."""
         history = read_history(self.target.path / files.HISTORY)
-        found = measures(self.model, history) | {
-            "energy_error": self.progress.largest_energy_error
-        }
+        found = measures(self.model, history) | {"energy_error": self.progress.largest_energy_error}
         wrong = []
         for name, limits in self.loaded.scene.expect:
             if limits is None:
@@ -365,9 +364,7 @@ def cycle_ends(model: Model) -> np.ndarray:
     slope = np.diff(profile.values)
     falling = slope < 0.0
     # The last point of each fall; a rest at the lowest pressure belongs to its cycle.
-    last = [
-        k + 1 for k in range(len(slope)) if falling[k] and not falling[k + 1 : k + 2].any()
-    ]
+    last = [k + 1 for k in range(len(slope)) if falling[k] and not falling[k + 1 : k + 2].any()]
     ends = []
     for k in last:
         while k < len(slope) and slope[k] == 0.0:
@@ -380,18 +377,16 @@ def cycle_ends(model: Model) -> np.ndarray:
 def _signals() -> Iterator[list[int]]:
     """Collect SIGINT and SIGTERM instead of dying of them; a second one acts at once."""
     asked: list[int] = []
-    previous = {}
+    previous: dict[int, Any] = {}
 
     def remember(number: int, _: Any) -> None:
         asked.append(number)
         signal.signal(number, previous[number])
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        try:
-            previous[number] = signal.getsignal(number)
-            signal.signal(number, remember)
-        except ValueError:  # not the main thread: whoever started the thread handles signals
-            previous.pop(number, None)
+    # In another thread signals cannot be caught: whoever started the thread handles them.
+    if threading.current_thread() is threading.main_thread():
+        for wanted in (signal.SIGINT, signal.SIGTERM):
+            previous[wanted] = signal.signal(wanted, remember)
     try:
         yield asked
     finally:

@@ -104,9 +104,9 @@ class SurfaceContact:
                 slipped = slip(stretch, k_t, limit)
                 stretch -= slipped
                 self.anchor[s, i, w] = q - stretch
-                self.friction_dissipation[s, i] = (
-                    self.friction_dissipation[s, i] + k_t * stretch.dot(slipped)
-                )
+                self.friction_dissipation[s, i] = self.friction_dissipation[
+                    s, i
+                ] + k_t * stretch.dot(slipped)
                 damping_force = N + self.penalty_stiffness[i] * gap
                 self.damping_dissipation[s, i] = (
                     self.damping_dissipation[s, i] - damping_force * v.dot(n) * dt

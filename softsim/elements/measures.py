@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.elements.geometry import reference_gradients
-from softsim.materials.material import Material
+from softsim.elements.solid import Solid
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class ElementMeasures:
 
 
 def measure_elements(
-    points: np.ndarray, cells: np.ndarray, x: np.ndarray, material: Material
+    points: np.ndarray, cells: np.ndarray, x: np.ndarray, material: Solid
 ) -> ElementMeasures:
     """Measure triangles with reference nodes `points` and present nodes `x`, both (n, 2) [m]."""
     gradients, area = reference_gradients(points, cells)

@@ -10,7 +10,7 @@ viscous metric A, at rest the inverse of C_bar:
     energy   mu/2 (A : C_bar - 3 - ln det A),    dA/dt = (C_bar^-1 - A) / tau,
     dissipation  mu/(2 tau) (A : C_bar + A^-1 : C_bar^-1 - 6) >= 0.
 After a sudden stretch the branch stress decays as exp(-t / tau) exactly.
-Bulk viscosity (ABAQUS/Explicit's linear term, coefficient b1): p_a also gets b1 rho c_d h_a dJ_a/dt.
+Bulk viscosity (the linear term of ABAQUS/Explicit): p_a also gets b1 rho c_d h_a dJ_a/dt.
 """
 
 import numpy as np
@@ -18,8 +18,8 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements.geometry import reference_gradients
+from softsim.elements.solid import Solid
 from softsim.elements.tensors import determinant, inverse_cube_root, tensor_types
-from softsim.materials.material import Material
 from softsim.nodes import Nodes, index_field, real_field
 
 
@@ -41,7 +41,7 @@ class PlaneStrainTriangles:
         points: np.ndarray,
         cells: np.ndarray,
         thickness: float,
-        material: Material,
+        material: Solid,
         bulk_viscosity: float,
     ) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
@@ -203,9 +203,7 @@ class PlaneStrainTriangles:
         r = inverse_cube_root(J)
         r2 = r * r
         slope = 2.0 * self._slope(r2 * (C.xx + C.yy + C.zz))
-        M = self.tensors.Symmetric(
-            xx=slope, yy=slope, zz=slope, xy=self.tensors.lane(0.0)
-        )
+        M = self.tensors.Symmetric(xx=slope, yy=slope, zz=slope, xy=self.tensors.lane(0.0))
         inverse = self._inverse_isochoric(C, r2)
         for k in ti.static(range(self.branch_count)):
             A = self._relax(s, b, k, inverse)
@@ -291,7 +289,7 @@ class PlaneStrainTriangles:
         return ti.Vector([self.constants[i] for i in range(len(self.law.constants))])
 
     @ti.func
-    def _metric(self, s, b, k: ti.template()):
+    def _metric(self, s, b, k: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
         return self.tensors.Symmetric(
             xx=self.metric[k][0][s, b],
             yy=self.metric[k][1][s, b],
@@ -300,7 +298,7 @@ class PlaneStrainTriangles:
         )
 
     @ti.func
-    def _relax(self, s, b, k: ti.template(), rest):
+    def _relax(self, s, b, k: ti.template(), rest):  # type: ignore[valid-type]  # Taichi wants an instance
         """A moves towards `rest` = C_bar^-1 by one increment; exact for a constant C_bar."""
         e = self.decay[k]
         A = self._metric(s, b, k)

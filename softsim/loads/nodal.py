@@ -11,9 +11,7 @@ from softsim.nodes import Nodes, index_field, real_field, vector_field
 class NodalForce:
     """Total `forces` (scenarios, 2) [N] on `loaded` nodes (k,), in full after `ramp` [s]."""
 
-    def __init__(
-        self, nodes: Nodes, loaded: np.ndarray, forces: np.ndarray, ramp: float
-    ) -> None:
+    def __init__(self, nodes: Nodes, loaded: np.ndarray, forces: np.ndarray, ramp: float) -> None:
         lanes = backend.lanes()
         self.nodes, self.count = nodes, len(loaded)
         self.node = index_field(loaded)

@@ -20,10 +20,10 @@ OPEN = -1
 
 @ti.data_oriented
 class FollowerPressure:
-    """Pressure `factor` x profile on facets (k, 2).
+    """Pressure on facets (k, 2).
 
-    profiles: one a scenario. body: number of the rigid body that closes the chamber, or `OPEN`.
-    thickness: of the plane model [m].
+    profiles: pressure on the facets [Pa over s], one a scenario. body: number of the rigid body
+    that closes the chamber, or `OPEN`. thickness: of the plane model [m].
     """
 
     def __init__(
@@ -33,21 +33,17 @@ class FollowerPressure:
         facets: np.ndarray,
         thickness: float,
         profiles: list[Profile],
-        factor: float,
         body: int = OPEN,
     ) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
         self.nodes, self.rigid_bodies, self.body = nodes, rigid_bodies, body
         self.count = len(facets)
-        self.profiles, self.factor = profiles, factor
         self.facet = index_field(facets)
         self.thickness = real_field(np.array([thickness]))
         longest = max(len(p.times) for p in profiles)
         self.points = index_field(np.array([len(p.times) for p in profiles]))
         self.time = real_field(np.array([padded(p.times, longest) for p in profiles]))
-        self.value = real_field(
-            np.array([factor * padded(p.values, longest) for p in profiles])
-        )
+        self.value = real_field(np.array([padded(p.values, longest) for p in profiles]))
         self.pressure = ti.field(backend.real, shape=scenarios)
         self.work = ti.field(backend.real, shape=(scenarios, self.count))
 

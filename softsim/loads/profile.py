@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Points a time constant on an exponential: the chord is off by at most 1/(8 n^2) = 2e-5 of the fall.
+# Points a time constant on an exponential: the chord is off by at most 1/(8 n^2), 2e-5 of it.
 POINTS_PER_TIME_CONSTANT = 80
 
 
@@ -18,6 +18,18 @@ class Profile:
     def at(self, t: float | np.ndarray) -> np.ndarray:
         """Value at time t [s]."""
         return np.interp(t, self.times, self.values)
+
+    def reduced(self, factor: float, offset: float) -> "Profile":
+        """factor times (value - offset), never below zero; the points where it starts are added."""
+        excess = self.values - offset
+        before, after = excess[:-1], excess[1:]
+        crossed = before * after < 0.0
+        share = before[crossed] / (before[crossed] - after[crossed])
+        crossings = self.times[:-1][crossed] + share * np.diff(self.times)[crossed]
+        times = np.concatenate([self.times, crossings])
+        values = np.concatenate([factor * np.maximum(excess, 0.0), np.zeros(len(crossings))])
+        order = np.argsort(times, kind="stable")
+        return Profile(times[order], values[order])
 
 
 def constant(value: float, ramp: float) -> Profile:
@@ -37,7 +49,7 @@ def cycles(
     count: int,
     start: float,
 ) -> Profile:
-    """Inflate to `highest`, hold, deflate at the average rate Df_r^a to `lowest`, rest; `count` times.
+    """`count` times: inflate to `highest`, hold, deflate at the average rate Df_r^a, rest.
 
     Pressures [Pa], rates [Pa/s], times [s]. The first inflation begins at 0 Pa at `start`.
     """

@@ -49,6 +49,4 @@ def maxwell_branches(
     holds the *long-term* one: mu_branch = g mu0 / (1 - sum g).
     """
     remaining = 1.0 - sum(g for g, _ in prony)
-    return tuple(
-        MaxwellBranch(g * long_term_shear_modulus / remaining, time) for g, time in prony
-    )
+    return tuple(MaxwellBranch(g * long_term_shear_modulus / remaining, time) for g, time in prony)

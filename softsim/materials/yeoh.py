@@ -1,4 +1,6 @@
-"""Yeoh's law: W = C10 k + C20 k^2 + C30 k^3 with k = I1_bar - 3 (Yeoh 1993; ABAQUS *HYPERELASTIC, YEOH).
+"""Yeoh's law: W = C10 k + C20 k^2 + C30 k^3 with k = I1_bar - 3.
+
+Yeoh 1993, Rubber Chem. Technol. 66:754-771; ABAQUS's *HYPERELASTIC, YEOH.
 
 The functions take any number that adds and multiplies: floats, numpy arrays, Taichi lane vectors
 (which is why they carry no annotations: Taichi would read them).

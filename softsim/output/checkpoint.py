@@ -44,15 +44,15 @@ def read_checkpoint(path: Path) -> Checkpoint:
     """
     if not path.is_file():
         raise OutputError(
-            f"there is no checkpoint {path}", hint="run without --resume to start from the beginning"
+            f"there is no checkpoint {path}", hint="run without --resume to start anew"
         )
     try:
         with h5py.File(path, "r") as file:
             memory: dict[str, np.ndarray] = {}
             file["memory"].visititems(
-                lambda name, item: memory.update({name: item[()]})
-                if isinstance(item, h5py.Dataset)
-                else None
+                lambda name, item: (
+                    memory.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+                )
             )
             progress, scene = json.loads(file.attrs["progress"]), str(file.attrs["scene"])
     except (OSError, KeyError, ValueError) as error:

@@ -23,7 +23,8 @@ class ProgressReport:
                 console=console,
                 transient=True,
             )
-            self.task = self.progress.add_task("run", total=end, completed=start, state="")
+            self.task = self.progress.add_task("run", total=end, state="")
+            self.progress.update(self.task, completed=start)
             self.progress.start()
 
     def update(self, now: float, energy_error: float, contact_count: int) -> None:

@@ -17,7 +17,7 @@ from softsim.solver.explicit import ExplicitSolver
 UNITS = {
     "time": "s",
     "pressure": "Pa",  # of the profile: what a gauge on the robot shows
-    "section_pressure": "Pa",  # that times the load's factor: what acts on the plane model
+    "section_pressure": "Pa",  # what acts on the plane model
     "frame_x": "m",
     "frame_y": "m",
     "frame_angle": "rad",
@@ -55,7 +55,7 @@ def observe(
     if model.pressures:
         load = model.pressures[0]
         row["pressure"] = float(load.profile.at(solver.time))
-        row["section_pressure"] = load.factor * row["pressure"]
+        row["section_pressure"] = float(load.section_profile.at(solver.time))
     if model.rigid_bodies:
         (row["frame_x"], row["frame_y"]), row["frame_angle"] = frame_pose(solver, 0)
     row["body_x"] = body_x
@@ -113,9 +113,7 @@ def frame(solver: ExplicitSolver) -> Frame:
     """Fields of the first scenario now."""
     model = solver.models[0]
     x = solver.positions()[0]
-    parts = [
-        measure_elements(b.points, b.cells, x[b.nodes], b.material) for b in model.bodies
-    ]
+    parts = [measure_elements(b.points, b.cells, x[b.nodes], b.material) for b in model.bodies]
     points, _ = mesh_of(model)
     poses = [frame_pose(solver, r) for r in range(len(model.rigid_bodies))]
     return Frame(
@@ -137,9 +135,7 @@ def description(model: Model, title: str) -> dict:
         [*(o.centre - model.rigid_bodies[o.body].centre), *(2.0 * o.half_size)]
         for o in model.outlines
     ]
-    sets = {
-        f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()
-    }
+    sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
     return {
         "walls": np.concatenate([model.walls.points, model.walls.normals], axis=1),
         "outlines": np.array(outlines).reshape(-1, 4),

@@ -59,7 +59,7 @@ class RigidBodies:
         self._reactions: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in bodies]
 
     def react(self, body: int, slots: np.ndarray, slot_nodes: np.ndarray) -> None:
-        """Let `body` feel the opposite of the corner forces in `slots`, which act at `slot_nodes`."""
+        """Let `body` feel the opposite of the forces in `slots`, which act at `slot_nodes`."""
         self._reactions[body].append((slots, slot_nodes))
 
     def allocate(self) -> None:

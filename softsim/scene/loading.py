@@ -187,7 +187,9 @@ def _keys(tree: Tree, words: Sequence[str], option: Option) -> Iterator[Key]:
             known = list(place.models[0].model_fields) if len(place.models) == 1 else []
             names = list(held.value) if held and isinstance(held.value, dict) else []
             if (known and word not in known) or (not place.models and not is_last):
-                hint = did_you_mean(word, known or names)
+                hint = f"nothing is written there: give '{'.'.join(words[:position])}' whole"
+                if known or names:
+                    hint = did_you_mean(word, known or names)
                 raise SceneError(f"there is no '{'.'.join(words[: position + 1])}'", hint, option)
         place = place.inside(key) if place else None
         held = following

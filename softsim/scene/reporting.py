@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from pydantic import ValidationError
@@ -36,20 +36,14 @@ BOUNDS = {
 def scene_error(error: ValidationError, tree: Tree) -> SceneError:
     """All that pydantic found wrong in `tree`, as one error that holds the further ones."""
     found = error.errors(include_url=False)
-    items = [item for item in found if not _follows_from_another(item, found)]
+    above = {item["loc"][:depth] for item in found for depth in range(len(item["loc"]))}
+    # A list is too short for pydantic when one of its entries is wrong: only that is news.
+    items = [item for item in found if item["type"] != "too_short" or item["loc"] not in above]
     problems = [_problem(item, tree) for item in items[:MOST_SHOWN]]
     if len(items) > MOST_SHOWN:
         problems.append(SceneError(f"and {len(items) - MOST_SHOWN} more problems"))
     first = problems[0]
     return SceneError(first.message, first.hint, first.location, problems[1:])
-
-
-def _follows_from_another(item: Mapping[str, Any], found: Sequence[Mapping[str, Any]]) -> bool:
-    """A list is too short for pydantic when one of its entries is wrong: only that is news."""
-    loc = item["loc"]
-    return item["type"] == "too_short" and any(
-        len(other["loc"]) > len(loc) and other["loc"][: len(loc)] == loc for other in found
-    )
 
 
 def did_you_mean(word: str, allowed: Collection[str]) -> str:

@@ -384,6 +384,11 @@ class FollowerPressure(Part):
     factor: Number = Field(
         default=1.0, gt=0.0, description="Pressure on the plane model over that of the profile."
     )
+    offset: NotNegativePressure = Field(
+        default=written("0 Pa"),
+        description="Part of the profile that acts on nothing in the plane model, such as what "
+        "hoop tension carries: on the facets acts factor times (profile - offset), never below 0.",
+    )
 
 
 class EccentricMass(Part):

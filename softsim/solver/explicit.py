@@ -140,7 +140,7 @@ class ExplicitSolver:
         )
 
     def rigid_velocities(self) -> tuple[np.ndarray, np.ndarray]:
-        """Velocity (scenarios, bodies, 2) [m/s] and angular velocity (scenarios, bodies) [rad/s]."""
+        """Velocity (scenarios, bodies, 2) [m/s] and turning speed (scenarios, bodies) [rad/s]."""
         bodies = self.terms.rigid_bodies
         kick = 0.5 * self.increment
         mass, inertia = bodies.mass.to_numpy(), bodies.inertia.to_numpy()

@@ -5,7 +5,8 @@ increment is the list read from top to bottom: drift, forces, kick.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import taichi as ti
@@ -23,7 +24,8 @@ from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import Outline
 
 
-class Pass(NamedTuple):
+@dataclass(frozen=True)
+class Pass:
     """One loop of an increment: `function(s, i, t, dt)` for i < count; `phase` names its cost."""
 
     phase: str
@@ -54,7 +56,7 @@ class Terms:
         self.pressures = [
             FollowerPressure(
                 self.nodes, self.rigid_bodies, load.facets, load.thickness,
-                [m.pressures[k].profile for m in models], load.factor,
+                [m.pressures[k].section_profile for m in models],
                 OPEN if load.body is None else load.body,
             )
             for k, load in enumerate(model.pressures)
@@ -88,9 +90,7 @@ class Terms:
         walls = StraightWalls(
             np.stack([m.walls.points for m in models]), np.stack([m.walls.normals for m in models])
         )
-        return self._contact(
-            model.contact, walls, [m.contact.friction_coefficient for m in models]
-        )
+        return self._contact(model.contact, walls, [m.contact.friction_coefficient for m in models])
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
         supports = []

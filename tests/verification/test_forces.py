@@ -23,10 +23,18 @@ time: {end: 1 s}
 """
 
 
-def deform(solver, rng, amplitude):
-    """Put every node off its place at random and evaluate all forces there, without moving."""
-    x = solver.models[0].points + amplitude * rng.standard_normal(solver.models[0].points.shape)
-    return x
+def scattered(model, seed, amplitude):
+    """Every node off its place at random."""
+    noise = np.random.default_rng(seed).standard_normal(model.points.shape)
+    return model.points + amplitude * noise
+
+
+def freeze_metric(solver):
+    """A viscous metric that stays: the branch energy is then a function of positions alone."""
+    for body in solver.terms.bodies:
+        for component in range(3):
+            body.metric[0][component].fill((1.1, 0.9, 0.1)[component])
+        body.decay.fill(1.0)
 
 
 def forces_at(solver, x):
@@ -59,12 +67,8 @@ def test_elements(build, start):
 
     solver = start(build(SOFT))
     meter = Meter(solver)
-    # A frozen viscous metric: the branch energy is then a function of the positions alone.
-    for body in solver.terms.bodies:
-        for component in range(3):
-            body.metric[0][component].fill((1.1, 0.9, 0.1)[component])
-        body.decay.fill(1.0)
-    x = deform(solver, np.random.default_rng(1), 0.1e-3)
+    freeze_metric(solver)
+    x = scattered(solver.models[0], 1, 0.1e-3)
 
     def energy(at):
         forces_at(solver, at)
@@ -90,10 +94,10 @@ def test_contact_normal_and_sticking(build, start):
     model = build(text)
     solver = start(model)
     meter = Meter(solver)
-    rng = np.random.default_rng(2)
+    freeze_metric(solver)
     inside = model.points - np.array([0.0, 2.0e-3])
     forces_at(solver, inside)  # the anchors are set here
-    x = inside + 1e-5 * rng.standard_normal(inside.shape)
+    x = inside + scattered(model, 2, 1e-5) - model.points
 
     def energy(at):
         forces_at(solver, at)
@@ -117,7 +121,8 @@ def test_follower_pressure_is_the_gradient_of_volume(build, start):
     model = build(text)
     solver = start(model)
     # Compare with the same deformation without pressure: what is left is the pressure.
-    x = deform(solver, np.random.default_rng(3), 0.1e-3)
+    freeze_metric(solver)
+    x = scattered(model, 3, 0.1e-3)
     with_pressure = forces_at(solver, x)
     solver.terms.pressures[0].value.fill(0.0)
     force = with_pressure - forces_at(solver, x)

@@ -1,0 +1,96 @@
+"""The integrator: order, stability, scenarios, launches."""
+
+import numpy as np
+import pytest
+
+STRIP = """
+bodies:
+  strip: {mesh: {generator: block, length: 10 mm, height: 1 mm, element_size: 0.5 mm},
+          formulation: plane_strain, thickness: 1 mm, material: rubber, fixed: [left]}
+materials:
+  rubber: {law: yeoh, C10: 36 kPa, density: 1000 kg/m^3}
+environment: {walls: {floor: {kind: plane, point: [0 mm, -0.2 mm]}}}
+contact: {friction_coefficient: 0.4}
+time: {end: 1 s}
+"""
+
+
+def test_runs_repeat_to_the_bit(build, start):
+    model = build(STRIP)
+    first = start(model)
+    first.advance(3000)
+    x = first.positions()
+    again = start(model)
+    again.advance(3000)
+    np.testing.assert_array_equal(x, again.positions())
+
+
+def test_scenarios_side_by_side_are_those_alone(build, start):
+    """Each scenario of a batch gives the very bits of its own run."""
+    models = [build(STRIP, f"contact.friction_coefficient={mu}") for mu in (0.0, 0.4, 0.8)]
+    batch = start(*models)
+    batch.advance(3000)
+    together = batch.positions()
+    assert not np.array_equal(together[0], together[2])
+    for k, model in enumerate(models):
+        alone = start(model)
+        alone.advance(3000)
+        np.testing.assert_array_equal(alone.positions()[0], together[k])
+
+
+def test_launches_give_the_bits_of_the_serial_kernel(build, start):
+    """The launch sequence of a GPU, run on the CPU: same passes, same order, same result."""
+    model = build(STRIP)
+    serial = start(model)
+    serial.advance(400)
+    x = serial.positions()
+    launched = start(model)
+    launched.advance_by_launches(400)
+    np.testing.assert_array_equal(x, launched.positions())
+
+
+def test_period_error_is_of_second_order(build, start):
+    """Free vibration without contact: halving the step quarters the difference to a fine one."""
+    model = build(STRIP, "environment.walls={}", "solver.bulk_viscosity=0")
+    ends = []
+    from softsim.solver.explicit import ExplicitSolver
+    from softsim.solver.time_step import stable_increment
+
+    span = 5e-3
+    coarse = 0.8 * stable_increment(model, model.points).value
+    count = int(np.ceil(span / coarse))
+    for refinement in (1, 2, 8):
+        solver = ExplicitSolver([model])
+        solver.begin(span / (count * refinement))
+        solver.advance(count * refinement)
+        ends.append(solver.positions()[0][:, 1])
+    ratio = np.abs(ends[0] - ends[2]).max() / np.abs(ends[1] - ends[2]).max()
+    # (1 - 1/64) / (1/4 - 1/64) = 4.2 for second order.
+    assert ratio == pytest.approx(4.2, rel=0.1)
+
+
+def test_above_the_stable_step_it_blows_up(build, start):
+    """The estimate is a bound, and no wasteful one: three times it is unstable."""
+    model = build(STRIP, "environment.walls={}")
+    for share, stable in ((0.99, True), (3.0, False)):
+        solver = start(model, share=share)
+        solver.advance(3000)
+        x = solver.positions()[0]
+        assert bool(np.isfinite(x).all() and np.abs(x).max() < 0.1) is stable
+
+
+def test_a_changed_step_keeps_second_order(build, start):
+    """Velocities move to the new half step: the answer stays that of a fixed small step."""
+    model = build(STRIP, "environment.walls={}", "solver.bulk_viscosity=0")
+    solver = start(model, share=0.8)
+    step = solver.increment
+    solver.advance(500)
+    solver.change_increment(0.5 * step)
+    solver.advance(1000)
+    reference = start(model, share=0.1)
+    reference.advance(round(solver.time / reference.increment))
+    fixed = start(model, share=0.8)
+    fixed.advance(1000)
+    changed_error = np.abs(solver.positions() - reference.positions()).max()
+    fixed_error = np.abs(fixed.positions() - reference.positions()).max()
+    assert changed_error < fixed_error

@@ -1,0 +1,102 @@
+"""Momentum, angular momentum and energy of a robot that flies freely."""
+
+import numpy as np
+import pytest
+
+ROBOT = """
+bodies:
+  skin: {mesh: {generator: pfr_section, element_size: 0.5 mm}, formulation: plane_strain,
+         thickness: 7 mm, material: dragon_skin_10, initial_velocity: [0.3 m/s, 0.1 m/s]}
+rigid_bodies:
+  frame: {mass: 8.8 g, inertia: 1 kg*mm^2, tied: [skin.knots], initial_velocity: [0 m/s, 0.2 m/s],
+          initial_angular_velocity: 20 rad/s, outline: {length: 33 mm, height: 15 mm},
+          supports: [skin.chamber_top, skin.chamber_bottom], support_friction_coefficient: 0.4}
+environment: {gravity: 0 m/s^2}
+loads:
+  air: {kind: follower_pressure, facets: [skin.chamber_top, skin.chamber_bottom],
+        reacts_on: frame, profile: {kind: constant, value: 1 kPa, ramp: 2 ms}}
+time: {end: 1 s}
+"""
+
+
+def momenta(solver):
+    """Linear (2,) and angular momentum about the origin, at half steps as the scheme keeps them."""
+    model, terms = solver.models[0], solver.terms
+    free = model.is_free
+    m, x = model.mass[free], solver.positions()[0][free]
+    v = terms.nodes.velocity.to_numpy()[0][free]
+    bodies = terms.rigid_bodies
+    M, inertia = bodies.mass.to_numpy()[0], bodies.inertia.to_numpy()[0]
+    X, V = bodies.centre.to_numpy()[0, 0], bodies.velocity.to_numpy()[0, 0]
+    linear = m @ v + M * V
+    angular = (m * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])).sum()
+    angular += M * (X[0] * V[1] - X[1] * V[0])
+    angular += inertia * bodies.angular_velocity.to_numpy()[0, 0]
+    return linear, angular
+
+
+def test_free_flight_keeps_momenta(build, start):
+    """Inflating, vibrating, rubbing against its frame: only inner forces, so both stay."""
+    solver = start(build(ROBOT))
+    linear, angular = momenta(solver)
+    solver.advance(4000)
+    linear_after, angular_after = momenta(solver)
+    assert solver.terms.supports[0].friction_dissipation.to_numpy().sum() > 0.0
+    np.testing.assert_allclose(linear_after, linear, rtol=1e-9)
+    assert angular_after == pytest.approx(angular, rel=1e-9)
+
+
+def test_pressure_in_a_closed_chamber_moves_nothing(build, start):
+    """From rest: the centre of mass of skin and frame stays where it is."""
+    text = ROBOT.replace(", initial_velocity: [0.3 m/s, 0.1 m/s]", "")
+    text = text.replace(" initial_velocity: [0 m/s, 0.2 m/s],", "")
+    text = text.replace("initial_angular_velocity: 20 rad/s,", "")
+    model = build(text)
+    solver = start(model)
+    solver.advance(4000)
+    mass = model.mass[model.is_free]
+    bodies = solver.terms.rigid_bodies
+    moved = mass @ (solver.positions()[0] - model.points)[model.is_free]
+    moved = moved + bodies.mass.to_numpy()[0] * (bodies.centre.to_numpy() - bodies.rest_centre)[0, 0]
+    inflated = np.abs(solver.positions()[0] - model.points).max()
+    assert inflated > 1e-3
+    assert np.abs(moved).max() / (mass.sum() + 8.8e-3) < 1e-9 * inflated
+
+
+def test_energy_balance_of_free_flight(build, start):
+    """The books close to the scheme's order: halving the step quarters what is left."""
+    from softsim.solver.energy import EnergyBalance, Meter
+
+    errors = []
+    for share in (0.8, 0.4):
+        model = build(ROBOT.replace("material: dragon_skin_10", "material: elastic") + ELASTIC)
+        solver = start(model, share=share)
+        meter = Meter(solver)
+        balance = EnergyBalance.starting(meter.read()[0])
+        worst = 0.0
+        while solver.time < 6e-3:
+            solver.advance(16)
+            worst = max(worst, balance.error(meter.read()[0]))
+        errors.append(worst)
+    assert errors[0] < 1e-3
+    assert errors[1] < 0.5 * errors[0]
+
+
+ELASTIC = """
+materials:
+  elastic: {law: yeoh, C10: 36 kPa, density: 1070 kg/m^3}
+solver: {bulk_viscosity: 0}
+"""
+
+
+def test_free_fall(build, start):
+    """Everything falls by g t^2 / 2, nothing deforms: exact for a constant force."""
+    model = build(
+        "bodies: {b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm},"
+        " formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10}}\n"
+        "time: {end: 1 s}\n"
+    )
+    solver = start(model)
+    solver.advance(3000)
+    fallen = solver.positions()[0][:, 1] - model.points[:, 1]
+    np.testing.assert_allclose(fallen, -0.5 * 9.81 * solver.time**2, rtol=1e-9)

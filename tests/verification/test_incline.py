@@ -1,0 +1,70 @@
+"""A soft block on an incline: Coulomb's law as a whole body feels it."""
+
+import numpy as np
+import pytest
+
+BLOCK = """
+bodies:
+  block: {mesh: {generator: block, length: 10 mm, height: 6 mm, element_size: 2 mm},
+          formulation: plane_strain, thickness: 10 mm, material: dragon_skin_30}
+environment: {inclination: 25 deg, walls: {floor: {kind: plane}}}
+contact: {friction_coefficient: 0.5}
+time: {end: 1 s}
+"""
+# atan(0.5) = 26.57 deg: at 25 deg it sticks, at 35 deg it slides.
+
+
+def centre_x(solver):
+    model = solver.models[0]
+    return float(model.mass @ solver.positions()[0][:, 0] / model.mass.sum())
+
+
+def settle(solver, until):
+    while solver.time < until:
+        solver.advance(2000)
+
+
+def test_sticks_below_the_friction_angle(build, start):
+    """Once settled it does not creep: less than 1 um in 0.5 s (in 10 s: the slow test)."""
+    solver = start(build(BLOCK))
+    settle(solver, 0.5)
+    before = centre_x(solver)
+    settle(solver, 1.0)
+    assert abs(centre_x(solver) - before) < 1e-6
+
+
+@pytest.mark.slow
+def test_does_not_creep_in_ten_seconds(build, start):
+    solver = start(build(BLOCK))
+    settle(solver, 0.5)
+    before = centre_x(solver)
+    settle(solver, 10.5)
+    assert abs(centre_x(solver) - before) < 1e-6
+
+
+def test_slides_above_it(build, start):
+    """Acceleration down the slope is g (sin - mu cos), within 1 %."""
+    solver = start(build(BLOCK, "environment.inclination=35 deg"))
+    settle(solver, 0.3)
+    positions, times = [], []
+    while solver.time < 0.6:
+        solver.advance(500)
+        positions.append(centre_x(solver))
+        times.append(solver.time)
+    acceleration = 2.0 * np.polyfit(times, positions, 2)[0]
+    angle = np.deg2rad(35.0)
+    exact = -9.81 * (np.sin(angle) - 0.5 * np.cos(angle))
+    assert acceleration == pytest.approx(exact, rel=0.01)
+
+
+def test_friction_dissipates_what_gravity_puts_in(build, start):
+    """The books close while it slides: work of weight = kinetic + internal + friction."""
+    from softsim.solver.energy import EnergyBalance, Meter
+
+    solver = start(build(BLOCK, "environment.inclination=35 deg"))
+    meter = Meter(solver)
+    balance = EnergyBalance.starting(meter.read()[0])
+    settle(solver, 0.4)
+    energies = meter.read()[0]
+    assert energies.friction_dissipation > 0.5 * energies.external_work
+    assert balance.error(energies) < 0.01
