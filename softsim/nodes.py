@@ -104,7 +104,13 @@ class Nodes:
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        return {"position": self.position, "velocity": self.velocity, "force": self.force}
+        return {
+            "position": self.position,
+            "velocity": self.velocity,
+            "force": self.force,
+            "corner_forces_x": self.corner_forces.x,
+            "corner_forces_y": self.corner_forces.y,
+        }
 
     @ti.func
     def drift(self, s, a, t, dt):

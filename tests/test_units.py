@@ -1,4 +1,5 @@
 import math
+from fractions import Fraction
 
 import pytest
 from hypothesis import given
@@ -35,6 +36,27 @@ from softsim.units import KINDS, UNIT_NAMES, format_quantity, parse, unit_of
 )
 def test_a_quantity_is_read_to_the_nearest_float(text, unit, value):
     assert parse(text, unit) == value
+
+
+ANY_FLOAT = st.floats(allow_nan=False, allow_infinity=False)
+
+
+@given(ANY_FLOAT, st.sampled_from(sorted(KINDS)))
+def test_every_float_written_out_reads_back_as_the_same_float(value, unit):
+    assert parse(f"{value!r} {unit}", unit) == value
+
+
+@given(ANY_FLOAT, st.sampled_from([("km", 3), ("mm", -3), ("um", -6), ("µm", -6), ("nm", -9)]))
+def test_prefixes_scale_without_rounding_twice(value, prefixed):
+    name, power = prefixed
+    exact = Fraction(repr(value)) * Fraction(10) ** power
+    try:
+        expected = float(exact)
+    except OverflowError:
+        with pytest.raises(ValueError, match="too large for a length"):
+            parse(f"{value!r} {name}", "m")
+    else:
+        assert parse(f"{value!r} {name}", "m") == expected
 
 
 def test_angles_and_turns():

@@ -95,8 +95,13 @@ class SurfaceContact:
                 v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
                 N = normal_force(gap, v.dot(n), self.penalty_stiffness[i], self.damping[i])
                 if self.touching[s, i, w] == 0:
+                    # Anchored where it crossed the surface, within this increment: a node that
+                    # chatters would else slide without friction at each first touch.
+                    inside = dt
+                    if v.dot(n) * dt < gap:
+                        inside = gap / v.dot(n)
                     self.touching[s, i, w] = 1
-                    self.anchor[s, i, w] = q
+                    self.anchor[s, i, w] = q - inside * v
                 stretch = q - self.anchor[s, i, w]
                 stretch -= stretch.dot(n) * n
                 k_t = self.tangential_stiffness[i]

@@ -47,7 +47,14 @@ class NodalForce:
             rise = u * u * (3.0 - 2.0 * u)
         force = rise * self.share[i] * self.total[s]
         row = self.first_row + (i >> bits)
+        # The slot still holds the force of the last increment: work by the trapezoidal rule.
+        before = ti.Vector(
+            [
+                self.nodes.corner_forces.x[s, row][i & mask],
+                self.nodes.corner_forces.y[s, row][i & mask],
+            ]
+        )
         self.nodes.corner_forces.x[s, row][i & mask] = force[0]
         self.nodes.corner_forces.y[s, row][i & mask] = force[1]
         velocity = self.nodes.velocity[s, self.node[i]]
-        self.work[s, i] = self.work[s, i] + dt * force.dot(velocity)
+        self.work[s, i] = self.work[s, i] + 0.5 * dt * (before + force).dot(velocity)

@@ -98,15 +98,21 @@ class FollowerPressure:
         d = x_b - x_a
         half = 0.5 * self.pressure[s] * self.thickness[0] * ti.Vector([-d[1], d[0]])
         row = self.first_row + 2 * (i >> bits)
+        # The slot still holds the force of the last increment: work by the trapezoidal rule.
+        before = ti.Vector(
+            [
+                self.nodes.corner_forces.x[s, row][i & mask],
+                self.nodes.corner_forces.y[s, row][i & mask],
+            ]
+        )
         for end in ti.static(range(2)):
             self.nodes.corner_forces.x[s, row + end][i & mask] = half[0]
             self.nodes.corner_forces.y[s, row + end][i & mask] = half[1]
-        # Velocities lag half a step: off by dt/2 dp/dt in p, far below round-off of the books.
         velocity = self.nodes.velocity[s, a] + self.nodes.velocity[s, b]
         if ti.static(self.body != OPEN):
             velocity -= self.rigid_bodies.velocity_at(s, self.body, x_a)
             velocity -= self.rigid_bodies.velocity_at(s, self.body, x_b)
-        self.work[s, i] = self.work[s, i] + dt * half.dot(velocity)
+        self.work[s, i] = self.work[s, i] + 0.5 * dt * (before + half).dot(velocity)
 
 
 def padded(values: np.ndarray, length: int) -> np.ndarray:

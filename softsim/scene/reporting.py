@@ -51,7 +51,7 @@ def did_you_mean(word: str, allowed: Collection[str]) -> str:
     close = difflib.get_close_matches(word, allowed, n=1)
     if close:
         return f"did you mean '{close[0]}'?"
-    return f"allowed here: {', '.join(allowed)}" if allowed else "nothing is allowed here"
+    return f"allowed here: {', '.join(allowed)}"
 
 
 def title(keys: Keys) -> str:

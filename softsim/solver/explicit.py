@@ -46,6 +46,8 @@ class ExplicitSolver:
         """Forces at t = 0 and the first half kick; `increment` is the step to come [s]."""
         self._take_increment(increment)
         self.force_kernel(self.time, increment)
+        for load in self.terms.working_loads:
+            load.work.fill(0.0)  # no work is done before the first increment
         self.kick_kernel(self.time, 0.5 * increment)
 
     def change_increment(self, increment: float) -> None:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from softsim.errors import SceneError
 from softsim.scene.loading import load_scene
+from softsim.scene.schema import FollowerPressure, TableProfile
 
 WITH_ALL = """\
 title: "one: two # three"
@@ -114,7 +115,9 @@ def test_options_win_over_files_and_later_ones_over_earlier(write):
                "environment.walls.floor={kind: plane}"]  # fmt: skip
     scene = load_scene(write(a=WITH_ALL), options).scene
     assert (scene.time.end, scene.solver.safety_factor, scene.title) == (4.0, 0.5, "yes")
-    assert scene.loads["air"].profile.points[1][1] == 3000.0
+    load = scene.loads["air"]
+    assert isinstance(load, FollowerPressure) and isinstance(load.profile, TableProfile)
+    assert load.profile.points[1][1] == 3000.0
     assert scene.materials["soft"].prony[0].g == 0.2
     assert scene.environment.walls["floor"].kind == "plane"
 
@@ -137,6 +140,7 @@ def test_options_win_over_files_and_later_ones_over_earlier(write):
         ("title=[", "--set title=[:"),
         ("title=!!set x", "is not read here"),
         ("include=b.yaml", "there is no 'include'"),
+        ("rigid_bodies.frame.supports.0.x=1", "give 'rigid_bodies.frame.supports' whole"),
     ],
 )
 def test_options_that_lead_nowhere_are_named(write, option, message):
@@ -183,6 +187,55 @@ def test_a_resolved_scene_tells_origins_and_loads_to_the_same(write):
         "      rear_radius: 3.5 mm  # default",
     ):
         assert line in text.splitlines()
+
+
+SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_each_scene_of_the_project_is_the_same_when_resolved(path, tmp_path):
+    loaded = load_scene(path)
+    written = tmp_path / "resolved.yaml"
+    written.write_text(loaded.resolved(), encoding="utf-8")
+    assert load_scene(written).scene == loaded.scene
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_each_value_of_a_resolved_scene_stands_where_its_origin_says(path):
+    for line in load_scene(path, ["solver.safety_factor=0.5"]).resolved().splitlines():
+        if line.endswith(":"):
+            continue  # a mapping: its values have origins
+        entry, _, origin = line.rpartition("  # ")
+        assert entry, f"no origin: {line}"
+        if origin == "--set":
+            assert entry.strip() == "safety_factor: 0.5"
+        elif origin != "default":
+            file, _, number = origin.rpartition(":")
+            there = Path(file).read_text(encoding="utf-8").splitlines()[int(number) - 1]
+            (value,) = yaml.load(entry, yaml.BaseLoader).values()
+            for word in value if isinstance(value, list) else [value]:
+                assert word in there, line
+
+
+def test_a_part_may_be_included_twice_but_files_do_not_multiply_without_end(write, smallest):
+    write(
+        a="include: [b.yaml, c.yaml]\n" + smallest,
+        b="include: d.yaml\n",
+        c="include: d.yaml\ntitle: c\n",
+        d="title: d\nsolver: {safety_factor: 0.5}\n",
+    )
+    scene = load_scene("a.yaml").scene
+    assert (scene.title, scene.solver.safety_factor) == ("c", 0.5)
+    twice = {f"s{n}": f"include: [s{n + 1}.yaml, s{n + 1}.yaml]\n" for n in range(12)}
+    write(**twice, s12="title: last\n")
+    assert "more than 100 files are included" in problem("s0.yaml")
+
+
+def test_a_value_from_an_option_is_reported_under_its_option_not_under_the_file(write):
+    with pytest.raises(SceneError) as caught:
+        load_scene(write(a=WITH_ALL), ["bodies.skin.thickness=-1 mm"])
+    assert str(caught.value.location) == "--set bodies.skin.thickness=-1 mm"
+    assert "a.yaml" not in str(caught.value)
 
 
 FUZZ = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))

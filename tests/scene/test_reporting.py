@@ -1,10 +1,14 @@
 import subprocess
 import sys
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
-from softsim.errors import SceneError
+from softsim.errors import Location, Option, SceneError
 from softsim.scene.loading import load_scene
+from softsim.scene.reporting import scene_error
+from softsim.scene.tree import Tree
 
 
 def problems(path):
@@ -52,6 +56,113 @@ def problems(path):
 def test_each_problem_names_its_place_and_what_is_right(write, smallest, old, new, first, hint):
     text = problems(write(a=smallest.replace(old, new)))
     assert first in text and hint in text
+
+
+MESH = "{generator: block, length: 10 mm, height: 5 mm, element_size: 1 mm}"
+SOFT = "C10: 3 kPa, density: 1 kg/m^3"
+PULL = "kind: nodal_force, nodes: block.top"
+BLOW = "kind: follower_pressure, facets: [block.top]"
+JARGON = (
+    "pydantic", "https:", "union", "tagged", "discriminator", "literal", "Input", "input_value",
+    "validation", "NoneType", "dict", "tuple", "Value error", "model_",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "pointed_at"),
+    [
+        # keys that are unknown or missing, at each depth
+        ("time:", "titel: x\ntime:", "titel: x"),
+        ("end: 24 s", "end: 24 s\n  stop: 1 s", "stop: 1 s"),
+        ("length: 10 mm", "lenght: 10 mm, length: 1 mm", "lenght"),
+        ("height: 5 mm, ", "", "mesh: {"),
+        ("time:\n  end: 24 s", "", "bodies:"),
+        (MESH, "{file: x.msh, unit: 1 mm}", "unit: 1 mm"),
+        # which class of thing it is
+        ("generator: block", "generator: 3", "3,"),
+        ("generator: block", "generator: [block]", "[block],"),
+        (MESH, "block", "block"),
+        (MESH, "", ""),
+        ("time:", "environment: {walls: {w: {kind: tube}}}\ntime:", "tube"),
+        ("time:", "environment: {walls: {w: {diameter: 1 mm}}}\ntime:", "w: {"),
+        ("time:", f"materials: {{m: {{law: hooke, {SOFT}}}}}\ntime:", "hooke"),
+        ("time:", f"materials: {{m: {{{SOFT}}}}}\ntime:", "m: {"),
+        ("time:", f"loads: {{a: {{{BLOW}, profile: {{kind: sine}}}}}}\ntime:", "sine"),
+        ("time:", f"loads: {{a: {{{BLOW}, profile: 3 kPa}}}}\ntime:", "3 kPa"),
+        ("time:", f"loads: {{a: {{{BLOW}}}}}\ntime:", "a: {"),
+        # values of the wrong type or outside their limits
+        ("time:", f"loads: {{a: {{{PULL}, force: [1 N, 2]}}}}\ntime:", "2]"),
+        ("time:", f"loads: {{a: {{{PULL}, force: 1 N}}}}\ntime:", "1 N}"),
+        ("end: 24 s", "end: 24 s\n  increment: atuo", "atuo"),
+        ("end: 24 s", "end: 24 s\n  increment: [auto]", "[auto]"),
+        ("24 s", "24 furlong", "24 furlong"),
+        ("24 s", "nan s", "nan s"),
+        ("24 s", "{s: 24}", "{s: 24}"),
+        ("time:", "title: 12\ntime:", "12"),
+        ("time:", "contact: {friction_coefficient: 3 mm}\ntime:", "3 mm"),
+        ("time:", "contact: {friction_coefficient: true}\ntime:", "true"),
+        ("time:", "contact: {friction_coefficient: 1e999}\ntime:", "1e999"),
+        ("time:", "environment: {gravity: -1 m/s^2}\ntime:", "-1 m/s^2"),
+        ("time:", "environment: {walls: {w: {kind: plane, normal: [0, 0]}}}\ntime:", "[0, 0]"),
+        (MESH, "{generator: pfr_section, spikes_per_strip: 2.5}", "2.5"),
+        ("time:", "output: {snapshot_field: strech}\ntime:", "strech"),
+        ("bodies:", "bodies: {}\nsolver:", "{}"),
+        ("bodies:", "bodies: [1]\nsolver:", "[1]"),
+        # what is no YAML scene at all
+        ("time:", "bodies: {}\ntime:", "bodies: {}"),
+        ("end: 24 s", "end: 24: s", ": s"),
+        ("24 s", "!!python/name:os.system", "!!python"),
+        ("24 s", "*somewhere", "*somewhere"),
+        ("24 s", "&here [*here]", "&here"),
+    ],
+)
+def test_the_caret_stands_below_what_is_wrong_and_the_words_are_for_people(
+    write, smallest, old, new, pointed_at
+):
+    assert smallest.count(old) == 1
+    text = smallest.replace(old, new)
+    with pytest.raises(SceneError) as caught:
+        load_scene(write(a=text))
+    first = caught.value
+    place = first.location
+    assert isinstance(place, Location)
+    assert place.text == text.splitlines()[place.line - 1]
+    assert place.text[place.column - 1 :].startswith(pointed_at)
+    head, line, caret = str(SceneError(first.message, location=place)).splitlines()
+    assert head.startswith(f"a.yaml:{place.line}:{place.column}: ")
+    assert line.endswith(f" | {place.text}")
+    assert line[caret.index("^") :].startswith(pointed_at) and caret.endswith("^")
+    words = "\n".join(f"{e.message}\n{e.hint}" for e in (first, *first.further))
+    assert not [word for word in JARGON if word in words]
+
+
+class Counted(dict):
+    """One of pydantic's errors; counts how often any of them is looked at."""
+
+    looks = 0
+
+    def __getitem__(self, key):
+        Counted.looks += 1
+        return super().__getitem__(key)
+
+
+def looks_at(count):
+    """How often `scene_error` looks at one of `count` problems."""
+    problem = {"type": "too_short", "input": [], "ctx": {"min_length": 1, "actual_length": 0}}
+    found = [
+        Counted(problem, loc=("loads", f"a{n}", "follower_pressure", "facets"))
+        for n in range(count)
+    ]
+    Counted.looks = 0
+    place = Option("--set x")
+    all_of_them: Any = SimpleNamespace(errors=lambda **_: found)
+    error = scene_error(all_of_them, Tree({}, place, place))
+    assert "must have at least 1, not 0" in str(error)
+    return Counted.looks
+
+
+def test_twice_the_problems_are_twice_the_work():
+    assert looks_at(400) - looks_at(200) == 2 * (looks_at(200) - looks_at(100)) > 0
 
 
 def test_no_word_of_the_parser_reaches_the_user(write, smallest):

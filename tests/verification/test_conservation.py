@@ -57,7 +57,9 @@ def test_pressure_in_a_closed_chamber_moves_nothing(build, start):
     mass = model.mass[model.is_free]
     bodies = solver.terms.rigid_bodies
     moved = mass @ (solver.positions()[0] - model.points)[model.is_free]
-    moved = moved + bodies.mass.to_numpy()[0] * (bodies.centre.to_numpy() - bodies.rest_centre)[0, 0]
+    moved = (
+        moved + bodies.mass.to_numpy()[0] * (bodies.centre.to_numpy() - bodies.rest_centre)[0, 0]
+    )
     inflated = np.abs(solver.positions()[0] - model.points).max()
     assert inflated > 1e-3
     assert np.abs(moved).max() / (mass.sum() + 8.8e-3) < 1e-9 * inflated
@@ -69,7 +71,10 @@ def test_energy_balance_of_free_flight(build, start):
 
     errors = []
     for share in (0.8, 0.4):
-        model = build(ROBOT.replace("material: dragon_skin_10", "material: elastic") + ELASTIC)
+        text = ROBOT.replace("material: dragon_skin_10", "material: elastic") + ELASTIC
+        # Without contact: an impact within a step is of first order.
+        text = text.replace("supports: [skin.chamber_top, skin.chamber_bottom], ", "")
+        model = build(text)
         solver = start(model, share=share)
         meter = Meter(solver)
         balance = EnergyBalance.starting(meter.read()[0])
@@ -79,7 +84,7 @@ def test_energy_balance_of_free_flight(build, start):
             worst = max(worst, balance.error(meter.read()[0]))
         errors.append(worst)
     assert errors[0] < 1e-3
-    assert errors[1] < 0.5 * errors[0]
+    assert errors[1] < 0.3 * errors[0]
 
 
 ELASTIC = """

@@ -1,0 +1,239 @@
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softsim.builder import build_model, library_material, library_names
+from softsim.errors import SceneError
+from softsim.scene.loading import load_scene
+
+SCENES = sorted((Path(__file__).parents[1] / "scenes").glob("*.yaml"))
+MESH = "{generator: block, length: 10 mm, height: 5 mm, element_size: 2.5 mm}"
+CUBE = f"""\
+bodies:
+  cube:
+    mesh: {MESH}
+    formulation: plane_strain
+    thickness: 10 mm
+    material: dragon_skin_10
+time: {{end: 1 s}}
+"""
+FIXED = CUBE.replace("time:", "    fixed: [top]\ntime:")
+PFR = """\
+bodies:
+  skin:
+    mesh: {generator: pfr_section, outer_diameter: 17 mm, spike_height: 5 mm}
+    formulation: plane_strain
+    thickness: 7 mm
+    material: dragon_skin_10
+rigid_bodies:
+  frame: {mass: 8 g, inertia: 1 kg*mm^2, tied: [skin.knots]}
+time: {end: 1 s}
+"""
+CHAMBER = """\
+loads:
+  air:
+    kind: follower_pressure
+    facets: [%s]
+    reacts_on: frame
+    profile: {kind: constant, value: 1 kPa}
+"""
+GMSH = """\
+$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+4
+1 0 0 0
+2 10 0 0
+3 10 10 0
+4 0 10 0
+$EndNodes
+$Elements
+2
+1 2 2 1 1 1 2 3
+2 2 2 1 1 1 3 4
+$EndElements
+"""
+
+
+def rigid(**tied):
+    """The section `rigid_bodies` with a body for each keyword, tied to those node sets."""
+    return "rigid_bodies:\n" + "".join(
+        f"  {name}: {{mass: 1 g, inertia: 1 kg*mm^2, tied: [{', '.join(sets)}]}}\n"
+        for name, sets in tied.items()
+    )
+
+
+def load(**keys):
+    """The section `loads` with one load."""
+    return "loads:\n  one:\n" + "".join(f"    {key}: {value}\n" for key, value in keys.items())
+
+
+@pytest.fixture
+def refused(build):
+    """The error of a scene that no model can be built from."""
+
+    def build_and_fail(*arguments):
+        with pytest.raises(SceneError) as caught:
+            build(*arguments)
+        return caught.value
+
+    return build_and_fail
+
+
+PUSH = {"kind": "nodal_force", "force": "[1 N, 0 N]"}
+SHAKE = {"kind": "sinusoidal_force", "amplitude": "1 N", "frequency": "9 Hz"}
+BLOW = {"kind": "follower_pressure", "profile": "{kind: constant, value: 1 kPa}"}
+SECOND = CUBE[CUBE.index("  cube:") : CUBE.index("time:")].replace("cube:", "thick:")
+SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
+
+
+@pytest.mark.parametrize(
+    ("text", "pointed_at", "message", "hint"),
+    [
+        # names that do not exist
+        (CUBE + load(nodes="cube.tpo", **PUSH), "cube.tpo",
+         "there is no node set 'cube.tpo'", "did you mean 'top'?"),
+        (CUBE + load(nodes="cbe.top", **PUSH), "cbe.top", "'cbe.top'", "bodies: cube"),
+        (CUBE + load(facets="[cube.top, cube.rihgt]", **BLOW), "cube.rihgt]",
+         "there is no facet set 'cube.rihgt'", "did you mean 'right'"),
+        (FIXED.replace("[top]", "[top, botom]"), "botom]",
+         "there is no node set 'cube.botom'", "did you mean 'bottom'"),
+        (CUBE + rigid(frame=["cube.knots"]), "cube.knots]",
+         "there is no node set 'cube.knots'", "node sets: "),
+        (CUBE.replace("skin_10", "skin_11"), "dragon_skin_11",
+         "there is no material 'dragon_skin_11'", "did you mean 'dragon_skin_10'"),
+        (CUBE + rigid(frame=["cube.top"]) + load(acts_on="fame", **SHAKE), "fame",
+         "there is no rigid body 'fame'", "did you mean 'frame'?"),
+        (CUBE + load(acts_on="frame", **SHAKE), "frame",
+         "there is no rigid body 'frame'", "rigid bodies: none"),
+        (CUBE + load(facets="[cube.top]", reacts_on="frame", **BLOW), "frame",
+         "there is no rigid body 'frame'", "rigid bodies: none"),
+        # nodes with two masters, forces without effect
+        (CUBE + rigid(one=["cube.top"], two=["cube.bottom", "cube.left"]), "cube.left]",
+         "a node of 'cube.left' is already fixed or tied", "one master"),
+        (FIXED + rigid(one=["cube.left"]), "cube.left]",
+         "a node of 'cube.left' is already fixed or tied", "one master"),
+        (FIXED + load(nodes="cube.top", **PUSH), "cube.top",
+         "a node of 'cube.top' is fixed or tied", "load free nodes"),
+        (CUBE + rigid(one=["cube.top"]) + load(nodes="cube.left", **PUSH), "cube.left",
+         "a node of 'cube.left' is fixed or tied", "load free nodes"),
+        # geometry
+        (PFR + "environment: {walls: {pipe: {kind: pipe, diameter: 25 mm}}}\n", "25 mm",
+         "wall 'pipe' starts 1 mm inside the body", "a diameter of at least 27 mm"),
+        (CUBE + "environment: {walls: {floor: {kind: plane, point: [0 m, 2 mm]}}}\n", "[0 m, 2 mm]",
+         "wall 'floor' starts 2 mm inside the body", "move the wall or the body"),
+        (CUBE + rigid(frame=["cube.top"]) + CHAMBER % "cube.top, cube.right", "cube.right]",
+         "the chamber is open: its facets end at (5.00, 0.00) mm", "rigid_bodies.frame.tied"),
+        (CUBE.replace("time:", SECOND + "time:") + load(facets="[cube.top, thick.top]", **BLOW),
+         "[cube.top, thick.top]", "bodies of different thickness", "a load of its own"),
+        (PFR.replace("17 mm", "14 mm"), "{generator", "outer_diameter is 14 mm", ""),
+        # time
+        (CUBE.replace("end: 1 s", "end: 1 s, increment: 1 ms"), "1 ms",
+         "the time step 1e+03 us is above the stable one", 'write "auto", or at most'),
+        # files
+        (CUBE.replace(MESH, "{file: none.msh}"), "none.msh}", "there is no file", ""),
+        (CUBE.replace(MESH, "{file: ../x.msh}"), "../x.msh}", "leaves the scene's folder", ""),
+        (CUBE.replace(MESH, "{file: /etc/hostname}"), "/etc/", "leaves the scene's folder", ""),
+        (CUBE.replace(MESH, "{file: scene.yaml}"), "{file", "cannot be read as a mesh", "formats:"),
+    ],
+)  # fmt: skip
+def test_each_refusal_points_at_the_key_and_says_what_would_be_right(
+    refused, text, pointed_at, message, hint
+):
+    error = refused(text)
+    place = error.location
+    assert place.text == text.splitlines()[place.line - 1]
+    assert place.text[place.column - 1 :].startswith(pointed_at)
+    assert message in error.message and hint in error.hint
+
+
+def test_what_an_option_breaks_is_reported_under_the_option(refused):
+    pipe = "environment: {walls: {pipe: {kind: pipe, diameter: 40 mm}}}\n"
+    error = refused(PFR + pipe, "environment.walls.pipe.diameter=20 mm")
+    assert str(error.location) == "--set environment.walls.pipe.diameter=20 mm"
+
+
+def test_a_pipe_just_as_wide_as_the_robot_is_accepted(build):
+    model = build(PFR + "environment: {walls: {pipe: {kind: pipe, diameter: 27 mm}}}\n")
+    assert np.abs(model.points[:, 1]).max() == pytest.approx(13.5e-3)
+
+
+def test_the_increment_that_is_offered_is_accepted(build, refused):
+    text = CUBE.replace("end: 1 s", "end: 1 s, increment: %s")
+    offered = refused(text % "1 s").hint.rpartition("at most ")[2]
+    assert build(text % offered).increment > 0.0
+
+
+@pytest.mark.parametrize(
+    ("tied", "facets"),
+    [
+        (["cube.top", "cube.bottom"], "cube.right"),  # from one tied end to the other
+        (["cube.top"], "cube.surface"),  # a ring
+    ],
+)
+def test_a_closed_chamber_is_accepted(build, tied, facets):
+    model = build(CUBE + rigid(frame=tied) + CHAMBER % facets)
+    assert model.pressures[0].body == 0
+
+
+def test_without_a_body_to_react_on_a_pressure_needs_no_chamber(build):
+    model = build(CUBE + load(facets="[cube.right]", **BLOW))
+    assert model.pressures[0].body is None
+
+
+def test_a_node_tied_twice_to_the_same_body_is_tied_once(build):
+    model = build(CUBE + rigid(frame=["cube.top", "cube.left", "cube.top"]))
+    tied = model.rigid_bodies[0].tied
+    assert len(tied) == len(set(tied)) == 7  # 5 on top, 3 on the left, the corner on both
+    assert not model.is_free[tied].any() and model.is_free.sum() == 15 - 7
+
+
+def test_masses_places_and_velocities_of_two_bodies(build):
+    second = SECOND.replace("    material", "    position: [0 mm, 9 mm]\n    material")
+    second += "    initial_velocity: [2 m/s, 0 m/s]\n    fixed: [top]\n"
+    model = build(CUBE.replace("time:", second + "time:"))
+    first, last = slice(0, 15), slice(15, 30)
+    assert model.mass[first].sum() == pytest.approx(1070 * 10e-3 * 10e-3 * 5e-3)
+    assert model.mass[last].sum() == pytest.approx(1070 * 20e-3 * 10e-3 * 5e-3)
+    assert model.points[last, 1].min() == pytest.approx(9e-3)
+    held = np.isclose(model.points[:, 1], 14e-3)
+    np.testing.assert_array_equal(model.is_free, ~held)
+    np.testing.assert_array_equal(model.velocity[last, 0], np.where(held[last], 0.0, 2.0))
+    assert not model.velocity[first].any()
+
+
+def test_a_material_of_the_scene_wins_over_the_library(build):
+    own = "materials: {dragon_skin_10: {law: yeoh, C10: 1 kPa, density: 2000 kg/m^3}}\n"
+    material = build(CUBE + own).bodies[0].material
+    assert (material.density, material.bulk_modulus) == (2000.0, pytest.approx(20 * 2 * 1e3))
+
+
+def test_the_library_lists_what_it_has():
+    assert library_names()
+    assert all(library_material(name) is not None for name in library_names())
+    assert library_material("gold") is None
+
+
+def test_a_mesh_file_is_read_in_its_unit(build, tmp_path):
+    (tmp_path / "square.msh").write_text(GMSH)
+    model = build(CUBE.replace(MESH, "{file: square.msh, length_unit: 1 cm}"))
+    assert np.ptp(model.points, axis=0) == pytest.approx([0.1, 0.1])
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+def test_each_scene_of_the_project_builds(path):
+    model = build_model(load_scene(path))
+    assert np.isfinite(model.points).all() and (model.mass[model.is_free] > 0.0).all()
+
+
+def test_building_needs_no_taichi():
+    code = (
+        "import sys; from softsim.builder import build_model;"
+        "from softsim.scene.loading import load_scene;"
+        f"build_model(load_scene({str(SCENES[0])!r})); assert 'taichi' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
