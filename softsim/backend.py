@@ -6,6 +6,8 @@ are the lanes, it has length one. The physics is the same text for both.
 """
 
 import contextlib
+import ctypes
+import io
 import os
 import time
 from dataclasses import dataclass
@@ -35,6 +37,10 @@ _device: Device | None = None
 
 def cuda_is_present() -> bool:
     """Whether a CUDA driver answers on this machine."""
+    try:
+        ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
+    except OSError:  # no driver: Taichi would find the same, with a warning
+        return False
     return bool(ti._lib.core.with_cuda())
 
 
@@ -65,6 +71,14 @@ def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> 
     folder = cache or default_cache_folder()
     folder.mkdir(parents=True, exist_ok=True)
     remove_stale_lock(folder)
+    with contextlib.redirect_stdout(io.StringIO()):  # Taichi announces itself on every start
+        start_taichi(name, folder, threads)
+    _device = Device(name, "f64", CPU_LANES if name == "cpu" else 1)
+    return _device
+
+
+def start_taichi(name: str, folder: Path, threads: int) -> None:
+    """ti.init with what this solver needs."""
     ti.init(
         arch=ti.cuda if name == "cuda" else ti.cpu,
         default_fp=real,
@@ -77,8 +91,6 @@ def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> 
         offline_cache_file_path=str(folder),
         log_level=ti.WARN,
     )
-    _device = Device(name, "f64", CPU_LANES if name == "cpu" else 1)
-    return _device
 
 
 def default_cache_folder() -> Path:

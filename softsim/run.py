@@ -218,22 +218,25 @@ class _Simulation:
         self._checkpoint()
 
     def _increments_to_station(self) -> int:
-        """Increments to the next station: no later than the next history row or the end."""
+        """Increments to the next station: no later than the next history row or the end.
+
+        The last ones are shortened so that the run ends exactly at its end time.
+        """
         solver = self.solver
-        left = (self.model.end_time - solver.time) / solver.increment
+        left = self.model.end_time - solver.time
         row = int(self.output.history_interval / solver.increment)
-        return min(STATION, max(1, row), max(1, int(np.ceil(left - 1e-9))))
+        count = min(STATION, max(1, row))
+        to_end = max(1, int(np.ceil(left / solver.increment - 1e-9)))
+        if to_end > count:
+            return count
+        solver.change_increment(left / to_end)
+        return to_end
 
     def _inspect(self) -> None:
         """Guards, and the stable increment, which changes as the elements deform."""
         solver, model = self.solver, self.model
-        x = solver.positions()[0]
-        try:
-            refuse_broken_elements(model, x, solver.time)
-        except StabilityError:
-            self._write_frame()
-            raise
-        stable = stable_increment(model, x)
+        self._refuse_broken_elements()
+        stable = stable_increment(model, solver.positions()[0])
         if model.increment is not None:
             if model.increment > stable.value:
                 raise StabilityError(
@@ -246,6 +249,14 @@ class _Simulation:
         if solver.increment > allowed or solver.increment * GROWTH < allowed:
             solver.change_increment(allowed)
             self.progress.increment = allowed
+
+    def _refuse_broken_elements(self) -> None:
+        """Stop at a broken element, with the failed frame kept."""
+        try:
+            refuse_broken_elements(self.model, self.solver.positions()[0], self.solver.time)
+        except StabilityError:
+            self._write_frame()
+            raise
 
     def _look(self, report: ProgressReport, error: float = 0.0, contacts: int = 0):
         """History and frames that are due."""
@@ -263,11 +274,10 @@ class _Simulation:
             progress.largest_energy_error = max(progress.largest_energy_error, error)
             energies = asdict(seen.energies)
             largest = max(energies, key=lambda k: abs(energies[k]))
-            try:
-                refuse_energy_error(self.model, error, solver.time, largest)
-            except StabilityError:
+            if not error <= self.model.energy_error_limit:
+                self._refuse_broken_elements()  # a cause says more than a symptom
                 self._write_frame()
-                raise
+                refuse_energy_error(self.model, error, solver.time, largest)
         if solver.time >= progress.next_frame or done:
             self._write_frame()
             progress.next_frame = solver.time + self.output.frame_interval

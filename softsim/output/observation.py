@@ -116,6 +116,7 @@ def frame(solver: ExplicitSolver) -> Frame:
     parts = [measure_elements(b.points, b.cells, x[b.nodes], b.material) for b in model.bodies]
     points, _ = mesh_of(model)
     poses = [frame_pose(solver, r) for r in range(len(model.rigid_bodies))]
+    pose_rows = np.array([[*centre, angle] for centre, angle in poses])
     return Frame(
         {
             "displacement": x[: len(points)] - points,
@@ -125,7 +126,7 @@ def frame(solver: ExplicitSolver) -> Frame:
             "stretch": np.concatenate([p.stretch for p in parts]),
             "von_mises": np.concatenate([p.von_mises for p in parts]),
         },
-        {"frame_pose": np.array([[*centre, angle] for centre, angle in poses]).reshape(-1, 3)},
+        {"frame_pose": pose_rows} if poses else {},
     )
 
 

@@ -1,5 +1,7 @@
 """Guards: stop a run that has gone wrong, and say where, when, why most likely, and what to try."""
 
+from typing import NoReturn
+
 import numpy as np
 
 from softsim.elements.measures import measure_elements
@@ -43,18 +45,17 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
             )
 
 
-def refuse_energy_error(model: Model, error: float, time: float, largest: str) -> None:
-    """Stop when the energy balance is off by more than the scene's limit.
+def refuse_energy_error(model: Model, error: float, time: float, largest: str) -> NoReturn:
+    """Stop: the energy balance is off by more than the scene's limit.
 
-    Raises StabilityError; `largest` names the energy that grew most.
+    Raises StabilityError; `largest` names the largest of the energies.
     """
-    if not error <= model.energy_error_limit:
-        raise StabilityError(
-            f"the energy balance is off by {100.0 * error:.3g} % at t = {time:.6g} s, above the "
-            f"limit of {100.0 * model.energy_error_limit:.3g} %; largest share: {largest}",
-            "energy that comes from nowhere means a time step above the stable one or a contact "
-            "that is hit too hard: lower solver.safety_factor or contact.penalty_stiffness",
-        )
+    raise StabilityError(
+        f"the energy balance is off by {100.0 * error:.3g} % at t = {time:.6g} s, above the "
+        f"limit of {100.0 * model.energy_error_limit:.3g} %; largest share: {largest}",
+        "energy that comes from nowhere means a time step above the stable one or a contact "
+        "that is hit too hard: lower solver.safety_factor or contact.penalty_stiffness",
+    )
 
 
 def _where(body, element: int, time: float) -> str:

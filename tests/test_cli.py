@@ -1,0 +1,96 @@
+"""The command line as a user types it: exit codes, places, no tracebacks."""
+
+import json
+import re
+import subprocess
+import sys
+
+import pytest
+
+SCENE = """
+bodies:
+  b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10}
+time: {end: 1 ms}
+"""
+
+
+def softsim(*arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "softsim.cli", *map(str, arguments)],
+        capture_output=True, text=True, timeout=120, check=False,
+    )  # fmt: skip
+
+
+def test_run_and_report(write_scene, tmp_path):
+    done = softsim("run", write_scene(SCENE), "--out", tmp_path / "out", "--device", "cpu")
+    assert done.returncode == 0, done.stderr
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "done"
+    assert (tmp_path / "out" / "energies.png").stat().st_size > 5000
+    (tmp_path / "out" / "energies.png").unlink()
+    assert softsim("report", tmp_path / "out").returncode == 0
+    assert (tmp_path / "out" / "energies.png").exists()
+
+
+def test_check_says_size_step_and_duration(write_scene):
+    done = softsim("check", write_scene(SCENE))
+    assert done.returncode == 0, done.stderr
+    for word in ("8 triangles", "stable step", "limited by element", "expected", "fine"):
+        assert word in done.stdout, word
+
+
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize(
+    "override",
+    ["time.end=-1 s", "time.end=5", "tme.end=1 s", "bodies.b.thickness=3 kPa",
+     "bodies.b.material=rubbr", "bodies.b.fixed=[botom]", "time.increment=1 s"],
+)  # fmt: skip
+def test_bad_values_exit_with_2_and_no_traceback(write_scene, command, override):
+    done = softsim(command, write_scene(SCENE), "--set", override)
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+    assert "--set" in done.stderr
+
+
+def test_the_place_is_named(write_scene):
+    path = write_scene(SCENE.replace("1 ms", "-1 ms"))
+    done = softsim("check", path)
+    assert done.returncode == 2
+    assert re.search(rf"{re.escape(str(path))}:5:\d+", done.stderr)
+
+
+def test_a_missing_file(tmp_path):
+    done = softsim("run", tmp_path / "none.yaml")
+    assert done.returncode == 2
+    assert "Traceback" not in done.stderr
+
+
+def test_an_absent_gpu_is_no_silent_fallback(write_scene, tmp_path):
+    from softsim import backend
+
+    if backend.cuda_is_present():
+        pytest.skip("this machine has a CUDA device")
+    done = softsim("run", write_scene(SCENE), "--device", "cuda", "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert "CUDA" in done.stderr
+
+
+def test_schema_is_json():
+    done = softsim("schema")
+    assert "bodies" in json.loads(done.stdout)["properties"]
+
+
+def test_devices():
+    assert "auto takes" in softsim("devices").stdout
+
+
+@pytest.mark.parametrize("command", ["--help", "check"])
+def test_light_commands_do_not_import_taichi(write_scene, command):
+    arguments = [command] if command == "--help" else [command, str(write_scene(SCENE))]
+    code = (
+        "import sys; from softsim.cli import app\n"
+        f"try: app({arguments!r})\nexcept SystemExit: pass\n"
+        "sys.exit(7 if 'taichi' in sys.modules else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert done.returncode == 0

@@ -1,0 +1,176 @@
+"""Whole runs: folder, resume to the bit, signals, guards, expectations, kill -9."""
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from softsim.errors import ExpectationError, OutputError, SceneError, StabilityError
+from softsim.output.fields import read_frames
+from softsim.output.history import read_history
+
+SCENE = """
+title: A strip falls on a floor
+bodies:
+  strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10, position: [0 mm, 1 mm]}
+environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
+time: {end: 60 ms}
+output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 ms}
+"""
+
+
+@pytest.fixture
+def run(kernel_cache, monkeypatch):
+    """Run a scene quietly on the CPU."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.run import run as run_scene
+
+    def quiet(scene, *overrides, out, **options):
+        return run_scene(scene, overrides, out, "cpu", console=Console(file=io.StringIO()), **options)
+
+    return quiet
+
+
+def test_the_run_folder(write_scene, tmp_path, run):
+    results = run(write_scene(SCENE), out=tmp_path / "out")
+    names = {p.name for p in (tmp_path / "out").iterdir()}
+    assert {
+        "scene.resolved.yaml", "summary.json", "history.csv", "results.vtkhdf", "checkpoint.h5",
+        "run.log",
+    } <= names  # fmt: skip
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    for key in ("scene", "device", "precision", "node_count", "element_count", "time_increment",
+                "increments", "simulated_time", "wall_time", "element_updates_per_second",
+                "energy_error"):  # fmt: skip
+        assert key in summary, key
+    assert summary["status"] == "done"
+    assert summary["simulated_time"] == pytest.approx(60e-3, rel=1e-9)
+    history = read_history(tmp_path / "out" / "history.csv")
+    assert history["time"][0] == 0.0
+    assert history["time"][-1] == pytest.approx(60e-3, rel=1e-9)
+    assert history["contact_count"][-1] > 0
+    frames = read_frames(tmp_path / "out" / "results.vtkhdf")
+    assert len(frames) >= 6
+    assert results.summary["energy_error"] < 0.05
+
+
+def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
+    """SIGTERM in the middle, then --resume: history and fields as if nothing had happened."""
+    scene = write_scene(SCENE)
+    run(scene, out=tmp_path / "whole")
+    code = (
+        "import sys; from softsim.cli import main; "
+        f"sys.argv = ['softsim', 'run', {str(scene)!r}, '--out', {str(tmp_path / 'parts')!r}, "
+        "'--device', 'cpu']; main()"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL)
+    wait_for_rows(tmp_path / "parts" / "history.csv", 8, process)
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=60) == 4
+    assert status(tmp_path / "parts") == "interrupted"
+    run(scene, out=tmp_path / "parts", resume=True)
+    same_files(tmp_path / "whole", tmp_path / "parts")
+
+
+def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
+    """kill -9: the history is readable up to its last row, the last checkpoint resumes."""
+    scene = write_scene(SCENE)
+    run(scene, out=tmp_path / "whole")
+    code = (
+        "from softsim.run import run; from pathlib import Path; "
+        f"run({str(scene)!r}, out=Path({str(tmp_path / 'parts')!r}), device='cpu')"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL)
+    wait_for_rows(tmp_path / "parts" / "history.csv", 12, process)
+    process.kill()
+    process.wait(timeout=60)
+    assert len(read_history(tmp_path / "parts" / "history.csv")["time"]) >= 10
+    assert status(tmp_path / "parts") == "running"
+    run(scene, out=tmp_path / "parts", resume=True)
+    same_files(tmp_path / "whole", tmp_path / "parts")
+
+
+def wait_for_rows(path, rows, process):
+    deadline = time.monotonic() + 120.0
+    while time.monotonic() < deadline:
+        if path.exists() and path.read_text().count("\n") >= rows + 2:
+            return
+        assert process.poll() is None, "ended before it could be stopped"
+        time.sleep(0.001)
+    raise AssertionError("no rows")
+
+
+def status(folder):
+    return json.loads((folder / "summary.json").read_text())["status"]
+
+
+def same_files(one, other):
+    assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
+    a, b = read_frames(one / "results.vtkhdf"), read_frames(other / "results.vtkhdf")
+    np.testing.assert_array_equal(a.times, b.times)
+    for k in range(len(a)):
+        np.testing.assert_array_equal(
+            a.point_data["displacement"][k], b.point_data["displacement"][k]
+        )
+
+
+def test_resume_of_another_scene_is_refused(write_scene, tmp_path, run):
+    scene = write_scene(SCENE)
+    run(scene, "time.end=5 ms", out=tmp_path / "out")
+    with pytest.raises(OutputError, match="another scene"):
+        run(scene, "time.end=6 ms", out=tmp_path / "out", resume=True)
+
+
+def test_resume_without_a_checkpoint_says_so(write_scene, tmp_path, run):
+    with pytest.raises(OutputError, match="no checkpoint"):
+        run(write_scene(SCENE), out=tmp_path / "none", resume=True)
+
+
+def test_expectations(write_scene, tmp_path, run):
+    scene = write_scene(SCENE + "expect: {body_displacement: {min: 1 m}}\n")
+    with pytest.raises(ExpectationError, match="body_displacement"):
+        run(scene, "time.end=5 ms", out=tmp_path / "out")
+    assert status(tmp_path / "out") == "done"
+
+
+def test_a_crushed_element_stops_the_run(write_scene, tmp_path, run):
+    """A pressure far beyond the material: named, with place and time, and the frame is kept."""
+    text = SCENE + (
+        "loads: {p: {kind: follower_pressure, facets: [strip.surface], "
+        "profile: {kind: constant, value: 10 MPa, ramp: 2 ms}}}\n"
+    )
+    with pytest.raises(StabilityError, match=r"element \d+ of body 'strip'.*at t = ") as caught:
+        run(write_scene(text), "solver.energy_error_limit=1e9", out=tmp_path / "out")
+    assert caught.value.hint
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["status"] == "aborted"
+    assert "element" in summary["failure"]
+    frames = read_frames(tmp_path / "out" / "results.vtkhdf")
+    assert frames.times[-1] == pytest.approx(summary["simulated_time"])
+
+
+def test_the_energy_guard(write_scene, tmp_path, run):
+    with pytest.raises(StabilityError, match="energy balance"):
+        run(write_scene(SCENE), "solver.energy_error_limit=1e-9", out=tmp_path / "out")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_an_unwritable_folder_is_said_at_once(write_scene, tmp_path, run):
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    with pytest.raises(OutputError, match="cannot write"):
+        run(write_scene(SCENE), out=locked / "out")
+
+
+def test_bad_input_starts_nothing(write_scene, tmp_path, run):
+    with pytest.raises(SceneError):
+        run(write_scene(SCENE), "time.end=-1 s", out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()

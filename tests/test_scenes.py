@@ -1,0 +1,52 @@
+"""Every scene that is shipped: it loads, builds, and runs for a moment."""
+
+import io
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from conftest import SCENES
+
+ALL = sorted(p.name for p in SCENES.glob("*.yaml"))
+
+
+def test_there_are_scenes():
+    assert {"pfr_30mm.yaml", "pfr_36mm.yaml", "pfr_41mm.yaml", "pfr_mode1.yaml", "pfr_mode2.yaml",
+            "pfr_vertical_hold.yaml", "first_look.yaml"} <= set(ALL)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.run import run
+
+    results = run(
+        SCENES / name, ["time.end=4 ms"], tmp_path, "cpu", console=Console(file=io.StringIO())
+    )
+    assert results.summary["status"] == "done"
+    assert results.summary["energy_error"] < 0.01
+    assert np.isfinite(results.history["frame_x"]).all()
+
+
+@pytest.mark.slow
+def test_vertical_hold(tmp_path):
+    """Once inflated, 5 s in a vertical pipe without creep: less than 1 um."""
+    from softsim.run import run
+
+    results = run(SCENES / "pfr_vertical_hold.yaml", out=tmp_path, device="cpu")
+    t, x = results.history["time"], results.history["frame_x"]
+    assert abs(x[-1] - x[np.searchsorted(t, 0.5)]) < 1e-6
+
+
+@pytest.mark.slow
+def test_mode_3_in_the_36_mm_pipe(tmp_path):
+    """It stands at full pressure and moves forward while the pressure falls, in both cycles."""
+    from softsim.run import run
+
+    results = run(SCENES / "pfr_36mm.yaml", out=tmp_path, device="cpu")
+    t, x = results.history["time"], results.history["frame_x"]
+    hold = (t > 1.2) & (t < 2.0)
+    assert np.ptp(x[hold]) < 0.1e-3
+    assert min(results.summary["displacement_per_cycle"]) > 5e-3
+    assert results.summary["energy_error"] < 0.01
