@@ -72,4 +72,4 @@ def drawing(path: Path, height: float) -> Iterator[Figure]:
         FigureCanvasAgg(figure)
         yield figure
         with replacing(path) as partial:
-            figure.savefig(partial, format="png")
+            figure.savefig(partial, format="png", bbox_inches="tight")
