@@ -185,6 +185,11 @@ class _Builder:
             check(mesh)
         except MeshError as error:
             raise self.loaded.error(path, error.message, error.hint) from None
+        if mesh.cells.shape[1] != 3:
+            raise self.loaded.error(
+                path, f"{data.formulation} needs triangles; this mesh has other cells",
+                "mesh the section with linear triangles",
+            )  # fmt: skip
         mesh = transformed(mesh, data.rotation, np.array(data.position))
         self.parts[name] = _Part(mesh, first_node)
         return Body(
@@ -422,7 +427,8 @@ class _Builder:
     def fitting_hint(self, wall: Any, points: np.ndarray) -> str:
         if isinstance(wall, schema.PipeWall):
             widest = 2.0 * np.abs(points[:, 1] - wall.axis_height).max()
-            return f"a pipe that takes it has a diameter of at least {widest * 1e3:.6g} mm"
+            enough = np.ceil((widest - ALLOWED_PENETRATION) * 1e6) / 1e3  # mm, up to a micrometre
+            return f"a pipe that takes it has a diameter of at least {enough:g} mm"
         return "move the wall or the body so that they do not overlap"
 
     # --- loads -----------------------------------------------------------------------------------
@@ -441,6 +447,7 @@ class _Builder:
                     self.refuse_open_chamber(
                         chain, tied[body], load.reacts_on, (*path, "facets", k)
                     )
+            self.refuse_repeated_facets(np.concatenate(facets), (*path, "facets"))
             owners = {f.partition(".")[0] for f in load.facets}
             thicknesses = {self.scene.bodies[o].thickness for o in owners}
             if len(thicknesses) > 1:
@@ -456,6 +463,17 @@ class _Builder:
                 )
             )
         return tuple(result)
+
+    def refuse_repeated_facets(self, facets: np.ndarray, path: tuple[str | int, ...]) -> None:
+        """A facet in two of the sets would carry the pressure twice."""
+        _, counts = np.unique(facets, axis=0, return_counts=True)
+        if counts.max() > 1:
+            raise self.loaded.error(
+                path,
+                f"{int((counts > 1).sum())} facet(s) are in more than one of these sets: the "
+                "pressure would act on them twice",
+                "name each part of the surface once",
+            )
 
     def refuse_open_chamber(
         self, facets: np.ndarray, tied: np.ndarray, body: str, path: tuple[str | int, ...]
@@ -526,7 +544,8 @@ class _Builder:
                 ("time", "increment"),
                 f"the time step {model.increment * 1e6:.3g} us is above the stable one, "
                 f"{stable.describe()}",
-                f'write "auto", or at most {model.safety_factor * stable.value * 1e6:.3g} us',
+                f'write "auto", or at most {np.floor(model.safety_factor * stable.value * 1e9):g}'
+                " ns",
             )
 
 

@@ -132,6 +132,8 @@ class _Simulation:
             self.progress = self._resume(checkpoint)
         self.wall_before = self.progress.wall_time
         self.first_increment_after = 0.0
+        self.increments_before = self.solver.increments
+        self.loop_began = time.monotonic()
 
     def _begin(self) -> Progress:
         path = self.target.path
@@ -192,7 +194,7 @@ class _Simulation:
 
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
         progress, solver, end = self.progress, self.solver, self.model.end_time
-        last_checkpoint = time.monotonic()
+        self.loop_began = last_checkpoint = time.monotonic()
         error, contacts = self._look(report)
         while solver.time < end * (1.0 - 1e-12):
             if asked:
@@ -299,7 +301,8 @@ class _Simulation:
 
     def _write_summary(self, status: str, failure: str | None = None) -> None:
         solver, model, progress = self.solver, self.model, self.progress
-        wall = self._wall_time()
+        done = solver.increments - self.increments_before
+        rate = model.element_count * done / (time.monotonic() - self.loop_began)
         summary: dict[str, Any] = {
             "status": status,
             "scene": str(self.loaded.path),
@@ -312,10 +315,10 @@ class _Simulation:
             "time_increment": solver.increment,
             "increments": solver.increments,
             "simulated_time": solver.time,
-            "wall_time": wall,
+            "wall_time": self._wall_time(),
             "first_increment_after": self.first_increment_after,
-            "element_updates_per_second": model.element_count * solver.increments / wall,
-            "energy_error": progress.largest_energy_error,
+            "element_updates_per_second": rate,
+            "energy_error": float(progress.largest_energy_error),
         }
         if status != "running":
             history = read_history(self.target.path / files.HISTORY)

@@ -110,6 +110,8 @@ SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
          "there is no rigid body 'fame'", "did you mean 'frame'?"),
         (CUBE + load(acts_on="frame", **SHAKE), "frame",
          "there is no rigid body 'frame'", "rigid bodies: none"),
+        (CUBE + load(facets="[cube.top, cube.surface]", **BLOW), "[cube.top, cube.surface]",
+         "in more than one of these sets", "once"),
         (CUBE + load(facets="[cube.top]", reacts_on="frame", **BLOW), "frame",
          "there is no rigid body 'frame'", "rigid bodies: none"),
         # nodes with two masters, forces without effect

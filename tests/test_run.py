@@ -20,7 +20,8 @@ SCENE = """
 title: A strip falls on a floor
 bodies:
   strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
-          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10, position: [0 mm, 1 mm]}
+          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+          position: [0 mm, 1 mm]}
 environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
 time: {end: 60 ms}
 output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 ms}
@@ -34,7 +35,9 @@ def run(kernel_cache, monkeypatch):
     from softsim.run import run as run_scene
 
     def quiet(scene, *overrides, out, **options):
-        return run_scene(scene, overrides, out, "cpu", console=Console(file=io.StringIO()), **options)
+        return run_scene(
+            scene, overrides, out, "cpu", console=Console(file=io.StringIO()), **options
+        )
 
     return quiet
 

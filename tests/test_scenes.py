@@ -4,9 +4,8 @@ import io
 
 import numpy as np
 import pytest
-from rich.console import Console
-
 from conftest import SCENES
+from rich.console import Console
 
 ALL = sorted(p.name for p in SCENES.glob("*.yaml"))
 

@@ -6,6 +6,9 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, renumbered
 
 
+LARGEST_GRID = 5_000_000
+
+
 def block(length: float, height: float, element_size: float) -> Mesh:
     """A rectangle of triangles: x in [-length/2, length/2], y in [0, height], all in m.
 
@@ -20,6 +23,11 @@ def block(length: float, height: float, element_size: float) -> Mesh:
             raise MeshError(f"block: {name} is {value:g} m; it must be positive")
     # A hair of slack: a length of exactly n sizes gives n columns, whatever its last digit.
     columns, rows = (max(1, int(np.ceil(side / element_size - 1e-9))) for side in (length, height))
+    if columns * rows > LARGEST_GRID:
+        raise MeshError(
+            f"block: element_size {element_size:g} m cuts it into {columns} x {rows} cells; "
+            f"at most {LARGEST_GRID:g} fit in a reasonable memory"
+        )
     x, y = np.meshgrid(
         np.linspace(-length / 2, length / 2, columns + 1), np.linspace(0, height, rows + 1)
     )
