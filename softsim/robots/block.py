@@ -5,7 +5,6 @@ import numpy as np
 from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, renumbered
 
-
 LARGEST_GRID = 5_000_000
 
 

@@ -1,0 +1,82 @@
+"""Pressure over time."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from softsim.loads.profile import Profile, constant, cycles, natural_deflation
+from softsim.loads.vibration import eccentric_mass, sinusoidal_force
+
+CYCLE = {
+    "highest": 23e3, "inflation_rate": 23e3, "hold": 1.0, "deflation_rate": 1.3e3, "lowest": 11e3,
+    "rest": 0.5, "count": 2, "start": 0.2,
+}  # fmt: skip
+
+
+def test_cycles_rise_hold_fall_and_rest():
+    p = cycles(**CYCLE)
+    assert p.at(0.1) == 0.0
+    assert p.at(0.7) == pytest.approx(11.5e3)
+    assert p.at(1.7) == 23e3
+    fall = (23e3 - 11e3) / 1.3e3
+    assert p.at(2.2 + 0.5 * fall) == pytest.approx(17e3)
+    assert p.at(2.2 + fall + 0.3) == 11e3
+    # The second inflation begins where the first cycle ended.
+    assert p.at(2.2 + fall + 0.5 + 6e3 / 23e3) == pytest.approx(17e3)
+    assert p.times[-1] == pytest.approx(0.2 + 1.0 + 2.0 + 12.0 / 23.0 + 2.0 * (fall + 0.5))
+    assert p.at(1e9) == 11e3
+
+
+@given(
+    st.floats(1e3, 1e5), st.floats(0.01, 0.99), st.floats(10.0, 1e6), st.floats(10.0, 1e6),
+    st.floats(0.0, 5.0), st.floats(0.0, 5.0), st.integers(1, 5), st.floats(0.0, 3.0),
+)  # fmt: skip
+def test_cycles_stay_in_bounds_and_keep_their_rates(high, share, up, down, hold, rest, n, start):
+    p = cycles(high, up, hold, down, share * high, rest, n, start)
+    assert (np.diff(p.times) >= 0.0).all()
+    assert p.values.min() >= 0.0
+    assert p.values.max() == high
+    rates = np.diff(p.values) / np.maximum(np.diff(p.times), 1e-300)
+    moving = rates != 0.0
+    near = np.isclose(rates, up, rtol=1e-6) | np.isclose(rates, -down, rtol=1e-6)
+    # A step that is short beside its time keeps only a few digits of the rate.
+    long = np.diff(p.times) > 1e-9 * p.times[-1]
+    assert near[moving & long].all()
+
+
+def test_natural_deflation_is_an_exponential():
+    p = natural_deflation(20e3, 20e3, 0.5, 2.0, 5e3, 1, 0.0)
+    t = np.linspace(0.0, 2.0 * np.log(4.0), 1000)
+    exact = 20e3 * np.exp(-t / 2.0)
+    # Chords of an exponential: (step / tau)^2 / 8 of the pressure.
+    np.testing.assert_allclose(p.at(1.5 + t), exact, rtol=1.0 / (8.0 * 79.0**2))
+
+
+def test_constant_with_and_without_ramp():
+    assert constant(5.0, 0.0).at(0.0) == 5.0
+    assert constant(5.0, 2.0).at(1.0) == 2.5
+
+
+def test_reduced_is_the_positive_part_of_the_excess():
+    p = Profile(np.array([0.0, 1.0, 3.0]), np.array([0.0, 10.0, 2.0]))
+    reduced = p.reduced(0.5, 4.0)
+    t = np.linspace(0.0, 4.0, 801)
+    np.testing.assert_allclose(reduced.at(t), 0.5 * np.maximum(p.at(t) - 4.0, 0.0), atol=1e-12)
+
+
+def test_eccentric_mass_has_the_amplitude_of_the_measured_motor():
+    """m_e r_e omega^2 of the PFR's motor: 0.159, 0.729, 0.994, 1.432 N."""
+    for frequency, force in ((64, 0.159), (137, 0.729), (160, 0.994), (192, 1.432)):
+        across = eccentric_mass(0.572e-3, 1.72e-3, frequency, "x", 0.0, 0.0)
+        assert across.cosine[1] == pytest.approx(force, abs=5e-4)
+        assert across.cosine[0] == 0.0
+        assert not across.sine.any()
+    turning = eccentric_mass(1.0, 1.0, 1.0, "z", 0.0, 0.0)
+    assert np.linalg.norm(turning.cosine) == pytest.approx((2.0 * np.pi) ** 2)
+    assert turning.cosine @ turning.sine == 0.0
+
+
+def test_sinusoidal_force_takes_only_the_direction():
+    load = sinusoidal_force(3.0, np.array([0.0, 10.0]), 5.0, 0.0, 0.0)
+    np.testing.assert_allclose(load.sine, [0.0, 3.0])
