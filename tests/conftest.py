@@ -11,8 +11,10 @@ REFERENCE = Path(__file__).parents[2] / "shared" / "reference"
 
 @pytest.fixture(scope="session")
 def kernel_cache(tmp_path_factory):
-    """The user's kernel cache where there is one given, else one for this session of tests."""
-    return os.environ.get("SOFTSIM_CACHE") or str(tmp_path_factory.mktemp("kernels"))
+    """The kernel cache that is given, else one for this session of tests and all its workers."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    return os.environ.get("SOFTSIM_CACHE") or str(shared / "kernels")
 
 
 @pytest.fixture

@@ -80,6 +80,8 @@ class RigidBodies:
             "angular_velocity": self.angular_velocity,
             "force": self.force,
             "torque": self.torque,
+            "applied_force": self.applied_force,
+            "applied_torque": self.applied_torque,
             "applied_work": self.applied_work,
         }
 
@@ -186,11 +188,16 @@ class RigidBodies:
         return work
 
     @ti.func
-    def work_done(self, s):
-        """Work of the loads on all bodies so far [J]."""
+    def work_done(self, s, dt):
+        """Work of the loads on all bodies [J] up to the time of the positions: without the second
+        half of the last kick of dt.
+        """
         work = ti.cast(0.0, backend.real)
         for r in range(self.count):
-            work += self.applied_work[s, r]
+            v = self.velocity[s, r] - 0.25 * dt / self.mass[r] * self.force[s, r]
+            omega = self.angular_velocity[s, r] - 0.25 * dt / self.inertia[r] * self.torque[s, r]
+            ahead = self.applied_force[s, r].dot(v) + self.applied_torque[s, r] * omega
+            work += self.applied_work[s, r] - 0.5 * dt * ahead
         return work
 
 

@@ -88,7 +88,7 @@ class Meter:
                 friction += dissipated[0]
                 viscous += dissipated[1]
             work = self.terms.nodes.weight_work(s) + self.terms.rigid_bodies.weight_work(s)
-            work += self.terms.rigid_bodies.work_done(s)
+            work += self.terms.rigid_bodies.work_done(s, dt)
             for load in ti.static(self.terms.working_loads):
                 work += load.work_done(s)
             self.readings[s, 0] = internal
