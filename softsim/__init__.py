@@ -1,1 +1,18 @@
-"""softsim: explicit finite elements for soft robots."""
+"""softsim: explicit finite elements for soft robots.
+
+`load_scene` reads and checks a scene file; `softsim.run.run` runs it and returns `Results`.
+Importing this package imports no Taichi: names load when they are asked for.
+"""
+
+from importlib import import_module
+from typing import Any
+
+_HOMES = {"load_scene": "softsim.scene.loading", "Results": "softsim.run"}
+
+__all__ = ["Results", "load_scene"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'softsim' has no attribute '{name}'")
+    return getattr(import_module(_HOMES[name]), name)
