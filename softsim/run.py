@@ -58,7 +58,7 @@ class Progress:
     increment: float = 0.0
     next_history: float = 0.0
     next_frame: float = 0.0
-    last_history: float = 0.0
+    last_history: float = -1.0  # before the first row
     initial_balance: float = 0.0
     largest_turnover: float = 0.0
     largest_energy_error: float = 0.0
@@ -114,7 +114,7 @@ class _Simulation:
         self.began = time.monotonic()
         path = target.path
         checkpoint = read_checkpoint(path / files.CHECKPOINT) if resume else None
-        if checkpoint is not None and checkpoint.scene != loaded.resolved():
+        if checkpoint is not None and checkpoint.scene != loaded.scene.model_dump_json():
             raise OutputError(
                 f"the checkpoint in {path} belongs to another scene or other settings",
                 hint=f"compare with {path / files.SCENE}, or run without --resume",
@@ -195,7 +195,7 @@ class _Simulation:
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
         progress, solver, end = self.progress, self.solver, self.model.end_time
         self.loop_began = last_checkpoint = time.monotonic()
-        error, contacts = self._look(report)
+        error, contacts = self._look()
         while solver.time < end * (1.0 - 1e-12):
             if asked:
                 self._checkpoint()
@@ -211,7 +211,7 @@ class _Simulation:
             if self.first_increment_after == 0.0:
                 self.first_increment_after = time.monotonic() - self.began
             progress.time, progress.increments = solver.time, solver.increments
-            error, contacts = self._look(report, error, contacts)
+            error, contacts = self._look(error, contacts)
             report.update(solver.time, error, contacts)
             if time.monotonic() - last_checkpoint >= self.output.checkpoint_interval:
                 self._checkpoint()
@@ -260,12 +260,13 @@ class _Simulation:
             self._write_frame()
             raise
 
-    def _look(self, report: ProgressReport, error: float = 0.0, contacts: int = 0):
-        """History and frames that are due."""
+    def _look(self, error: float = 0.0, contacts: int = 0) -> tuple[float, int]:
+        """Write history and frames that are due; the newest energy error and contact count."""
         solver, progress = self.solver, self.progress
         done = solver.time >= self.model.end_time * (1.0 - 1e-12)
-        if solver.time >= progress.next_history or done:
-            seen = observe(solver, self.meter, self.balance, solver.time - progress.last_history)
+        if solver.time > progress.last_history and (done or solver.time >= progress.next_history):
+            interval = solver.time - max(progress.last_history, 0.0)
+            seen = observe(solver, self.meter, self.balance, interval)
             self.history.append(seen.row)
             progress.last_history = solver.time
             progress.next_history = solver.time + self.output.history_interval
@@ -293,7 +294,9 @@ class _Simulation:
     def _checkpoint(self) -> None:
         self.progress.wall_time = self._wall_time()
         self.progress.increment = self.solver.increment
-        content = Checkpoint(self.solver.memory(), asdict(self.progress), self.loaded.resolved())
+        content = Checkpoint(
+            self.solver.memory(), asdict(self.progress), self.loaded.scene.model_dump_json()
+        )
         write_checkpoint(self.target.path / files.CHECKPOINT, content)
 
     def _wall_time(self) -> float:

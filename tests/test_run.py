@@ -125,6 +125,15 @@ def same_files(one, other):
         )
 
 
+def test_resuming_a_finished_run_changes_nothing(write_scene, tmp_path, run):
+    scene = write_scene(SCENE)
+    run(scene, "time.end=5 ms", out=tmp_path / "out")
+    before = (tmp_path / "out" / "history.csv").read_bytes()
+    run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True)
+    assert (tmp_path / "out" / "history.csv").read_bytes() == before
+    assert status(tmp_path / "out") == "done"
+
+
 def test_resume_of_another_scene_is_refused(write_scene, tmp_path, run):
     scene = write_scene(SCENE)
     run(scene, "time.end=5 ms", out=tmp_path / "out")

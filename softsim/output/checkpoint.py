@@ -16,7 +16,7 @@ from softsim.output.folder import replacing
 class Checkpoint:
     """memory: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
 
-    scene: the resolved scene it belongs to.
+    scene: the scene it belongs to, as JSON.
     """
 
     memory: dict[str, np.ndarray]
