@@ -5,9 +5,6 @@ from pathlib import Path
 
 import pytest
 
-SCENES = Path(__file__).parents[1] / "scenes"
-REFERENCE = Path(__file__).parents[2] / "shared" / "reference"
-
 
 @pytest.fixture(scope="session")
 def kernel_cache(tmp_path_factory):

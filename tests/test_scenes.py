@@ -1,12 +1,13 @@
 """Every scene that is shipped: it loads, builds, and runs for a moment."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SCENES
 from rich.console import Console
 
+SCENES = Path(__file__).parents[1] / "scenes"
 ALL = sorted(p.name for p in SCENES.glob("*.yaml"))
 
 

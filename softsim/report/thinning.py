@@ -38,8 +38,9 @@ def thinned(time: np.ndarray, values: np.ndarray, bins: int = BINS) -> Band:
     empty = count == 0
     low = np.minimum.reduceat(np.where(finite, values, np.inf), starts)
     high = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
-    weight = np.convolve(count, NEIGHBOURS, mode="same")
-    mean = np.convolve(total, NEIGHBOURS, mode="same") / np.where(empty, 1.0, weight)
+    # "same" of two short arrays would have the length of the longer one, whichever that is.
+    weight = np.convolve(count, NEIGHBOURS)[1:-1]
+    mean = np.convolve(total, NEIGHBOURS)[1:-1] / np.where(empty, 1.0, weight)
     return Band(
         time=np.add.reduceat(time, starts) / np.diff([*starts, rows]),
         low=np.where(empty, np.nan, low),
