@@ -131,22 +131,23 @@ class _Builder:
             for r, name in enumerate(rigid_names)
         )
         stiffness = self.penalty_stiffness(bodies, len(points))
+        effective_mass = contact_mass(points, mass, is_free, rigid_bodies)
         contact = self.contact(
             np.concatenate(
                 [*(b.node_sets["surface"] for b in bodies), np.arange(soft_count, len(points))]
             ),
-            stiffness, mass, is_free, tied, scene.contact.friction_coefficient,
+            stiffness, effective_mass, scene.contact.friction_coefficient,
         )  # fmt: skip
         self.refuse_penetration(points, contact.nodes)
         outlines = tuple(
-            self.outline(r, name, stiffness, mass, is_free, tied)
+            self.outline(r, name, points, stiffness, effective_mass, tied)
             for r, name in enumerate(rigid_names)
             if scene.rigid_bodies[name].outline is not None
         )
         environment = scene.environment
         slope = environment.inclination
         rows = {
-            name: nodes
+            f"{b.name}.{name}": nodes
             for b in bodies
             for name, nodes in b.node_sets.items()
             if ROW_NAME.fullmatch(name)
@@ -172,6 +173,7 @@ class _Builder:
             bulk_viscosity=scene.solver.bulk_viscosity,
             energy_error_limit=scene.solver.energy_error_limit,
         )
+        self.refuse_instant_relaxation(model)
         self.refuse_unstable_increment(model)
         return model
 
@@ -313,6 +315,19 @@ class _Builder:
 
     def rigid_body(self, name: str, tied: np.ndarray) -> RigidBodyData:
         data = self.scene.rigid_bodies[name]
+        started = {
+            "x": ("initial_velocity", data.initial_velocity[0]),
+            "y": ("initial_velocity", data.initial_velocity[1]),
+            "rotation": ("initial_angular_velocity", data.initial_angular_velocity),
+        }
+        for direction, (key, speed) in started.items():
+            if direction not in data.free and speed != 0.0:
+                raise self.loaded.error(
+                    ("rigid_bodies", name, key),
+                    f"'{name}' starts to move in {direction}, which is not among its free "
+                    "directions",
+                    f"add {direction} to rigid_bodies.{name}.free, or start it at rest",
+                )
         return RigidBodyData(
             name=name,
             mass=data.mass,
@@ -328,9 +343,9 @@ class _Builder:
         self,
         r: int,
         name: str,
+        points: np.ndarray,
         stiffness: np.ndarray,
-        mass: np.ndarray,
-        is_free: np.ndarray,
+        effective_mass: np.ndarray,
         tied: list[np.ndarray],
     ) -> OutlineData:
         data = self.scene.rigid_bodies[name]
@@ -342,9 +357,18 @@ class _Builder:
         support = None
         if len(nodes):
             support = self.contact(
-                nodes, stiffness, mass, is_free, tied, data.support_friction_coefficient
+                nodes, stiffness, effective_mass, data.support_friction_coefficient
             )
         half = 0.5 * np.array([data.outline.length, data.outline.height])
+        depth = (half - np.abs(points[nodes] - data.center)).min(axis=1)
+        if len(nodes) and depth.max() > ALLOWED_PENETRATION:
+            x, y = points[nodes[depth.argmax()]] * 1e3
+            raise self.loaded.error(
+                path,
+                f"a node at ({x:.2f}, {y:.2f}) mm starts {depth.max() * 1e3:.3g} mm inside the "
+                f"outline of '{name}'",
+                "supports lie against the outline from outside: shrink it, or move the body",
+            )
         return OutlineData(r, half, np.array(data.center), support)
 
     # --- contact ---------------------------------------------------------------------------------
@@ -367,24 +391,19 @@ class _Builder:
         self,
         nodes: np.ndarray,
         stiffness: np.ndarray,
-        mass: np.ndarray,
-        is_free: np.ndarray,
-        tied: list[np.ndarray],
+        effective_mass: np.ndarray,
         friction_coefficient: float,
     ) -> ContactData:
         """Contact data of `nodes`; the dashpot is the share `damping_ratio` of critical damping."""
-        effective = mass.copy()
-        for data, members in zip(self.scene.rigid_bodies.values(), tied, strict=True):
-            effective[members] = data.mass
-        heaviest = max((d.mass for d in self.scene.rigid_bodies.values()), default=0.0)
-        effective[effective == 0.0] = heaviest
         settings = self.scene.contact
-        k_n = stiffness[nodes]
+        k_n, m = stiffness[nodes], effective_mass[nodes]
+        moving = np.where(np.isfinite(m), m, 0.0)  # a fixed node needs no dashpot
         return ContactData(
             nodes=nodes,
             penalty_stiffness=k_n,
             tangential_stiffness=settings.tangential_stiffness_ratio * k_n,
-            damping=2.0 * settings.damping_ratio * np.sqrt(k_n * effective[nodes]),
+            damping=2.0 * settings.damping_ratio * np.sqrt(k_n * moving),
+            effective_mass=m,
             friction_coefficient=friction_coefficient,
         )
 
@@ -443,10 +462,8 @@ class _Builder:
             body = None
             if load.reacts_on is not None:
                 body = self.rigid_number(load.reacts_on, (*path, "reacts_on"))
-                for k, chain in enumerate(facets):
-                    self.refuse_open_chamber(
-                        chain, tied[body], load.reacts_on, (*path, "facets", k)
-                    )
+                chamber = np.concatenate(facets)
+                self.refuse_open_chamber(chamber, tied[body], load.reacts_on, (*path, "facets"))
             self.refuse_repeated_facets(np.concatenate(facets), (*path, "facets"))
             owners = {f.partition(".")[0] for f in load.facets}
             thicknesses = {self.scene.bodies[o].thickness for o in owners}
@@ -535,6 +552,22 @@ class _Builder:
 
     # --- time ------------------------------------------------------------------------------------
 
+    def refuse_instant_relaxation(self, model: Model) -> None:
+        """A branch that relaxes within a hundredth of an increment carries no load, yet its
+        dissipation could no longer be computed.
+        """
+        step = stable_increment(model, model.points).value
+        for body in model.bodies:
+            for branch in body.material.branches:
+                if branch.relaxation_time < 0.01 * step:
+                    raise self.loaded.error(
+                        ("bodies", body.name, "material"),
+                        f"material '{body.material.name}' relaxes in "
+                        f"{branch.relaxation_time * 1e6:.3g} us, far within a time step of "
+                        f"{step * 1e6:.3g} us",
+                        "leave out prony terms shorter than the time step",
+                    )
+
     def refuse_unstable_increment(self, model: Model) -> None:
         if model.increment is None:
             return
@@ -547,6 +580,24 @@ class _Builder:
                 f'write "auto", or at most {np.floor(model.safety_factor * stable.value * 1e9):g}'
                 " ns",
             )
+
+
+def contact_mass(
+    points: np.ndarray,
+    mass: np.ndarray,
+    is_free: np.ndarray,
+    rigid_bodies: Sequence[RigidBodyData],
+) -> np.ndarray:
+    """The mass that a contact at each node has to move (n,) [kg].
+
+    A free node: its own. A node of a rigid body: 1/m = 1/M + r^2/I, its worst direction. A fixed
+    node: infinite.
+    """
+    effective = np.where(is_free, mass, np.inf)
+    for body in rigid_bodies:
+        arm_squared = ((points[body.tied] - body.centre) ** 2).sum(axis=1)
+        effective[body.tied] = 1.0 / (1.0 / body.mass + arm_squared / body.inertia)
+    return effective
 
 
 def pressure_profile(data: schema.PressureProfile) -> Profile:

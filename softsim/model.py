@@ -38,12 +38,15 @@ class Body:
 
 @dataclass(frozen=True)
 class ContactData:
-    """Nodes (k,) that may touch, and per node k_n, k_t [N/m] and the dashpot [N s/m]."""
+    """Nodes (k,) that may touch, and per node k_n, k_t [N/m], the dashpot [N s/m] and the mass
+    that it has to move [kg].
+    """
 
     nodes: np.ndarray
     penalty_stiffness: np.ndarray
     tangential_stiffness: np.ndarray
     damping: np.ndarray
+    effective_mass: np.ndarray
     friction_coefficient: float
 
 

@@ -144,7 +144,7 @@ class _Simulation:
         log.info("stable increment %s", stable.describe())
         increment = self.model.increment or self.model.safety_factor * stable.value
         self.solver.begin(increment)
-        self.balance = EnergyBalance.starting(self.meter.read()[0])
+        self.balance = EnergyBalance.starting(self.meter.read()[0], self.model)
         self.history = History(path / files.HISTORY, UNITS)
         self.fields = FieldWriter(path / files.RESULTS, *mesh_of(self.model))
         self.fields.describe(**description(self.model, self.loaded.scene.title))
@@ -152,6 +152,12 @@ class _Simulation:
 
     def _resume(self, checkpoint: Checkpoint) -> Progress:
         path = self.target.path
+        if checkpoint.device != self.device.name:
+            raise OutputError(
+                f"the checkpoint in {path} was computed on {checkpoint.device}, this is "
+                f"{self.device.name}: the run would not go on to the same bits",
+                hint=f"resume with --device {checkpoint.device}",
+            )
         progress = Progress(**checkpoint.progress)
         self.solver.restore(
             checkpoint.memory, progress.time, progress.increments, progress.increment
@@ -220,14 +226,14 @@ class _Simulation:
         self._checkpoint()
 
     def _increments_to_station(self) -> int:
-        """Increments to the next station: no later than the next history row or the end.
+        """Increments to the next station: as soon as a history row is due, or at the end.
 
         The last ones are shortened so that the run ends exactly at its end time.
         """
         solver = self.solver
         left = self.model.end_time - solver.time
-        row = int(self.output.history_interval / solver.increment)
-        count = min(STATION, max(1, row))
+        to_row = np.ceil((self.progress.next_history - solver.time) / solver.increment - 1e-9)
+        count = min(STATION, max(1, int(to_row)))
         to_end = max(1, int(np.ceil(left / solver.increment - 1e-9)))
         if to_end > count:
             return count
@@ -269,7 +275,7 @@ class _Simulation:
             seen = observe(solver, self.meter, self.balance, interval)
             self.history.append(seen.row)
             progress.last_history = solver.time
-            progress.next_history = solver.time + self.output.history_interval
+            progress.next_history = _next_multiple(self.output.history_interval, solver.time)
             progress.largest_turnover = self.balance.largest_turnover
             for walls in solver.terms.wall_contacts:
                 walls.clear_impulses()
@@ -283,7 +289,7 @@ class _Simulation:
                 refuse_energy_error(self.model, error, solver.time, largest)
         if solver.time >= progress.next_frame or done:
             self._write_frame()
-            progress.next_frame = solver.time + self.output.frame_interval
+            progress.next_frame = _next_multiple(self.output.frame_interval, solver.time)
         return error, contacts
 
     def _write_frame(self) -> None:
@@ -295,7 +301,10 @@ class _Simulation:
         self.progress.wall_time = self._wall_time()
         self.progress.increment = self.solver.increment
         content = Checkpoint(
-            self.solver.memory(), asdict(self.progress), self.loaded.scene.model_dump_json()
+            self.solver.memory(),
+            asdict(self.progress),
+            self.loaded.scene.model_dump_json(),
+            self.device.name,
         )
         write_checkpoint(self.target.path / files.CHECKPOINT, content)
 
@@ -387,6 +396,11 @@ def cycle_ends(model: Model) -> np.ndarray:
             k += 1
         ends.append(profile.times[k])
     return np.array(ends)
+
+
+def _next_multiple(interval: float, time: float) -> float:
+    """The first whole multiple of `interval` after `time` [s]."""
+    return (np.floor(time / interval * (1.0 + 1e-12)) + 1.0) * interval
 
 
 @contextmanager

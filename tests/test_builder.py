@@ -128,11 +128,19 @@ SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
          "wall 'pipe' starts 1 mm inside the body", "a diameter of at least 27 mm"),
         (CUBE + "environment: {walls: {floor: {kind: plane, point: [0 m, 2 mm]}}}\n", "[0 m, 2 mm]",
          "wall 'floor' starts 2 mm inside the body", "move the wall or the body"),
-        (CUBE + rigid(frame=["cube.top"]) + CHAMBER % "cube.top, cube.right", "cube.right]",
+        (CUBE + rigid(frame=["cube.top"]) + CHAMBER % "cube.top, cube.right",
+         "[cube.top, cube.right]",
          "the chamber is open: its facets end at (5.00, 0.00) mm", "rigid_bodies.frame.tied"),
         (CUBE.replace("time:", SECOND + "time:") + load(facets="[cube.top, thick.top]", **BLOW),
          "[cube.top, thick.top]", "bodies of different thickness", "a load of its own"),
         (PFR.replace("17 mm", "14 mm"), "{generator", "outer_diameter is 14 mm", ""),
+        # rigid bodies
+        (CUBE + rigid(frame=["cube.top"]).replace("tied", "free: [y], initial_velocity: "
+         "[1 m/s, 0 m/s], tied"), "[1 m/s, 0 m/s]",
+         "'frame' starts to move in x", "add x to rigid_bodies.frame.free"),
+        (CUBE + rigid(frame=["cube.top"]).replace("tied", "outline: {length: 9 mm, height: 4 mm}, "
+         "supports: [cube.bottom], tied"), "[cube.bottom]",
+         "inside the outline of 'frame'", "shrink it, or move the body"),
         # time
         (CUBE.replace("end: 1 s", "end: 1 s, increment: 1 ms"), "1 ms",
          "the time step 1e+03 us is above the stable one", 'write "auto", or at most'),

@@ -54,6 +54,7 @@ class SurfaceContact:
         # The tangential stretch is zero while a node is away: its anchor follows it.
         self.anchor = ti.Vector.field(2, backend.real, shape=shape)
         self.touching = ti.field(ti.i32, shape=shape)
+        self.dashpot = ti.field(backend.real, shape=shape)  # its force in the last increment
         self.normal_force = ti.field(backend.real, shape=(scenarios, self.count))
         self.force = ti.Vector.field(2, backend.real, shape=(scenarios, self.count))
         self.normal_impulse = ti.field(backend.real, shape=(scenarios, self.count))
@@ -66,6 +67,7 @@ class SurfaceContact:
         return {
             "anchor": self.anchor,
             "touching": self.touching,
+            "dashpot": self.dashpot,
             "normal_force": self.normal_force,
             "force": self.force,
             "normal_impulse": self.normal_impulse,
@@ -112,13 +114,20 @@ class SurfaceContact:
                 self.friction_dissipation[s, i] = self.friction_dissipation[
                     s, i
                 ] + k_t * stretch.dot(slipped)
+                # Work of the dashpot over the way since the last increment, trapezoidal.
                 damping_force = N + self.penalty_stiffness[i] * gap
-                self.damping_dissipation[s, i] = (
-                    self.damping_dissipation[s, i] - damping_force * v.dot(n) * dt
+                self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - (
+                    0.5 * dt * (self.dashpot[s, i, w] + damping_force) * v.dot(n)
                 )
+                self.dashpot[s, i, w] = damping_force
                 total += N * n - k_t * stretch
                 normal_total += N
             elif self.touching[s, i, w] == 1:
+                v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
+                self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - (
+                    0.5 * dt * self.dashpot[s, i, w] * v.dot(n)
+                )
+                self.dashpot[s, i, w] = 0.0
                 self.touching[s, i, w] = 0
         force = self.obstacle.global_vector(s, total)
         row = self.first_row + (i >> bits)

@@ -87,6 +87,7 @@ class PlaneStrainTriangles:
         self.branch_modulus = real_field(np.array([b.shear_modulus for b in material.branches]))
         self.relaxation_time = real_field(np.array([b.relaxation_time for b in material.branches]))
         self.decay = real_field(np.ones(self.branch_count))
+        self.mean_distance = real_field(np.ones(self.branch_count))
 
         self.F = [backend.lane_field((scenarios, self.blocks)) for _ in range(4)]
         self.current_volume = backend.lane_field((scenarios, self.blocks))
@@ -129,7 +130,11 @@ class PlaneStrainTriangles:
     def set_increment(self, dt: float) -> None:
         """Take the time step [s]: exp(-dt / tau) of each branch."""
         for k, branch in enumerate(self.material.branches):
-            self.decay[k] = float(np.exp(-dt / branch.relaxation_time))
+            ratio = dt / branch.relaxation_time
+            self.decay[k] = float(np.exp(-ratio))
+            # Dissipation is sampled at the end of an increment; over it the square of the metric's
+            # distance from rest was larger by this factor on the mean.
+            self.mean_distance[k] = float(np.expm1(2.0 * ratio) / (2.0 * ratio))
 
     # --- one increment, pass by pass -------------------------------------------------------------
 
@@ -247,11 +252,8 @@ class PlaneStrainTriangles:
             back = (
                 A.yy * inverse.xx + A.xx * inverse.yy - 2.0 * A.xy * inverse.xy
             ) / plane + inverse.zz / A.zz
-            # A is that of the increment's end; over the increment the square of its distance
-            # from rest was larger by (1 / decay^2 - 1) / (-2 ln decay) on the mean.
-            decay = self.decay[k]
-            mean = (1.0 / (decay * decay) - 1.0) / (-2.0 * ti.log(decay))
-            factor = mean * self.branch_modulus[k] / (2.0 * self.relaxation_time[k])
+            rate = self.branch_modulus[k] / (2.0 * self.relaxation_time[k])
+            factor = self.mean_distance[k] * rate
             power += factor * (stretch + back - 6.0)
         self.branch_dissipation[s, b] = self.branch_dissipation[s, b] + dt * power * self.volume[b]
 

@@ -16,12 +16,13 @@ from softsim.output.folder import replacing
 class Checkpoint:
     """memory: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
 
-    scene: the scene it belongs to, as JSON.
+    scene: the scene it belongs to, as JSON. device: where it was computed.
     """
 
     memory: dict[str, np.ndarray]
     progress: dict[str, Any]
     scene: str
+    device: str
 
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
@@ -35,6 +36,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         # Python's JSON writes floats so that reading gives the same bits.
         file.attrs["progress"] = json.dumps(checkpoint.progress)
         file.attrs["scene"] = checkpoint.scene
+        file.attrs["device"] = checkpoint.device
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
@@ -54,10 +56,11 @@ def read_checkpoint(path: Path) -> Checkpoint:
                     memory.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
                 )
             )
-            progress, scene = json.loads(file.attrs["progress"]), str(file.attrs["scene"])
+            progress = json.loads(file.attrs["progress"])
+            scene, device = str(file.attrs["scene"]), str(file.attrs["device"])
     except (OSError, KeyError, ValueError) as error:
         raise OutputError(
             f"{path} is not a readable checkpoint: {error}",
             hint="run without --resume to start from the beginning",
         ) from error
-    return Checkpoint(memory, progress, scene)
+    return Checkpoint(memory, progress, scene, device)

@@ -140,6 +140,7 @@ def description(model: Model, title: str) -> dict:
     return {
         "walls": np.concatenate([model.walls.points, model.walls.normals], axis=1),
         "outlines": np.array(outlines).reshape(-1, 4),
+        "outline_bodies": np.array([o.body for o in model.outlines], dtype=int),
         "sets": sets,
         "title": title,
     }

@@ -126,6 +126,8 @@ def _snapshot(
     outlines = np.zeros((0, 4, 2))
     if "outlines" in frames.described and "frame_pose" in frames.extra:
         poses = frames.extra["frame_pose"][index]
+        if "outline_bodies" in frames.described:  # not every rigid body has an outline
+            poses = poses[frames.described["outline_bodies"].astype(int)]
         outlines = outline_corners(frames.described["outlines"], poses) * MILLI
     return Snapshot(
         title,

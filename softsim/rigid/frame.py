@@ -163,9 +163,14 @@ class RigidBodies:
     @ti.func
     def shift(self, s, r, t, dt):
         """Move the velocities by dt with the last force and torque."""
-        self.velocity[s, r] = self.velocity[s, r] + dt / self.mass[r] * self.force[s, r]
-        self.angular_velocity[s, r] = (
-            self.angular_velocity[s, r] + dt / self.inertia[r] * self.torque[s, r]
+        before, omega = self.velocity[s, r], self.angular_velocity[s, r]
+        after = before + dt / self.mass[r] * self.force[s, r]
+        omega_after = omega + dt / self.inertia[r] * self.torque[s, r]
+        self.velocity[s, r] = after
+        self.angular_velocity[s, r] = omega_after
+        self.applied_work[s, r] = self.applied_work[s, r] + 0.5 * dt * (
+            self.applied_force[s, r].dot(before + after)
+            + self.applied_torque[s, r] * (omega + omega_after)
         )
 
     @ti.func

@@ -12,6 +12,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.errors import OutputError
 from softsim.model import Model
 from softsim.solver.terms import Terms
 
@@ -158,8 +159,18 @@ class ExplicitSolver:
     def restore(
         self, memory: dict[str, np.ndarray], time: float, increments: int, increment: float
     ) -> None:
-        """Take the state of a checkpoint."""
-        for name, field in self.terms.memory().items():
+        """Take the state of a checkpoint.
+
+        Raises OutputError if it is the state of another model.
+        """
+        fields = self.terms.memory()
+        shapes = {name: field.to_numpy().shape for name, field in fields.items()}
+        if shapes != {name: array.shape for name, array in memory.items()}:
+            raise OutputError(
+                "the checkpoint holds the state of another mesh or model",
+                hint="the mesh has changed since: run without --resume",
+            )
+        for name, field in fields.items():
             field.from_numpy(memory[name])
         self.time, self.increments = time, increments
         self._take_increment(increment)

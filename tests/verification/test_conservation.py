@@ -77,7 +77,7 @@ def test_energy_balance_of_free_flight(build, start):
         model = build(text)
         solver = start(model, share=share)
         meter = Meter(solver)
-        balance = EnergyBalance.starting(meter.read()[0])
+        balance = EnergyBalance.starting(meter.read()[0], model)
         worst = 0.0
         while solver.time < 6e-3:
             solver.advance(16)

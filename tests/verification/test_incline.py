@@ -75,9 +75,10 @@ def test_friction_dissipates_what_gravity_puts_in(build, start):
     from softsim.solver.energy import EnergyBalance, Meter
 
     # A chattering contact lasts a few increments and is booked to first order: a smaller step.
-    solver = start(build(BLOCK, "environment.inclination=35 deg"), share=0.3)
+    model = build(BLOCK, "environment.inclination=35 deg")
+    solver = start(model, share=0.3)
     meter = Meter(solver)
-    balance = EnergyBalance.starting(meter.read()[0])
+    balance = EnergyBalance.starting(meter.read()[0], model)
     settle(solver, 0.4)
     energies = meter.read()[0]
     assert energies.friction_dissipation > 0.5 * energies.external_work
