@@ -149,20 +149,11 @@ class RigidBodies:
         torque *= self.free[r, 2]
         self.force[s, r] = force
         self.torque[s, r] = torque
-        before = self.velocity[s, r]
-        after = before + dt / self.mass[r] * force
-        omega = self.angular_velocity[s, r]
-        omega_after = omega + dt / self.inertia[r] * torque
-        self.velocity[s, r] = after
-        self.angular_velocity[s, r] = omega_after
-        self.applied_work[s, r] = self.applied_work[s, r] + 0.5 * dt * (
-            self.applied_force[s, r].dot(before + after)
-            + self.applied_torque[s, r] * (omega + omega_after)
-        )
+        self.shift(s, r, t, dt)
 
     @ti.func
     def shift(self, s, r, t, dt):
-        """Move the velocities by dt with the last force and torque."""
+        """Move the velocities by dt with the last force and torque, and book the loads' work."""
         before, omega = self.velocity[s, r], self.angular_velocity[s, r]
         after = before + dt / self.mass[r] * self.force[s, r]
         omega_after = omega + dt / self.inertia[r] * self.torque[s, r]

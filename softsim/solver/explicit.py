@@ -130,28 +130,6 @@ class ExplicitSolver:
         """x (scenarios, nodes, 2) [m]."""
         return self.terms.nodes.position.to_numpy()
 
-    def node_velocities(self) -> np.ndarray:
-        """v (scenarios, nodes, 2) [m/s] at the present time; zero for nodes that are not free."""
-        nodes, model = self.terms.nodes, self.models[0]
-        free = model.is_free
-        acceleration = np.zeros((self.scenarios, nodes.count, 2))
-        force = nodes.force.to_numpy()[:, free]
-        gravity = np.stack([m.gravity for m in self.models])[:, None]
-        acceleration[:, free] = force / model.mass[free][:, None] + gravity
-        return np.where(free[:, None], nodes.velocity.to_numpy(), 0.0) - (
-            0.5 * self.increment * acceleration
-        )
-
-    def rigid_velocities(self) -> tuple[np.ndarray, np.ndarray]:
-        """Velocity (scenarios, bodies, 2) [m/s] and turning speed (scenarios, bodies) [rad/s]."""
-        bodies = self.terms.rigid_bodies
-        kick = 0.5 * self.increment
-        mass, inertia = bodies.mass.to_numpy(), bodies.inertia.to_numpy()
-        return (
-            bodies.velocity.to_numpy() - kick * bodies.force.to_numpy() / mass[:, None],
-            bodies.angular_velocity.to_numpy() - kick * bodies.torque.to_numpy() / inertia,
-        )
-
     def memory(self) -> dict[str, np.ndarray]:
         """Everything that must be kept to continue to the same bits."""
         return {name: field.to_numpy() for name, field in self.terms.memory().items()}
