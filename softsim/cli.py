@@ -1,4 +1,4 @@
-"""The command line: softsim run, check, report, schema, devices."""
+"""The command line: softsim run, check, fit-material, report, schema, devices."""
 
 import json
 import sys
@@ -36,6 +36,13 @@ class DeviceName(str, Enum):
     auto = "auto"
     cpu = "cpu"
     cuda = "cuda"
+
+
+class LawName(str, Enum):
+    """Which law to fit: the names in `softsim.materials.laws.LAWS`."""
+
+    yeoh = "yeoh"
+    neo_hooke = "neo_hooke"
 
 
 class Precision(str, Enum):
@@ -82,14 +89,19 @@ def check(scene: ScenePath, overrides: Overrides = None) -> None:
         increment = model.increment or model.safety_factor * stable.value
         increments = model.end_time / increment
         table = Table(show_header=False, box=None)
+        shape = {2: "triangles", 3: "tetrahedra"}[model.dimension]
         for body in model.bodies:
             q = quality(Mesh(body.points, body.cells))
             table.add_row(
                 f"body '{body.name}'",
-                f"{q.node_count} nodes, {q.cell_count} triangles, smallest altitude "
+                f"{q.node_count} nodes, {q.cell_count} {shape}, smallest altitude "
                 f"{q.smallest_altitude * 1e3:.3g} mm, angles {_degrees(q.smallest_angle)} to "
-                f"{_degrees(q.largest_angle)}",
+                f"{_degrees(q.largest_angle)}, {body.volumes.sum() * 1e6:.4g} ml, "
+                f"{body.volumes.sum() * body.material.density * 1e3:.4g} g"
+                + (f", {q.piece_count} unconnected pieces" if q.piece_count > 1 else ""),
             )
+            for remark in body.remarks:
+                table.add_row("  from its file", remark)
             sets = ", ".join(f"{k} ({len(v)})" for k, v in sorted(body.node_sets.items()))
             table.add_row("  node sets", sets)
             sets = ", ".join(f"{k} ({len(v)})" for k, v in sorted(body.facet_sets.items()))
@@ -102,6 +114,40 @@ def check(scene: ScenePath, overrides: Overrides = None) -> None:
         )
         console.print(table)
         console.print(f"{scene}: fine")
+
+
+@app.command()
+def fit_material(
+    file: Annotated[Path, typer.Argument(help="Table of a uniaxial test.", show_default=False)],
+    max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],
+    law: Annotated[LawName, typer.Option(help="Strain-energy law.")] = LawName.yeoh,
+    min_strain: Annotated[float, typer.Option(help="Leave out the slack below it.")] = 0.1,
+    terms: Annotated[int | None, typer.Option(help="Fit so many constants; default: all.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Figure; default: FILE_LAW.png here.")] = None,
+    strain_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Strain",
+    stress_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Stress",
+    stress_unit: Annotated[
+        str | None, typer.Option(help="Such as MPa; default: as the heading says.")
+    ] = None,
+    delimiter: Annotated[str | None, typer.Option(help="Default: ; or , or tab.")] = None,
+) -> None:
+    """Fit a material's constants to a tensile test, and say how well and how far they hold."""
+    with _explained() as console:
+        from softsim.materials.fitting import fit_law
+        from softsim.materials.laws import LAWS
+        from softsim.materials.tensile import read_tensile_test
+        from softsim.report.fit import draw_fit, fit_rows, scene_snippet
+
+        test = read_tensile_test(file, strain_column, stress_column, stress_unit, delimiter)
+        fit = fit_law(test, LAWS[law.value], max_strain, min_strain, terms)
+        figure = out or Path(f"{file.stem}_{law.value}.png")
+        draw_fit(test, fit, figure)
+        table = Table(show_header=False, box=None)
+        for row in fit_rows(fit):
+            table.add_row(*row)
+        console.print(table)
+        console.print(f"figure  {figure}", highlight=False)
+        print(f"\n{scene_snippet(test, fit, law.value)}")
 
 
 @app.command()

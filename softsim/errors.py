@@ -86,6 +86,12 @@ class MeshError(SoftsimError):
     exit_code = 2
 
 
+class MaterialError(SoftsimError):
+    """A material test that cannot be read or fitted."""
+
+    exit_code = 2
+
+
 class DeviceError(SoftsimError):
     """A device that is not there."""
 

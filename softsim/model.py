@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.elements.geometry import Geometry
+from softsim.loads.drive import Drive
 from softsim.loads.profile import Profile
 from softsim.loads.vibration import RotorData
 from softsim.materials.material import Material
@@ -16,24 +18,31 @@ from softsim.rigid.body import RigidBodyData
 
 @dataclass(frozen=True)
 class Body:
-    """A meshed body. points (n, 2) [m]; cells (m, 3) numbered within the body.
+    """A meshed body. points (n, d) [m]; cells (m, d + 1) numbered within the body.
 
     node_sets, facet_sets: numbered within the model (within the body plus first_node).
+    remarks: what reading its mesh changed, for people.
     """
 
     name: str
     first_node: int
     points: np.ndarray
     cells: np.ndarray
-    thickness: float
+    geometry: Geometry
     material: Material
     node_sets: dict[str, np.ndarray]
     facet_sets: dict[str, np.ndarray]
+    remarks: tuple[str, ...]
 
     @property
     def nodes(self) -> slice:
         """Its nodes among those of the model."""
         return slice(self.first_node, self.first_node + len(self.points))
+
+    @property
+    def volumes(self) -> np.ndarray:
+        """Reference volume of each element (m,) [m^3]."""
+        return self.geometry.volumes(self.points, self.cells)
 
 
 @dataclass(frozen=True)
@@ -52,39 +61,91 @@ class ContactData:
 
 @dataclass(frozen=True)
 class WallsData:
-    """Half planes: points (w, 2) [m] and unit normals (w, 2) into the free side."""
+    """Half spaces: names, points (w, d) [m] and unit normals (w, d) into the free side. Round
+    pipes in space: names, points on the axes (p, 3), unit axes (p, 3), radii (p,) [m].
+    """
 
     names: tuple[str, ...]
     points: np.ndarray
     normals: np.ndarray
+    pipe_names: tuple[str, ...]
+    pipe_points: np.ndarray
+    pipe_axes: np.ndarray
+    pipe_radii: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Walls of both kinds."""
+        return len(self.names) + len(self.pipe_names)
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Signed gap [m] of places x (n, d) to each wall, by the wall's name."""
+        found = {
+            name: (x - point) @ normal
+            for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
+        }
+        pipes = zip(self.pipe_names, self.pipe_points, self.pipe_axes, self.pipe_radii, strict=True)
+        for name, point, axis, radius in pipes:
+            across = (x - point) - np.outer((x - point) @ axis, axis)
+            found[name] = radius - np.linalg.norm(across, axis=1)
+        return found
+
+
+@dataclass(frozen=True)
+class CylinderShape:
+    """A capped cylinder about coordinate number `axis`; in the plane a rectangle [m]."""
+
+    axis: int
+    half_length: float
+    radius: float
+
+    def gap(self, arms: np.ndarray) -> np.ndarray:
+        """Signed gap [m] of places (n, d) relative to its centre."""
+        across = np.delete(arms, self.axis, axis=1)
+        side = np.linalg.norm(across, axis=1) - self.radius
+        return np.maximum(side, np.abs(arms[:, self.axis]) - self.half_length)
+
+
+@dataclass(frozen=True)
+class BallShape:
+    """A ball; in the plane a disc [m]."""
+
+    radius: float
+
+    def gap(self, arms: np.ndarray) -> np.ndarray:
+        """Signed gap [m] of places (n, d) relative to its centre."""
+        return np.linalg.norm(arms, axis=1) - self.radius
 
 
 @dataclass(frozen=True)
 class OutlineData:
-    """Rectangle of rigid body number `body`: half_size (2,), centre (2,) in space at rest [m].
+    """Shape of rigid body number `body`; centre (d,) in space at rest [m].
 
     `support`: nodes that may lie against it from outside, or None.
     """
 
     body: int
-    half_size: np.ndarray
+    shape: CylinderShape | BallShape
     centre: np.ndarray
     support: ContactData | None
 
 
 @dataclass(frozen=True)
 class PressureData:
-    """Follower pressure on `facets` (k, 2); `body` closes the chamber, or is None.
-
-    profile: what a gauge on the robot shows; section_profile: what acts on the plane model [Pa].
+    """Follower pressure on `facets` (k, corners); `lids`: further facets that close the surface,
+    without pressure of their own. `body` closes the chamber, or is None. geometry: of the facets.
     """
 
     name: str
     facets: np.ndarray
-    thickness: float
-    profile: Profile
-    section_profile: Profile
+    lids: np.ndarray
+    geometry: Geometry
+    drive: Drive
     body: int | None
+
+    def volume(self, x: np.ndarray) -> float:
+        """Enclosed volume [m^3] with all nodes at x (n, d)."""
+        return self.geometry.enclosed_volume(x, np.concatenate([self.facets, self.lids]))
 
 
 @dataclass(frozen=True)
@@ -97,20 +158,61 @@ class RotorLoad:
 
 @dataclass(frozen=True)
 class NodalLoad:
-    """Total `force` (2,) [N] on `nodes`, in full after `ramp` [s]."""
+    """Total `force` (d,) [N] on `nodes`, times `share` over time."""
 
     nodes: np.ndarray
     force: np.ndarray
-    ramp: float
+    share: Profile
+
+
+@dataclass(frozen=True)
+class RigidLoad:
+    """`force` (d,) [N] at the centre of mass of rigid body number `body`, times `share`."""
+
+    body: int
+    force: np.ndarray
+    share: Profile
+
+
+@dataclass(frozen=True)
+class PrescribedData:
+    """Component `axis` of `nodes` is displaced by `profile` [m over s]."""
+
+    nodes: np.ndarray
+    axis: int
+    profile: Profile
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A quantity that the history records: `kind` names it, of `members`: nodes (k,) or, for an
+    enclosed volume, facets (k, corners).
+    """
+
+    name: str
+    kind: str
+    members: np.ndarray
+    geometry: Geometry
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Dynamic relaxation to equilibrium, after the loads' time: within `longest` [s], until the
+    unbalanced force is below `tolerance` of the inner ones.
+    """
+
+    longest: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
 class Model:
-    """One scenario. Arrays over all nodes: points, velocity (n, 2), mass (n,), is_free (n,).
+    """One scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
-    A node is free when it follows its own force: neither fixed nor tied to a rigid body. The last
-    nodes, without mass, are the corners of rigid outlines. rows: sets whose contact is counted.
-    increment: the user's time step [s], or None for the stable one.
+    A component is free when it follows its own force: neither fixed, prescribed nor tied to a
+    rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
+    contact is counted. increment: the user's time step [s], or None for the stable one.
+    relaxation: of a static procedure, or None where inertia is real.
     """
 
     bodies: tuple[Body, ...]
@@ -125,6 +227,9 @@ class Model:
     pressures: tuple[PressureData, ...]
     rotors: tuple[RotorLoad, ...]
     nodal_loads: tuple[NodalLoad, ...]
+    rigid_loads: tuple[RigidLoad, ...]
+    prescribed: tuple[PrescribedData, ...]
+    probes: tuple[Probe, ...]
     gravity: np.ndarray
     rows: dict[str, np.ndarray]
     end_time: float
@@ -132,6 +237,12 @@ class Model:
     safety_factor: float
     bulk_viscosity: float
     energy_error_limit: float
+    relaxation: Relaxation | None
+
+    @property
+    def dimension(self) -> int:
+        """Coordinates of a node: 2 or 3."""
+        return self.points.shape[1]
 
     @property
     def element_count(self) -> int:

@@ -11,14 +11,16 @@ import taichi as ti
 from softsim import backend
 
 
+@ti.data_oriented
 class CornerForces:
-    """Slots of corner forces: (scenarios, rows) lane vectors of x and y components [N].
+    """Slots of corner forces: per component a field (scenarios, rows) of lane vectors [N].
 
     Terms claim rows while the model is built; `allocate` then makes the fields and the lists that
     tell each node its slots.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, dimension: int) -> None:
+        self.dimension = dimension
         self._nodes: list[np.ndarray] = []
         self.rows = 0
 
@@ -32,19 +34,73 @@ class CornerForces:
         self.rows += len(corner_nodes)
         return first
 
+    def claim_corners(self, corner_nodes: np.ndarray) -> int:
+        """Claim slots for the corners (k, c) of k facets: `lanes` facets share a block of c rows.
+
+        Corner c of facet i is lane i % lanes of row first + c_count (i // lanes) + c.
+        """
+        lanes, (count, corners) = backend.lanes(), corner_nodes.shape
+        padded = np.full((backend.lane_blocks(count) * lanes, corners), -1)
+        padded[:count] = corner_nodes
+        return self.claim(by_lane(padded, lanes).reshape(-1, lanes))
+
+    def owners(self, first_row: int) -> np.ndarray:
+        """Node of each slot from `first_row` on, -1 where it is padding."""
+        return np.concatenate(self._nodes).ravel()[first_row * backend.lanes() :]
+
     def allocate(self, scenarios: int, node_count: int) -> None:
-        """Make the fields: x, y, and for node a the slots slot[start[a]] .. slot[start[a + 1]]."""
+        """Make the fields; node a has the slots slot[start[a]] .. slot[start[a + 1]]."""
         lanes = backend.lanes()
         self.lane_bits = lanes.bit_length() - 1
         self.lane_mask = lanes - 1
-        self.x = backend.lane_field((scenarios, self.rows))
-        self.y = backend.lane_field((scenarios, self.rows))
+        self.component = [backend.lane_field((scenarios, self.rows)) for _ in range(self.dimension)]
         owner = np.concatenate(self._nodes).ravel()
         order = np.argsort(owner, kind="stable")
         order = order[owner[order] >= 0]
         start = np.searchsorted(owner[order], np.arange(node_count + 1))
         self.start = index_field(start)
         self.slot = index_field(order)
+
+    @ti.func
+    def read(self, s, first_row, corners: ti.template(), i, corner):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Force in the slot of corner `corner` of facet i, see `claim_corners`."""
+        row = first_row + corners * (i >> ti.static(self.lane_bits)) + corner
+        force = ti.Vector.zero(backend.real, self.dimension)
+        for k in ti.static(range(self.dimension)):
+            force[k] = self.component[k][s, row][i & ti.static(self.lane_mask)]
+        return force
+
+    @ti.func
+    def write(self, s, first_row, corners: ti.template(), i, corner, force):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Put `force` into the slot of corner `corner` of facet i."""
+        row = first_row + corners * (i >> ti.static(self.lane_bits)) + corner
+        for k in ti.static(range(self.dimension)):
+            self.component[k][s, row][i & ti.static(self.lane_mask)] = force[k]
+
+    @ti.func
+    def slot_force(self, s, slot):
+        """Force in slot number `slot`."""
+        force = ti.Vector.zero(backend.real, self.dimension)
+        for k in ti.static(range(self.dimension)):
+            force[k] = self.component[k][s, slot >> ti.static(self.lane_bits)][
+                slot & ti.static(self.lane_mask)
+            ]
+        return force
+
+    @ti.func
+    def total(self, s, a):
+        """Sum of the forces in node a's slots."""
+        force = ti.Vector.zero(backend.real, self.dimension)
+        for k in range(self.start[a], self.start[a + 1]):
+            force += self.slot_force(s, self.slot[k])
+        return force
+
+
+def by_lane(corners: np.ndarray, lanes: int) -> np.ndarray:
+    """Corner lists (cells, corners) in the order of the lane fields: (blocks, corners, lanes)."""
+    return np.ascontiguousarray(
+        corners.reshape(-1, lanes, corners.shape[1]).transpose(0, 2, 1), dtype=np.int32
+    )
 
 
 def index_field(values: np.ndarray) -> ti.ScalarField:
@@ -66,10 +122,10 @@ def real_field(values: np.ndarray) -> ti.ScalarField:
 
 
 def vector_field(values: np.ndarray) -> ti.MatrixField:
-    """A field of plane vectors filled with `values` (..., 2)."""
+    """A field of vectors filled with `values` (..., components)."""
     data = np.asarray(values, dtype=np.float64)
     shape = data.shape[:-1] if data.size else (1,) * (data.ndim - 1)
-    field = ti.Vector.field(2, backend.real, shape=shape)
+    field = ti.Vector.field(data.shape[-1], backend.real, shape=shape)
     if data.size:
         field.from_numpy(np.ascontiguousarray(data))
     return field
@@ -79,9 +135,16 @@ def vector_field(values: np.ndarray) -> ti.MatrixField:
 class Nodes:
     """Positions and half-step velocities of all nodes, and the central-difference update.
 
+    Parameters
+    ----------
+    position, velocity: (scenarios, nodes, d). mass: (nodes,) [kg].
+    is_free: (nodes, d), whether a component follows its own force: not where it is fixed,
+        prescribed or tied to a rigid body.
+    gravity: (scenarios, d) [m/s^2].
+    local_damping: share of the unbalanced force that resists the motion, see `shift_damped`.
+
     Fields, (scenarios, nodes): position [m], velocity [m/s] (half a step behind `position` while
-    forces are computed), force [N] (the last one summed). mass [kg] (nodes). inverse_mass is zero
-    for nodes that do not follow their own force: fixed ones and those tied to a rigid body.
+    forces are computed), force [N] (the last one summed), damping_work [J].
     """
 
     def __init__(
@@ -91,26 +154,32 @@ class Nodes:
         mass: np.ndarray,
         is_free: np.ndarray,
         gravity: np.ndarray,
+        local_damping: float,
     ) -> None:
-        self.scenarios, self.count = position.shape[:2]
+        self.scenarios, self.count, self.dimension = position.shape
+        self.local_damping = local_damping
         self.position = vector_field(position)
         self.velocity = vector_field(velocity)
         self.force = vector_field(np.zeros_like(position))
         self.mass = real_field(mass)
-        self.inverse_mass = real_field(np.where(is_free, 1.0 / np.where(is_free, mass, 1.0), 0.0))
+        movable = np.where(mass > 0.0, mass, 1.0)[:, None]
+        self.inverse_mass = vector_field(np.where(is_free, 1.0 / movable, 0.0))
         self.gravity = vector_field(gravity)
         self.rest = vector_field(position[0])
-        self.corner_forces = CornerForces()
+        self.damping_work = real_field(np.zeros((self.scenarios, self.count)))
+        self.corner_forces = CornerForces(self.dimension)
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        return {
+        fields = {
             "position": self.position,
             "velocity": self.velocity,
             "force": self.force,
-            "corner_forces_x": self.corner_forces.x,
-            "corner_forces_y": self.corner_forces.y,
+            "damping_work": self.damping_work,
         }
+        for name, component in zip("xyz", self.corner_forces.component, strict=False):
+            fields[f"corner_forces_{name}"] = component
+        return fields
 
     @ti.func
     def drift(self, s, a, t, dt):
@@ -120,53 +189,73 @@ class Nodes:
     @ti.func
     def kick(self, s, a, t, dt):
         """v(n+3/2) = v(n+1/2) + dt (f / m + g), with f the sum of the node's corner forces."""
-        bits = ti.static(self.corner_forces.lane_bits)
-        mask = ti.static(self.corner_forces.lane_mask)
-        fx = ti.cast(0.0, backend.real)
-        fy = ti.cast(0.0, backend.real)
-        for k in range(self.corner_forces.start[a], self.corner_forces.start[a + 1]):
-            slot = self.corner_forces.slot[k]
-            fx += self.corner_forces.x[s, slot >> bits][slot & mask]
-            fy += self.corner_forces.y[s, slot >> bits][slot & mask]
-        f = ti.Vector([fx, fy])
-        self.force[s, a] = f
-        inverse_mass = self.inverse_mass[a]
-        if inverse_mass > 0.0:
-            self.velocity[s, a] = self.velocity[s, a] + dt * (f * inverse_mass + self.gravity[s])
+        self.force[s, a] = self.corner_forces.total(s, a)
+        if ti.static(self.local_damping > 0.0):
+            self.shift_damped(s, a, dt)
+        else:
+            self.shift(s, a, t, dt)
+
+    @ti.func
+    def acceleration(self, s, a):
+        """f / m + g of the last force, zero in components that are not free [m/s^2]."""
+        return self.inverse_mass[a] * (self.force[s, a] + self.mass[a] * self.gravity[s])
 
     @ti.func
     def shift(self, s, a, t, dt):
         """v += dt (f / m + g) with the last force."""
-        inverse_mass = self.inverse_mass[a]
-        if inverse_mass > 0.0:
-            acceleration = inverse_mass * self.force[s, a] + self.gravity[s]
-            self.velocity[s, a] = self.velocity[s, a] + dt * acceleration
+        self.velocity[s, a] = self.velocity[s, a] + dt * self.acceleration(s, a)
+
+    @ti.func
+    def shift_damped(self, s, a, dt):
+        """As `shift`, against a damping force: the share of the unbalanced force that resists.
+
+        Dynamic relaxation by local damping (Cundall 1987, in Analytical and Computational Methods
+        in Engineering Rock Mechanics, ch. 4): f_d = -share |f| sign(v), component by component. It
+        damps every mode by about share / pi of critical and leaves balanced motion alone.
+        """
+        before = self.velocity[s, a]
+        free = self.acceleration(s, a)
+        damping = ti.abs(free) * ti.math.sign(before) * self.local_damping
+        after = before + dt * (free - damping)
+        self.velocity[s, a] = after
+        self.damping_work[s, a] = self.damping_work[s, a] + 0.5 * dt * self.mass[a] * damping.dot(
+            before + after
+        )
 
     @ti.func
     def kinetic_energy(self, s, dt):
-        """Of the free nodes [J], at the time of their positions: v less half a kick of dt."""
+        """Of the free components [J], at the time of their positions: v less half a kick of dt."""
         energy = ti.cast(0.0, backend.real)
         for a in range(self.count):
-            inverse_mass = self.inverse_mass[a]
-            if inverse_mass > 0.0:
-                acceleration = inverse_mass * self.force[s, a] + self.gravity[s]
-                v = self.velocity[s, a] - 0.5 * dt * acceleration
-                energy += 0.5 * self.mass[a] * v.dot(v)
+            v = self.velocity[s, a] - 0.5 * dt * self.acceleration(s, a)
+            for i in ti.static(range(self.dimension)):
+                if self.inverse_mass[a][i] > 0.0:
+                    energy += 0.5 * self.mass[a] * v[i] * v[i]
         return energy
 
     @ti.func
     def weight_work(self, s):
-        """Work of the free nodes' weight since the start [J]."""
-        moved = ti.Vector([0.0, 0.0])
+        """Work of the free components' weight since the start [J]."""
+        work = ti.cast(0.0, backend.real)
         for a in range(self.count):
-            if self.inverse_mass[a] > 0.0:
-                moved += self.mass[a] * (self.position[s, a] - self.rest[a])
-        return moved.dot(self.gravity[s])
+            moved = self.position[s, a] - self.rest[a]
+            for i in ti.static(range(self.dimension)):
+                if self.inverse_mass[a][i] > 0.0:
+                    work += self.mass[a] * moved[i] * self.gravity[s][i]
+        return work
+
+    @ti.func
+    def damped_energy(self, s):
+        """Taken out by local damping so far [J]."""
+        energy = ti.cast(0.0, backend.real)
+        for a in range(self.count):
+            energy += self.damping_work[s, a]
+        return energy
 
     @ti.func
     def mass_moment(self, s):
         """Sum of m x of all nodes [kg m]."""
-        moment = ti.cast(0.0, backend.real)
+        moment = ti.Vector.zero(backend.real, self.dimension)
         for a in range(self.count):
-            moment += self.mass[a] * self.position[s, a][0]
+            moment += self.mass[a] * self.position[s, a]
         return moment

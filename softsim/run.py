@@ -23,11 +23,23 @@ from softsim.output.console import ProgressReport
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import RunFolder
 from softsim.output.history import History, read_history
-from softsim.output.observation import UNITS, description, frame, mesh_of, observe
+from softsim.output.measures import measures
+from softsim.output.observation import (
+    columns,
+    description,
+    frame,
+    mesh_of,
+    observe,
+)
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
+from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.guards import refuse_broken_elements, refuse_energy_error
+from softsim.solver.guards import (
+    refuse_broken_elements,
+    refuse_energy_error,
+    strain_warnings,
+)
 from softsim.solver.time_step import stable_increment
 
 # Increments between two stations (output, signals), about 10 ms of wall time, and stations between
@@ -112,6 +124,8 @@ class _Simulation:
         self.output = loaded.scene.output
         self.console = console
         self.began = time.monotonic()
+        self.finished = False
+        self.warned: set[str] = set()
         path = target.path
         checkpoint = read_checkpoint(path / files.CHECKPOINT) if resume else None
         if checkpoint is not None and checkpoint.scene != loaded.scene.model_dump_json():
@@ -145,7 +159,7 @@ class _Simulation:
         increment = self.model.increment or self.model.safety_factor * stable.value
         self.solver.begin(increment)
         self.balance = EnergyBalance.starting(self.meter.read()[0], self.model)
-        self.history = History(path / files.HISTORY, UNITS)
+        self.history = History(path / files.HISTORY, columns(self.model))
         self.fields = FieldWriter(path / files.RESULTS, *mesh_of(self.model))
         self.fields.describe(**description(self.model, self.loaded.scene.title))
         return Progress(increment=increment, initial_balance=self.balance.initial)
@@ -163,7 +177,7 @@ class _Simulation:
             checkpoint.memory, progress.time, progress.increments, progress.increment
         )
         self.balance = EnergyBalance(progress.initial_balance, progress.largest_turnover)
-        self.history = History.resumed(path / files.HISTORY, UNITS, progress.time)
+        self.history = History.resumed(path / files.HISTORY, columns(self.model), progress.time)
         self.fields = FieldWriter.resumed(path / files.RESULTS, progress.time)
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increments)
         return progress
@@ -199,10 +213,11 @@ class _Simulation:
         return results
 
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
-        progress, solver, end = self.progress, self.solver, self.model.end_time
+        progress, solver = self.progress, self.solver
         self.loop_began = last_checkpoint = time.monotonic()
+        self.finished = self._is_done()
         error, contacts = self._look()
-        while solver.time < end * (1.0 - 1e-12):
+        while not self.finished:
             if asked:
                 self._checkpoint()
                 name = signal.Signals(asked[0]).name
@@ -217,6 +232,7 @@ class _Simulation:
             if self.first_increment_after == 0.0:
                 self.first_increment_after = time.monotonic() - self.began
             progress.time, progress.increments = solver.time, solver.increments
+            self.finished = self._is_done()
             error, contacts = self._look(error, contacts)
             report.update(solver.time, error, contacts)
             if time.monotonic() - last_checkpoint >= self.output.checkpoint_interval:
@@ -224,6 +240,31 @@ class _Simulation:
                 last_checkpoint = time.monotonic()
         self._inspect()
         self._checkpoint()
+
+    def _is_done(self) -> bool:
+        """At the end time; a static run goes on until forces balance, within its limit."""
+        solver, model = self.solver, self.model
+        if solver.time < model.end_time * (1.0 - 1e-12):
+            return False
+        if model.relaxation is None:
+            return True
+        share = unbalanced_share(solver)
+        energies = self.meter.read()[0]
+        # At a turning point forces do not balance, on the way through equilibrium it moves: both
+        # must be small. Kinetic energy goes with the square of the distance from equilibrium.
+        tolerance = model.relaxation.tolerance
+        moving = energies.kinetic > tolerance**2 * energies.turnover
+        if share <= tolerance and not moving:
+            return True
+        if solver.time > model.end_time + model.relaxation.longest:
+            raise StabilityError(
+                f"no equilibrium was found within {model.relaxation.longest:g} s after the loads' "
+                f"time: the unbalanced force is {share:.3g} of the inner forces, wanted "
+                f"{tolerance:g}",
+                "the body may be free to move away, balloon or slide; hold it, lower the load, "
+                "drive the chamber by volume, or give time.settle more time",
+            )
+        return False
 
     def _increments_to_station(self) -> int:
         """Increments to the next station: as soon as a history row is due, or at the end.
@@ -234,6 +275,8 @@ class _Simulation:
         left = self.model.end_time - solver.time
         to_row = np.ceil((self.progress.next_history - solver.time) / solver.increment - 1e-9)
         count = min(STATION, max(1, int(to_row)))
+        if left <= 0.0:  # a static run settles
+            return count
         to_end = max(1, int(np.ceil(left / solver.increment - 1e-9)))
         if to_end > count:
             return count
@@ -244,6 +287,7 @@ class _Simulation:
         """Guards, and the stable increment, which changes as the elements deform."""
         solver, model = self.solver, self.model
         self._refuse_broken_elements()
+        self._warn_of_strain()
         stable = stable_increment(model, solver.positions()[0])
         if model.increment is not None:
             if model.increment > stable.value:
@@ -266,11 +310,21 @@ class _Simulation:
             self._write_frame()
             raise
 
+    def _warn_of_strain(self) -> None:
+        """Say once a body and kind that a law is used where it was not fitted, or is unstable."""
+        warnings = strain_warnings(self.model, self.solver.positions()[0], self.solver.time)
+        for kind, text in warnings.items():
+            if kind not in self.warned:
+                self.warned.add(kind)
+                log.warning(text)
+                self.console.print(f"warning: {text}", highlight=False)
+
     def _look(self, error: float = 0.0, contacts: int = 0) -> tuple[float, int]:
         """Write history and frames that are due; the newest energy error and contact count."""
         solver, progress = self.solver, self.progress
-        done = solver.time >= self.model.end_time * (1.0 - 1e-12)
-        if solver.time > progress.last_history and (done or solver.time >= progress.next_history):
+        if solver.time > progress.last_history and (
+            self.finished or solver.time >= progress.next_history
+        ):
             interval = solver.time - max(progress.last_history, 0.0)
             seen = observe(solver, self.meter, self.balance, interval)
             self.history.append(seen.row)
@@ -287,7 +341,7 @@ class _Simulation:
                 self._refuse_broken_elements()  # a cause says more than a symptom
                 self._write_frame()
                 refuse_energy_error(self.model, error, solver.time, largest)
-        if solver.time >= progress.next_frame or done:
+        if solver.time >= progress.next_frame or self.finished:
             self._write_frame()
             progress.next_frame = _next_multiple(self.output.frame_interval, solver.time)
         return error, contacts
@@ -356,46 +410,6 @@ class _Simulation:
                 if v is None or not low <= v <= high:
                     wrong.append(f"{name}: {v} is outside [{low:g}, {high:g}]")
         return "not as the scene expects: " + "; ".join(wrong) if wrong else None
-
-
-def measures(model: Model, history: dict[str, np.ndarray]) -> dict[str, Any]:
-    """What a run says of its robot: displacements [m], per pressure cycle, speed, contact."""
-    t = history["time"]
-    if len(t) == 0:
-        return {}
-    body = history["body_x"]
-    late = t >= 0.9 * t[-1]
-    span = t[late][-1] - t[late][0]
-    result: dict[str, Any] = {
-        "body_displacement": float(body[-1] - body[0]),
-        "body_speed": float((body[late][-1] - body[late][0]) / span) if span > 0.0 else None,
-        "rows_in_contact": float(history["rows_in_contact"].max()),
-    }
-    if model.rigid_bodies:
-        x = history["frame_x"]
-        result["frame_displacement"] = float(x[-1] - x[0])
-        ends = cycle_ends(model)
-        if len(ends) and t[-1] >= ends[0]:
-            at = np.interp([0.0, *ends[ends <= t[-1] * (1.0 + 1e-9)]], t, x)
-            result["displacement_per_cycle"] = np.diff(at).tolist()
-    return result
-
-
-def cycle_ends(model: Model) -> np.ndarray:
-    """Times [s] at which the first pressure has fallen and is about to rise again, or ends."""
-    if not model.pressures:
-        return np.zeros(0)
-    profile = model.pressures[0].profile
-    slope = np.diff(profile.values)
-    falling = slope < 0.0
-    # The last point of each fall; a rest at the lowest pressure belongs to its cycle.
-    last = [k + 1 for k in range(len(slope)) if falling[k] and not falling[k + 1 : k + 2].any()]
-    ends = []
-    for k in last:
-        while k < len(slope) and slope[k] == 0.0:
-            k += 1
-        ends.append(profile.times[k])
-    return np.array(ends)
 
 
 def _next_multiple(interval: float, time: float) -> float:

@@ -29,6 +29,7 @@ second = [time] = s
 gram = [mass] = g
 radian = [angle] = rad
 inch = 0.0254 * meter = in
+liter = 1e-3 * meter ** 3 = l
 minute = 60 * second = min
 hour = 3600 * second = h
 tonne = 1e6 * gram = t
@@ -45,9 +46,9 @@ rpm = turn / minute
 """
 # fmt: off
 UNIT_NAMES = (
-    "nm", "um", "mm", "cm", "m", "in", "ms", "s", "min", "h", "mg", "g", "kg", "t", "mN", "N",
-    "kN", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "mmHg", "Hz", "kHz", "rpm",
-    "rad", "deg", "turn",
+    "nm", "um", "mm", "cm", "m", "in", "ul", "ml", "l", "ms", "s", "min", "h", "mg", "g", "kg", "t",
+    "mN", "N", "kN", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "mmHg", "Hz", "kHz",
+    "rpm", "rad", "deg", "turn",
 )
 # fmt: on
 RADIANS_PER_TURN = Decimal("6.283185307179586476925286767")
@@ -72,6 +73,7 @@ class Kind:
 KINDS = {
     "m": Kind("a length", "36 mm", ("um", "mm", "m")),
     "s": Kind("a duration", "24 s", ("us", "ms", "s")),
+    "m^3": Kind("a volume", "5 ml", ("ul", "ml", "l")),
     "kg": Kind("a mass", "10 g", ("mg", "g", "kg")),
     "rad": Kind("an angle", "30 deg", ("deg",)),
     "Hz": Kind("a frequency", "192 Hz", ("Hz", "kHz")),

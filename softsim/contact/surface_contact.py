@@ -38,7 +38,7 @@ class SurfaceContact:
         damping: np.ndarray,
         friction_coefficient: np.ndarray,
     ) -> None:
-        scenarios, lanes = nodes.scenarios, backend.lanes()
+        scenarios, d = nodes.scenarios, nodes.dimension
         self.nodes, self.obstacle, self.count = nodes, obstacle, len(contact_nodes)
         self.surfaces = obstacle.count
         self.node = index_field(contact_nodes)
@@ -46,19 +46,17 @@ class SurfaceContact:
         self.tangential_stiffness = real_field(tangential_stiffness)
         self.damping = real_field(damping)
         self.friction_coefficient = real_field(friction_coefficient)
-        padded = np.full(backend.lane_blocks(self.count) * lanes, -1)
-        padded[: self.count] = contact_nodes
-        self.first_row = nodes.corner_forces.claim(padded.reshape(-1, lanes))
+        self.first_row = nodes.corner_forces.claim_corners(contact_nodes[:, None])
 
         shape = (scenarios, self.count, self.surfaces)
         # The tangential stretch is zero while a node is away: its anchor follows it.
-        self.anchor = ti.Vector.field(2, backend.real, shape=shape)
+        self.anchor = ti.Vector.field(d, backend.real, shape=shape)
         self.touching = ti.field(ti.i32, shape=shape)
         self.dashpot = ti.field(backend.real, shape=shape)  # its force in the last increment
         self.normal_force = ti.field(backend.real, shape=(scenarios, self.count))
-        self.force = ti.Vector.field(2, backend.real, shape=(scenarios, self.count))
+        self.force = ti.Vector.field(d, backend.real, shape=(scenarios, self.count))
         self.normal_impulse = ti.field(backend.real, shape=(scenarios, self.count))
-        self.impulse = ti.Vector.field(2, backend.real, shape=(scenarios, self.count))
+        self.impulse = ti.Vector.field(d, backend.real, shape=(scenarios, self.count))
         self.friction_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
         self.damping_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
 
@@ -84,12 +82,10 @@ class SurfaceContact:
     @ti.func
     def push(self, s, i, t, dt):
         """Contact force of node i with every surface, into the node's slot."""
-        bits = ti.static(self.nodes.corner_forces.lane_bits)
-        mask = ti.static(self.nodes.corner_forces.lane_mask)
         a = self.node[i]
         x = self.nodes.position[s, a]
         q = self.obstacle.local_position(s, x)
-        total = ti.Vector([0.0, 0.0])
+        total = ti.Vector.zero(backend.real, self.nodes.dimension)
         normal_total = ti.cast(0.0, backend.real)
         for w in range(self.surfaces):
             gap, n = self.obstacle.gap_and_normal(s, w, q)
@@ -130,9 +126,7 @@ class SurfaceContact:
                 self.dashpot[s, i, w] = 0.0
                 self.touching[s, i, w] = 0
         force = self.obstacle.global_vector(s, total)
-        row = self.first_row + (i >> bits)
-        self.nodes.corner_forces.x[s, row][i & mask] = force[0]
-        self.nodes.corner_forces.y[s, row][i & mask] = force[1]
+        self.nodes.corner_forces.write(s, self.first_row, 1, i, 0, force)
         self.force[s, i] = force
         self.normal_force[s, i] = normal_total
         if normal_total > 0.0:
@@ -164,12 +158,26 @@ class SurfaceContact:
         return energy
 
     @ti.func
-    def grip(self, s):
-        """Nodes that touch now, and the impulses since cleared: sum of normal ones, and along x."""
-        sums = ti.Vector([0.0, 0.0, 0.0])
+    def touching_nodes(self, s):
+        """Number of nodes that touch now."""
+        count = 0
         for i in range(self.count):
             if self.normal_force[s, i] > 0.0:
-                sums[0] += 1.0
-            sums[1] += self.normal_impulse[s, i]
-            sums[2] += self.impulse[s, i][0]
-        return sums
+                count += 1
+        return count
+
+    @ti.func
+    def total_normal_impulse(self, s):
+        """Sum of the normal impulses since they were cleared [N s]."""
+        total = ti.cast(0.0, backend.real)
+        for i in range(self.count):
+            total += self.normal_impulse[s, i]
+        return total
+
+    @ti.func
+    def total_impulse(self, s):
+        """Sum of the impulses since they were cleared (d) [N s]."""
+        total = ti.Vector.zero(backend.real, self.nodes.dimension)
+        for i in range(self.count):
+            total += self.impulse[s, i]
+        return total

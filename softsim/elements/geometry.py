@@ -1,14 +1,155 @@
-"""Shape-function gradients of linear triangles."""
+"""Geometry of the elements in numpy: volumes, deformation gradients, mass shares.
+
+One class a formulation, beside the Taichi class of the same name that computes forces. Builders,
+guards and figures, which must answer without Taichi, ask here.
+"""
+
+from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.mesh.mesh import signed_volumes
 
-def reference_gradients(points: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of the shape functions (cells, 3, 2) [1/m] and signed areas (cells,) [m^2]."""
+
+def shape_gradients(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Gradients (cells, corners, d) [1/m] of the shape functions of linear triangles (d = 2) or
+    tetrahedra (d = 3), N_a = 1 at corner a.
+    """
     corners = points[cells]
-    d1 = corners[:, 1] - corners[:, 0]
-    d2 = corners[:, 2] - corners[:, 0]
-    double_area = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
-    grad_1 = np.stack([d2[:, 1], -d2[:, 0]], axis=1) / double_area[:, None]
-    grad_2 = np.stack([-d1[:, 1], d1[:, 0]], axis=1) / double_area[:, None]
-    return np.stack([-grad_1 - grad_2, grad_1, grad_2], axis=1), 0.5 * double_area
+    edges = corners[:, 1:] - corners[:, :1]  # x = x0 + edges^T xi, so grad xi = edges^-1
+    inner = np.linalg.inv(edges).transpose(0, 2, 1)
+    return np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+
+
+def _embedded(F: np.ndarray, out_of_plane: np.ndarray) -> np.ndarray:
+    """Plane gradients (m, 2, 2) and F_zz (m,) as (m, 3, 3)."""
+    result = np.zeros((len(F), 3, 3))
+    result[:, :2, :2] = F
+    result[:, 2, 2] = out_of_plane
+    return result
+
+
+def _plane_gradient(points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+    return np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
+
+
+@dataclass(frozen=True)
+class PlaneStrain:
+    """Triangles of a plate of given thickness [m] that cannot strain across it."""
+
+    thickness: float
+    dimension = 2
+
+    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Volume of each element (m,) [m^3]."""
+        return self.thickness * signed_volumes(points, cells)
+
+    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Share (m, corners) of an element's mass that each corner carries."""
+        return np.full(cells.shape, 1.0 / 3.0)
+
+    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F (m, 3, 3) of the elements with their nodes now at x."""
+        return _embedded(_plane_gradient(points, cells, x), np.ones(len(cells)))
+
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: none here."""
+        return np.zeros(len(cells))
+
+    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
+        """Volume [m^3] on the free side of a closed chain of edges (k, 2)."""
+        a, b = x[facets[:, 0]], x[facets[:, 1]]
+        return 0.5 * self.thickness * float((a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]).sum())
+
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """d(enclosed volume)/dx of the corners (k, 2, d) [m^2]: forces of a pressure of 1 Pa."""
+        d = x[facets[:, 1]] - x[facets[:, 0]]
+        half = 0.5 * self.thickness * np.stack([-d[:, 1], d[:, 0]], axis=1)
+        return np.stack([half, half], axis=1)
+
+
+@dataclass(frozen=True)
+class Axisymmetric:
+    """Triangles revolved about the y axis: x is the radius. Whole rings, 2 pi around.
+
+    One integration point, the centroid, whose radius is the mean of the corners'.
+    """
+
+    dimension = 2
+
+    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Volume of each ring (m,) [m^3], exact (Pappus): 2 pi r A."""
+        radius = points[cells][:, :, 0].mean(axis=1)
+        return 2.0 * np.pi * radius * signed_volumes(points, cells)
+
+    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Row sums of the consistent mass matrix: int N_a 2 pi r dA over the volume, so that
+        weight and inertia do the work of the continuous body.
+        """
+        radius = points[cells][:, :, 0]
+        total = radius.sum(axis=1, keepdims=True)
+        return (radius + total) / (4.0 * total)
+
+    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F (m, 3, 3), zz being the hoop direction: present over reference radius."""
+        hoop = x[cells][:, :, 0].sum(axis=1) / points[cells][:, :, 0].sum(axis=1)
+        return _embedded(_plane_gradient(points, cells, x), hoop)
+
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: 1 / (3 r)."""
+        return 1.0 / x[cells][:, :, 0].sum(axis=1)
+
+    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
+        """Volume [m^3] between a chain of edges (k, 2), revolved, and the axis."""
+        a, b = x[facets[:, 0]], x[facets[:, 1]]
+        squares = a[:, 0] ** 2 + a[:, 0] * b[:, 0] + b[:, 0] ** 2
+        return np.pi / 3.0 * float(((a[:, 1] - b[:, 1]) * squares).sum())
+
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """d(enclosed volume)/dx of the corners (k, 2, d) [m^2]: forces of a pressure of 1 Pa."""
+        (a, za), (b, zb) = x[facets[:, 0]].T, x[facets[:, 1]].T
+        squares = a**2 + a * b + b**2
+        first = np.stack([(2.0 * a + b) * (za - zb), squares], axis=1)
+        second = np.stack([(a + 2.0 * b) * (za - zb), -squares], axis=1)
+        return np.pi / 3.0 * np.stack([first, second], axis=1)
+
+
+@dataclass(frozen=True)
+class Solid:
+    """Tetrahedra in space."""
+
+    dimension = 3
+
+    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Volume of each element (m,) [m^3]."""
+        return signed_volumes(points, cells)
+
+    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Share (m, corners) of an element's mass that each corner carries."""
+        return np.full(cells.shape, 0.25)
+
+    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F (m, 3, 3) of the elements with their nodes now at x."""
+        return np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
+
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: none here."""
+        return np.zeros(len(cells))
+
+    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
+        """Volume [m^3] on the free side of a closed surface of triangles (k, 3)."""
+        a, b, c = x[facets].transpose(1, 0, 2)
+        return float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
+
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """d(enclosed volume)/dx of the corners (k, 3, d) [m^2]: forces of a pressure of 1 Pa."""
+        a, b, c = x[facets].transpose(1, 0, 2)
+        return np.repeat(np.cross(c - a, b - a)[:, None] / 6.0, 3, axis=1)
+
+
+Geometry = PlaneStrain | Axisymmetric | Solid
+
+
+def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np.ndarray:
+    """Sum over each node's elements (n,) of the values (m, corners) at its corners."""
+    return np.bincount(cells.ravel(), np.broadcast_to(per_corner, cells.shape).ravel(), node_count)

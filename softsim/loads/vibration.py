@@ -2,8 +2,8 @@
 
 An eccentric mass m_e at radius r_e pulls with m_e r_e omega^2 towards where it is. A motor that
 turns about the section's normal z shows its whole rotating vector, one that turns about the
-pipe's axis x (in the plane across the section) shows its y part only. Its weight m_e g belongs to
-the mass of the body.
+pipe's axis x (in the plane across the section) shows its y part only; in space both show all of
+it. Its weight m_e g belongs to the mass of the body.
 
 The speed rises smoothly: omega(t) = 2 pi f (3 u^2 - 2 u^3) with u = t / spin_up, whose integral
 gives the angle in closed form, and the force rises with omega^2.
@@ -16,7 +16,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class RotorData:
-    """Force cos(angle) `cosine` + sin(angle) `sine`, both (2,) [N] at full speed.
+    """Force cos(angle) `cosine` + sin(angle) `sine`, both (d,) [N] at full speed.
 
     frequency [Hz], spin_up [s], phase: the angle at t = 0 [rad].
     """
@@ -29,12 +29,21 @@ class RotorData:
 
 
 def eccentric_mass(
-    mass: float, radius: float, frequency: float, rotation_axis: str, spin_up: float, phase: float
+    mass: float,
+    radius: float,
+    frequency: float,
+    rotation_axis: str,
+    spin_up: float,
+    phase: float,
+    dimension: int,
 ) -> RotorData:
-    """The rotor of an eccentric mass [kg] at a radius [m]; rotation_axis: "x" or "z"."""
+    """The rotor of an eccentric mass [kg] at a radius [m]; rotation_axis: "x" or "z".
+
+    A model of two dimensions sees the x and y parts of its force.
+    """
     amplitude = mass * radius * (2.0 * np.pi * frequency) ** 2
-    seen = {"x": (np.array([0.0, 1.0]), np.zeros(2)), "z": (np.eye(2)[0], np.eye(2)[1])}
-    cosine, sine = seen[rotation_axis]
+    x, y, z = np.eye(3)[:, :dimension]
+    cosine, sine = {"x": (y, z), "z": (x, y)}[rotation_axis]
     return RotorData(amplitude * cosine, amplitude * sine, frequency, spin_up, phase)
 
 

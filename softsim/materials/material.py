@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from softsim.materials.yeoh import Yeoh
+from softsim.materials.laws import Law
 
 # ABAQUS/Explicit takes this ratio kappa / mu0 where no compressibility is given.
 DEFAULT_BULK_RATIO = 20.0
@@ -21,13 +21,15 @@ class Material:
     """A nearly incompressible, viscoelastic solid.
 
     W = law(I1_bar) + (bulk_modulus / 2) (J - 1)^2 + the energy of the Maxwell branches.
+    strain_range: largest engineering strain that the law was fitted on, or None.
     """
 
     name: str
-    law: Yeoh
+    law: Law
     bulk_modulus: float
     density: float
     branches: tuple[MaxwellBranch, ...] = ()
+    strain_range: float | None = None
 
     @property
     def instantaneous_shear_modulus(self) -> float:

@@ -3,10 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh, boundary_facets, signed_volumes
+from softsim.mesh.mesh import SURFACE, Mesh, cell_facets, find_rows, signed_volumes
 
 FLAT_CELL = 1e-9
 """A cell is flat when its volume is below this fraction of its longest edge cubed (2D: squared)."""
@@ -24,6 +26,7 @@ class MeshQuality:
         tetrahedron.
     worst_aspect_ratio: longest edge over smallest altitude, 1 for an equilateral cell.
     volume [m^3], in 2D the area [m^2].
+    piece_count: parts of the mesh that share no node; 1 for a body in one piece.
     """
 
     node_count: int
@@ -34,22 +37,64 @@ class MeshQuality:
     largest_angle: float
     worst_aspect_ratio: float
     volume: float
+    piece_count: int
 
 
-def check(mesh: Mesh) -> None:
+@dataclass(frozen=True)
+class Labels:
+    """What the file of a mesh calls its nodes, (n,), and its cells, (m,)."""
+
+    nodes: np.ndarray
+    cells: np.ndarray
+
+
+def node_label(number: int, labels: Labels | None) -> int:
+    """What the file calls a node; its number where there are no labels."""
+    return number if labels is None else int(labels.nodes[number])
+
+
+def cell_name(number: int, labels: Labels | None) -> str:
+    """A cell in a message, as the file calls it; by its number where there are no labels."""
+    return f"cell {number}" if labels is None else f"element {labels.cells[number]}"
+
+
+def check(mesh: Mesh, labels: Labels | None = None) -> None:
     """Raise MeshError, naming the cell, node or set and its place, if the mesh cannot be used.
 
     It cannot with: no cells, a coordinate that is not finite, a node or cell number out of range,
     an empty set, a node that belongs to no cell, two nodes in one place, a flat cell or an inverted
-    one, a facet that is not on the boundary or is listed the wrong way round.
+    one, cells that overlap at a common facet (a cell listed twice), a facet that is not on the
+    boundary or is listed the wrong way round.
+
+    labels: how messages call nodes and cells; without, by their numbers from 0 on.
     """
     if len(mesh.cells) == 0:
         raise MeshError("the mesh has no cells")
-    _check_coordinates(mesh)
+    _check_coordinates(mesh, labels)
     _check_numbers(mesh)
-    _check_nodes(mesh)
-    _check_volumes(mesh)
+    _check_nodes(mesh, labels)
+    _check_volumes(mesh, labels)
+    _check_overlaps(mesh, labels)
     _check_facets(mesh)
+
+
+def check_range(owner: str, numbers: np.ndarray, what: str, count: int) -> None:
+    """Raise MeshError, naming the owner of the numbers, if one is not in 0 ... count - 1."""
+    outside = numbers[(numbers < 0) | (numbers >= count)]
+    if outside.size:
+        raise MeshError(
+            f"{owner}: {what} number {outside.flat[0]} is out of range; "
+            f"the mesh has {what}s 0 to {count - 1}"
+        )
+
+
+def piece_count(mesh: Mesh) -> int:
+    """Number of parts of a mesh that share no node."""
+    first, others = mesh.cells[:, :1], mesh.cells[:, 1:]
+    rows, columns = np.broadcast_to(first, others.shape).ravel(), others.ravel()
+    shape = (len(mesh.points), len(mesh.points))
+    links = coo_array((np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=shape)
+    return int(connected_components(links.tocsr(), directed=False, return_labels=False))
 
 
 def quality(mesh: Mesh) -> MeshQuality:
@@ -71,21 +116,22 @@ def quality(mesh: Mesh) -> MeshQuality:
         largest_angle=float(angles.max()),
         worst_aspect_ratio=float(equilateral * np.max(_longest_edges(mesh) / altitudes)),
         volume=float(volumes.sum()),
+        piece_count=piece_count(mesh),
     )
 
 
-def _check_coordinates(mesh: Mesh) -> None:
+def _check_coordinates(mesh: Mesh, labels: Labels | None) -> None:
     bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
     if len(bad):
         raise MeshError(
-            f"node {bad[0]} has the coordinates {mesh.points[bad[0]].tolist()}; "
-            f"finite numbers are needed ({len(bad)} such nodes)"
+            f"node {node_label(bad[0], labels)} has the coordinates "
+            f"{mesh.points[bad[0]].tolist()}; finite numbers are needed ({len(bad)} such nodes)"
         )
 
 
 def _check_numbers(mesh: Mesh) -> None:
     node_count, cell_count = len(mesh.points), len(mesh.cells)
-    _check_range("the cells", mesh.cells, "node", node_count)
+    check_range("the cells", mesh.cells, "node", node_count)
     for kind, sets, what, count in (
         ("node set", mesh.node_sets, "node", node_count),
         ("facet set", mesh.facet_sets, "node", node_count),
@@ -94,24 +140,15 @@ def _check_numbers(mesh: Mesh) -> None:
         for name, members in sets.items():
             if members.size == 0:
                 raise MeshError(f"{kind} '{name}' is empty; give it members or leave it out")
-            _check_range(f"{kind} '{name}'", members, what, count)
+            check_range(f"{kind} '{name}'", members, what, count)
 
 
-def _check_range(owner: str, numbers: np.ndarray, what: str, count: int) -> None:
-    outside = numbers[(numbers < 0) | (numbers >= count)]
-    if outside.size:
-        raise MeshError(
-            f"{owner}: {what} number {outside.flat[0]} is out of range; "
-            f"the mesh has {what}s 0 to {count - 1}"
-        )
-
-
-def _check_nodes(mesh: Mesh) -> None:
-    loose = np.setdiff1d(np.arange(len(mesh.points)), mesh.cells)
+def _check_nodes(mesh: Mesh, labels: Labels | None) -> None:
+    loose = np.flatnonzero(np.bincount(mesh.cells.ravel(), minlength=len(mesh.points)) == 0)
     if len(loose):
         raise MeshError(
-            f"node {loose[0]} at {_place(mesh.points[loose[0]])} belongs to no cell "
-            f"({len(loose)} such nodes)",
+            f"node {node_label(loose[0], labels)} at {_place(mesh.points[loose[0]])} belongs to no "
+            f"cell ({len(loose)} such nodes)",
             hint="remove it: it would have no mass",
         )
     tolerance = SAME_PLACE * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
@@ -119,13 +156,13 @@ def _check_nodes(mesh: Mesh) -> None:
     if len(pairs):
         first, second = min(map(tuple, np.sort(pairs, axis=1).tolist()))
         raise MeshError(
-            f"nodes {first} and {second} lie in one place, {_place(mesh.points[first])} "
-            f"({len(pairs)} such pairs)",
+            f"nodes {node_label(first, labels)} and {node_label(second, labels)} lie in one place, "
+            f"{_place(mesh.points[first])} ({len(pairs)} such pairs)",
             hint="merge them, otherwise the body is cut open there",
         )
 
 
-def _check_volumes(mesh: Mesh) -> None:
+def _check_volumes(mesh: Mesh, labels: Labels | None) -> None:
     volumes = signed_volumes(mesh.points, mesh.cells)
     shape = volumes / _longest_edges(mesh) ** mesh.dimension
     bad = np.flatnonzero(~(shape > FLAT_CELL))
@@ -134,29 +171,49 @@ def _check_volumes(mesh: Mesh) -> None:
         fault = "inverted" if shape[cell] < -FLAT_CELL else "flat"
         measure, unit = ("area", "m^2") if mesh.dimension == 2 else ("volume", "m^3")
         raise MeshError(
-            f"cell {cell} at {_place(mesh.points[mesh.cells[cell]].mean(axis=0))} is {fault}: "
+            f"{cell_name(cell, labels)} at {_centre(mesh, cell)} is {fault}: "
             f"{measure} {volumes[cell]:.3g} {unit} ({len(bad)} such cells)",
             hint="list its nodes counter-clockwise, and keep them apart",
         )
 
 
+def _check_overlaps(mesh: Mesh, labels: Labels | None) -> None:
+    facets = _from_smallest_node(cell_facets(mesh.cells))
+    # Of two cells at a facet the one lists it as a -> b, the other as b -> a.
+    order = np.lexsort(facets.T)
+    same = np.flatnonzero((facets[order[1:]] == facets[order[:-1]]).all(axis=1))
+    if len(same):
+        corners = mesh.cells.shape[1]
+        pairs = np.sort(np.column_stack([order[same], order[same + 1]]) // corners, axis=1)
+        first, second = min(map(tuple, pairs.tolist()))
+        raise MeshError(
+            f"{cell_name(first, labels)} and {cell_name(second, labels)}, at "
+            f"{_centre(mesh, first)} and {_centre(mesh, second)}, lie on the same side of a "
+            f"common facet ({len(same)} such facets)",
+            hint="a cell is listed twice, or the mesh is folded over itself",
+        )
+
+
 def _check_facets(mesh: Mesh) -> None:
-    boundary = {_turned(facet) for facet in boundary_facets(mesh.cells).tolist()}
+    boundary = _from_smallest_node(mesh.facet_sets[SURFACE])
     for name, facets in mesh.facet_sets.items():
-        for facet in facets.tolist():
-            if _turned(facet) not in boundary:
-                centre = mesh.points[facet].mean(axis=0)
-                raise MeshError(
-                    f"facet set '{name}': facet {facet} at {_place(centre)} is no boundary facet "
-                    "with the material to its left",
-                    hint="list the nodes of a facet in the order in which its cell lists them",
-                )
+        bad = np.flatnonzero(find_rows(_from_smallest_node(facets), boundary) < 0)
+        if len(bad):
+            facet = facets[bad[0]]
+            raise MeshError(
+                f"facet set '{name}': facet {facet.tolist()} at "
+                f"{_place(mesh.points[facet].mean(axis=0))} is no boundary facet "
+                "with the material to its left",
+                hint="list the nodes of a facet in the order in which its cell lists them",
+            )
 
 
-def _turned(facet: list[int]) -> tuple[int, ...]:
-    """The facet, its orientation kept: a triangle from its smallest node, an edge as it is."""
-    start = facet.index(min(facet)) if len(facet) == 3 else 0
-    return (*facet[start:], *facet[:start])
+def _from_smallest_node(facets: np.ndarray) -> np.ndarray:
+    """The facets, orientation kept: triangles from their smallest node on, edges as they are."""
+    if facets.shape[1] == 2:
+        return facets
+    turn = (np.argmin(facets, axis=1)[:, None] + np.arange(3)) % 3
+    return np.take_along_axis(facets, turn, axis=1)
 
 
 def _longest_edges(mesh: Mesh) -> np.ndarray:
@@ -181,6 +238,10 @@ def _angles(normals: np.ndarray) -> np.ndarray:
     first, second = np.triu_indices(normals.shape[1], k=1)
     cosines = -np.einsum("cpi,cpi->cp", normals[:, first], normals[:, second])
     return np.arccos(np.clip(cosines, -1, 1))
+
+
+def _centre(mesh: Mesh, cell: int) -> str:
+    return _place(mesh.points[mesh.cells[cell]].mean(axis=0))
 
 
 def _place(point: np.ndarray) -> str:

@@ -1,195 +1,159 @@
-"""Meshes from files: gmsh .msh, VTK .vtu, ABAQUS .inp. The only user of meshio."""
+"""Meshes from files: gmsh .msh, VTK .vtu, ABAQUS .inp."""
 
-import io
 import logging
-from collections import defaultdict
-from contextlib import redirect_stderr, redirect_stdout
+import re
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import SURFACE, Mesh, boundary_facets, signed_volumes
-from softsim.mesh.quality import check
-
-if TYPE_CHECKING:
-    import meshio
+from softsim.mesh.abaqus import read_abaqus
+from softsim.mesh.content import Content
+from softsim.mesh.gmsh_vtk import read_gmsh_vtk
+from softsim.mesh.mesh import SURFACE, Mesh, boundary_facets, find_rows, signed_volumes
+from softsim.mesh.quality import (
+    Labels,
+    cell_name,
+    check,
+    check_range,
+    node_label,
+    piece_count,
+)
 
 log = logging.getLogger(__name__)
 
-_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "tetra": 3}
-
-_Group = dict[str, np.ndarray]
-"""Cell type -> numbers of the group's cells among all cells of that type."""
+_Sets = dict[str, np.ndarray]
 
 
-def read_mesh(path: Path, length_unit: float = 1e-3) -> Mesh:
+@dataclass(frozen=True)
+class MeshFile:
+    """The body in a mesh file, and what was done to make it fit.
+
+    element_type: CPE3, CPS3, CAX3 or C3D4 as ABAQUS calls them (a hybrid one without its H), "" if
+        the file names no formulation (.msh, .vtu).
+    turned_cells: how many cells were inverted and have been turned.
+    dropped_nodes: how many nodes belonged to no cell and have been left out.
+    """
+
+    mesh: Mesh
+    element_type: str
+    turned_cells: int
+    dropped_nodes: int
+
+
+def read_mesh(path: Path, length_unit: float = 1e-3) -> MeshFile:
     """The body in a mesh file: its tetrahedra if it has any, otherwise its triangles.
 
     length_unit: metres in one unit of the file, 1e-3 for a mesh drawn in millimetres. Triangles
     must lie in a plane z = constant; z is dropped. Inverted cells are turned and nodes without a
-    cell dropped; how many is logged.
+    cell dropped; a warning is logged about either, and about a body in several pieces.
 
-    A named group (gmsh physical group, ABAQUS set) of cells gives a cell set, a group of lines (in
-    3D: of triangles) on the boundary a facet set, oriented with the material to its left; either
-    gives the node set of the same name too, unless the file has its own.
+    A set of cells (gmsh physical group, ABAQUS element set) gives a cell set; a group of lines (in
+    3D: of triangles) or an ABAQUS surface gives a facet set, oriented with the material to its
+    left, if all of it lies on the boundary. Either gives the node set of the same name too (the
+    surface's nodes where there are both), unless the file has its own. In names, everything but
+    letters, digits, - and _ becomes _.
 
     Raises MeshError, naming the file, if it cannot be read, has cells of another kind (second
-    order, quadrilaterals ...) or does not pass `softsim.mesh.quality.check`.
+    order, quadrilaterals ...), mixes dimensions or formulations, has an empty set or does not pass
+    `softsim.mesh.quality.check`.
     """
-    content = _content(Path(path))
-    blocks = _blocks_by_type(content, path)
-    dimension = 3 if "tetra" in blocks else 2
-    cell_type, facet_type = ("tetra", "triangle") if dimension == 3 else ("triangle", "line")
-    points = length_unit * _coordinates(content.points, dimension, path)
-    cells = _turned_upright(points, blocks[cell_type], path)
-    number = _new_numbers(len(points), cells, path)
-    cells = number[cells]
-
-    facet_sets: dict[str, np.ndarray] = {}
-    cell_sets: dict[str, np.ndarray] = {}
-    grouped_nodes: dict[str, list[np.ndarray]] = defaultdict(list)
-    for name, group in _groups(content).items():
-        for kind, members in group.items():
-            nodes = number[blocks[kind][members]]
-            grouped_nodes[name].append(nodes[nodes >= 0])
-            if kind == cell_type:
-                cell_sets[name] = members
-            elif kind == facet_type:
-                facets = _on_boundary(nodes, cells)
-                if len(facets) == len(nodes):
-                    facet_sets[name] = facets
-                else:
-                    log.warning("%s: '%s' is not on the boundary: a node set only", path, name)
-    node_sets = {name: np.unique(np.concatenate(parts)) for name, parts in grouped_nodes.items()}
-    for name, nodes in content.point_sets.items():
-        renamed = number[np.asarray(nodes, dtype=np.int64)]
-        node_sets[name] = renamed[renamed >= 0]
-    if SURFACE in node_sets:
-        raise MeshError(
-            f"{path}: the name '{SURFACE}' is kept for the whole boundary",
-            hint="rename this set in the file",
-        )
-    mesh = Mesh(points[number >= 0], cells, node_sets, facet_sets, cell_sets)
-    try:
-        check(mesh)
-    except MeshError as fault:
-        raise MeshError(f"{path}: {fault.message}", hint=fault.hint) from fault
-    return mesh
-
-
-def _content(path: Path) -> "meshio.Mesh":
-    import meshio  # takes longer to import than the rest of this package
-
+    path = Path(path)
     if not path.is_file():
         raise MeshError(f"{path}: no such mesh file", hint="check the path and its spelling")
-    said = io.StringIO()
+    content = read_abaqus(path) if path.suffix.lower() == ".inp" else read_gmsh_vtk(path)
     try:
-        with redirect_stdout(said), redirect_stderr(io.StringIO()):
-            return meshio.read(path)
-    # meshio passes on whatever its parsers stumble over; when no parser is left it prints the
-    # cause and exits.
-    except (Exception, SystemExit) as fault:
-        cause = said.getvalue().strip() or f"{type(fault).__name__}: {fault}"
-        raise MeshError(
-            f"{path}: cannot be read as a mesh ({cause})",
-            hint="formats: .msh, .vtu, and .inp with elements CPS3 or C3D4 (CPE3 is unknown to the "
-            "reader: rename it); otherwise the file is damaged",
-        ) from fault
+        return _made_fit(content, length_unit, path)
+    except MeshError as fault:
+        raise MeshError(f"{path}: {fault.message}", hint=fault.hint) from fault
 
 
-def _blocks_by_type(content: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
-    """All cells of each type, (m, corners)."""
-    unknown = sorted({block.type for block in content.cells} - set(_DIMENSION))
-    if unknown:
+def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
+    check_range("the cells", content.cells, "node", len(content.points))
+    used = np.unique(content.cells)
+    number = np.full(len(content.points), -1)
+    number[used] = np.arange(len(used))
+    points = length_unit * _coordinates(content.points[used], content.cells.shape[1] - 1)
+    labels = content.labels and Labels(content.labels.nodes[used], content.labels.cells)
+    cells = number[content.cells]
+    inverted = np.flatnonzero(signed_volumes(points, cells) < 0)
+    cells[inverted, :2] = cells[inverted, 1::-1]
+    dropped = np.flatnonzero(number < 0)
+
+    cell_sets = _plain_names(content.cell_sets)
+    facet_sets = {}
+    implied = {name: np.unique(cells[members]) for name, members in cell_sets.items()}
+    boundary = boundary_facets(cells)
+    for name, members in _plain_names(content.facet_sets).items():
+        facets = number[members]
+        implied[name] = np.unique(facets)
+        found = find_rows(np.sort(facets, axis=1), np.sort(boundary, axis=1))
+        if (found >= 0).all():
+            facet_sets[name] = boundary[np.unique(found)]
+        else:
+            log.warning("%s: '%s' is not on the boundary: a node set only", path, name)
+    node_sets = {**implied, **_node_sets(_plain_names(content.node_sets), number, path)}
+    if SURFACE in node_sets:
         raise MeshError(
-            f"{path}: cells of type {', '.join(unknown)}; only linear triangles and tetrahedra "
-            "are computed with",
-            hint="mesh with first-order triangles or tetrahedra",
+            f"the name '{SURFACE}' is kept for the whole boundary",
+            hint="rename this set in the file",
         )
-    parts: dict[str, list[np.ndarray]] = defaultdict(list)
-    for block in content.cells:
-        parts[block.type].append(np.asarray(block.data, dtype=np.int64))
-    if not {"triangle", "tetra"} & set(parts):
-        raise MeshError(
-            f"{path}: holds no triangles and no tetrahedra",
-            hint="in gmsh, a file with physical groups holds only what belongs to one",
+    mesh = Mesh(points, cells, node_sets, facet_sets, cell_sets)
+    check(mesh, labels)
+
+    if len(inverted):
+        log.warning(
+            "%s: turned %d inverted cells of %d, the first one is %s",
+            *(path, len(inverted), len(cells), cell_name(int(inverted[0]), labels)),
         )
-    return {kind: np.concatenate(blocks) for kind, blocks in parts.items()}
+    if len(dropped):
+        log.warning(
+            "%s: dropped %d nodes that belong to no cell, the first one is node %d",
+            *(path, len(dropped), node_label(int(dropped[0]), content.labels)),
+        )
+    pieces = piece_count(mesh)
+    if pieces > 1:
+        log.warning("%s: the body is in %d pieces that share no node", path, pieces)
+    return MeshFile(mesh, content.element_type, len(inverted), len(dropped))
 
 
-def _coordinates(points: np.ndarray, dimension: int, path: Path) -> np.ndarray:
+def _coordinates(points: np.ndarray, dimension: int) -> np.ndarray:
     points = np.asarray(points, dtype=np.float64)
     if dimension == 2 and points.shape[1] == 3:
         if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
             raise MeshError(
-                f"{path}: triangles at z from {points[:, 2].min():g} to {points[:, 2].max():g}; "
+                f"triangles at z from {points[:, 2].min():g} to {points[:, 2].max():g}; "
                 "a plane body lies in one plane z = constant"
             )
         return points[:, :2]
     return points
 
 
-def _turned_upright(points: np.ndarray, cells: np.ndarray, path: Path) -> np.ndarray:
-    """The cells, inverted ones with two nodes exchanged."""
-    inverted = signed_volumes(points, cells) < 0
-    if inverted.any():
-        log.warning("%s: turned %d inverted cells of %d", path, inverted.sum(), len(cells))
-    cells = cells.copy()
-    cells[inverted, :2] = cells[inverted, 1::-1]
-    return cells
+def _node_sets(sets: _Sets, number: np.ndarray, path: Path) -> _Sets:
+    """The sets with the nodes' new numbers (old -> new, -1 for a node that is left out)."""
+    kept = {}
+    for name, nodes in sets.items():
+        check_range(f"node set '{name}'", nodes, "node", len(number))
+        renamed = number[nodes]
+        kept[name] = np.unique(renamed[renamed >= 0])
+        if len(nodes) and not len(kept[name]):
+            # A reference point, say: a set that ABAQUS needs and the body does not.
+            log.warning("%s: node set '%s' is left out: no cell has its nodes", path, name)
+            del kept[name]
+    return kept
 
 
-def _new_numbers(node_count: int, cells: np.ndarray, path: Path) -> np.ndarray:
-    """Numbers (node_count,) that count only nodes of cells; -1 for the others."""
-    used = np.unique(cells)
-    if len(used) < node_count:
-        log.warning("%s: dropped %d nodes that belong to no cell", path, node_count - len(used))
-    number = np.full(node_count, -1)
-    number[used] = np.arange(len(used))
-    return number
-
-
-def _groups(content: "meshio.Mesh") -> dict[str, _Group]:
-    """The named groups of cells."""
-    groups: dict[str, _Group] = defaultdict(dict)
-    starts = _block_starts(content)
-    for name, members in content.cell_sets.items():
-        if name.startswith("gmsh:"):  # meshio's own bookkeeping
-            continue
-        for block, start, chosen in zip(content.cells, starts, members, strict=True):
-            if chosen is not None and len(chosen):
-                _add(groups[name], block.type, start + np.asarray(chosen, dtype=np.int64))
-    tags = content.cell_data.get("gmsh:physical", [])
-    for name, (tag, dimension) in content.field_data.items():
-        if name in content.cell_sets:
-            continue
-        for block, start, block_tags in zip(content.cells, starts, tags, strict=False):
-            chosen = np.flatnonzero(np.asarray(block_tags) == tag)
-            if _DIMENSION[block.type] == dimension and len(chosen):
-                _add(groups[name], block.type, start + chosen)
-    return dict(groups)
-
-
-def _block_starts(content: "meshio.Mesh") -> list[int]:
-    """Number of each block's first cell among all cells of its type."""
-    counted: dict[str, int] = defaultdict(int)
-    starts = []
-    for block in content.cells:
-        starts.append(counted[block.type])
-        counted[block.type] += len(block.data)
-    return starts
-
-
-def _add(group: _Group, kind: str, members: np.ndarray) -> None:
-    group[kind] = np.concatenate([group.get(kind, members[:0]), members])
-
-
-def _on_boundary(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Those of the facets that lie on the boundary, with the material to their left."""
-    boundary = {frozenset(facet): facet for facet in boundary_facets(cells).tolist()}
-    found = [boundary.get(frozenset(facet)) for facet in facets.tolist()]
-    return np.array([facet for facet in found if facet], dtype=np.int64).reshape(
-        -1, facets.shape[1]
-    )
+def _plain_names(sets: _Sets) -> _Sets:
+    """The sets under names that a scene can write; two must not become one."""
+    plain: _Sets = {}
+    before: dict[str, str] = {}
+    for name, members in sets.items():
+        short = re.sub(r"[^A-Za-z0-9_-]", "_", name)
+        if short in plain:
+            raise MeshError(
+                f"the sets '{before[short]}' and '{name}' would both be called '{short}'",
+                hint="rename one of them in the file",
+            )
+        plain[short], before[short] = members, name
+    return plain

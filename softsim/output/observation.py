@@ -9,31 +9,64 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.elements.measures import measure_elements
-from softsim.model import Model
+from softsim.loads.drive import GivenPressure
+from softsim.model import CylinderShape, Model, Probe
 from softsim.solver.energy import Energies, EnergyBalance, Meter
+from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
 
-# Column -> unit. Energies carry ABAQUS's names in comments.
-UNITS = {
-    "time": "s",
-    "pressure": "Pa",  # of the profile: what a gauge on the robot shows
-    "section_pressure": "Pa",  # what acts on the plane model
-    "frame_x": "m",
-    "frame_y": "m",
-    "frame_angle": "rad",
-    "body_x": "m",  # centre of mass of the meshed bodies
-    "contact_count": "-",  # nodes in contact with walls at this moment
-    "rows_in_contact": "-",  # rows of spikes that touched within the interval
-    "wall_force_x": "N",  # of the walls on the robot, mean of the interval
-    "wall_force_normal": "N",  # sum of normal forces, mean of the interval
-    "internal_energy": "J",  # ALLSE: law and Maxwell springs
-    "kinetic_energy": "J",  # ALLKE
-    "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
-    "friction_dissipation": "J",  # ALLFD
-    "viscous_dissipation": "J",  # ALLVD + ALLCD: Maxwell dashpots, bulk and contact damping
-    "contact_energy": "J",  # ALLPW: penalty springs
-    "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest turnover
-}
+
+def columns(model: Model) -> dict[str, str]:
+    """Columns of the history of a model -> unit. Energies carry ABAQUS's names in comments."""
+    axes = "xyz"[: model.dimension]
+    first = {
+        "time": "s",
+        "pressure": "Pa",  # of the first chamber: what a gauge on the robot shows
+        "section_pressure": "Pa",  # what acts on the plane model
+    }
+    if any(not isinstance(load.drive, GivenPressure) for load in model.pressures):
+        first["chamber_volume"] = "m^3"  # enclosed by the first chamber's surface
+    space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
+    last = {
+        **{f"frame_{a}": "m" for a in axes},
+        "frame_angle": "rad",  # about z
+        **space,  # rotation vector
+        **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
+        "contact_count": "-",  # nodes in contact with walls at this moment
+        "rows_in_contact": "-",  # rows of spikes that touched within the interval
+        **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
+        "wall_force_normal": "N",  # sum of normal forces, mean of the interval
+        "internal_energy": "J",  # ALLSE: law and Maxwell springs
+        "kinetic_energy": "J",  # ALLKE
+        "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
+        "friction_dissipation": "J",  # ALLFD
+        "viscous_dissipation": "J",  # ALLVD + ALLCD: dashpots, bulk viscosity, relaxation's damping
+        "contact_energy": "J",  # ALLPW: penalty springs
+        "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest turnover
+    }
+    if model.relaxation is not None:
+        last["unbalanced_share"] = "-"  # of the forces, see solver/equilibrium.py
+    for probe in model.probes:
+        last |= dict.fromkeys(probe_columns(probe, axes), PROBE_UNITS[probe.kind])
+    return first | last
+
+
+PROBE_UNITS = {"displacement": "m", "reaction": "N", "volume": "m^3"}
+
+
+def probe_columns(probe: Probe, axes: str) -> list[str]:
+    """Columns of a probe: its name, or one a component."""
+    return [probe.name] if probe.kind == "volume" else [f"{probe.name}_{a}" for a in axes]
+
+
+def probe_values(solver: ExplicitSolver, probe: Probe, x: np.ndarray) -> np.ndarray:
+    """What a probe reads now, with the nodes at x (n, d)."""
+    if probe.kind == "volume":
+        return np.array([probe.geometry.enclosed_volume(x, probe.members)])
+    if probe.kind == "displacement":
+        return (x - solver.models[0].points)[probe.members].mean(axis=0)
+    # What holds the nodes is the opposite of what the rest does to them.
+    return -solver.terms.nodes.force.to_numpy()[0, probe.members].sum(axis=0)
 
 
 @dataclass(frozen=True)
@@ -49,22 +82,21 @@ def observe(
 ) -> Observation:
     """Measure the first scenario now; `interval` [s] since contact impulses were cleared."""
     model = solver.models[0]
-    energies, grip, body_x = meter.read()
-    row = dict.fromkeys(UNITS, float("nan"))
+    energies, grip, centre = meter.read()
+    row = dict.fromkeys(columns(model), float("nan"))
     row["time"] = solver.time
     if model.pressures:
-        load = model.pressures[0]
-        row["pressure"] = float(load.profile.at(solver.time))
-        row["section_pressure"] = float(load.section_profile.at(solver.time))
+        row |= chamber_readings(solver)
     if model.rigid_bodies:
-        (row["frame_x"], row["frame_y"]), row["frame_angle"] = frame_pose(solver, 0)
-    row["body_x"] = body_x
+        row |= frame_readings(solver)
     row["contact_count"] = grip.contact_count
-    row |= {"rows_in_contact": 0.0, "wall_force_x": 0.0, "wall_force_normal": 0.0}
+    row["rows_in_contact"] = row["wall_force_normal"] = 0.0
     if grip.normal_impulse > 0.0 and interval > 0.0:
         row["rows_in_contact"] = rows_in_contact(solver)
-        row["wall_force_x"] = grip.impulse_x / interval
         row["wall_force_normal"] = grip.normal_impulse / interval
+    for i, axis in enumerate("xyz"[: model.dimension]):
+        row[f"body_{axis}"] = float(centre[i])
+        row[f"wall_force_{axis}"] = grip.impulse[i] / interval if interval > 0.0 else 0.0
     row["internal_energy"] = energies.internal
     row["kinetic_energy"] = energies.kinetic
     row["external_work"] = energies.external_work
@@ -72,7 +104,30 @@ def observe(
     row["viscous_dissipation"] = energies.viscous_dissipation
     row["contact_energy"] = energies.contact
     row["energy_error"] = balance.error(energies)
+    if model.relaxation is not None:
+        row["unbalanced_share"] = unbalanced_share(solver)
+    if model.probes:
+        x = solver.positions()[0]
+        for probe in model.probes:
+            names = probe_columns(probe, "xyz"[: model.dimension])
+            row |= dict(zip(names, probe_values(solver, probe, x).tolist(), strict=True))
     return Observation(row, energies)
+
+
+def chamber_readings(solver: ExplicitSolver) -> dict[str, float]:
+    """Pressure of the first chamber, and its volume where one is driven by it."""
+    model = solver.models[0]
+    load, term = model.pressures[0], solver.terms.pressures[0]
+    if isinstance(load.drive, GivenPressure):
+        now = {
+            "pressure": float(load.drive.profile.at(solver.time)),
+            "section_pressure": float(load.drive.section_profile.at(solver.time)),
+        }
+    else:
+        now = dict.fromkeys(("pressure", "section_pressure"), float(term.pressure[0]))
+    if "chamber_volume" in columns(model):
+        now["chamber_volume"] = float(term.volume[0])
+    return now
 
 
 def rows_in_contact(solver: ExplicitSolver) -> int:
@@ -80,18 +135,54 @@ def rows_in_contact(solver: ExplicitSolver) -> int:
     model = solver.models[0]
     touched = np.zeros(len(model.points), dtype=bool)
     for walls in solver.terms.wall_contacts:
-        touched[model.contact.nodes] = walls.normal_impulse.to_numpy()[0] > 0.0
+        touched[model.contact.nodes] |= walls.normal_impulse.to_numpy()[0] > 0.0
     return sum(bool(touched[nodes].any()) for nodes in model.rows.values())
 
 
-def frame_pose(solver: ExplicitSolver, body: int) -> tuple[np.ndarray, float]:
-    """Where the scene's centre of a rigid body is now (2,) [m], and its angle [rad]."""
+@dataclass(frozen=True)
+class Pose:
+    """Where a rigid body's centre, as the scene gives it, is now (d,) [m], and its orientation, a
+    quaternion (w, x, y, z).
+    """
+
+    centre: np.ndarray
+    orientation: np.ndarray
+
+    @property
+    def angle(self) -> float:
+        """Turn about z [rad], continuous up to a whole turn either way."""
+        return float(2.0 * np.arctan2(self.orientation[3], self.orientation[0]))
+
+    @property
+    def rotation_vector(self) -> np.ndarray:
+        """Axis times angle (3,) [rad], up to half a turn."""
+        w, v = self.orientation[0], self.orientation[1:]
+        length = np.linalg.norm(v)
+        if length == 0.0:
+            return np.zeros(3)
+        half = np.arctan2(length, abs(w)) * (1.0 if w >= 0.0 else -1.0)
+        return 2.0 * half * v / length
+
+
+def frame_pose(solver: ExplicitSolver, body: int) -> Pose:
+    """Where a rigid body is now."""
     bodies = solver.terms.rigid_bodies
-    angle = float(bodies.angle.to_numpy()[0, body])
-    c, s = np.cos(angle), np.sin(angle)
+    rotation = bodies.rotation.to_numpy()[0, body]
+    d = bodies.dimension
     arm = bodies.bodies[body].centre - bodies.rest_centre[body]
-    turned = np.array([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
-    return bodies.centre.to_numpy()[0, body] + turned, angle
+    centre = bodies.centre.to_numpy()[0, body] + rotation[:d, :d] @ arm
+    return Pose(centre, bodies.orientation.to_numpy()[0, body])
+
+
+def frame_readings(solver: ExplicitSolver) -> dict[str, float]:
+    """Place and turn of the first rigid body."""
+    pose = frame_pose(solver, 0)
+    now = {f"frame_{a}": float(c) for a, c in zip("xyz", pose.centre, strict=False)}
+    now["frame_angle"] = pose.angle
+    if len(pose.centre) == 3:
+        turn = zip("xyz", pose.rotation_vector, strict=True)
+        now |= {f"frame_rotation_{a}": float(c) for a, c in turn}
+    return now
 
 
 @dataclass(frozen=True)
@@ -104,7 +195,7 @@ class Frame:
 
 
 def mesh_of(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """All bodies as one mesh: points (n, 2) [m], cells (m, 3)."""
+    """All bodies as one mesh: points (n, d) [m], cells (m, d + 1)."""
     points = np.concatenate([b.points for b in model.bodies])
     return points, np.concatenate([b.cells + b.first_node for b in model.bodies])
 
@@ -113,10 +204,18 @@ def frame(solver: ExplicitSolver) -> Frame:
     """Fields of the first scenario now."""
     model = solver.models[0]
     x = solver.positions()[0]
-    parts = [measure_elements(b.points, b.cells, x[b.nodes], b.material) for b in model.bodies]
+    parts = [
+        measure_elements(b.geometry, b.points, b.cells, x[b.nodes], b.material)
+        for b in model.bodies
+    ]
     points, _ = mesh_of(model)
     poses = [frame_pose(solver, r) for r in range(len(model.rigid_bodies))]
-    pose_rows = np.array([[*centre, angle] for centre, angle in poses])
+    pose_rows = np.array(
+        [
+            [*p.centre, p.angle] if model.dimension == 2 else [*p.centre, *p.orientation]
+            for p in poses
+        ]
+    )
     return Frame(
         {
             "displacement": x[: len(points)] - points,
@@ -132,15 +231,18 @@ def frame(solver: ExplicitSolver) -> Frame:
 
 def description(model: Model, title: str) -> dict:
     """What FieldWriter.describe stores for the figures: walls, outlines, sets, title."""
-    outlines = [
-        [*(o.centre - model.rigid_bodies[o.body].centre), *(2.0 * o.half_size)]
-        for o in model.outlines
-    ]
+    outlines, owners = [], []
+    for outline in model.outlines:
+        shape = outline.shape
+        if model.dimension == 2 and isinstance(shape, CylinderShape):
+            size = np.roll([2.0 * shape.half_length, 2.0 * shape.radius], shape.axis)
+            outlines.append([*(outline.centre - model.rigid_bodies[outline.body].centre), *size])
+            owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
     return {
         "walls": np.concatenate([model.walls.points, model.walls.normals], axis=1),
         "outlines": np.array(outlines).reshape(-1, 4),
-        "outline_bodies": np.array([o.body for o in model.outlines], dtype=int),
+        "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,
         "title": title,
     }

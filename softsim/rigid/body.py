@@ -4,34 +4,48 @@ from dataclasses import dataclass
 
 import numpy as np
 
+Vector = np.ndarray
+
+
+def in_space(vectors: np.ndarray) -> np.ndarray:
+    """Plane vectors (..., 2) or (..., 3) as vectors of space (..., 3)."""
+    missing = 3 - vectors.shape[-1]
+    return np.concatenate([vectors, np.zeros((*vectors.shape[:-1], missing))], axis=-1)
+
+
+def point_inertia(mass: np.ndarray, arms: np.ndarray) -> np.ndarray:
+    """Inertia tensor (3, 3) [kg m^2] of masses (k,) at arms (k, 3)."""
+    squares = (arms**2).sum(axis=1)
+    return (mass * squares).sum() * np.eye(3) - np.einsum("k,ki,kj->ij", mass, arms, arms)
+
 
 @dataclass(frozen=True)
 class RigidBodyData:
-    """One rigid body. mass [kg], inertia [kg m^2] about `centre`, all without the tied nodes.
+    """One rigid body. mass [kg], inertia (3, 3) [kg m^2] about `centre`, without the tied nodes.
 
-    centre: (2,) [m]. tied: node numbers. velocity: (2,) [m/s]. angular_velocity [rad/s].
-    free: which of x, y, rotation may move.
+    centre, velocity: (d,) [m, m/s]. tied: node numbers. angular_velocity: (3,) [rad/s], in a plane
+    model about z only. free: which of x, y, z and of the rotations about x, y, z may move.
     """
 
     name: str
     mass: float
-    inertia: float
+    inertia: np.ndarray
     centre: np.ndarray
     tied: np.ndarray
     velocity: np.ndarray
-    angular_velocity: float
-    free: tuple[bool, bool, bool]
+    angular_velocity: np.ndarray
+    free: tuple[bool, ...]
 
     def with_tied_mass(
         self, points: np.ndarray, node_mass: np.ndarray
-    ) -> tuple[float, np.ndarray, float]:
-        """Mass, centre of mass and inertia about it, of the body with its tied nodes."""
+    ) -> tuple[float, np.ndarray, np.ndarray]:
+        """Mass, centre of mass (d,) and inertia about it, of the body with its tied nodes."""
         m, x = node_mass[self.tied], points[self.tied]
         mass = self.mass + m.sum()
         centre = (self.mass * self.centre + m @ x) / mass
         inertia = (
             self.inertia
-            + self.mass * ((self.centre - centre) ** 2).sum()
-            + m @ ((x - centre) ** 2).sum(axis=1)
+            + point_inertia(np.array([self.mass]), in_space((self.centre - centre)[None]))
+            + point_inertia(m, in_space(x - centre))
         )
         return mass, centre, inertia

@@ -1,8 +1,11 @@
-"""Rigid bodies in the plane: mass, inertia, three degrees of freedom, nodes tied to them.
+"""Rigid bodies: mass, inertia, up to six degrees of freedom, nodes tied to them.
 
-Newton and Euler in the plane, M dv/dt = F, I domega/dt = T about the centre of mass, by the same
-central difference as the nodes. The lumped mass of tied nodes counts as mass of the body, so
-momentum is kept to round-off between the skin and its frame.
+Newton and Euler, dp/dt = F and dL/dt = T about the centre of mass, by the same central difference
+as the nodes: velocity and angular momentum L live at half steps, so L is kept to round-off in free
+flight. The angular velocity of a step is omega = R I^-1 R^T L with the rotation R of its middle,
+which is predicted from its start; the orientation, a unit quaternion, then turns by exactly
+omega dt. A body of a plane model is the special case that turns about z only. The lumped mass of
+tied nodes counts as mass of the body, so momentum is kept between the skin and its frame.
 """
 
 import numpy as np
@@ -10,52 +13,54 @@ import taichi as ti
 
 from softsim import backend
 from softsim.nodes import Nodes, index_field, real_field, vector_field
-from softsim.rigid.body import RigidBodyData
+from softsim.rigid.body import RigidBodyData, in_space
 
 
 @ti.data_oriented
 class RigidBodies:
     """All rigid bodies of a model.
 
-    Fields, (scenarios, bodies): centre [m], angle [rad], velocity [m/s] and angular_velocity
-    [rad/s] (half a step behind), force [N] and torque [N m] (the last ones summed),
-    applied_force, applied_torque (what loads put on the body this increment), applied_work [J].
+    Fields, (scenarios, bodies): centre (d) [m], orientation (quaternion w, x, y, z), rotation
+    (3, 3), velocity (d) [m/s] and angular_momentum (3) [kg m^2/s] (half a step behind),
+    angular_velocity (3) [rad/s] of the last step, force (d) [N] and torque (3) [N m] (the last
+    ones summed), applied_force (what loads put on the body this increment), applied_work and
+    damping_work [J].
     """
 
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
         self.nodes, self.bodies, self.count = nodes, bodies, len(bodies)
-        scenarios = nodes.scenarios
+        d = self.dimension = nodes.dimension
         node_mass = nodes.mass.to_numpy()
         combined = [b.with_tied_mass(points, node_mass) for b in bodies]
-        self.rest_centre = np.array([c for _, c, _ in combined]).reshape(-1, 2)
-        every = np.broadcast_to
+        self.rest_centre = np.array([c for _, c, _ in combined]).reshape(-1, d)
+        inertia = np.array([i for _, _, i in combined]).reshape(-1, 3, 3)
         self.rest = vector_field(self.rest_centre)
         self.mass = real_field(np.array([m for m, _, _ in combined]))
-        self.inertia = real_field(np.array([i for _, _, i in combined]))
-        self.free = real_field(np.array([b.free for b in bodies], dtype=float).reshape(-1, 3))
-        shape = (scenarios, self.count)
-        self.centre = vector_field(every(self.rest_centre, (*shape, 2)))
-        self.angle = real_field(np.zeros(shape))
-        velocities = np.array(
-            [
-                b.velocity + b.angular_velocity * perpendicular(c - b.centre)
-                for b, c in zip(bodies, self.rest_centre, strict=True)
-            ]
-        ).reshape(-1, 2)
-        self.velocity = vector_field(every(velocities, (*shape, 2)))
-        self.angular_velocity = real_field(
-            every(np.array([b.angular_velocity for b in bodies]), shape)
-        )
-        zeros = np.zeros((*shape, 2))
-        self.force, self.torque = vector_field(zeros), real_field(np.zeros(shape))
-        self.applied_force, self.applied_torque = vector_field(zeros), real_field(np.zeros(shape))
-        self.applied_work = real_field(np.zeros(shape))
+        self.inverse_inertia = matrix_field(np.linalg.inv(inertia))
+        free = np.array([b.free for b in bodies], dtype=float).reshape(-1, 6)
+        self.free = vector_field(free[:, :d])
+        self.free_rotation = vector_field(free[:, 3:])
+        shape = (nodes.scenarios, self.count)
+        self.centre = vector_field(np.broadcast_to(self.rest_centre, (*shape, d)))
+        self.orientation = vector_field(np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*shape, 4)))
+        self.rotation = matrix_field(np.broadcast_to(np.eye(3), (*shape, 3, 3)))
+        omega = np.array([b.angular_velocity for b in bodies]).reshape(-1, 3)
+        arms = [in_space(c - b.centre) for b, c in zip(bodies, self.rest_centre, strict=True)]
+        velocities = np.array([b.velocity for b in bodies]).reshape(-1, d)
+        velocities = velocities + np.cross(omega, np.reshape(arms, (-1, 3)))[:, :d]
+        momenta = np.einsum("bij,bj->bi", inertia, omega)
+        self.velocity = vector_field(np.broadcast_to(velocities, (*shape, d)))
+        self.angular_momentum = vector_field(np.broadcast_to(momenta, (*shape, 3)))
+        self.angular_velocity = vector_field(np.broadcast_to(omega, (*shape, 3)))
+        self.force, self.applied_force = (vector_field(np.zeros((*shape, d))) for _ in range(2))
+        self.torque = vector_field(np.zeros((*shape, 3)))
+        self.applied_work, self.damping_work = (real_field(np.zeros(shape)) for _ in range(2))
 
         tied = [b.tied for b in bodies]
         self.tied_start = index_field(np.cumsum([0, *map(len, tied)]))
         self.tied = index_field(np.concatenate([*tied, np.zeros(0, int)]))
-        arms = [points[t] - c for t, c in zip(tied, self.rest_centre, strict=True)]
-        self.arm = vector_field(np.concatenate([*arms, np.zeros((0, 2))]))
+        tied_arms = [points[t] - c for t, c in zip(tied, self.rest_centre, strict=True)]
+        self.arm = vector_field(np.concatenate([*tied_arms, np.zeros((0, d))]))
         self._reactions: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in bodies]
 
     def react(self, body: int, slots: np.ndarray, slot_nodes: np.ndarray) -> None:
@@ -73,46 +78,69 @@ class RigidBodies:
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        return {
-            "centre": self.centre,
-            "angle": self.angle,
-            "velocity": self.velocity,
-            "angular_velocity": self.angular_velocity,
-            "force": self.force,
-            "torque": self.torque,
-            "applied_force": self.applied_force,
-            "applied_torque": self.applied_torque,
-            "applied_work": self.applied_work,
-        }
+        names = (
+            "centre", "orientation", "rotation", "velocity", "angular_momentum",
+            "angular_velocity", "force", "torque", "applied_force", "applied_work", "damping_work",
+        )  # fmt: skip
+        return {name: getattr(self, name) for name in names}
+
+    # --- vectors in space and in the body's axes -------------------------------------------------
 
     @ti.func
     def to_space(self, s, r, q):
-        """A vector of the body's axes, in space."""
-        c = ti.cos(self.angle[s, r])
-        d = ti.sin(self.angle[s, r])
-        return ti.Vector([c * q[0] - d * q[1], d * q[0] + c * q[1]])
+        """A vector (d) of the body's axes, in space."""
+        result = ti.Vector.zero(backend.real, self.dimension)
+        for i in ti.static(range(self.dimension)):
+            for j in ti.static(range(self.dimension)):
+                result[i] += self.rotation[s, r][i, j] * q[j]
+        return result
 
     @ti.func
     def to_body(self, s, r, x):
-        """A vector in space, in the body's axes."""
-        c = ti.cos(self.angle[s, r])
-        d = ti.sin(self.angle[s, r])
-        return ti.Vector([c * x[0] + d * x[1], -d * x[0] + c * x[1]])
+        """A vector (d) in space, in the body's axes."""
+        result = ti.Vector.zero(backend.real, self.dimension)
+        for i in ti.static(range(self.dimension)):
+            for j in ti.static(range(self.dimension)):
+                result[i] += self.rotation[s, r][j, i] * x[j]
+        return result
+
+    @ti.func
+    def lifted(self, q):
+        """A vector (d) as one of space (3)."""
+        result = ti.Vector([0.0, 0.0, 0.0])
+        for i in ti.static(range(self.dimension)):
+            result[i] = q[i]
+        return result
 
     @ti.func
     def velocity_at(self, s, r, x):
         """Velocity of the body's material point now at x [m/s]."""
-        arm = x - self.centre[s, r]
-        omega = self.angular_velocity[s, r]
-        return self.velocity[s, r] + ti.Vector([-omega * arm[1], omega * arm[0]])
+        turning = self.angular_velocity[s, r].cross(self.lifted(x - self.centre[s, r]))
+        velocity = self.velocity[s, r]
+        for i in ti.static(range(self.dimension)):
+            velocity[i] += turning[i]
+        return velocity
+
+    @ti.func
+    def turning_speed(self, r, R, L):
+        """omega = R I^-1 R^T L, without the rotations that are held."""
+        return self.free_rotation[r] * (R @ (self.inverse_inertia[r] @ (R.transpose() @ L)))
+
+    # --- one increment ---------------------------------------------------------------------------
 
     @ti.func
     def drift(self, s, r, t, dt):
         """Move the body by dt and place its tied nodes; forget the last applied forces."""
         self.centre[s, r] = self.centre[s, r] + dt * self.velocity[s, r]
-        self.angle[s, r] = self.angle[s, r] + dt * self.angular_velocity[s, r]
-        self.applied_force[s, r] = ti.Vector([0.0, 0.0])
-        self.applied_torque[s, r] = 0.0
+        q = self.orientation[s, r]
+        L = self.angular_momentum[s, r]
+        middle = turned(q, 0.5 * dt * self.turning_speed(r, rotation_matrix(q), L))
+        omega = self.turning_speed(r, rotation_matrix(middle), L)
+        q = turned(q, dt * omega)
+        self.orientation[s, r] = q
+        self.rotation[s, r] = rotation_matrix(q)
+        self.angular_velocity[s, r] = omega
+        self.applied_force[s, r] = ti.Vector.zero(backend.real, self.dimension)
         for k in range(self.tied_start[r], self.tied_start[r + 1]):
             a = self.tied[k]
             x = self.centre[s, r] + self.to_space(s, r, self.arm[k])
@@ -127,42 +155,52 @@ class RigidBodies:
     @ti.func
     def kick(self, s, r, t, dt):
         """New velocities from the forces on tied nodes, the reactions, loads and gravity."""
-        bits = ti.static(self.nodes.corner_forces.lane_bits)
-        mask = ti.static(self.nodes.corner_forces.lane_mask)
         centre = self.centre[s, r]
         force = self.applied_force[s, r]
-        torque = self.applied_torque[s, r]
+        torque = ti.Vector([0.0, 0.0, 0.0])
         for k in range(self.tied_start[r], self.tied_start[r + 1]):
             f = self.nodes.force[s, self.tied[k]]
             arm = self.nodes.position[s, self.tied[k]] - centre
             force += f
-            torque += arm[0] * f[1] - arm[1] * f[0]
+            torque += self.lifted(arm).cross(self.lifted(f))
         for k in range(self.reaction_start[r], self.reaction_start[r + 1]):
-            slot = self.reaction_slot[k]
-            fx = -self.nodes.corner_forces.x[s, slot >> bits][slot & mask]
-            fy = -self.nodes.corner_forces.y[s, slot >> bits][slot & mask]
+            f = -self.nodes.corner_forces.slot_force(s, self.reaction_slot[k])
             arm = self.nodes.position[s, self.reaction_node[k]] - centre
-            force += ti.Vector([fx, fy])
-            torque += arm[0] * fy - arm[1] * fx
+            force += f
+            torque += self.lifted(arm).cross(self.lifted(f))
         force += self.mass[r] * self.nodes.gravity[s]
-        force = ti.Vector([force[0] * self.free[r, 0], force[1] * self.free[r, 1]])
-        torque *= self.free[r, 2]
-        self.force[s, r] = force
-        self.torque[s, r] = torque
+        self.force[s, r] = force * self.free[r]
+        self.torque[s, r] = torque * self.free_rotation[r]
+        if ti.static(self.nodes.local_damping > 0.0):
+            self.damp(s, r, dt)
         self.shift(s, r, t, dt)
 
     @ti.func
     def shift(self, s, r, t, dt):
         """Move the velocities by dt with the last force and torque, and book the loads' work."""
-        before, omega = self.velocity[s, r], self.angular_velocity[s, r]
+        before = self.velocity[s, r]
         after = before + dt / self.mass[r] * self.force[s, r]
-        omega_after = omega + dt / self.inertia[r] * self.torque[s, r]
         self.velocity[s, r] = after
-        self.angular_velocity[s, r] = omega_after
+        self.angular_momentum[s, r] = self.angular_momentum[s, r] + dt * self.torque[s, r]
         self.applied_work[s, r] = self.applied_work[s, r] + 0.5 * dt * (
             self.applied_force[s, r].dot(before + after)
-            + self.applied_torque[s, r] * (omega + omega_after)
         )
+
+    @ti.func
+    def damp(self, s, r, dt):
+        """Local damping of force and torque, as of the nodes (Nodes.shift_damped)."""
+        share = self.nodes.local_damping
+        f, v = self.force[s, r], self.velocity[s, r]
+        T, omega = self.torque[s, r], self.angular_velocity[s, r]
+        f_d = share * ti.abs(f) * ti.math.sign(v)
+        T_d = share * ti.abs(T) * ti.math.sign(omega)
+        self.force[s, r] = f - f_d
+        self.torque[s, r] = T - T_d
+        middle = v + 0.5 * dt / self.mass[r] * (f - f_d)
+        work = dt * (f_d.dot(middle) + T_d.dot(omega))
+        self.damping_work[s, r] = self.damping_work[s, r] + work
+
+    # --- what observers ask ----------------------------------------------------------------------
 
     @ti.func
     def kinetic_energy(self, s, dt):
@@ -170,8 +208,9 @@ class RigidBodies:
         energy = ti.cast(0.0, backend.real)
         for r in range(self.count):
             v = self.velocity[s, r] - 0.5 * dt / self.mass[r] * self.force[s, r]
-            omega = self.angular_velocity[s, r] - 0.5 * dt / self.inertia[r] * self.torque[s, r]
-            energy += 0.5 * self.mass[r] * v.dot(v) + 0.5 * self.inertia[r] * omega * omega
+            L = self.angular_momentum[s, r] - 0.5 * dt * self.torque[s, r]
+            omega = self.turning_speed(r, self.rotation[s, r], L)
+            energy += 0.5 * self.mass[r] * v.dot(v) + 0.5 * omega.dot(L)
         return energy
 
     @ti.func
@@ -184,6 +223,14 @@ class RigidBodies:
         return work
 
     @ti.func
+    def damped_energy(self, s):
+        """Taken out by local damping so far [J]."""
+        energy = ti.cast(0.0, backend.real)
+        for r in range(self.count):
+            energy += self.damping_work[s, r]
+        return energy
+
+    @ti.func
     def work_done(self, s, dt):
         """Work of the loads on all bodies [J] up to the time of the positions: without the second
         half of the last kick of dt.
@@ -191,12 +238,47 @@ class RigidBodies:
         work = ti.cast(0.0, backend.real)
         for r in range(self.count):
             v = self.velocity[s, r] - 0.25 * dt / self.mass[r] * self.force[s, r]
-            omega = self.angular_velocity[s, r] - 0.25 * dt / self.inertia[r] * self.torque[s, r]
-            ahead = self.applied_force[s, r].dot(v) + self.applied_torque[s, r] * omega
-            work += self.applied_work[s, r] - 0.5 * dt * ahead
+            work += self.applied_work[s, r] - 0.5 * dt * self.applied_force[s, r].dot(v)
         return work
 
 
-def perpendicular(arm: np.ndarray) -> np.ndarray:
-    """The vector turned by a right angle, so that omega * perpendicular(arm) is a velocity."""
-    return np.array([-arm[1], arm[0]])
+def matrix_field(values: np.ndarray) -> ti.MatrixField:
+    """A field of 3 x 3 matrices filled with `values` (..., 3, 3)."""
+    shape = values.shape[:-2] if values.size else (1,) * (values.ndim - 2)
+    field = ti.Matrix.field(3, 3, backend.real, shape=shape)
+    if values.size:
+        field.from_numpy(np.ascontiguousarray(values, dtype=np.float64))
+    return field
+
+
+@ti.func
+def rotation_matrix(q):
+    """The rotation (3, 3) of a unit quaternion (w, x, y, z)."""
+    w, x, y, z = q[0], q[1], q[2], q[3]
+    return ti.Matrix(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+@ti.func
+def turned(q, angle):
+    """The orientation q, turned in space by the rotation vector `angle` (3) [rad]."""
+    half = 0.5 * angle.norm()
+    scale = 0.5 - half * half / 12.0  # sin(half) / (2 half); steps turn by little
+    if half > 1e-3:
+        scale = 0.5 * ti.sin(half) / half
+    c, v = ti.cos(half), scale * angle
+    x, y, z = v[0], v[1], v[2]
+    product = ti.Vector(
+        [
+            c * q[0] - x * q[1] - y * q[2] - z * q[3],
+            c * q[1] + x * q[0] + y * q[3] - z * q[2],
+            c * q[2] + y * q[0] + z * q[1] - x * q[3],
+            c * q[3] + z * q[0] + x * q[2] - y * q[1],
+        ]
+    )
+    return product / product.norm()

@@ -1,47 +1,22 @@
-"""The outline of a rigid body, a rectangle that moves with it: gap and normal seen from outside."""
+"""Outlines of rigid bodies, which move with them: gap and normal seen from outside."""
 
 import numpy as np
 import taichi as ti
 
+from softsim import backend
 from softsim.nodes import real_field, vector_field
 from softsim.rigid.frame import RigidBodies
 
 
 @ti.data_oriented
-class Outline:
-    """Rectangle of a rigid body as an obstacle for nodes outside it.
-
-    half_size: (2,) half length and half height [m]. centre: (2,) of the rectangle in the body's
-    own axes, measured from its reference point [m].
-    """
+class MovingFrame:
+    """The axes of rigid body number `body`, in which its outline stands still."""
 
     count = 1
 
-    def __init__(
-        self, bodies: RigidBodies, body: int, half_size: np.ndarray, centre: np.ndarray
-    ) -> None:
+    def __init__(self, bodies: RigidBodies, body: int, centre: np.ndarray) -> None:
         self.bodies, self.body = bodies, body
-        self.half_size = real_field(half_size)
         self.centre = vector_field(np.asarray(centre)[None])
-
-    @ti.func
-    def gap_and_normal(self, s, w, q):
-        """Signed gap to the nearest side [m] (the nearest corner is no case of its own: a soft
-        skin lies on the sides) and that side's outward normal, both in the body's axes.
-        """
-        d = q - self.centre[0]
-        outside_x = ti.abs(d[0]) - self.half_size[0]
-        outside_y = ti.abs(d[1]) - self.half_size[1]
-        gap = outside_y
-        normal = ti.Vector([0.0, 1.0])
-        if d[1] < 0.0:
-            normal = ti.Vector([0.0, -1.0])
-        if outside_x > outside_y:
-            gap = outside_x
-            normal = ti.Vector([1.0, 0.0])
-            if d[0] < 0.0:
-                normal = ti.Vector([-1.0, 0.0])
-        return gap, normal
 
     @ti.func
     def local_position(self, s, x):
@@ -57,3 +32,58 @@ class Outline:
     def global_vector(self, s, f):
         """A vector of the body's axes in space."""
         return self.bodies.to_space(s, self.body, f)
+
+
+@ti.data_oriented
+class Cylinder(MovingFrame):
+    """A capped cylinder: in the plane a rectangle, in a half section too (axis y).
+
+    axis: number of the coordinate along it. half_length, radius [m]. centre: (d,) in the body's
+    own axes, measured from its reference point [m].
+    """
+
+    def __init__(
+        self,
+        bodies: RigidBodies,
+        body: int,
+        centre: np.ndarray,
+        axis: int,
+        half_length: float,
+        radius: float,
+    ) -> None:
+        super().__init__(bodies, body, centre)
+        self.axis = axis
+        self.half_length, self.radius = (real_field(np.array([v])) for v in (half_length, radius))
+
+    @ti.func
+    def gap_and_normal(self, s, w, q):
+        """Signed gap to the nearer of side and cap [m] (the edge between them is no case of its
+        own: a soft skin lies on the sides) and its outward normal, both in the body's axes.
+        """
+        d = q - self.centre[0]
+        along = d[self.axis]
+        d[self.axis] = 0.0
+        distance = d.norm()
+        gap = distance - self.radius[0]
+        normal = d / ti.max(distance, 1e-12)
+        if ti.abs(along) - self.half_length[0] > gap:
+            gap = ti.abs(along) - self.half_length[0]
+            normal = ti.Vector.zero(backend.real, self.bodies.dimension)
+            normal[self.axis] = ti.math.sign(along)
+        return gap, normal
+
+
+@ti.data_oriented
+class Ball(MovingFrame):
+    """A ball: in the plane a disc, in a half section a ball on the axis. radius [m]."""
+
+    def __init__(self, bodies: RigidBodies, body: int, centre: np.ndarray, radius: float) -> None:
+        super().__init__(bodies, body, centre)
+        self.radius = real_field(np.array([radius]))
+
+    @ti.func
+    def gap_and_normal(self, s, w, q):
+        """Signed gap [m] and the outward normal."""
+        d = q - self.centre[0]
+        distance = d.norm()
+        return distance - self.radius[0], d / ti.max(distance, 1e-12)

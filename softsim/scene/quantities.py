@@ -82,9 +82,16 @@ PositivePressure = Annotated[float, Quantity("Pa", "positive")]
 NotNegativePressure = Annotated[float, Quantity("Pa", "not negative")]
 PositivePressureRate = Annotated[float, Quantity("Pa/s", "positive")]
 PositiveCompressibility = Annotated[float, Quantity("1/Pa", "positive")]
+Mass = Annotated[float, Quantity("kg")]
+Volume = Annotated[float, Quantity("m^3")]
+NotNegativeVolume = Annotated[float, Quantity("m^3", "not negative")]
 AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "positive", "auto")]
 
-Point = tuple[Length, Length]
+TWO_OR_THREE = Field(min_length=2, max_length=3)
+# In space a third component that is left out is zero.
+Point = Annotated[tuple[Length, ...], TWO_OR_THREE]
+VelocityVector = Annotated[tuple[Velocity, ...], TWO_OR_THREE]
+ForceVector = Annotated[tuple[Force, ...], TWO_OR_THREE]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 WholeNumber = Annotated[int, Field(strict=True)]
 Text = Annotated[str, Field(strict=True)]
@@ -96,10 +103,10 @@ SetReference = Annotated[
 ]
 
 
-def _not_zero(direction: tuple[float, float]) -> tuple[float, float]:
-    if direction == (0.0, 0.0):
-        raise ValueError("a direction must not be [0, 0]")
+def _not_zero(direction: tuple[float, ...]) -> tuple[float, ...]:
+    if not any(direction):
+        raise ValueError(f"a direction must not be {list(direction)}")
     return direction
 
 
-Direction = Annotated[tuple[Number, Number], AfterValidator(_not_zero)]
+Direction = Annotated[tuple[Number, ...], TWO_OR_THREE, AfterValidator(_not_zero)]

@@ -164,9 +164,12 @@ def _about_value(item: Mapping[str, Any]) -> tuple[str, str]:
     if kind == "string_pattern_mismatch":
         return f'{value!r} must read body.set, such as "skin.chamber_top"', ""
     if kind == "too_short":
-        return f"must have at least {context['min_length']}, not {context['actual_length']}", ""
+        return (
+            f"must have at least {context['min_length']}, not {context['actual_length']}",
+            "",
+        )
     if kind == "too_long":
-        return f"must have {context['max_length']} entries, not {context['actual_length']}", ""
+        return f"must have at most {context['max_length']}, not {context['actual_length']}", ""
     return item["msg"], ""
 
 

@@ -8,10 +8,10 @@ less the external work and less what was there at the start.
 
 from dataclasses import dataclass
 
+import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.mesh.mesh import signed_volumes
 from softsim.model import Model
 from softsim.solver.explicit import ExplicitSolver
 
@@ -48,11 +48,13 @@ class Energies:
 
 @dataclass(frozen=True)
 class Grip:
-    """Contact with walls: nodes touching now, impulses [N s] since they were cleared."""
+    """Contact with walls: nodes touching now, impulses [N s] since they were cleared: the sum of
+    the normal ones, and the vector (d,).
+    """
 
     contact_count: int
     normal_impulse: float
-    impulse_x: float
+    impulse: np.ndarray
 
 
 @ti.data_oriented
@@ -64,14 +66,16 @@ class Meter:
     def __init__(self, solver: ExplicitSolver) -> None:
         self.solver = solver
         self.terms = solver.terms
-        self.readings = ti.field(backend.real, shape=(solver.scenarios, 10))
+        self.dimension = solver.terms.nodes.dimension
+        self.readings = ti.field(backend.real, shape=(solver.scenarios, 8 + 2 * self.dimension))
 
-    def read(self, scenario: int = 0) -> tuple[Energies, Grip, float]:
-        """Energies, grip, and x of the centre of mass of all nodes [m] now."""
+    def read(self, scenario: int = 0) -> tuple[Energies, Grip, np.ndarray]:
+        """Energies, grip, and the centre of mass of all nodes (d,) [m] now."""
         self._read(self.solver.increment)
         row = self.readings.to_numpy()[scenario]
         mass = self.solver.models[scenario].mass.sum()
-        return Energies(*row[:6]), Grip(int(row[6]), row[7], row[8]), float(row[9] / mass)
+        impulse, moment = row[8 : 8 + self.dimension], row[8 + self.dimension :]
+        return Energies(*row[:6]), Grip(int(row[6]), row[7], impulse), moment / mass
 
     @ti.kernel
     def _read(self, dt: ti.f64):
@@ -92,7 +96,10 @@ class Meter:
             work = self.terms.nodes.weight_work(s) + self.terms.rigid_bodies.weight_work(s)
             work += self.terms.rigid_bodies.work_done(s, dt)
             for load in ti.static(self.terms.working_loads):
-                work += load.work_done(s)
+                work += load.work_done(s, dt)
+            if ti.static(self.terms.nodes.local_damping > 0.0):
+                viscous += self.terms.nodes.damped_energy(s)
+                viscous += self.terms.rigid_bodies.damped_energy(s)
             self.readings[s, 0] = internal
             self.readings[s, 1] = self.terms.nodes.kinetic_energy(
                 s, dt
@@ -101,13 +108,19 @@ class Meter:
             self.readings[s, 3] = friction
             self.readings[s, 4] = viscous
             self.readings[s, 5] = work
-            grip = ti.Vector([0.0, 0.0, 0.0])
+            touching = 0
+            normal_impulse = ti.cast(0.0, backend.real)
+            impulse = ti.Vector.zero(backend.real, self.dimension)
             for walls in ti.static(self.terms.wall_contacts):
-                grip += walls.grip(s)
-            self.readings[s, 6] = grip[0]
-            self.readings[s, 7] = grip[1]
-            self.readings[s, 8] = grip[2]
-            self.readings[s, 9] = self.terms.nodes.mass_moment(s)
+                touching += walls.touching_nodes(s)
+                normal_impulse += walls.total_normal_impulse(s)
+                impulse += walls.total_impulse(s)
+            moment = self.terms.nodes.mass_moment(s)
+            self.readings[s, 6] = touching
+            self.readings[s, 7] = normal_impulse
+            for i in ti.static(range(self.dimension)):
+                self.readings[s, 8 + i] = impulse[i]
+                self.readings[s, 8 + self.dimension + i] = moment[i]
 
 
 class EnergyBalance:
@@ -123,10 +136,7 @@ class EnergyBalance:
         Where nothing happens, round-off of the stored energy is no error: the turnover counts as
         at least 1e-12 of the energy that would double the bodies' volume.
         """
-        stiffness = sum(
-            b.material.bulk_modulus * b.thickness * float(signed_volumes(b.points, b.cells).sum())
-            for b in model.bodies
-        )
+        stiffness = sum(b.material.bulk_modulus * float(b.volumes.sum()) for b in model.bodies)
         return cls(energies.balance, max(energies.turnover, 1e-12 * stiffness))
 
     def error(self, energies: Energies) -> float:

@@ -127,7 +127,7 @@ class ExplicitSolver:
     # --- what observers ask; arrays over (scenarios, ...) at the present time --------------------
 
     def positions(self) -> np.ndarray:
-        """x (scenarios, nodes, 2) [m]."""
+        """x (scenarios, nodes, d) [m]."""
         return self.terms.nodes.position.to_numpy()
 
     def memory(self) -> dict[str, np.ndarray]:

@@ -16,12 +16,12 @@ LARGEST_J = 2.0
 def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
     """Stop when a position is no number or an element is turned over, crushed or blown up.
 
-    x: (n, 2) [m]. Raises StabilityError naming the element, its place and the time.
+    x: (n, d) [m]. Raises StabilityError naming the element, its place and the time.
     """
     for body in model.bodies:
         now = x[body.nodes]
         with np.errstate(invalid="ignore", over="ignore"):
-            J = measure_elements(body.points, body.cells, now, body.material).J
+            J = np.linalg.det(body.geometry.deformation(body.points, body.cells, now))
         broken = np.flatnonzero(~np.isfinite(J))
         if len(broken):
             raise StabilityError(
@@ -45,6 +45,31 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
             )
 
 
+def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
+    """What is doubtful about the strain now: a law past the strain that it was fitted on, or past
+    the loss of its stiffness (dW/dI1 <= 0), by body and kind.
+    """
+    warnings = {}
+    for body in model.bodies:
+        now = x[body.nodes]
+        measured = measure_elements(body.geometry, body.points, body.cells, now, body.material)
+        law, fitted = body.material.law, body.material.strain_range
+        slope = law.energy_slope(measured.I1_bar, law.constants)
+        weakest, longest = int(np.argmin(slope)), int(np.argmax(measured.stretch))
+        if slope[weakest] <= 0.0:
+            warnings[f"{body.name} unstable"] = (
+                f"{_where(body, weakest, time)} is where material '{body.material.name}' has lost "
+                f"its stiffness: I1 = {measured.I1_bar[weakest]:.3g}; fit the law over a wider "
+                "range, or with fewer terms"
+            )
+        if fitted is not None and measured.stretch[longest] > 1.0 + fitted:
+            warnings[f"{body.name} range"] = (
+                f"{_where(body, longest, time)} is stretched to {measured.stretch[longest]:.3g}; "
+                f"material '{body.material.name}' was fitted up to {1.0 + fitted:.3g}"
+            )
+    return warnings
+
+
 def refuse_energy_error(model: Model, error: float, time: float, largest: str) -> NoReturn:
     """Stop: the energy balance is off by more than the scene's limit.
 
@@ -59,7 +84,7 @@ def refuse_energy_error(model: Model, error: float, time: float, largest: str) -
 
 
 def _where(body, element: int, time: float) -> str:
-    x, y = body.points[body.cells[element]].mean(axis=0) * 1e3
+    place = ", ".join(f"{c * 1e3:.2f}" for c in body.points[body.cells[element]].mean(axis=0))
     sets = [
         name
         for name, nodes in body.node_sets.items()
@@ -67,6 +92,6 @@ def _where(body, element: int, time: float) -> str:
     ]
     among = f" (sets: {', '.join(sets)})" if sets else ""
     return (
-        f"element {element} of body '{body.name}'{among}, at rest at ({x:.2f}, {y:.2f}) mm, "
+        f"element {element} of body '{body.name}'{among}, at rest at ({place}) mm, "
         f"at t = {time:.6g} s,"
     )

@@ -13,15 +13,31 @@ import taichi as ti
 
 from softsim import backend
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.contact.walls import StraightWalls
-from softsim.elements.plane_strain import PlaneStrainTriangles
+from softsim.contact.walls import RoundPipes, StraightWalls
+from softsim.elements import geometry
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.tetrahedra import Tetrahedra
+from softsim.loads.chamber import SOURCES
+from softsim.loads.facets import PlaneFacets, RevolvedFacets, TriangleFacets
 from softsim.loads.nodal import NodalForce
+from softsim.loads.prescribed import PrescribedMotion
 from softsim.loads.pressure import OPEN, FollowerPressure
+from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import Rotor
-from softsim.model import ContactData, Model
+from softsim.loads.table import ProfileTable
+from softsim.model import ContactData, CylinderShape, Model, OutlineData
 from softsim.nodes import Nodes
 from softsim.rigid.frame import RigidBodies
-from softsim.rigid.outline import Outline
+from softsim.rigid.outline import Ball, Cylinder
+
+ELEMENTS = {
+    geometry.PlaneStrain: PlaneStrain,
+    geometry.Axisymmetric: Axisymmetric,
+    geometry.Solid: Tetrahedra,
+}
+# Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
+LOCAL_DAMPING = 0.8
 
 
 @dataclass(frozen=True)
@@ -44,35 +60,43 @@ class Terms:
             model.mass,
             model.is_free,
             np.stack([m.gravity for m in models]),
+            0.0 if model.relaxation is None else LOCAL_DAMPING,
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.bodies = [
-            PlaneStrainTriangles(
-                self.nodes, b.first_node, b.points, b.cells, b.thickness, b.material,
+            ELEMENTS[type(b.geometry)](
+                self.nodes, b.first_node, b.geometry, b.points, b.cells, b.material,
                 model.bulk_viscosity,
             )
             for b in model.bodies
         ]  # fmt: skip
-        self.pressures = [
-            FollowerPressure(
-                self.nodes, self.rigid_bodies, load.facets, load.thickness,
-                [m.pressures[k].section_profile for m in models],
-                OPEN if load.body is None else load.body,
-            )
-            for k, load in enumerate(model.pressures)
-        ]  # fmt: skip
+        self.pressures = [self._pressure(models, k) for k in range(len(model.pressures))]
         self.rotors = [
             Rotor(self.rigid_bodies, load.body, [m.rotors[k].rotor for m in models])
             for k, load in enumerate(model.rotors)
         ]
+        self.rigid_forces = [
+            RigidForce(
+                self.rigid_bodies, load.body, np.stack([m.rigid_loads[k].force for m in models]),
+                ProfileTable([m.rigid_loads[k].share for m in models]),
+            )
+            for k, load in enumerate(model.rigid_loads)
+        ]  # fmt: skip
         self.nodal_forces = [
             NodalForce(
                 self.nodes, load.nodes, np.stack([m.nodal_loads[k].force for m in models]),
-                load.ramp,
+                ProfileTable([m.nodal_loads[k].share for m in models]),
             )
             for k, load in enumerate(model.nodal_loads)
         ]  # fmt: skip
-        self.walls = self._wall_contact(models)
+        self.prescribed = [
+            PrescribedMotion(
+                self.nodes, motion.nodes, motion.axis,
+                ProfileTable([m.prescribed[k].profile for m in models]),
+            )
+            for k, motion in enumerate(model.prescribed)
+        ]  # fmt: skip
+        self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
         self.nodes.corner_forces.allocate(scenarios, self.nodes.count)
         self.rigid_bodies.allocate()
@@ -83,28 +107,66 @@ class Terms:
             data.damping, np.array(friction),
         )  # fmt: skip
 
-    def _wall_contact(self, models: list[Model]) -> SurfaceContact | None:
-        model = models[0]
-        if len(model.walls.points) == 0 or len(model.contact.nodes) == 0:
-            return None
-        walls = StraightWalls(
-            np.stack([m.walls.points for m in models]), np.stack([m.walls.normals for m in models])
+    def _pressure(self, models: list[Model], k: int) -> FollowerPressure:
+        load = models[0].pressures[k]
+        drives = [m.pressures[k].drive for m in models]
+        facets, lids = (
+            self._facets(load.geometry, members) for members in (load.facets, load.lids)
         )
-        return self._contact(model.contact, walls, [m.contact.friction_coefficient for m in models])
+        return FollowerPressure(
+            self.nodes, self.rigid_bodies, facets, lids, SOURCES[type(drives[0])](drives),
+            OPEN if load.body is None else load.body,
+        )  # fmt: skip
+
+    def _facets(self, kind: geometry.Geometry, members: np.ndarray) -> Any:
+        if isinstance(kind, geometry.PlaneStrain):
+            return PlaneFacets(self.nodes, members, kind.thickness)
+        if isinstance(kind, geometry.Axisymmetric):
+            return RevolvedFacets(self.nodes, members)
+        return TriangleFacets(self.nodes, members)
+
+    def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
+        contact, walls = models[0].contact, [m.walls for m in models]
+        if len(contact.nodes) == 0:
+            return []
+        obstacles: list[Any] = []
+        if walls[0].names:
+            obstacles.append(
+                StraightWalls(
+                    np.stack([w.points for w in walls]), np.stack([w.normals for w in walls])
+                )
+            )
+        if walls[0].pipe_names:
+            obstacles.append(
+                RoundPipes(
+                    np.stack([w.pipe_points for w in walls]),
+                    np.stack([w.pipe_axes for w in walls]),
+                    np.stack([w.pipe_radii for w in walls]),
+                )
+            )
+        friction = [m.contact.friction_coefficient for m in models]
+        return [self._contact(contact, obstacle, friction) for obstacle in obstacles]
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
         supports = []
         for outline in models[0].outlines:
             if outline.support is None:
                 continue
-            centre = outline.centre - self.rigid_bodies.rest_centre[outline.body]
-            obstacle = Outline(self.rigid_bodies, outline.body, outline.half_size, centre)
             friction = [outline.support.friction_coefficient] * len(models)
-            contact = self._contact(outline.support, obstacle, friction)
+            contact = self._contact(outline.support, self._obstacle(outline), friction)
             slots = contact.first_row * backend.lanes() + np.arange(contact.count)
             self.rigid_bodies.react(outline.body, slots, outline.support.nodes)
             supports.append(contact)
         return supports
+
+    def _obstacle(self, outline: OutlineData) -> Cylinder | Ball:
+        centre = outline.centre - self.rigid_bodies.rest_centre[outline.body]
+        shape = outline.shape
+        if isinstance(shape, CylinderShape):
+            return Cylinder(
+                self.rigid_bodies, outline.body, centre, shape.axis, shape.half_length, shape.radius
+            )
+        return Ball(self.rigid_bodies, outline.body, centre, shape.radius)
 
     @property
     def contacts(self) -> list[SurfaceContact]:
@@ -112,18 +174,14 @@ class Terms:
         return self.wall_contacts + self.supports
 
     @property
-    def wall_contacts(self) -> list[SurfaceContact]:
-        """Contact with walls: one, or none where there are no walls."""
-        return [] if self.walls is None else [self.walls]
-
-    @property
-    def working_loads(self) -> list[FollowerPressure | NodalForce]:
+    def working_loads(self) -> list[FollowerPressure | NodalForce | PrescribedMotion]:
         """Loads on nodes, which book their own work."""
-        return [*self.pressures, *self.nodal_forces]
+        return [*self.pressures, *self.nodal_forces, *self.prescribed]
 
     def drift_passes(self) -> list[Pass]:
         """Everything moves by dt times its half-step velocity."""
         return [
+            *(Pass("loads", motion.count, motion.steer) for motion in self.prescribed),
             Pass("integration", self.nodes.count, self.nodes.drift),
             Pass("integration", self.rigid_bodies.count, self.rigid_bodies.drift),
         ]
@@ -139,9 +197,12 @@ class Terms:
                 Pass("elements", body.blocks, body.stress_corners),
             ]
         for pressure in self.pressures:
-            passes.append(Pass("loads", 1, pressure.follow_profile))
+            if pressure.source.asks_volume:
+                passes.append(Pass("loads", 1, pressure.measure_volume))
+            passes.append(Pass("loads", 1, pressure.follow_source))
             passes.append(Pass("loads", pressure.count, pressure.push_facets))
         passes += [Pass("loads", rotor.count, rotor.pull) for rotor in self.rotors]
+        passes += [Pass("loads", force.count, force.pull) for force in self.rigid_forces]
         passes += [Pass("loads", force.count, force.push) for force in self.nodal_forces]
         passes += [Pass("contact", contact.count, contact.push) for contact in self.contacts]
         return passes
@@ -169,7 +230,7 @@ class Terms:
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("bodies", "pressures", "nodal_forces", "contacts"):
+        for name in ("bodies", "pressures", "nodal_forces", "prescribed", "contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

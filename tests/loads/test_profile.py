@@ -68,11 +68,11 @@ def test_reduced_is_the_positive_part_of_the_excess():
 def test_eccentric_mass_has_the_amplitude_of_the_measured_motor():
     """m_e r_e omega^2 of the PFR's motor: 0.159, 0.729, 0.994, 1.432 N."""
     for frequency, force in ((64, 0.159), (137, 0.729), (160, 0.994), (192, 1.432)):
-        across = eccentric_mass(0.572e-3, 1.72e-3, frequency, "x", 0.0, 0.0)
+        across = eccentric_mass(0.572e-3, 1.72e-3, frequency, "x", 0.0, 0.0, 2)
         assert across.cosine[1] == pytest.approx(force, abs=5e-4)
         assert across.cosine[0] == 0.0
         assert not across.sine.any()
-    turning = eccentric_mass(1.0, 1.0, 1.0, "z", 0.0, 0.0)
+    turning = eccentric_mass(1.0, 1.0, 1.0, "z", 0.0, 0.0, 2)
     assert np.linalg.norm(turning.cosine) == pytest.approx((2.0 * np.pi) ** 2)
     assert turning.cosine @ turning.sine == 0.0
 

@@ -4,7 +4,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh, boundary_facets, renumbered, signed_volumes, transformed
+from softsim.mesh.mesh import (
+    Mesh,
+    boundary_facets,
+    find_rows,
+    open_rim,
+    renumbered,
+    signed_volumes,
+    transformed,
+)
 from softsim.mesh.quality import check, quality
 from softsim.robots.block import block
 
@@ -108,3 +116,46 @@ def test_renumbered_brings_neighbours_close():
     after = renumbered(before)
     assert bandwidth(after) <= 10 < bandwidth(before)
     assert (np.diff(after.cells.min(axis=1)) >= 0).all()
+
+
+def test_the_rim_of_edges_is_their_loose_ends():
+    assert open_rim(np.array([[3, 1], [1, 4], [4, 2], [7, 8]])).tolist() == [[2], [3], [7], [8]]
+    closed = open_rim(block(3.0, 2.0, 1.0).facet_sets["surface"])
+    assert closed.shape == (0, 1)
+
+
+def test_the_rim_of_triangles_runs_against_them_and_closes():
+    assert open_rim(np.array([[0, 1, 2]])).tolist() == [[1, 0], [2, 1], [0, 2]]
+    surface = TETRAHEDRON.facet_sets["surface"]
+    assert open_rim(surface).shape == (0, 2)
+    cup = surface[1:]
+    lid = open_rim(cup)
+    centre = np.full((len(lid), 1), 4)
+    assert len(lid) == 3
+    assert open_rim(np.vstack([cup, np.hstack([lid, centre])])).shape == (0, 2)
+    points = np.vstack([TETRAHEDRON.points, TETRAHEDRON.points[surface[0]].mean(axis=0)])
+    corners = points[np.vstack([cup, np.hstack([lid, centre])])]
+    volume = np.linalg.det(corners).sum() / 6
+    assert volume == pytest.approx(1 / 6)
+
+
+@pytest.mark.parametrize("width", [2, 3])
+def test_the_rim_of_nothing_is_nothing(width):
+    assert open_rim(np.zeros((0, width), dtype=np.int64)).shape == (0, width - 1)
+
+
+@given(seed=st.integers(0, 2**32 - 1), width=st.integers(1, 3), count=st.integers(0, 20))
+def test_find_rows_says_where_a_row_is(seed, width, count):
+    rng = np.random.default_rng(seed)
+    among = np.unique(rng.integers(-2, 3, (count, width)), axis=0)
+    rows = rng.integers(-2, 3, (10, width))
+    listed = among.tolist()
+    expected = [listed.index(row) if row in listed else -1 for row in rows.tolist()]
+    assert find_rows(rows, among).tolist() == expected
+
+
+def test_boundary_of_many_tetrahedra_does_not_depend_on_the_order_of_corners():
+    cells = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
+    facets = {frozenset(facet) for facet in boundary_facets(cells).tolist()}
+    assert len(facets) == 6
+    assert frozenset([1, 2, 3]) not in facets

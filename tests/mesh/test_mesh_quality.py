@@ -1,3 +1,4 @@
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -5,7 +6,7 @@ import pytest
 
 from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh
-from softsim.mesh.quality import check, quality
+from softsim.mesh.quality import Labels, check, piece_count, quality
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -51,6 +52,10 @@ FAULTS = {
     "turned facet": (
         replace(SOUND, facet_sets={"wall": [[1, 0]]}),
         r"facet set 'wall': facet \[1, 0\] at \(500, 0\) mm is no boundary facet",
+    ),
+    "cell twice": (
+        Mesh(SQUARE, [*HALVES, [2, 3, 0]]),
+        "cell 1 and cell 2, at .*, lie on the same side of a common facet",
     ),
     "no cells": (Mesh(SQUARE, np.zeros((0, 3))), "the mesh has no cells"),
 }
@@ -103,3 +108,43 @@ def test_equilateral_cells_have_aspect_ratio_one():
     assert dihedral.smallest_angle == pytest.approx(np.arccos(1 / 3))
     assert dihedral.smallest_altitude == pytest.approx(np.sqrt(8) * np.sqrt(2 / 3))
     assert dihedral.volume == pytest.approx(8 / 3)
+
+
+def test_faults_are_named_as_the_file_names_nodes_and_cells():
+    labels = Labels(nodes=np.array([11, 12, 13, 14, 15]), cells=np.array([101, 102]))
+    double = Mesh(np.vstack([SQUARE, SQUARE[2] + 1e-12]), [[0, 1, 2], [0, 4, 3]])
+    with pytest.raises(MeshError, match="nodes 13 and 15 lie in one place"):
+        check(double, labels)
+    with pytest.raises(MeshError, match=r"element 102 at .* is inverted"):
+        check(Mesh(SQUARE, [[0, 1, 2], [0, 3, 2]]), labels)
+
+
+def test_a_folded_mesh_is_refused():
+    points = np.vstack([SQUARE, [0.8, 0.1]])
+    with pytest.raises(MeshError, match=r"cell 0 and cell 2, .* same side of a common facet"):
+        check(Mesh(points, [*HALVES, [0, 4, 2]]))
+
+
+def test_pieces_share_no_node():
+    assert piece_count(SOUND) == 1
+    assert piece_count(Mesh(np.vstack([SQUARE, SQUARE + 2]), [*HALVES, *(HALVES + 4)])) == 2
+    at_a_corner = Mesh(np.vstack([SQUARE, SQUARE[1:] + 1]), [*HALVES, [2, 4, 5], [2, 5, 6]])
+    assert quality(at_a_corner).piece_count == 1
+
+
+def test_a_mesh_of_half_a_million_tetrahedra_is_checked_at_once():
+    n = 44
+    grid = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    corner = np.arange((n + 1) ** 3).reshape(n + 1, n + 1, n + 1)
+    x, y, z = (n + 1) ** 2, n + 1, 1
+    ways = [(x, x + y), (y, y + z), (z, z + x)]
+    turned = [(x + z, x), (x + y, y), (y + z, z)]
+    steps = np.array(
+        [[0, a, ab, x + y + z] for a, ab in ways] + [[0, ab, b, x + y + z] for ab, b in turned]
+    )
+    cells = (corner[:-1, :-1, :-1].reshape(-1, 1, 1) + steps).reshape(-1, 4)
+    mesh = Mesh(grid, cells)
+    assert len(cells) > 500_000
+    start = time.perf_counter()
+    check(mesh)
+    assert time.perf_counter() - start < 20

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from softsim.errors import SceneError
 from softsim.scene.loading import load_scene
-from softsim.scene.schema import FollowerPressure, TableProfile
+from softsim.scene.loads import FollowerPressure
+from softsim.scene.profiles import Table
 
 WITH_ALL = """\
 title: "one: two # three"
@@ -116,7 +117,7 @@ def test_options_win_over_files_and_later_ones_over_earlier(write):
     scene = load_scene(write(a=WITH_ALL), options).scene
     assert (scene.time.end, scene.solver.safety_factor, scene.title) == (4.0, 0.5, "yes")
     load = scene.loads["air"]
-    assert isinstance(load, FollowerPressure) and isinstance(load.profile, TableProfile)
+    assert isinstance(load, FollowerPressure) and isinstance(load.profile, Table)
     assert load.profile.points[1][1] == 3000.0
     assert scene.materials["soft"].prony[0].g == 0.2
     assert scene.environment.walls["floor"].kind == "plane"

@@ -2,8 +2,10 @@ import pytest
 import yaml
 from pydantic import BaseModel, ValidationError
 
-from softsim.scene import schema
-from softsim.scene.schema import Scene, YeohMaterial, scene_json_schema
+from softsim.scene import bodies, meshes, outputs, profiles, schema, surroundings
+from softsim.scene.materials import YeohMaterial
+from softsim.scene.quantities import NotNegativePressure
+from softsim.scene.schema import Scene, scene_json_schema
 
 YEOH = {"law": "yeoh", "C10": "36 kPa", "density": "1070 kg/m^3"}
 CYCLES = {
@@ -59,7 +61,7 @@ def test_defaults_are_read_like_given_values():
     assert scene.environment.gravity == 9.81
     assert scene.output.frame_interval == 0.1
     assert scene.bodies["block"].position == (0.0, 0.0)
-    skin = schema.PfrSectionMesh(generator="pfr_section")
+    skin = meshes.PfrSectionMesh(generator="pfr_section")
     assert (skin.free_length, skin.rear_radius, skin.element_size) == (0.030, 0.0035, 0.00035)
 
 
@@ -86,14 +88,14 @@ def test_a_prony_series_leaves_some_stiffness():
 
 def test_times_of_a_table_rise():
     points = [["0 s", "0 kPa"], ["1 s", "9 kPa"], ["1 s", "8 kPa"]]
-    assert refused(schema.TableProfile, kind="table", points=points) == {"points"}
+    assert refused(profiles.Table[NotNegativePressure], kind="table", points=points) == {"points"}
     valid = {"kind": "table", "points": points[:2]}
-    assert len(schema.TableProfile.model_validate(valid).points) == 2
+    assert len(profiles.Table[NotNegativePressure].model_validate(valid).points) == 2
 
 
 @pytest.mark.parametrize(
     ("profile", "values"),
-    [(schema.CyclesProfile, CYCLES), (schema.NaturalDeflationProfile, NATURAL)],
+    [(profiles.CyclesProfile, CYCLES), (profiles.NaturalDeflationProfile, NATURAL)],
 )
 def test_the_lowest_pressure_is_below_the_highest(profile, values):
     assert profile.model_validate(values).count == 1
@@ -102,14 +104,14 @@ def test_the_lowest_pressure_is_below_the_highest(profile, values):
 
 
 def test_an_exponential_fall_ends_above_zero():
-    assert refused(schema.NaturalDeflationProfile, **{**NATURAL, "lowest": "0 kPa"}) == {"lowest"}
-    assert schema.CyclesProfile.model_validate({**CYCLES, "lowest": "0 kPa"}).lowest == 0.0
+    assert refused(profiles.NaturalDeflationProfile, **{**NATURAL, "lowest": "0 kPa"}) == {"lowest"}
+    assert profiles.CyclesProfile.model_validate({**CYCLES, "lowest": "0 kPa"}).lowest == 0.0
 
 
 def test_numbers_are_no_truth_values_and_finite():
     for wrong in (True, "0.5", float("nan"), float("inf"), None, 10**400):
-        assert refused(schema.Contact, friction_coefficient=wrong) == {"friction_coefficient"}
-    assert schema.Contact(friction_coefficient=1).friction_coefficient == 1.0
+        assert refused(surroundings.Contact, friction_coefficient=wrong) == {"friction_coefficient"}
+    assert surroundings.Contact(friction_coefficient=1).friction_coefficient == 1.0
 
 
 def test_quantities_are_no_numbers():
@@ -119,27 +121,27 @@ def test_quantities_are_no_numbers():
 
 
 def test_auto_or_a_positive_quantity():
-    assert schema.Contact(penalty_stiffness="auto").penalty_stiffness == "auto"
-    stiff = schema.Contact.model_validate({"penalty_stiffness": "2 N/mm"})
+    assert surroundings.Contact(penalty_stiffness="auto").penalty_stiffness == "auto"
+    stiff = surroundings.Contact.model_validate({"penalty_stiffness": "2 N/mm"})
     assert stiff.penalty_stiffness == 2000.0
-    assert refused(schema.Contact, penalty_stiffness="0 N/m") == {"penalty_stiffness"}
+    assert refused(surroundings.Contact, penalty_stiffness="0 N/m") == {"penalty_stiffness"}
 
 
 def test_directions_are_not_zero():
-    assert refused(schema.PlaneWall, kind="plane", normal=[0, 0]) == {"normal"}
+    assert refused(surroundings.PlaneWall, kind="plane", normal=[0, 0]) == {"normal"}
 
 
 def test_ranges_have_a_limit_and_room():
-    assert refused(schema.LengthRange) == {""}
-    assert refused(schema.LengthRange, min="2 mm", max="1 mm") == {""}
-    assert schema.NumberRange(min=1, max=1).max == 1.0
+    assert refused(outputs.LengthRange) == {""}
+    assert refused(outputs.LengthRange, min="2 mm", max="1 mm") == {""}
+    assert outputs.NumberRange(min=1, max=1).max == 1.0
 
 
 def test_supports_need_an_outline():
     body = {"mass": "8 g", "inertia": "1 kg*mm^2", "supports": ["skin.inner"]}
-    assert refused(schema.RigidBody, **body) == {"supports"}
+    assert refused(bodies.RigidBody, **body) == {"supports"}
     outline = {"length": "33 mm", "height": "15 mm"}
-    assert schema.RigidBody.model_validate({**body, "outline": outline}).supports
+    assert bodies.RigidBody.model_validate({**body, "outline": outline}).supports
 
 
 @pytest.mark.parametrize("name", ["a.b", "", "1a", "ä", "a b"])

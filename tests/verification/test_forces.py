@@ -1,4 +1,4 @@
-"""Every force is minus the gradient of its energy, by central differences.
+"""Every force is minus the gradient of its energy, by central differences, for every formulation.
 
 A central difference of a smooth energy E with step h is off by h^2 E'''/6 + eps E / h; with the
 steps below both are under 1e-6 of the largest force.
@@ -7,20 +7,33 @@ steps below both are under 1e-6 of the largest force.
 import numpy as np
 import pytest
 
-SOFT = """
+MESHES = {
+    "plane_strain": "{generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm}",
+    "axisymmetric": "{generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm}",
+    "solid": "{generator: box, length: 3 mm, height: 3 mm, width: 3 mm, element_size: 1 mm}",
+}
+THICKNESS = {"plane_strain": "thickness: 5 mm", "axisymmetric": "", "solid": ""}
+POSITION = {"plane_strain": "[0 mm, 0 mm]", "axisymmetric": "[2 mm, 0 mm]", "solid": "[0 mm, 0 mm]"}
+FORMULATIONS = list(MESHES)
+
+
+def soft(formulation: str, extra: str = "") -> str:
+    """A scene with one soft block off the axis."""
+    return f"""
 bodies:
   b:
-    mesh: {generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm}
-    formulation: plane_strain
-    thickness: 5 mm
+    mesh: {MESHES[formulation]}
+    formulation: {formulation}
+    position: {POSITION[formulation]}
+    {THICKNESS[formulation]}
     material: soft
 materials:
-  soft: {law: yeoh, C10: 36 kPa, C20: 5 kPa, C30: 1 kPa, density: 1000 kg/m^3,
-         prony: [{g: 0.3, relaxation_time: 1 ms}]}
-environment: {gravity: 0 m/s^2}
-solver: {bulk_viscosity: 0}
-time: {end: 1 s}
-"""
+  soft: {{law: yeoh, C10: 36 kPa, C20: 5 kPa, C30: 1 kPa, density: 1000 kg/m^3,
+         prony: [{{g: 0.3, relaxation_time: 1 ms}}]}}
+environment: {{gravity: 0 m/s^2}}
+solver: {{bulk_viscosity: 0}}
+time: {{end: 1 s}}
+{extra}"""
 
 
 def scattered(model, seed, amplitude):
@@ -32,13 +45,18 @@ def scattered(model, seed, amplitude):
 def freeze_metric(solver):
     """A viscous metric that stays: the branch energy is then a function of positions alone."""
     for body in solver.terms.bodies:
-        for component in range(3):
-            body.metric[0][component].fill((1.1, 0.9, 0.1)[component])
-        body.decay.fill(1.0)
+        for component, value in zip(
+            body.points.metric[0], (1.1, 0.9, 0.1, 1.0, 0.05, -0.1), strict=False
+        ):
+            component.fill(value)
+        if len(body.points.metric[0]) == 6:  # xx, yy, zz, xy, ...: keep it positive definite
+            body.points.metric[0][2].fill(1.05)
+            body.points.metric[0][3].fill(0.1)
+        body.points.decay.fill(1.0)
 
 
 def forces_at(solver, x):
-    """Nodal forces (n, 2) with the nodes at x."""
+    """Nodal forces (n, d) with the nodes at x."""
     nodes = solver.terms.nodes
     nodes.velocity.fill(0.0)
     nodes.position.from_numpy(np.ascontiguousarray(x[None]))
@@ -49,9 +67,9 @@ def forces_at(solver, x):
 
 def gradient(energy, x, nodes, step=1e-9):
     """-dE/dx by central differences at `nodes`."""
-    result = np.zeros((len(nodes), 2))
+    result = np.zeros((len(nodes), x.shape[1]))
     for k, a in enumerate(nodes):
-        for i in range(2):
+        for i in range(x.shape[1]):
             ends = []
             for sign in (1.0, -1.0):
                 moved = x.copy()
@@ -61,14 +79,15 @@ def gradient(energy, x, nodes, step=1e-9):
     return result
 
 
-def test_elements(build, start):
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_elements(build, start, formulation):
     """Law, averaged nodal pressure and Maxwell branch together."""
     from softsim.solver.energy import Meter
 
-    solver = start(build(SOFT))
+    solver = start(build(soft(formulation)))
     meter = Meter(solver)
     freeze_metric(solver)
-    x = scattered(solver.models[0], 1, 0.1e-3)
+    x = scattered(solver.models[0], 1, 0.08e-3)
 
     def energy(at):
         forces_at(solver, at)
@@ -81,21 +100,32 @@ def test_elements(build, start):
     np.testing.assert_allclose(force, exact, atol=1e-6 * np.abs(force).max())
 
 
-def test_contact_normal_and_sticking(build, start):
+NORMALS = {"plane_strain": "[0.3, 1]", "axisymmetric": "[0, 1]", "solid": "[0.3, 1, 0.2]"}
+POINTS = {
+    "plane_strain": "[-2 mm, -1 mm]",
+    "axisymmetric": "[0 mm, -1 mm]",
+    "solid": "[-2 mm, -1 mm]",
+}
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_contact_normal_and_sticking(build, start, formulation):
     """Penalty springs, normal and tangential, of nodes that stick."""
     from softsim.solver.energy import Meter
 
-    text = SOFT + "contact: {friction_coefficient: 1000, damping_ratio: 0}\n"
+    text = soft(formulation, "contact: {friction_coefficient: 1000, damping_ratio: 0}\n")
     text = text.replace(
         "environment: {gravity: 0 m/s^2}",
-        "environment: {gravity: 0 m/s^2, walls: {w: {kind: plane, normal: [0.3, 1], "
-        "point: [-2 mm, -1 mm]}}}",
+        "environment: {gravity: 0 m/s^2, walls: {w: {kind: plane, normal: "
+        f"{NORMALS[formulation]}, point: {POINTS[formulation]}}}}}}}",
     )
     model = build(text)
     solver = start(model)
     meter = Meter(solver)
     freeze_metric(solver)
-    inside = model.points - np.array([0.0, 2.0e-3])
+    down = np.zeros(model.dimension)
+    down[1] = 2.0e-3
+    inside = model.points - down
     forces_at(solver, inside)  # the anchors are set here
     x = inside + scattered(model, 2, 1e-5) - model.points
 
@@ -104,7 +134,7 @@ def test_contact_normal_and_sticking(build, start):
         read = meter.read()[0]
         return read.contact + read.internal
 
-    touching = np.flatnonzero(solver.terms.walls.normal_force.to_numpy()[0] > 0.0)
+    touching = np.flatnonzero(solver.terms.wall_contacts[0].normal_force.to_numpy()[0] > 0.0)
     assert len(touching) > 2
     nodes = model.contact.nodes[touching[:3]]
     exact = gradient(energy, x, nodes)
@@ -112,55 +142,99 @@ def test_contact_normal_and_sticking(build, start):
     np.testing.assert_allclose(force, exact, atol=1e-6 * np.abs(force).max())
 
 
-def test_follower_pressure_is_the_gradient_of_volume(build, start):
-    """Pressure on the whole surface: force = p dV/dx, V the area by the shoelace formula."""
-    text = SOFT + (
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_follower_pressure_is_the_gradient_of_volume(build, start, formulation):
+    """Pressure on the whole surface: force = -p dV/dx, V the body's own volume by its elements.
+
+    The revolved volume of a triangle is exact by Pappus, that of its edges by frustums; they agree.
+    """
+    load = (
         "loads: {p: {kind: follower_pressure, facets: [b.surface], "
         "profile: {kind: constant, value: 2 kPa}}}\n"
     )
-    model = build(text)
+    model = build(soft(formulation, load))
     solver = start(model)
     # Compare with the same deformation without pressure: what is left is the pressure.
     freeze_metric(solver)
-    x = scattered(model, 3, 0.1e-3)
+    x = scattered(model, 3, 0.08e-3)
     with_pressure = forces_at(solver, x)
-    solver.terms.pressures[0].value.fill(0.0)
+    solver.terms.pressures[0].source.table.value.fill(0.0)
     force = with_pressure - forces_at(solver, x)
-    facets = model.pressures[0].facets
-    depth = model.pressures[0].thickness
+    body = model.bodies[0]
 
     def energy(at):
-        a, b = at[facets[:, 0]], at[facets[:, 1]]
-        area = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()
-        return 2000.0 * depth * area  # the body's own area: pressure around it does -p dA
+        return 2000.0 * float(body.geometry.volumes(at, body.cells).sum())
 
     nodes = model.contact.nodes[:6]
     exact = gradient(energy, x, nodes, step=1e-7)
     np.testing.assert_allclose(force[nodes], exact, atol=1e-9 * np.abs(force).max() + 1e-12)
-    # A closed surface under uniform pressure: no resultant, no moment.
-    np.testing.assert_allclose(force.sum(axis=0), 0.0, atol=1e-15)
-    moment = x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0]
-    assert abs(moment.sum()) < 1e-17
+    # A closed surface under uniform pressure: no resultant (of a ring: along the axis), no moment.
+    scale = np.abs(force).sum()
+    along = [1] if formulation == "axisymmetric" else range(model.dimension)
+    assert np.abs(force.sum(axis=0)[along]).max() < 1e-14 * scale
+    if formulation != "axisymmetric":
+        moment = np.cross(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))),
+                          np.pad(force, ((0, 0), (0, 3 - x.shape[1]))))  # fmt: skip
+        assert np.abs(moment.sum(axis=0)).max() < 1e-14 * scale * np.abs(x).max()
 
 
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_numpy_volume_gradient_is_that_of_the_kernels(build, start, formulation):
+    """What the time step and the liquid's stiffness are built on is what the kernels apply."""
+    load = (
+        "loads: {p: {kind: follower_pressure, facets: [b.surface], "
+        "profile: {kind: constant, value: 1 Pa}}}\n"
+    )
+    model = build(soft(formulation, load))
+    solver = start(model)
+    freeze_metric(solver)
+    x = scattered(model, 4, 0.08e-3)
+    with_pressure = forces_at(solver, x)
+    solver.terms.pressures[0].source.table.value.fill(0.0)
+    force = with_pressure - forces_at(solver, x)
+    load = model.pressures[0]
+    expected = np.zeros_like(x)
+    np.add.at(expected, load.facets, load.geometry.volume_gradient(x, load.facets))
+    scale = np.abs(with_pressure).max()
+    np.testing.assert_allclose(force, expected, atol=1e-13 * scale)
+    inside = -float(model.bodies[0].geometry.volumes(x, model.bodies[0].cells).sum())
+    assert load.volume(x) == pytest.approx(inside, rel=1e-12)
+
+
+@pytest.mark.parametrize("formulation", ["plane_strain", "solid"])
 @pytest.mark.parametrize("angle", [0.3, np.pi / 2, 2.5])
-def test_rigid_rotation_gives_no_stress(build, start, angle):
+def test_rigid_rotation_gives_no_stress(build, start, angle, formulation):
     """Turned as a whole, the body feels nothing: forces stay at round-off."""
-    model = build(SOFT)
+    model = build(soft(formulation))
     solver = start(model)
     c, s = np.cos(angle), np.sin(angle)
-    turned = model.points @ np.array([[c, s], [-s, c]])
+    turn = np.eye(model.dimension)
+    turn[:2, :2] = [[c, -s], [s, c]]
+    if model.dimension == 3:  # about a slanted axis
+        tilt = np.array([[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]])
+        turn = tilt @ turn @ tilt.T
+    turned = model.points @ turn.T
     # Round-off: eps times the stress scale (bulk modulus) times a facet's area.
     scale = model.bodies[0].material.bulk_modulus * 1e-3 * 5e-3
     assert np.abs(forces_at(solver, turned)).max() < 1e-13 * scale
 
 
-def test_patch(build, start):
-    """A linear displacement field on a distorted mesh: uniform stress, no force inside."""
-    model = build(SOFT)
-    solver = start(model)
-    gradient_u = np.array([[0.2, 0.3], [-0.1, 0.1]])
-    force = forces_at(solver, model.points @ (np.eye(2) + gradient_u).T)
-    inside = np.setdiff1d(np.arange(len(model.points)), model.bodies[0].node_sets["surface"])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_patch(build, start, formulation):
+    """A linear displacement field on a distorted mesh: uniform stress, no force inside.
+
+    Of a ring the field u_r = a r, u_y = c y, which strains it uniformly; shear would not.
+    """
+    text = soft(formulation).replace("element_size: 1 mm", "element_size: 0.7 mm")
+    model = build(text)
+    fields = {
+        "plane_strain": np.array([[0.2, 0.3], [-0.1, 0.1]]),
+        "axisymmetric": np.diag([0.2, -0.1]),
+        "solid": np.array([[0.2, 0.3, 0.1], [-0.1, 0.1, 0.05], [0.0, -0.2, -0.1]]),
+    }
+    surface = model.bodies[0].node_sets["surface"]
+    inside = np.setdiff1d(np.arange(len(model.points)), surface)
     assert len(inside) >= 6
+    solver = start(model)
+    force = forces_at(solver, model.points @ (np.eye(model.dimension) + fields[formulation]).T)
     assert np.abs(force[inside]).max() < 1e-12 * np.abs(force).max()

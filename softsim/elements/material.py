@@ -30,7 +30,7 @@ class Branch(Protocol):
     def relaxation_time(self) -> float: ...
 
 
-class Solid(Protocol):
+class Material(Protocol):
     """A nearly incompressible viscoelastic solid."""
 
     @property

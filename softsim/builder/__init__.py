@@ -1,0 +1,11 @@
+"""From a scene to a model: the only place where names become objects and numbers.
+
+Needs no Taichi: `softsim check` answers at once. Whatever is wrong with a scene beyond its schema
+is said here, at the key that says it.
+"""
+
+from softsim.builder.assembly import build_model
+from softsim.builder.bodies import library_material, library_names
+from softsim.builder.profiles import pressure_profile
+
+__all__ = ["build_model", "library_material", "library_names", "pressure_profile"]

@@ -1,0 +1,145 @@
+"""The whole model of a scene, part by part."""
+
+import re
+
+import numpy as np
+
+from softsim.builder import conditions, contact, loads, rigid
+from softsim.builder.bodies import built_bodies, meshed_bodies
+from softsim.builder.names import Names
+from softsim.elements.geometry import Axisymmetric
+from softsim.model import Model, Relaxation
+from softsim.scene.loading import LoadedScene
+from softsim.solver.time_step import stable_increment
+
+ROW_NAME = re.compile(r"j\d+")
+
+
+def build_model(loaded: LoadedScene) -> Model:
+    """The frozen model of a scene.
+
+    Raises
+    ------
+    SceneError: a name that does not exist, a mesh that cannot be computed with, an open chamber, a
+    body that starts inside a wall, a law unstable within its strain range, a time step above the
+    stable one.
+    """
+    names, scene = Names(loaded, meshed_bodies(loaded)), loaded.scene
+    bodies = built_bodies(names)
+    soft_points = np.concatenate([b.points for b in bodies])
+    soft_count = len(soft_points)
+    corners, corner_owner = rigid.outline_points(names)
+    points = np.concatenate([soft_points, corners])
+
+    mass = conditions.lumped_mass(names, bodies, len(points))
+    held = conditions.held_components(names, bodies, points)
+    held[soft_count:] = True
+    motions = conditions.prescribed(names, held)
+    for motion in motions:
+        held[motion.nodes, motion.axis] = True
+    tied = rigid.tied_nodes(names, ~held)
+    for nodes in tied:
+        held[nodes] = True
+    is_free = ~held
+    velocity = np.where(is_free, conditions.initial_velocity(names, bodies, points), 0.0)
+    rigid_bodies = tuple(
+        rigid.rigid_body(
+            names, name, np.concatenate([tied[r], soft_count + np.flatnonzero(corner_owner == r)])
+        )
+        for r, name in enumerate(scene.rigid_bodies)
+    )
+    stiffness = contact.Stiffness(
+        scene.contact,
+        contact.penalty_stiffness(names, bodies, len(points)),
+        contact.contact_mass(points, mass, is_free, rigid_bodies),
+    )
+    surfaces = [b.node_sets["surface"] for b in bodies]
+    touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
+    walls = contact.walls(names)
+    contact.refuse_penetration(names, walls, points[touching])
+    model = Model(
+        bodies=bodies,
+        points=points,
+        velocity=velocity,
+        mass=mass,
+        is_free=is_free,
+        rigid_bodies=rigid_bodies,
+        outlines=rigid.outlines(names, points, stiffness, tied),
+        walls=walls,
+        contact=stiffness.contact(touching, scene.contact.friction_coefficient),
+        pressures=loads.pressures(names, bodies, points, mass, is_free, tied),
+        rotors=loads.rotors(names),
+        nodal_loads=loads.nodal_loads(names, is_free),
+        rigid_loads=loads.rigid_loads(names),
+        prescribed=motions,
+        probes=conditions.probes(names, points, is_free),
+        gravity=gravity(names),
+        rows={
+            f"{b.name}.{name}": nodes
+            for b in bodies
+            for name, nodes in b.node_sets.items()
+            if ROW_NAME.fullmatch(name)
+        },
+        end_time=scene.time.end,
+        increment=None if scene.time.increment == "auto" else scene.time.increment,
+        safety_factor=scene.solver.safety_factor,
+        bulk_viscosity=scene.solver.bulk_viscosity,
+        energy_error_limit=scene.solver.energy_error_limit,
+        relaxation=relaxation(names),
+    )
+    refuse_instant_relaxation(names, model)
+    refuse_unstable_increment(names, model)
+    return model
+
+
+def gravity(names: Names) -> np.ndarray:
+    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards."""
+    environment = names.scene.environment
+    slope = environment.inclination
+    if isinstance(names.geometry, Axisymmetric) and slope != 0.0 and environment.gravity > 0.0:
+        raise names.loaded.error(
+            ("environment", "inclination"),
+            "an axisymmetric model knows gravity along its axis only",
+            "leave the inclination out: gravity points down the axis y",
+        )
+    down = np.array([-np.sin(slope), -np.cos(slope), 0.0])
+    return environment.gravity * down[: names.dimension]
+
+
+def relaxation(names: Names) -> Relaxation | None:
+    """Settings of a static procedure; None for a dynamic one."""
+    scene = names.scene
+    if scene.time.procedure == "dynamic":
+        return None
+    return Relaxation(scene.time.settle, scene.solver.equilibrium_tolerance)
+
+
+def refuse_instant_relaxation(names: Names, model: Model) -> None:
+    """A branch that relaxes within a hundredth of an increment carries no load, yet its dissipation
+    could no longer be computed.
+    """
+    step = stable_increment(model, model.points).value
+    for body in model.bodies:
+        for branch in body.material.branches:
+            if branch.relaxation_time < 0.01 * step:
+                raise names.loaded.error(
+                    ("bodies", body.name, "material"),
+                    f"material '{body.material.name}' relaxes in "
+                    f"{branch.relaxation_time * 1e6:.3g} us, far within a time step of "
+                    f"{step * 1e6:.3g} us",
+                    "leave out prony terms shorter than the time step",
+                )
+
+
+def refuse_unstable_increment(names: Names, model: Model) -> None:
+    """A step given by the user must be stable at the start."""
+    if model.increment is None:
+        return
+    stable = stable_increment(model, model.points)
+    if model.increment > stable.value:
+        raise names.loaded.error(
+            ("time", "increment"),
+            f"the time step {model.increment * 1e6:.3g} us is above the stable one, "
+            f"{stable.describe()}",
+            f'write "auto", or at most {np.floor(model.safety_factor * stable.value * 1e9):g} ns',
+        )

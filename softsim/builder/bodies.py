@@ -1,0 +1,229 @@
+"""Deformable bodies: their meshes, kinematics and materials."""
+
+import dataclasses
+from collections.abc import Callable
+from importlib import resources
+from typing import Any
+
+import numpy as np
+import yaml
+from pydantic import TypeAdapter
+
+from softsim.builder.names import MeshedBody, Names, close_names
+from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, Solid
+from softsim.errors import MeshError
+from softsim.materials.laws import LAWS
+from softsim.materials.material import (
+    DEFAULT_BULK_RATIO,
+    Material,
+    bulk_modulus_from_poisson_ratio,
+    maxwell_branches,
+)
+from softsim.materials.stability import first_unstable_I1
+from softsim.mesh.mesh import Mesh, transformed
+from softsim.mesh.quality import check
+from softsim.mesh.reading import read_mesh
+from softsim.model import Body
+from softsim.robots.block import block
+from softsim.robots.box import box
+from softsim.robots.pfr import pfr_section
+from softsim.robots.pfr_meridian import pfr_meridian
+from softsim.robots.pfr_solid import pfr_solid
+from softsim.scene import bodies as scene_bodies
+from softsim.scene import materials as scene_materials
+from softsim.scene.loading import LoadedScene
+from softsim.scene.meshes import FileMesh
+from softsim.scene.tree import Keys
+
+GENERATORS: dict[str, Callable[..., Mesh]] = {
+    "block": block,
+    "box": box,
+    "pfr_section": pfr_section,
+    "pfr_meridian": pfr_meridian,
+    "pfr_solid": pfr_solid,
+}
+# ABAQUS's element types -> the formulation that they mean.
+FORMULATIONS = {"CPE3": "plane_strain", "CAX3": "axisymmetric", "C3D4": "solid"}
+
+_MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.Material)
+
+
+def library_material(name: str) -> scene_materials.Material | None:
+    """The material `name` of the library, or None."""
+    entry = _library().get(name)
+    return None if entry is None else _MATERIAL.validate_python(entry)
+
+
+def library_names() -> list[str]:
+    """Names in the material library."""
+    return list(_library())
+
+
+def _library() -> dict[str, Any]:
+    text = resources.files("softsim.materials").joinpath("library.yaml").read_text("utf-8")
+    return yaml.safe_load(text)
+
+
+def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
+    """Meshes of all bodies, in the scene's order, one after the other in the model's numbering."""
+    result: dict[str, MeshedBody] = {}
+    first_node = 0
+    for name, data in loaded.scene.bodies.items():
+        refuse_other_formulation(loaded, name)
+        geometry = kinematics(data)
+        mesh, remarks = placed_mesh(loaded, name, data, geometry)
+        result[name] = MeshedBody(mesh, first_node, geometry, remarks)
+        first_node += len(mesh.points)
+    return result
+
+
+def refuse_other_formulation(loaded: LoadedScene, name: str) -> None:
+    """All bodies of a scene share one space."""
+    first_name, first = next(iter(loaded.scene.bodies.items()))
+    if loaded.scene.bodies[name].formulation != first.formulation:
+        raise loaded.error(
+            ("bodies", name, "formulation"),
+            f"'{name}' is {loaded.scene.bodies[name].formulation}, '{first_name}' is "
+            f"{first.formulation}: bodies of one scene have one formulation",
+            "run them in scenes of their own",
+        )
+
+
+def kinematics(data: scene_bodies.Body) -> Geometry:
+    """The geometry of a body's elements."""
+    made: dict[str, Callable[[], Geometry]] = {
+        "plane_strain": lambda: PlaneStrain(data.thickness or 0.0),
+        "axisymmetric": Axisymmetric,
+        "solid": Solid,
+    }
+    return made[data.formulation]()
+
+
+def placed_mesh(
+    loaded: LoadedScene, name: str, data: scene_bodies.Body, geometry: Geometry
+) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh of a body, checked and moved to its place, and remarks on how it was read."""
+    keys = ("bodies", name, "mesh")
+    try:
+        mesh, remarks = read_or_generated(loaded, name, data)
+        check(mesh)
+    except MeshError as error:
+        raise loaded.error(keys, error.message, error.hint) from None
+    if mesh.dimension != geometry.dimension:
+        needed = {2: "triangles", 3: "tetrahedra"}
+        raise loaded.error(
+            keys,
+            f"{data.formulation} needs {needed[geometry.dimension]}; this mesh has "
+            f"{needed[mesh.dimension]}",
+            "sections are meshed with linear triangles, solids with linear tetrahedra",
+        )
+    if len(data.position) > geometry.dimension:
+        raise loaded.error(
+            ("bodies", name, "position"), "a section has two coordinates", "leave z out"
+        )
+    shift = np.zeros(geometry.dimension)
+    shift[: len(data.position)] = data.position
+    mesh = transformed(mesh, data.rotation, shift)
+    if isinstance(geometry, Axisymmetric):
+        inside = np.flatnonzero(mesh.points[:, 0] < -1e-12)
+        if len(inside):
+            raise loaded.error(
+                keys,
+                f"node {inside[0]} lies at x = {mesh.points[inside[0], 0] * 1e3:.3g} mm: x is the "
+                "radius of an axisymmetric body and not negative",
+                "the axis is y; mesh the half section at x >= 0",
+            )
+    return mesh, remarks
+
+
+def read_or_generated(
+    loaded: LoadedScene, name: str, data: scene_bodies.Body
+) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh from its file or its generator, and remarks. Raises MeshError."""
+    source = data.mesh
+    if not isinstance(source, FileMesh):
+        return GENERATORS[source.generator](**source.model_dump(exclude={"generator"})), ()
+    found = read_mesh(loaded.resolve_file(("bodies", name, "mesh", "file")), source.length_unit)
+    meant = FORMULATIONS.get(found.element_type, data.formulation)
+    if found.element_type == "CPS3":
+        raise MeshError(
+            f"{source.file} has plane-stress elements (CPS3), which are not computed with",
+            hint="a thin section that may not strain across its depth is CPE3, plane_strain",
+        )
+    if meant != data.formulation:
+        raise MeshError(
+            f"{source.file} has elements {found.element_type}, which are {meant}; the body's "
+            f"formulation is {data.formulation}",
+            hint=f'write "formulation: {meant}", or other elements into the file',
+        )
+    counted = {
+        "inverted cells turned": found.turned_cells,
+        "nodes without a cell left out": found.dropped_nodes,
+    }
+    return found.mesh, tuple(f"{count} {what}" for what, count in counted.items() if count)
+
+
+def built_bodies(names: Names) -> tuple[Body, ...]:
+    """All bodies with their materials."""
+    return tuple(
+        Body(
+            name=name,
+            first_node=part.first_node,
+            points=part.mesh.points,
+            cells=part.mesh.cells,
+            geometry=part.geometry,
+            material=material(names, name),
+            remarks=part.remarks,
+            node_sets={k: part.first_node + v for k, v in part.mesh.node_sets.items()},
+            facet_sets={k: part.first_node + v for k, v in part.mesh.facet_sets.items()},
+        )
+        for name, part in names.bodies.items()
+    )
+
+
+def material(names: Names, body: str) -> Material:
+    """What a body is made of; under a static procedure without its Maxwell branches, which have
+    relaxed.
+    """
+    keys = ("bodies", body, "material")
+    name = names.scene.bodies[body].material
+    data = names.scene.materials.get(name) or library_material(name)
+    if data is None:
+        known = [*names.scene.materials, *library_names()]
+        raise names.loaded.error(
+            keys, f"there is no material '{name}'", close_names(name, known, "materials")
+        )
+    law = LAWS[data.law](*data.constants)
+    refuse_unstable_law(names, name, data, keys)
+    mu0 = law.initial_shear_modulus
+    if data.bulk_modulus is not None:
+        kappa = data.bulk_modulus
+    elif data.D1 is not None:
+        kappa = 2.0 / data.D1
+    elif data.poisson_ratio is not None:
+        kappa = bulk_modulus_from_poisson_ratio(mu0, data.poisson_ratio)
+    else:
+        kappa = DEFAULT_BULK_RATIO * mu0
+    branches = maxwell_branches(mu0, [(p.g, p.relaxation_time) for p in data.prony])
+    built = Material(name, law, kappa, data.density, branches, data.strain_range)
+    is_static = names.scene.time.procedure == "static"
+    return dataclasses.replace(built, branches=()) if is_static else built
+
+
+def refuse_unstable_law(
+    names: Names, name: str, data: scene_materials.Material, keys: Keys
+) -> None:
+    """A law must stiffen no less than to zero within the strain that it says it was fitted on."""
+    if data.strain_range is None:
+        return
+    stretch = 1.0 + data.strain_range
+    largest_I1 = stretch**2 + 2.0 / stretch  # uniaxial, incompressible
+    lost = first_unstable_I1(LAWS[data.law](*data.constants), largest_I1)
+    if lost is not None:
+        where = ("materials", name) if name in names.scene.materials else keys
+        raise names.loaded.error(
+            where,
+            f"material '{name}' loses its stiffness (dW/dI1 <= 0) at I1 = {lost:.3g}, within its "
+            f"strain range of {data.strain_range:g} (I1 up to {largest_I1:.3g})",
+            "a negative last constant does this: fit fewer terms, or over a wider range",
+        )

@@ -1,0 +1,117 @@
+"""Conditions on node sets: what is held, what is prescribed, masses and velocities at the start."""
+
+import numpy as np
+
+from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
+from softsim.builder.names import Names
+from softsim.builder.profiles import rising_profile
+from softsim.elements.geometry import Axisymmetric, nodal_sums
+from softsim.model import Body, PrescribedData, Probe
+from softsim.scene import conditions, outputs
+
+
+def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.ndarray:
+    """Mass of each node (n,) [kg]: its share of its elements, and point masses."""
+    mass = np.zeros(node_count)
+    for b in bodies:
+        shares = b.geometry.mass_shares(b.points, b.cells)
+        per_corner = b.material.density * b.volumes[:, None] * shares
+        mass[b.nodes] = nodal_sums(b.cells, per_corner, len(b.points))
+    for name, condition in names.scene.conditions.items():
+        if isinstance(condition, conditions.PointMass):
+            nodes = names.node_set(condition.nodes, ("conditions", name, "nodes"))
+            mass[nodes] += condition.mass / len(nodes)
+    return mass
+
+
+def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) -> np.ndarray:
+    """Which components (n, d) are fixed, by body or condition, or by the axis of a half section."""
+    held = np.zeros(points.shape, dtype=bool)
+    for b in bodies:
+        for k, set_name in enumerate(names.scene.bodies[b.name].fixed):
+            held[names.node_set(f"{b.name}.{set_name}", ("bodies", b.name, "fixed", k))] = True
+        if isinstance(b.geometry, Axisymmetric):
+            held[b.nodes, 0] |= b.points[:, 0] < 1e-12
+    for name, condition in names.scene.conditions.items():
+        keys = ("conditions", name)
+        if isinstance(condition, conditions.Fixed):
+            nodes = names.node_set(condition.nodes, (*keys, "nodes"))
+            letters = condition.directions or "xyz"[: names.dimension]
+            for k, letter in enumerate(letters):
+                held[nodes, names.axis(letter, (*keys, "directions", k))] = True
+        elif isinstance(condition, conditions.Symmetry):
+            nodes = names.node_set(condition.nodes, (*keys, "nodes"))
+            axis = names.axis(condition.normal, (*keys, "normal"))
+            off = np.ptp(points[nodes, axis])
+            if off > 1e-9 * np.ptp(points, axis=0).max():
+                raise names.loaded.error(
+                    (*keys, "nodes"),
+                    f"the nodes of '{condition.nodes}' do not lie in a plane across "
+                    f"{condition.normal}: their {condition.normal} differ by {off * 1e3:.3g} mm",
+                    "choose the set in the plane of symmetry, or the direction across it",
+                )
+            held[nodes, axis] = True
+    return held
+
+
+def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedData, ...]:
+    """Prescribed motions; a component follows one of them only and is not held otherwise."""
+    taken = held.copy()
+    result = []
+    for name, condition in names.scene.conditions.items():
+        if not isinstance(condition, conditions.Prescribed):
+            continue
+        keys = ("conditions", name)
+        nodes = names.node_set(condition.nodes, (*keys, "nodes"))
+        axis = names.axis(condition.direction, (*keys, "direction"))
+        if taken[nodes, axis].any():
+            raise names.loaded.error(
+                (*keys, "nodes"),
+                f"a node of '{condition.nodes}' is already fixed or prescribed along "
+                f"{condition.direction}",
+                "a component follows one condition only",
+            )
+        taken[nodes, axis] = True
+        profile = rising_profile(condition.displacement)
+        if profile.values[0] != 0.0 or profile.times[0] != 0.0:
+            raise names.loaded.error(
+                (*keys, "displacement"),
+                "the displacement must start with [0 s, 0 mm]",
+                "a jump at the start would be an infinite velocity",
+            )
+        result.append(PrescribedData(nodes, axis, profile))
+    return tuple(result)
+
+
+def initial_velocity(names: Names, bodies: tuple[Body, ...], points: np.ndarray) -> np.ndarray:
+    """Velocity of each node at the start (n, d) [m/s]."""
+    velocity = np.zeros_like(points)
+    for b in bodies:
+        given = names.scene.bodies[b.name].initial_velocity
+        velocity[b.nodes] = names.vector(given, ("bodies", b.name, "initial_velocity"))
+    for name, condition in names.scene.conditions.items():
+        if isinstance(condition, conditions.InitialVelocity):
+            keys = ("conditions", name)
+            nodes = names.node_set(condition.nodes, (*keys, "nodes"))
+            velocity[nodes] = names.vector(condition.velocity, (*keys, "velocity"))
+    return velocity
+
+
+def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe, ...]:
+    """What the history records beside its own columns."""
+    result = []
+    for name, probe in names.scene.output.probes.items():
+        keys = ("output", "probes", name)
+        if isinstance(probe, outputs.VolumeProbe):
+            facets = joined_facets(names, probe.facets, keys)
+            geometry = names.bodies[probe.facets[0].partition(".")[0]].geometry
+            held = np.logical_not(is_free.any(axis=1))
+            refuse_open_chamber(
+                names, facets, points, held, "hold the rim (bodies.NAME.fixed)", keys
+            )
+            members = np.concatenate([facets, lids(names, facets)])
+        else:
+            members = names.node_set(probe.nodes, (*keys, "nodes"))
+            geometry = names.geometry
+        result.append(Probe(name, probe.kind, members, geometry))
+    return tuple(result)

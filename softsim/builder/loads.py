@@ -1,0 +1,168 @@
+"""Loads: pressures and chambers, motors, forces."""
+
+import numpy as np
+
+from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
+from softsim.builder.names import Names
+from softsim.builder.profiles import pressure_profile, rising_profile
+from softsim.loads.drive import AddedGas, AddedVolume, Drive, GivenPressure
+from softsim.loads.profile import smooth_rise
+from softsim.loads.vibration import RotorData, eccentric_mass, sinusoidal_force
+from softsim.model import Body, NodalLoad, PressureData, RigidLoad, RotorLoad
+from softsim.scene import loads as scene_loads
+from softsim.scene.tree import Keys
+from softsim.solver.time_step import element_frequencies
+
+# A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
+# it costs a twentieth of the time step at most.
+LIQUID_SHARE = 0.1
+
+Chamber = scene_loads.FollowerPressure | scene_loads.AddedVolume | scene_loads.AddedGas
+
+
+def pressures(
+    names: Names,
+    bodies: tuple[Body, ...],
+    points: np.ndarray,
+    mass: np.ndarray,
+    is_free: np.ndarray,
+    tied: list[np.ndarray],
+) -> tuple[PressureData, ...]:
+    """All loads that are a pressure on facets."""
+    result = []
+    for name, load in names.scene.loads.items():
+        if not isinstance(load, Chamber):
+            continue
+        keys = ("loads", name)
+        facets = joined_facets(names, load.facets, keys)
+        geometry = names.bodies[load.facets[0].partition(".")[0]].geometry
+        body, remedy = None, "hold both ends (bodies.NAME.fixed)"
+        held = np.logical_not(is_free.any(axis=1))
+        if load.reacts_on is not None:
+            body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
+            held = np.zeros(len(points), dtype=bool)
+            remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
+            held[tied[body]] = True
+        asks_volume = not isinstance(load, scene_loads.FollowerPressure)
+        if asks_volume or body is not None:
+            refuse_open_chamber(names, facets, points, held, remedy, keys)
+        closing = lids(names, facets) if asks_volume else np.zeros((0, facets.shape[1]), dtype=int)
+        whole = PressureData(
+            name, facets, closing, geometry, GivenPressure(*[smooth_rise(0.0)] * 2), body
+        )
+        drive = built_drive(names, load, whole, bodies, points, mass, is_free, keys)
+        result.append(PressureData(name, facets, closing, geometry, drive, body))
+    return tuple(result)
+
+
+def built_drive(
+    names: Names,
+    load: Chamber,
+    chamber: PressureData,
+    bodies: tuple[Body, ...],
+    points: np.ndarray,
+    mass: np.ndarray,
+    is_free: np.ndarray,
+    keys: Keys,
+) -> Drive:
+    """What drives a chamber whose nodes rest at `points`."""
+    if isinstance(load, scene_loads.FollowerPressure):
+        profile = pressure_profile(load.profile)
+        return GivenPressure(profile, profile.reduced(load.factor, load.offset))
+    volume = chamber.volume(points)
+    profile = rising_profile(load.profile)
+    if isinstance(load, scene_loads.AddedGas):
+        side = load.dead_volume - load.excluded_volume
+        if volume + side <= 0.0:
+            raise names.loaded.error(
+                keys,
+                f"the chamber holds {volume * 1e6:.4g} ml, of which "
+                f"{load.excluded_volume * 1e6:.4g} ml are excluded, and the dead volume is "
+                f"{load.dead_volume * 1e6:.4g} ml: nothing is left for the gas",
+                "give the dead volume of the line, or a smaller excluded_volume",
+            )
+        specific_energy = load.gas_constant * load.temperature
+        return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
+    if volume <= 0.0:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
+            "flat",
+            "name the facets of the body that the liquid wets",
+        )
+    return AddedVolume(
+        profile, volume, liquid_stiffness(chamber, volume, bodies, points, mass, is_free)
+    )
+
+
+def liquid_stiffness(
+    chamber: PressureData,
+    volume: float,
+    bodies: tuple[Body, ...],
+    points: np.ndarray,
+    mass: np.ndarray,
+    is_free: np.ndarray,
+) -> float:
+    """Bulk modulus [Pa] of a liquid that adds LIQUID_SHARE to the largest omega^2 at rest."""
+    stiffest = max(float(element_frequencies(b, points[b.nodes]).max()) for b in bodies)
+    gradient = np.zeros_like(points)
+    np.add.at(gradient, chamber.facets, chamber.geometry.volume_gradient(points, chamber.facets))
+    inverse_mass = np.where(is_free, 1.0 / np.maximum(mass, 1e-30)[:, None], 0.0)
+    return LIQUID_SHARE * stiffest * volume / float((gradient**2 * inverse_mass).sum())
+
+
+def rotors(names: Names) -> tuple[RotorLoad, ...]:
+    """Motors and sinusoidal forces on rigid bodies."""
+    result = []
+    for name, load in names.scene.loads.items():
+        keys = ("loads", name)
+        if isinstance(load, scene_loads.EccentricMass):
+            rotor: RotorData = eccentric_mass(
+                load.factor * load.eccentric_mass, load.radius, load.frequency,
+                load.rotation_axis, load.spin_up, load.phase, names.dimension,
+            )  # fmt: skip
+        elif isinstance(load, scene_loads.SinusoidalForce):
+            direction = names.vector(load.direction, (*keys, "direction"))
+            rotor = sinusoidal_force(
+                load.amplitude, direction, load.frequency, load.spin_up, load.phase
+            )
+        else:
+            continue
+        if names.scene.time.procedure == "static":
+            raise names.loaded.error(
+                keys,
+                f"'{name}' vibrates: a static procedure seeks an equilibrium and finds none",
+                "leave the motor out, or write time.procedure: dynamic",
+            )
+        result.append(RotorLoad(names.rigid_number(load.acts_on, (*keys, "acts_on")), rotor))
+    return tuple(result)
+
+
+def nodal_loads(names: Names, is_free: np.ndarray) -> tuple[NodalLoad, ...]:
+    """Forces on node sets."""
+    result = []
+    for name, load in names.scene.loads.items():
+        if isinstance(load, scene_loads.NodalForce):
+            keys = ("loads", name)
+            nodes = names.node_set(load.nodes, (*keys, "nodes"))
+            if not is_free[nodes].any(axis=1).all():
+                raise names.loaded.error(
+                    (*keys, "nodes"),
+                    f"a node of '{load.nodes}' is fixed or tied: a force on it moves nothing",
+                    "load free nodes, or put the load on the rigid body",
+                )
+            force = names.vector(load.force, (*keys, "force"))
+            result.append(NodalLoad(nodes, force, smooth_rise(load.ramp)))
+    return tuple(result)
+
+
+def rigid_loads(names: Names) -> tuple[RigidLoad, ...]:
+    """Forces on rigid bodies."""
+    result = []
+    for name, load in names.scene.loads.items():
+        if isinstance(load, scene_loads.RigidForce):
+            keys = ("loads", name)
+            body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+            force = names.vector(load.force, (*keys, "force"))
+            result.append(RigidLoad(body, force, smooth_rise(load.ramp)))
+    return tuple(result)

@@ -1,0 +1,126 @@
+"""What names in a scene stand for: node sets, facet sets, rigid bodies; vectors of its space."""
+
+import difflib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.elements.geometry import Geometry
+from softsim.mesh.mesh import Mesh
+from softsim.scene.loading import LoadedScene
+from softsim.scene.schema import Scene
+from softsim.scene.tree import Keys
+
+
+@dataclass(frozen=True)
+class MeshedBody:
+    """A body's mesh, placed, where its nodes begin, its kinematics, remarks on its file."""
+
+    mesh: Mesh
+    first_node: int
+    geometry: Geometry
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Names:
+    """Looks up what a scene's names mean; SceneError, at the key, where they mean nothing."""
+
+    loaded: LoadedScene
+    bodies: Mapping[str, MeshedBody]
+
+    @property
+    def scene(self) -> Scene:
+        """The validated scene."""
+        return self.loaded.scene
+
+    @property
+    def geometry(self) -> Geometry:
+        """Kinematics of the first body; the others have the same formulation."""
+        return next(iter(self.bodies.values())).geometry
+
+    @property
+    def dimension(self) -> int:
+        """Coordinates of a node: 2 or 3."""
+        return self.geometry.dimension
+
+    def vector(self, components: Sequence[float], keys: Keys) -> np.ndarray:
+        """A vector (d,) of the model's space; a z that is left out is zero."""
+        if len(components) > self.dimension:
+            raise self.loaded.error(
+                keys,
+                f"has {len(components)} components; this model has {self.dimension}",
+                "bodies of formulation solid live in space, the others in the x-y plane",
+            )
+        return np.array([*components, *[0.0] * (self.dimension - len(components))], dtype=float)
+
+    def axis(self, letter: str, keys: Keys) -> int:
+        """The number of the direction x, y or z."""
+        number = "xyz".index(letter)
+        if number >= self.dimension:
+            raise self.loaded.error(
+                keys,
+                f"there is no direction {letter} in a model of {self.dimension} dimensions",
+                "bodies of formulation solid live in space, the others in the x-y plane",
+            )
+        return number
+
+    def body(self, reference: str, keys: Keys) -> tuple[str, str]:
+        """Body and set of "body.set"."""
+        body, dot, name = reference.partition(".")
+        if not dot or body not in self.bodies:
+            raise self.loaded.error(
+                keys,
+                f"'{reference}' names no set of a body",
+                f'write body.set, such as "{next(iter(self.bodies))}.surface"; '
+                f"bodies: {', '.join(self.bodies)}",
+            )
+        return body, name
+
+    def node_set(self, reference: str, keys: Keys) -> np.ndarray:
+        """Nodes of "body.set", numbered within the model."""
+        body, name = self.body(reference, keys)
+        part = self.bodies[body]
+        return part.first_node + self._member(part.mesh.node_sets, reference, name, keys, "node")
+
+    def facet_set(self, reference: str, keys: Keys) -> np.ndarray:
+        """Facets of "body.set", numbered within the model."""
+        body, name = self.body(reference, keys)
+        part = self.bodies[body]
+        return part.first_node + self._member(part.mesh.facet_sets, reference, name, keys, "facet")
+
+    def _member(
+        self, sets: Mapping[str, np.ndarray], reference: str, name: str, keys: Keys, kind: str
+    ) -> np.ndarray:
+        if name not in sets:
+            raise self.loaded.error(
+                keys,
+                f"there is no {kind} set '{reference}'",
+                close_names(name, list(sets), f"{kind} sets"),
+            )
+        return sets[name]
+
+    def rigid_number(self, name: str, keys: Keys) -> int:
+        """Number of a rigid body."""
+        names = list(self.scene.rigid_bodies)
+        if name not in names:
+            raise self.loaded.error(
+                keys,
+                f"there is no rigid body '{name}'",
+                close_names(name, names, "rigid bodies"),
+            )
+        return names.index(name)
+
+
+def close_names(name: str, known: list[str], kind: str) -> str:
+    """A hint: the names that `name` may mean, and all there are."""
+    close = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    listed = ", ".join(known) if known else "none"
+    meant = f"did you mean {' or '.join(repr(c) for c in close)}? " if close else ""
+    return f"{meant}{kind}: {listed}"
+
+
+def in_mm(place: np.ndarray) -> str:
+    """A place [m] as people read it."""
+    return "(" + ", ".join(f"{c * 1e3:.2f}" for c in place) + ") mm"

@@ -1,0 +1,35 @@
+"""Profiles over time from what a scene says of them."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from softsim.loads import profile as profiles
+from softsim.loads.profile import Profile
+from softsim.scene.profiles import PressureProfile, Ramp, Table
+
+CURVES: dict[str, Callable[..., Profile]] = {
+    "cycles": profiles.cycles,
+    "natural_deflation": profiles.natural_deflation,
+    "constant": profiles.constant,
+}
+
+
+def pressure_profile(data: PressureProfile) -> Profile:
+    """The profile [Pa over s] that a scene describes."""
+    if isinstance(data, Table):
+        return table_profile(data)
+    return CURVES[data.kind](**data.model_dump(exclude={"kind"}))
+
+
+def rising_profile(data: Ramp[Any] | Table[Any]) -> Profile:
+    """A ramp or a table of any quantity, over time [s]."""
+    if isinstance(data, Table):
+        return table_profile(data)
+    return profiles.constant(data.value, data.duration)
+
+
+def table_profile(data: Table[Any]) -> Profile:
+    """The points of a table."""
+    return Profile(*np.array(data.points, dtype=float).T)

@@ -1,0 +1,171 @@
+"""Rigid bodies, the nodes tied to them, and their outlines."""
+
+import numpy as np
+
+from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
+from softsim.builder.names import Names, in_mm
+from softsim.elements.geometry import Axisymmetric
+from softsim.model import BallShape, CylinderShape, OutlineData
+from softsim.rigid.body import RigidBodyData
+from softsim.scene.bodies import BallOutline, RigidBody
+
+# Of a model of each kind, in the order x, y, z, rotations about x, y, z.
+PLANE_FREEDOM = (True, True, False, False, False, True)
+AXIAL_FREEDOM = (False, True, False, False, False, False)
+SPACE_FREEDOM = (True, True, True, True, True, True)
+DIRECTIONS = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
+
+# Points that stand for a round outline where it meets a wall.
+POINTS_AROUND = 24
+
+
+def model_freedom(names: Names) -> tuple[bool, ...]:
+    """The degrees of freedom that a rigid body has in this kind of model."""
+    if names.dimension == 3:
+        return SPACE_FREEDOM
+    return AXIAL_FREEDOM if isinstance(names.geometry, Axisymmetric) else PLANE_FREEDOM
+
+
+def freedom(names: Names, name: str) -> tuple[bool, ...]:
+    """Which degrees of freedom of a rigid body may move."""
+    possible = model_freedom(names)
+    asked = names.scene.rigid_bodies[name].free
+    if asked is None:
+        return possible
+    turns = ("rotation_x", "rotation_y", "rotation_z")
+    named = [d for word in asked for d in (turns if word == "rotation" else (word,))]
+    for k, word in enumerate(asked):
+        wanted = turns if word == "rotation" else (word,)
+        if not any(possible[DIRECTIONS.index(d)] for d in wanted):
+            there = ", ".join(d for d, yes in zip(DIRECTIONS, possible, strict=True) if yes)
+            raise names.loaded.error(
+                ("rigid_bodies", name, "free", k),
+                f"'{name}' cannot move in {word} in this kind of model",
+                f"here a rigid body has: {there}",
+            )
+    return tuple(d in named and yes for d, yes in zip(DIRECTIONS, possible, strict=True))
+
+
+def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
+    """Soft nodes tied to each rigid body; a node belongs to one body and is not fixed."""
+    taken = np.logical_not(is_free.all(axis=1))
+    if isinstance(names.geometry, Axisymmetric):
+        taken = np.logical_not(is_free[:, 1])  # nodes on the axis are held across it
+    result = []
+    for name, data in names.scene.rigid_bodies.items():
+        nodes = np.zeros(0, dtype=int)
+        for k, reference in enumerate(data.tied):
+            keys = ("rigid_bodies", name, "tied", k)
+            chosen = names.node_set(reference, keys)
+            if taken[chosen].any():
+                raise names.loaded.error(
+                    keys,
+                    f"a node of '{reference}' is already fixed or tied to another rigid body",
+                    "a node follows one master only",
+                )
+            nodes = np.union1d(nodes, chosen)
+        taken[nodes] = True
+        result.append(nodes)
+    return result
+
+
+def rigid_body(names: Names, name: str, tied: np.ndarray) -> RigidBodyData:
+    """One rigid body; `tied`: its soft nodes and the corners of its outline."""
+    data = names.scene.rigid_bodies[name]
+    keys = ("rigid_bodies", name)
+    free = freedom(names, name)
+    velocity = names.vector(data.initial_velocity, (*keys, "initial_velocity"))
+    started = dict(zip(DIRECTIONS, velocity, strict=False))
+    started["rotation_z"] = data.initial_angular_velocity
+    for direction, speed in started.items():
+        if speed != 0.0 and not free[DIRECTIONS.index(direction)]:
+            turning = direction.startswith("rotation")
+            raise names.loaded.error(
+                (*keys, "initial_angular_velocity" if turning else "initial_velocity"),
+                f"'{name}' starts to move in {direction}, which is not among its free directions",
+                f"add {direction} to rigid_bodies.{name}.free, or start it at rest",
+            )
+    return RigidBodyData(
+        name=name,
+        mass=data.mass,
+        inertia=np.diag(np.broadcast_to(np.asarray(data.inertia, dtype=float), 3)),
+        centre=names.vector(data.center, (*keys, "center")),
+        tied=tied,
+        velocity=velocity,
+        angular_velocity=np.array([0.0, 0.0, data.initial_angular_velocity]),
+        free=free,
+    )
+
+
+def outline_shape(names: Names, data: RigidBody) -> CylinderShape | BallShape:
+    """The shape of a rigid body's outline."""
+    outline = data.outline
+    if isinstance(outline, BallOutline):
+        return BallShape(outline.radius)
+    assert outline is not None
+    axis = 1 if isinstance(names.geometry, Axisymmetric) else 0
+    return CylinderShape(axis, 0.5 * outline.length, 0.5 * outline.height)
+
+
+def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
+    """Points (k, d) of all outlines that may touch walls, and the number of the body of each."""
+    points, owners = [np.zeros((0, names.dimension))], [np.zeros(0, dtype=int)]
+    for r, (name, data) in enumerate(names.scene.rigid_bodies.items()):
+        if data.outline is None:
+            continue
+        arms = shape_points(outline_shape(names, data), names.dimension)
+        if isinstance(names.geometry, Axisymmetric):
+            arms = arms[arms[:, 0] >= 0.0]
+        points.append(names.vector(data.center, ("rigid_bodies", name, "center")) + arms)
+        owners.append(np.full(len(arms), r))
+    return np.concatenate(points), np.concatenate(owners)
+
+
+def shape_points(shape: CylinderShape | BallShape, dimension: int) -> np.ndarray:
+    """Points (k, d) on an outline, relative to its centre: corners, or evenly around."""
+    around = 2.0 * np.pi * np.arange(POINTS_AROUND) / POINTS_AROUND
+    circle = np.stack([np.cos(around), np.sin(around)], axis=1)
+    if isinstance(shape, BallShape):
+        if dimension == 2:
+            return shape.radius * circle
+        turns = [[c, s * np.cos(a), s * np.sin(a)] for c, s in circle for a in around]
+        return shape.radius * np.unique(np.round(turns, 12), axis=0)
+    ends = shape.half_length * np.array([-1.0, 1.0])
+    if dimension == 3:
+        return np.array([[e, *(shape.radius * c)] for e in ends for c in circle])
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
+    half = np.full(2, shape.radius)
+    half[shape.axis] = shape.half_length
+    return corners * half
+
+
+def outlines(
+    names: Names,
+    points: np.ndarray,
+    stiffness: Stiffness,
+    tied: list[np.ndarray],
+) -> tuple[OutlineData, ...]:
+    """Outlines of all rigid bodies that have one, and what may lie against them."""
+    result = []
+    for r, (name, data) in enumerate(names.scene.rigid_bodies.items()):
+        if data.outline is None:
+            continue
+        keys = ("rigid_bodies", name, "supports")
+        sets = [names.node_set(s, (*keys, k)) for k, s in enumerate(data.supports)]
+        # Tied nodes move with the body and cannot lie against it.
+        nodes = np.setdiff1d(np.concatenate([np.zeros(0, dtype=int), *sets]), tied[r])
+        shape = outline_shape(names, data)
+        centre = names.vector(data.center, ("rigid_bodies", name, "center"))
+        support = None
+        if len(nodes):
+            support = stiffness.contact(nodes, data.support_friction_coefficient)
+            gaps = shape.gap(points[nodes] - centre)
+            if gaps.min() < -ALLOWED_PENETRATION:
+                raise names.loaded.error(
+                    keys,
+                    f"a node at {in_mm(points[nodes[gaps.argmin()]])} starts "
+                    f"{-gaps.min() * 1e3:.3g} mm inside the outline of '{name}'",
+                    "supports lie against the outline from outside: shrink it, or move the body",
+                )
+        result.append(OutlineData(r, shape, centre, support))
+    return tuple(result)

@@ -1,0 +1,103 @@
+"""Facets under pressure: the force of a unit pressure on their corners, and the volume they bound.
+
+One class a kind of facet. The force is the gradient of the volume, so a load built on it follows
+the deformation, does not depend on the time step, and on a closed surface adds up to nothing.
+Facets have the material to their left (an edge) or behind them (a triangle): the chamber is on the
+other side.
+"""
+
+import numpy as np
+import taichi as ti
+
+from softsim.nodes import Nodes, index_field, real_field
+
+
+@ti.data_oriented
+class PlaneFacets:
+    """Edges (k, 2) of a section of given thickness [m]."""
+
+    corners = 2
+
+    def __init__(self, nodes: Nodes, facets: np.ndarray, thickness: float) -> None:
+        self.nodes, self.count = nodes, len(facets)
+        self.thickness = real_field(np.array([thickness]))
+        self.node = index_field(facets)
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces (corner, component) of a pressure of 1 Pa on facet i [m^2]: half of
+        h (-dy, dx) on each end.
+        """
+        d = self.nodes.position[s, self.node[i, 1]] - self.nodes.position[s, self.node[i, 0]]
+        half = 0.5 * self.thickness[0]
+        return ti.Matrix([[-half * d[1], half * d[0]], [-half * d[1], half * d[0]]])
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3], seen from the origin."""
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        return 0.5 * self.thickness[0] * (a[1] * b[0] - a[0] * b[1])
+
+
+@ti.data_oriented
+class RevolvedFacets:
+    """Edges (k, 2) of a half section, revolved about the y axis: frustums of cones."""
+
+    corners = 2
+
+    def __init__(self, nodes: Nodes, facets: np.ndarray) -> None:
+        self.nodes, self.count = nodes, len(facets)
+        self.node = index_field(facets)
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces of a pressure of 1 Pa on facet i, whole rings [m^2]: the gradient of `volume`."""
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        third = ti.math.pi / 3.0
+        rise = a[1] - b[1]
+        square = third * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0])
+        return ti.Matrix(
+            [
+                [third * (2.0 * a[0] + b[0]) * rise, square],
+                [third * (a[0] + 2.0 * b[0]) * rise, -square],
+            ]
+        )
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3]: the frustum down to the axis."""
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        return ti.math.pi / 3.0 * (a[1] - b[1]) * (a[0] * a[0] + a[0] * b[0] + b[0] * b[0])
+
+
+@ti.data_oriented
+class TriangleFacets:
+    """Triangles (k, 3) in space, outward normal of the material by the right-hand rule."""
+
+    corners = 3
+
+    def __init__(self, nodes: Nodes, facets: np.ndarray) -> None:
+        self.nodes, self.count = nodes, len(facets)
+        self.node = index_field(facets)
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces of a pressure of 1 Pa on facet i [m^2]: a third of its area, against its normal,
+        on each corner.
+        """
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        c = self.nodes.position[s, self.node[i, 2]]
+        f = (c - a).cross(b - a) / 6.0
+        return ti.Matrix([[f[0], f[1], f[2]], [f[0], f[1], f[2]], [f[0], f[1], f[2]]])
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3]: the cone from the origin."""
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        c = self.nodes.position[s, self.node[i, 2]]
+        return a.dot(c.cross(b)) / 6.0

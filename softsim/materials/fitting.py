@@ -1,0 +1,141 @@
+"""Constants of a law from a uniaxial tensile test, by linear least squares.
+
+The stress that is fitted is the nominal one of the incompressible solid,
+P = 2 (l - l^-2) dW/dI1 with I1 = l^2 + 2/l and l = 1 + strain (Holzapfel 2000, Nonlinear Solid
+Mechanics, section 6.5; Yeoh 1993, Rubber Chem. Technol. 66:754-771). It is linear in the constants
+of every law of `softsim.materials.laws`, so the best ones are found without a start value.
+
+The toe. A strain taken from the crosshead's travel has 1 to 2 % of slack in it, seen as a curve
+that starts late. It is not taken out: the initial tangent of the reference curves (Dragon Skin,
+Ecoflex) meets the axis at a strain of 0 to 5 %, depending on the window it is drawn through, so
+it does not tell the slack. Points below `min_strain` are left out instead, since their relative
+error is the toe's. What remains: for each 1 % of slack C10 comes out 1 to 3 % too small.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.errors import MaterialError
+from softsim.materials.laws import Law
+from softsim.materials.modes import UNIAXIAL
+from softsim.materials.tensile import TensileTest
+
+MIN_STRAIN = 0.1
+"""Strain below which a test from crosshead travel shows its slack rather than its material."""
+
+FEWEST_POINTS = 8
+"""Points that a fit needs: with fewer, the residual says nothing."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A law fitted to a test, and how well.
+
+    law: with its constants [Pa]; min_strain, max_strain: engineering strains [-] of the range, and
+    points: measured in it; residual: root mean square [Pa] over the strain; relative_residual: that
+    over the root mean square of the stress [-]; worst_error: largest |fitted - measured| /
+    measured stress [-], at worst_strain; r_squared: coefficient of determination [-].
+    """
+
+    law: Law
+    min_strain: float
+    max_strain: float
+    points: int
+    residual: float
+    relative_residual: float
+    worst_error: float
+    worst_strain: float
+    r_squared: float
+
+
+def fit_law(
+    test: TensileTest,
+    law: Callable[..., Law],
+    max_strain: float,
+    min_strain: float = MIN_STRAIN,
+    terms: int | None = None,
+) -> Fit:
+    """Fit `law` to the first loading of `test` between two engineering strains.
+
+    law: makes the law from its constants, a value of `LAWS`; terms: how many of its constants are
+    fitted, the later ones stay 0; None for all. A Yeoh law of two terms is often the better choice:
+    the third one of a silicone tends to be negative, and makes the stress fall beyond the range.
+    Each point counts by the strain it stands for, so that a densely sampled part has no more say.
+
+    Raises
+    ------
+    MaterialError: an empty range or one with too few points, a stress in it that does not pull, a
+    wrong number of terms, C10 <= 0.
+    """
+    terms = _checked_terms(law, terms)
+    chosen = _in_range(test, min_strain, max_strain)
+    stretch = 1.0 + chosen.strain
+    columns = np.stack(
+        [UNIAXIAL.nominal_stress(law(*unit), stretch) for unit in np.eye(terms)], axis=1
+    )
+    # The columns differ by powers of I1 - 3: of a common size, none is lost to rounding.
+    size = np.linalg.norm(columns, axis=0)
+    weight = _strain_shares(chosen.strain)
+    root = np.sqrt(weight)
+    solution, *_ = np.linalg.lstsq(columns / size * root[:, None], chosen.stress * root, rcond=None)
+    constants = [float(c) for c in solution / size]
+    if constants[0] <= 0.0:
+        raise MaterialError(
+            f"the fit between strains of {min_strain:g} and {max_strain:g} gives "
+            f"C10 = {constants[0]:.3g} Pa: a law needs C10 > 0",
+            hint="fit a smaller range (--max-strain), leave out more of the toe (--min-strain), "
+            "or fit fewer constants (--terms)",
+        )
+    error = columns @ constants - chosen.stress
+    relative = np.abs(error) / chosen.stress
+    worst = int(np.argmax(relative))
+    square = float(weight @ error**2)
+    spread = chosen.stress - weight @ chosen.stress
+    return Fit(
+        law=law(*constants),
+        min_strain=min_strain,
+        max_strain=min(max_strain, float(test.first_loading().strain[-1])),
+        points=len(chosen.strain),
+        residual=square**0.5,
+        relative_residual=(square / float(weight @ chosen.stress**2)) ** 0.5,
+        worst_error=float(relative[worst]),
+        worst_strain=float(chosen.strain[worst]),
+        r_squared=1.0 - square / float(weight @ spread**2),
+    )
+
+
+def _checked_terms(law: Callable[..., Law], terms: int | None) -> int:
+    most = len(law(1.0).constants)
+    if terms is not None and not 1 <= terms <= most:
+        raise MaterialError(f"{terms} terms: this law has {most}", hint=f"give 1 to {most}")
+    return most if terms is None else terms
+
+
+def _in_range(test: TensileTest, low: float, high: float) -> TensileTest:
+    """The points of first loading that are fitted, or a MaterialError."""
+    loading = test.first_loading()
+    where = f"{test.source or test.title}: between strains of {low:g} and {high:g}"
+    inside = (loading.strain > low) & (loading.strain <= high)
+    strain, stress = loading.strain[inside], loading.stress[inside]
+    if len(strain) < FEWEST_POINTS:
+        raise MaterialError(
+            f"{where} there are {len(strain)} points to fit, at least {FEWEST_POINTS} are due",
+            hint=f"the loading part has {len(loading.strain)} points, at strains of "
+            f"{loading.strain[0]:.3g} to {loading.strain[-1]:.3g} (1 is 100 %)",
+        )
+    if (stress <= 0.0).any():
+        at = strain[stress <= 0.0][0]
+        raise MaterialError(
+            f"{where} the stress at a strain of {at:.3g} is not positive",
+            hint="begin above it (--min-strain), or check the sign and the zero of the load cell",
+        )
+    return TensileTest(strain, stress, test.title, test.source)
+
+
+def _strain_shares(strain: np.ndarray) -> np.ndarray:
+    """Share of the range that each point stands for (trapezoidal rule): they add up to 1."""
+    steps = np.diff(strain)
+    shares = 0.5 * (np.r_[steps, 0.0] + np.r_[0.0, steps])
+    return shares / (strain[-1] - strain[0])

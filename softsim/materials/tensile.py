@@ -1,0 +1,212 @@
+"""Uniaxial tensile tests from text tables: engineering strain and engineering stress.
+
+The defaults read the files of the Soft Robotics Materials Database (Marechal et al., Soft
+Robotics, doi 10.1089/soro.2019.0115) as they are.
+"""
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from softsim import units
+from softsim.errors import Location, MaterialError
+
+STRAIN_COLUMN, STRESS_COLUMN = "Engineering Strain", "Engineering Stress"
+DELIMITERS = (";", ",", "\t")
+
+# A heading such as "Engineering Stress (MPa)" or "strain [%]".
+HEADING = re.compile(r"(?P<name>.*?)\s*[(\[](?P<unit>[^()\[\]]+)[)\]]")
+
+
+@dataclass(frozen=True, eq=False)
+class TensileTest:
+    """A pull in one direction.
+
+    strain: engineering strain [-], (points,); stress: engineering stress, force over undeformed
+    area [Pa], (points,); title: what was pulled; source: the file.
+    """
+
+    strain: np.ndarray
+    stress: np.ndarray
+    title: str
+    source: str = ""
+
+    def first_loading(self) -> "TensileTest":
+        """The part up to the largest stress, without points behind the largest strain so far.
+
+        So neither the failure is in it, nor unloading and reloading, nor a strain gauge's jitter.
+        """
+        end = int(np.argmax(self.stress)) + 1
+        strain, stress = self.strain[:end], self.stress[:end]
+        is_new = np.r_[True, strain[1:] > np.maximum.accumulate(strain)[:-1]]
+        return TensileTest(strain[is_new], stress[is_new], self.title, self.source)
+
+
+@dataclass(frozen=True)
+class _Text:
+    """The lines of a file, and refusals that show one of them."""
+
+    path: Path
+    lines: list[str]
+
+    def refusal(self, line: int, column: int, message: str, hint: str = "") -> MaterialError:
+        """An error with its place: `line` from 0, `column` from 1."""
+        place = Location(self.path, line + 1, column, self.lines[line])
+        return MaterialError("\n".join([f"{place}: {message}", *place.excerpt()]), hint)
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The line that names the columns: its index, how it is split, where the two columns are."""
+
+    line: int
+    delimiter: str
+    strain: int
+    stress: int
+    strain_unit: str | None
+    stress_unit: str | None
+
+    def column_of(self, text: str, cell: int) -> int:
+        """Column (from 1) at which a cell (from 0) of a line begins."""
+        return 1 + sum(len(before) + 1 for before in text.split(self.delimiter)[:cell])
+
+
+def read_tensile_test(
+    path: Path,
+    strain_column: str = STRAIN_COLUMN,
+    stress_column: str = STRESS_COLUMN,
+    stress_unit: str | None = None,
+    delimiter: str | None = None,
+) -> TensileTest:
+    """A tensile test from the text table in `path` (UTF-8 or latin-1).
+
+    Everything above the line that names both columns is skipped. A unit in brackets behind a name
+    needs not be given, and is read: strain in % becomes a ratio, and stress is converted to Pa.
+    `stress_unit` goes before it. Without `delimiter` the first of ; , tab that finds both columns
+    is taken. Where it is not a comma, a comma in a number is a decimal sign.
+
+    Raises
+    ------
+    MaterialError: no such file, no line with both columns, no or a wrong unit of stress, a cell
+    that is no number, no rows; with the line where there is one.
+    """
+    if delimiter == "":
+        raise MaterialError("the delimiter is empty", hint="give the sign between two cells")
+    text = _read(path)
+    header = _find_header(text, strain_column, stress_column, delimiter)
+    strain_factor = 0.01 if header.strain_unit == "%" else 1.0
+    stress_factor = _pascals(text, header, stress_unit)
+    rows = [
+        (_number(text, header, line, header.strain), _number(text, header, line, header.stress))
+        for line in range(header.line + 1, len(text.lines))
+        if text.lines[line].strip(f" {header.delimiter}\t")
+    ]
+    if not rows:
+        raise text.refusal(header.line, 1, "no rows follow below the names of the columns")
+    strain, stress = np.array(rows).T
+    title = path.stem.replace("_", " ")
+    return TensileTest(strain_factor * strain, stress_factor * stress, title, str(path))
+
+
+def _read(path: Path) -> _Text:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise MaterialError(
+            f"cannot read the tensile test {path}: {error.strerror or error}"
+        ) from error
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = content.decode("latin-1")
+    return _Text(path, text.splitlines())
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    return [cell.strip().strip('"') for cell in line.split(delimiter)]
+
+
+def _name_and_unit(heading: str) -> tuple[str, str | None]:
+    match = HEADING.fullmatch(heading)
+    return (match["name"], match["unit"].strip()) if match else (heading, None)
+
+
+def _find_column(cells: list[str], name: str) -> int | None:
+    """Index of the column with this heading, with or without its unit."""
+    for index, cell in enumerate(cells):
+        if name in (cell, _name_and_unit(cell)[0]):
+            return index
+    return None
+
+
+def _find_header(
+    text: _Text, strain_column: str, stress_column: str, delimiter: str | None
+) -> _Header:
+    refusal = MaterialError(
+        f"{text.path}: no line names the columns '{strain_column}' and '{stress_column}'",
+        hint="name them with --strain-column and --stress-column, and --delimiter if it is none "
+        "of ; , tab",
+    )
+    names_one = False
+    for line, content in enumerate(text.lines):
+        for one in DELIMITERS if delimiter is None else (delimiter,):
+            cells = _cells(content, one)
+            strain, stress = _find_column(cells, strain_column), _find_column(cells, stress_column)
+            if strain is not None and stress is not None:
+                found = [_name_and_unit(cells[column])[1] for column in (strain, stress)]
+                return _Header(line, one, strain, stress, *found)
+            if not names_one and (strain is None) != (stress is None):
+                names_one = True
+                missing = strain_column if strain is None else stress_column
+                refusal = _missing_column(text, line, cells, missing)
+    raise refusal
+
+
+def _missing_column(text: _Text, line: int, cells: list[str], missing: str) -> MaterialError:
+    close = difflib.get_close_matches(missing, cells, n=1)
+    known = ", ".join(f"'{cell}'" for cell in cells if cell)
+    return text.refusal(
+        line, 1, f"there is no column '{missing}'",
+        f"did you mean '{close[0]}'?" if close else f"the columns are {known}",
+    )  # fmt: skip
+
+
+def _pascals(text: _Text, header: _Header, given: str | None) -> float:
+    """How many pascals one unit of the stress column is."""
+    unit = header.stress_unit if given is None else given
+    problem = "the stress has no unit"
+    if unit is not None:
+        try:
+            return units.parse(f"1 {unit}", "Pa")
+        except ValueError as error:
+            problem = str(error)
+    if given is not None:
+        raise MaterialError(f"--stress-unit {given}: {problem}")
+    raise text.refusal(
+        header.line, header.column_of(text.lines[header.line], header.stress), problem,
+        "give it with --stress-unit, such as --stress-unit MPa",
+    )  # fmt: skip
+
+
+def _number(text: _Text, header: _Header, line: int, cell: int) -> float:
+    content = text.lines[line]
+    cells = _cells(content, header.delimiter)
+    if cell >= len(cells):
+        raise text.refusal(
+            line, 1, f"the row has {len(cells)} cells, a number is due in cell {cell + 1}"
+        )
+    number = cells[cell] if header.delimiter == "," else cells[cell].replace(",", ".")
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise text.refusal(
+            line, header.column_of(content, cell), f"'{cells[cell]}' is not a number",
+            "correct the row or delete it",
+        )  # fmt: skip
+    return value

@@ -1,0 +1,315 @@
+"""Bodies from ABAQUS input files (.inp): nodes, linear triangles or tetrahedra, sets, surfaces."""
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from softsim.errors import MeshError
+from softsim.mesh.abaqus_cards import Card, cards, fields
+from softsim.mesh.abaqus_elements import CORNERS, FACES, formulation, refusal
+from softsim.mesh.abaqus_sets import ASSEMBLY, BODY, Key, NamedSet, Sets, define
+from softsim.mesh.content import Content
+from softsim.mesh.mesh import boundary_facets, find_rows
+from softsim.mesh.quality import Labels
+
+_GENERATED = "write the nodes and elements out, as ABAQUS/CAE does when it writes an input file"
+_REFUSED = {
+    "INCLUDE": "put the text of the included file in its place",
+    "IMPORT": "write the nodes and elements into this file",
+    "PARAMETER": "write the values in the place of their names",
+    "SYSTEM": "give the coordinates of the nodes in the global system",
+    **dict.fromkeys(["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"], _GENERATED),
+}
+"""Keywords that change the body which the file describes -> what to do about them."""
+
+_SET_PARAMETERS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"}
+
+
+def read_abaqus(path: Path) -> Content:
+    """The body in an ABAQUS input file: flat, or one part with one instance where it was drawn.
+
+    Read are *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE; materials, steps and the like are
+    skipped. A surface of elements becomes a facet set, a surface of nodes a node set. What
+    ABAQUS/CAE marks INTERNAL only serves other sets and surfaces. Where part and assembly both
+    have a set of one name, the part's is called INSTANCE.NAME.
+
+    Raises MeshError, naming file and line, if the file cannot be read, has elements other than
+    CPE3, CPS3, CAX3, C3D4 (hybrid or not) or more than one of these, several parts or instances, a
+    moved instance, an empty set, a member that does not exist, or takes nodes from elsewhere.
+    """
+    deck = _Deck(path)
+    for card in cards(path):
+        deck.add(card)
+    return deck.content()
+
+
+class _Deck:
+    """What has been read so far. Names and labels are looked up at the end of the file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.scope = BODY
+        self.owners: dict[str, Card] = {}
+        self.coordinates: list[list[float]] = []
+        self.node_labels: list[int] = []
+        self.corners: list[list[int]] = []
+        self.corner_lines: list[int] = []
+        self.element_type = ("", 0)
+        self.nodes, self.elements = Sets("node"), Sets("element")
+        self.surfaces: dict[Key, NamedSet] = {}
+
+    def add(self, card: Card) -> None:
+        """Take in the next card of the file."""
+        match card.keyword:
+            case "NODE":
+                self._add_nodes(card)
+            case "ELEMENT":
+                self._add_elements(card)
+            case "NSET" | "ELSET":
+                card.allow(_SET_PARAMETERS)
+                sets = self.nodes if card.keyword == "NSET" else self.elements
+                define(sets.named, self.scope, card, card.keyword).cards.append((self.scope, card))
+            case "SURFACE":
+                self._add_surface(card)
+            case "PART" | "INSTANCE":
+                self._add_owner(card)
+            case "ASSEMBLY" | "END INSTANCE":
+                self.scope = ASSEMBLY
+            case "END ASSEMBLY" | "END PART":
+                self.scope = BODY
+            case keyword if keyword in _REFUSED:
+                raise card.fault(f"*{keyword} is not supported", hint=_REFUSED[keyword])
+
+    def _add_owner(self, card: Card) -> None:
+        """A part or an instance: from here on, the body's own nodes and sets."""
+        name = card.parameter("NAME")
+        before = self.owners.get(card.keyword)
+        if before is not None:
+            raise card.fault(
+                f"a second {card.keyword.lower()}, '{name}', beside '{before.parameter('NAME')}'",
+                hint="a mesh file holds one body: write a file for each",
+            )
+        for line, text in card.rows:
+            if any(card.real(value, line) for value in fields(text)):
+                raise card.fault(
+                    f"the instance '{name}' is moved away from where its part is drawn",
+                    hint="remove this line; the scene says where a body stands",
+                    line=line,
+                )
+        self.owners[card.keyword], self.scope = card, BODY
+        self.nodes.instance = self.elements.instance = name
+
+    def _add_nodes(self, card: Card) -> None:
+        card.allow({"NSET"})
+        known, before = self.nodes.numbers[self.scope], len(self.coordinates)
+        for line, text in card.rows:
+            row = fields(text)
+            label = card.integer(row[0], line, "node number")
+            if len(row) not in (3, 4):
+                raise card.fault(
+                    f"node {label} has {len(row) - 1} coordinates; 2 or 3 are needed", line=line
+                )
+            if label in known:
+                raise card.fault(f"node {label} is defined twice", line=line)
+            known[label] = len(self.coordinates)
+            place = [card.real(value, line) for value in row[1:]]
+            self.coordinates.append(place if len(place) == 3 else [*place, 0.0])
+            self.node_labels.append(label)
+        self._collect(self.nodes, card, "NSET", range(before, len(self.coordinates)))
+
+    def _add_elements(self, card: Card) -> None:
+        count = self._corner_count(card)
+        card.allow({"TYPE", "ELSET"})
+        known, before = self.elements.numbers[BODY], len(self.corners)
+        for line, row in _element_rows(card, count + 1):
+            label = card.integer(row[0], line, "element number")
+            if len(row) != count + 1:
+                raise card.fault(
+                    f"element {label} has {len(row) - 1} nodes; {card.parameter('TYPE')} has "
+                    f"{count}",
+                    line=line,
+                )
+            if label in known:
+                raise card.fault(f"element {label} is defined twice", line=line)
+            known[label] = len(self.corners)
+            self.corners.append([card.integer(node, line, "node number") for node in row[1:]])
+            self.corner_lines.append(line)
+        self._collect(self.elements, card, "ELSET", range(before, len(self.corners)))
+
+    def _collect(self, sets: Sets, card: Card, parameter: str, members: range) -> None:
+        """Put what a card has defined into the set that it names, if it does."""
+        if parameter in card.parameters:
+            found = define(sets.named, self.scope, card, parameter)
+            found.cards.append((self.scope, card))
+            found.members.extend(members)
+
+    def _corner_count(self, card: Card) -> int:
+        """Nodes of the card's elements, whose type must be that of all the others."""
+        written = card.parameter("TYPE").upper()
+        kind = formulation(written)
+        if not kind:
+            raise card.fault(*refusal(written))
+        if self.scope == ASSEMBLY:
+            raise card.fault(
+                "elements of the assembly itself", hint="put them between *PART and *END PART"
+            )
+        first, line = self.element_type
+        if first and CORNERS[first] != CORNERS[kind]:
+            raise card.fault(
+                f"mixed dimensions: elements of type {written} beside {first} (line {line})",
+                hint="a body is either plane or solid: write a file for each",
+            )
+        if first and first != kind:
+            raise card.fault(
+                f"mixed formulations: elements of type {written} beside {first} (line {line})",
+                hint=f"give all elements of the body the type {first}, or all {kind}",
+            )
+        self.element_type = (kind, line or card.line)
+        return CORNERS[kind]
+
+    def _add_surface(self, card: Card) -> None:
+        card.allow({"NAME", "TYPE", "INTERNAL"})
+        surface = define(self.surfaces, self.scope, card, "NAME")
+        if surface.cards:
+            raise card.fault(
+                f"the surface '{surface.name}' is defined twice, first in line "
+                f"{surface.cards[0][1].line}"
+            )
+        if _surface_type(card) not in ("ELEMENT", "NODE"):
+            raise card.fault(
+                f"the surface '{surface.name}' has TYPE={_surface_type(card)}",
+                hint="a surface of the body has TYPE=ELEMENT or TYPE=NODE",
+            )
+        surface.cards.append((self.scope, card))
+
+    def content(self) -> Content:
+        """All that has been read, with the members of sets and surfaces looked up.
+
+        Raises MeshError as `read_abaqus` does.
+        """
+        if not self.corners:
+            raise MeshError(
+                f"{self.path}: holds no elements", hint="a body is made of " + ", ".join(CORNERS)
+            )
+        cells = self._cells()
+        for found in self.nodes.named.values():
+            self._add_nodes_of_elements(found, cells)
+        sets_of_assembly = _names_in_assembly(self.nodes.named, self.elements.named)
+        node_sets, cell_sets = (
+            {
+                self._full_name(key, found, sets_of_assembly): sets.members(key)
+                for key, found in sets.named.items()
+                if not found.internal
+            }
+            for sets in (self.nodes, self.elements)
+        )
+        facet_sets = {}
+        surfaces_of_assembly = _names_in_assembly(self.surfaces)
+        for key, surface in self.surfaces.items():
+            if surface.internal:
+                continue
+            name = self._full_name(key, surface, surfaces_of_assembly)
+            scope, card = surface.cards[0]
+            if not card.rows:
+                raise card.fault(f"the surface '{name}' is empty")
+            if _surface_type(card) == "ELEMENT":
+                facet_sets[name] = self._facets(scope, card, cells)
+            elif name in node_sets:
+                raise card.fault(f"'{name}' is both a node set and a surface of nodes: rename one")
+            else:
+                node_sets[name] = self._surface_nodes(scope, card)
+        return Content(
+            points=np.array(self.coordinates),
+            cells=cells,
+            node_sets=node_sets,
+            facet_sets=facet_sets,
+            cell_sets=cell_sets,
+            element_type=self.element_type[0],
+            labels=Labels(np.array(self.node_labels), np.array(list(self.elements.numbers[BODY]))),
+        )
+
+    def _cells(self) -> np.ndarray:
+        known = self.nodes.numbers[BODY]
+        cells = np.array([[known.get(node, -1) for node in nodes] for nodes in self.corners])
+        missing = np.argwhere(cells < 0)
+        if len(missing):
+            element, corner = missing[0]
+            label = list(self.elements.numbers[BODY])[element]
+            raise MeshError(
+                f"{self.path}:{self.corner_lines[element]}: element {label} has the node "
+                f"{self.corners[element][corner]}, which does not exist"
+            )
+        return cells
+
+    def _add_nodes_of_elements(self, found: NamedSet, cells: np.ndarray) -> None:
+        """Resolve *NSET, ELSET=: the nodes of all elements in a set."""
+        for scope, card in found.cards:
+            if card.keyword == "NSET" and "ELSET" in card.parameters:
+                chosen = self.elements.listed(scope, card, card.line, [card.parameter("ELSET")])
+                found.members.extend(cells[chosen].ravel().tolist())
+
+    def _full_name(self, key: Key, found: NamedSet, taken: set[str]) -> str:
+        scope, name = key
+        if scope == ASSEMBLY or name not in taken:
+            return found.name
+        return f"{self.nodes.instance}.{found.name}"
+
+    def _surface_nodes(self, scope: str, card: Card) -> np.ndarray:
+        # What stands behind a node or its set is an area.
+        rows = [self.nodes.listed(scope, card, line, fields(text)[:1]) for line, text in card.rows]
+        return np.unique(np.concatenate(rows))
+
+    def _facets(self, scope: str, card: Card, cells: np.ndarray) -> np.ndarray:
+        """Node numbers (k, 2 or 3) of the facets in a surface of elements."""
+        faces = FACES[cells.shape[1]]
+        parts = []
+        for line, text in card.rows:
+            owner, *face = fields(text)
+            # A row without elements means all of them.
+            listed = self.elements.listed(scope, card, line, [owner])
+            chosen = cells[listed] if owner else cells
+            if face:
+                names = [f"S{number + 1}" for number in range(len(faces))]
+                if face[0].upper() not in names:
+                    raise card.fault(
+                        f"'{face[0]}' is no face of an element {self.element_type[0]}",
+                        hint="its faces are " + ", ".join(names),
+                        line=line,
+                    )
+                parts.append(chosen[:, faces[names.index(face[0].upper())]])
+            else:
+                parts.append(_free_facets(chosen[:, faces].reshape(-1, faces.shape[1]), cells))
+        facets = np.concatenate(parts)
+        if not len(facets):
+            raise card.fault(
+                f"the surface '{card.parameter('NAME')}' is empty: its elements have no free face"
+            )
+        return facets
+
+
+def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:
+    """Line and fields of each element; a row that ends with a comma too early goes on."""
+    row: list[str] = []
+    for line, text in card.rows:
+        row += fields(text)
+        if text.endswith(",") and len(row) < length:
+            continue
+        yield line, row
+        row = []
+    if row:
+        yield card.rows[-1][0], row
+
+
+def _free_facets(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    boundary = np.sort(boundary_facets(cells), axis=1)
+    return facets[find_rows(np.sort(facets, axis=1), boundary) >= 0]
+
+
+def _surface_type(card: Card) -> str:
+    return card.parameters.get("TYPE", "ELEMENT").upper()
+
+
+def _names_in_assembly(*named: dict[Key, NamedSet]) -> set[str]:
+    return {name for scope, name in chain(*named) if scope == ASSEMBLY}

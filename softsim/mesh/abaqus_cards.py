@@ -1,0 +1,127 @@
+"""The text of an ABAQUS input file: keyword lines with their parameters and data rows."""
+
+import re
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from softsim.errors import MeshError
+
+# A comma with an even number of quotes behind it is outside any quotes.
+_OUTER_COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
+
+
+@dataclass(frozen=True)
+class Card:
+    """A keyword line and what stands below it.
+
+    keyword: upper case, without the star, single spaces. parameters: upper-case name -> value, ""
+    where there is none; values and rows as written. rows: (line number, text).
+    """
+
+    path: Path
+    line: int
+    keyword: str
+    parameters: dict[str, str]
+    rows: list[tuple[int, str]] = field(default_factory=list)
+
+    def fault(self, message: str, hint: str = "", line: int | None = None) -> MeshError:
+        """The error to raise about this card, or about one of its rows."""
+        return MeshError(f"{self.path}:{line or self.line}: {message}", hint=hint)
+
+    def parameter(self, name: str) -> str:
+        """The value of a parameter that must be there. Raises MeshError if it is not."""
+        value = self.parameters.get(name, "")
+        if not value:
+            raise self.fault(f"*{self.keyword} needs {name}=")
+        return value
+
+    def allow(self, names: Collection[str]) -> None:
+        """Raise MeshError if there is a parameter besides these: it would change the meaning."""
+        for name in self.parameters:
+            if name not in names:
+                raise self.fault(
+                    f"the parameter {name} of *{self.keyword} is not supported",
+                    hint="supported: " + ", ".join(sorted(names)),
+                )
+
+    def integer(self, text: str, line: int, what: str) -> int:
+        """The number in a field. Raises MeshError, saying `what` it should be."""
+        try:
+            return int(text)
+        except ValueError:
+            raise self.fault(f"'{text}' is no {what}", line=line) from None
+
+    def real(self, text: str, line: int) -> float:
+        """The number in a field, 0 if it is empty; Fortran's 1.5D-3 is one too."""
+        try:
+            return float(text.upper().replace("D", "E")) if text else 0.0
+        except ValueError:
+            raise self.fault(f"'{text}' is no number", line=line) from None
+
+
+def cards(path: Path) -> Iterator[Card]:
+    """The cards of a file, without comments and empty lines.
+
+    Raises MeshError if the file cannot be read or has data before the first keyword.
+    """
+    card: Card | None = None
+    keyword, first = "", 0
+    for line, text in _lines(path):
+        if text.startswith("*"):
+            if keyword:
+                card = _card(path, first, keyword)
+            if card:
+                yield card
+            card, keyword, first = None, text, line
+        elif keyword.endswith(","):
+            keyword += text
+        elif keyword:
+            card, keyword = _card(path, first, keyword), ""
+            card.rows.append((line, text))
+        elif card:
+            card.rows.append((line, text))
+        else:
+            raise MeshError(
+                f"{path}:{line}: data before the first keyword",
+                hint="an ABAQUS input file begins with a line such as *HEADING or *NODE",
+            )
+    if keyword:
+        card = _card(path, first, keyword)
+    if card:
+        yield card
+
+
+def fields(text: str) -> list[str]:
+    """The fields between commas, without blanks and quotes around them.
+
+    A comma at the end begins no further field.
+    """
+    if '"' in text:
+        parts = [part.replace('"', "").strip() for part in _OUTER_COMMA.split(text)]
+    else:
+        parts = [part.strip() for part in text.split(",")]
+    if len(parts) > 1 and not parts[-1]:
+        parts.pop()
+    return parts
+
+
+def _lines(path: Path) -> Iterator[tuple[int, str]]:
+    try:
+        # Headings and comments may be in any 8-bit encoding; nothing else is beyond ASCII.
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as fault:
+        raise MeshError(f"{path}: cannot be read ({fault.strerror})") from fault
+    for number, line in enumerate(text.split("\n"), start=1):
+        stripped = line.strip()
+        if stripped and not stripped.startswith("**"):
+            yield number, stripped
+
+
+def _card(path: Path, line: int, text: str) -> Card:
+    keyword, *rest = fields(text)
+    parameters = {}
+    for part in rest:
+        name, _, value = part.partition("=")
+        parameters[" ".join(name.upper().split())] = value.strip()
+    return Card(path, line, " ".join(keyword[1:].upper().split()), parameters)

@@ -1,0 +1,28 @@
+"""What a mesh file holds, whatever its format: the readers' result, not yet fit to compute with."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from softsim.mesh.quality import Labels
+
+
+@dataclass(frozen=True)
+class Content:
+    """Nodes, cells and sets as a file has them.
+
+    points: (n, 2) or (n, 3) in the file's unit of length; some may belong to no cell.
+    cells: (m, 3) triangles or (m, 4) tetrahedra, node numbers from 0 on; some may be inverted.
+    node_sets, cell_sets: name -> (k,) numbers.
+    facet_sets: name -> (k, 2) or (k, 3) node numbers, in any orientation.
+    element_type: ABAQUS's name for what the cells compute, "" where the file does not say.
+    labels: what the file calls its nodes and cells, None where it only counts them.
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    node_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    cell_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    element_type: str = ""
+    labels: Labels | None = None

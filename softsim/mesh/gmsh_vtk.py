@@ -1,0 +1,187 @@
+"""Bodies from gmsh .msh and VTK .vtu files. The only user of meshio."""
+
+import io
+from collections import defaultdict
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from softsim.errors import MeshError
+from softsim.mesh.content import Content
+
+if TYPE_CHECKING:
+    import meshio
+
+_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "tetra": 3}
+_FACET = {"triangle": "line", "tetra": "triangle"}
+
+_Group = dict[str, np.ndarray]
+"""Cell type -> numbers of the group's cells among all cells of that type."""
+
+
+def read_gmsh_vtk(path: Path) -> Content:
+    """The body in a mesh file: its tetrahedra if it has any, otherwise its triangles.
+
+    Sets are gmsh's physical groups, and in a .vtu file the arrays of whole numbers that say who is
+    a member: an array "tip" of zeros and ones, or what meshio makes of its sets, an array
+    "tip-root" of 0 (tip), 1 (root) and -1 (neither).
+
+    Raises MeshError if the file cannot be read, has cells other than linear triangles and
+    tetrahedra, triangles or lines apart from the body, or a set without members.
+    """
+    mesh = _meshio_mesh(path)
+    blocks = _blocks_by_type(mesh, path)
+    cell_type = "tetra" if "tetra" in blocks else "triangle"
+    cells = blocks[cell_type]
+    for kind in ("line", "triangle"):
+        _refuse_apart(mesh, kind, blocks, cell_type, path)
+    content = Content(mesh.points, cells)
+    for name, group in _groups(mesh, path).items():
+        others = []
+        for kind, members in group.items():
+            if kind == cell_type:
+                content.cell_sets[name] = members
+            elif kind == _FACET[cell_type]:
+                content.facet_sets[name] = blocks[kind][members]
+            else:
+                others.append(blocks[kind][members].ravel())
+        if others:
+            content.node_sets[name] = np.unique(np.concatenate(others))
+    for name, values in mesh.point_data.items():
+        for member_name, nodes in _members(name, values, path).items():
+            content.node_sets[member_name] = nodes
+    for name, nodes in mesh.point_sets.items():
+        content.node_sets[name] = np.asarray(nodes, dtype=np.int64)
+    return content
+
+
+def _meshio_mesh(path: Path) -> "meshio.Mesh":
+    import meshio  # takes longer to import than the rest of this package
+
+    said = io.StringIO()
+    try:
+        with redirect_stdout(said), redirect_stderr(io.StringIO()):
+            return meshio.read(path)
+    # meshio passes on whatever its parsers stumble over; when no parser is left it prints the
+    # cause and exits.
+    except (Exception, SystemExit) as fault:
+        cause = said.getvalue().strip() or f"{type(fault).__name__}: {fault}"
+        raise MeshError(
+            f"{path}: cannot be read as a mesh ({cause})",
+            hint="formats: gmsh .msh, VTK .vtu, ABAQUS .inp; otherwise the file is damaged",
+        ) from fault
+
+
+def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
+    """All cells of each type, (m, corners)."""
+    unknown = sorted({block.type for block in mesh.cells} - set(_DIMENSION))
+    if unknown:
+        raise MeshError(
+            f"{path}: cells of type {', '.join(unknown)}; only linear triangles and tetrahedra "
+            "are computed with",
+            hint="mesh with first-order triangles or tetrahedra",
+        )
+    parts: dict[str, list[np.ndarray]] = defaultdict(list)
+    for block in mesh.cells:
+        parts[block.type].append(np.asarray(block.data, dtype=np.int64))
+    if not {"triangle", "tetra"} & set(parts):
+        raise MeshError(
+            f"{path}: holds no triangles and no tetrahedra",
+            hint="in gmsh, a file with physical groups holds only what belongs to one",
+        )
+    return {kind: np.concatenate(blocks) for kind, blocks in parts.items()}
+
+
+def _refuse_apart(
+    mesh: "meshio.Mesh", kind: str, blocks: dict[str, np.ndarray], cell_type: str, path: Path
+) -> None:
+    """Refuse lines and triangles that lie neither on nor in the body: a body of their own."""
+    if kind == cell_type or kind not in blocks:
+        return
+    apart = np.flatnonzero(~np.isin(blocks[kind], blocks[cell_type]).all(axis=1))
+    if len(apart):
+        where = np.asarray(mesh.points)[blocks[kind][apart[0]]].mean(axis=0).tolist()
+        raise MeshError(
+            f"{path}: mixed dimensions: {kind} {apart[0]} at {where} has a node that belongs to "
+            f"no {cell_type} ({len(apart)} such cells)",
+            hint="leave out what is no part of the body, or write it to a file of its own",
+        )
+
+
+def _groups(mesh: "meshio.Mesh", path: Path) -> dict[str, _Group]:
+    """The named groups of cells."""
+    groups: dict[str, _Group] = defaultdict(dict)
+    starts = _block_starts(mesh)
+    for name, members in mesh.cell_sets.items():
+        if name.startswith("gmsh:"):  # meshio's own bookkeeping
+            continue
+        for block, start, chosen in zip(mesh.cells, starts, members, strict=True):
+            _add(groups[name], block.type, start, chosen)
+    tags = mesh.cell_data.get("gmsh:physical", [])
+    # Field data of a .vtu file are no groups, but the time and the like.
+    named_tags = mesh.field_data if tags else {}
+    for name, (tag, dimension) in named_tags.items():
+        if name in mesh.cell_sets:
+            continue
+        groups[name] = {}
+        for block, start, block_tags in zip(mesh.cells, starts, tags, strict=False):
+            if _DIMENSION[block.type] == dimension:
+                _add(groups[name], block.type, start, np.flatnonzero(block_tags == tag))
+    for name, values in mesh.cell_data.items():
+        if name.startswith("gmsh:"):
+            continue
+        kinds = np.repeat([block.type for block in mesh.cells], [len(v) for v in values])
+        numbers = np.concatenate(
+            [np.arange(s, s + len(v)) for s, v in zip(starts, values, strict=True)]
+        )
+        for member_name, chosen in _members(name, np.concatenate(values), path).items():
+            for kind in _DIMENSION:
+                of_kind = chosen[kinds[chosen] == kind]
+                _add(groups[member_name], kind, 0, numbers[of_kind])
+    for name, group in groups.items():
+        if not group:
+            raise _empty(name, path)
+    return dict(groups)
+
+
+def _members(name: str, values: np.ndarray, path: Path) -> dict[str, np.ndarray]:
+    """The sets that an array of data says, name -> positions; none if it says something else."""
+    values = np.asarray(values)
+    # VTK's own arrays, vtkGhostType and the like, are no sets.
+    if name.startswith("vtk") or values.size != len(values) or values.dtype.kind not in "iub":
+        return {}
+    values = values.ravel().astype(np.int64)
+    names = name.split("-")
+    if values.min() == -1 and values.max() < len(names):
+        sets = {part: np.flatnonzero(values == number) for number, part in enumerate(names)}
+    elif values.min() >= 0 and values.max() <= 1:
+        sets = {name: np.flatnonzero(values)}
+    else:
+        return {}
+    for part, chosen in sets.items():
+        if not len(chosen):
+            raise _empty(part, path)
+    return sets
+
+
+def _empty(name: str, path: Path) -> MeshError:
+    return MeshError(f"{path}: the set '{name}' is empty", hint="give it members or leave it out")
+
+
+def _block_starts(mesh: "meshio.Mesh") -> list[int]:
+    """Number of each block's first cell among all cells of its type."""
+    counted: dict[str, int] = defaultdict(int)
+    starts = []
+    for block in mesh.cells:
+        starts.append(counted[block.type])
+        counted[block.type] += len(block.data)
+    return starts
+
+
+def _add(group: _Group, kind: str, start: int, chosen: np.ndarray | None) -> None:
+    """Put a block's chosen cells into the group."""
+    if chosen is not None and len(chosen):
+        members = start + np.asarray(chosen, dtype=np.int64)
+        group[kind] = np.concatenate([group.get(kind, members[:0]), members])

@@ -1,0 +1,108 @@
+"""A law fitted to a tensile test: curves, numbers, and the lines for a scene."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from softsim.materials.fitting import Fit
+from softsim.materials.modes import UNIAXIAL
+from softsim.materials.stability import LARGEST_STRETCH, SMALLEST_STRETCH, instability_stretch
+from softsim.materials.tensile import TensileTest
+from softsim.report.style import BLUE, INK, ORANGE, QUIET, RED, WALL, drawing
+
+SHOWN_BEYOND = 1.6
+"""How far the curves are shown, in lengths of the fitted range."""
+
+HEADROOM = 1.15
+"""Top of the stress axis over the largest measured stress shown: the law may leave the figure."""
+
+ASSUMED_DENSITY = 1070
+"""Density of a silicone [kg/m^3], as the data sheets of Dragon Skin 10 and Ecoflex have it."""
+
+
+def draw_fit(test: TensileTest, fit: Fit, path: Path) -> None:
+    """Measured and fitted stress over strain, and the relative error in the range, as PNG.
+
+    The range of the fit is shaded; outside it the measured curve is grey and the fitted one
+    dashed. Raises OutputError if the disk refuses.
+    """
+    loading = test.first_loading()
+    shown = loading.strain <= SHOWN_BEYOND * fit.max_strain
+    strain, stress = loading.strain[shown], loading.stress[shown]
+    inside = (strain > fit.min_strain) & (strain <= fit.max_strain)
+    factor, unit = (1e-3, "kPa") if stress.max() < 1e6 else (1e-6, "MPa")
+    with drawing(path, height=4.4) as figure:
+        upper, lower = figure.subplots(2, sharex=True, height_ratios=[3, 1])
+        for axes in (upper, lower):
+            axes.axvspan(fit.min_strain * 100, fit.max_strain * 100, color=WALL, alpha=0.5, lw=0)
+        upper.plot(strain * 100, stress * factor, color=QUIET, alpha=0.6, label="measured")
+        upper.plot(
+            strain[inside] * 100, stress[inside] * factor, ".", color=ORANGE, markersize=4,
+            label="measured, in the range of the fit (shaded)",
+        )  # fmt: skip
+        _draw_law(upper, fit, float(strain[-1]), factor)
+        upper.set_ylim(min(0.0, stress.min() * factor), HEADROOM * stress.max() * factor)
+        upper.set_ylabel(f"engineering stress [{unit}]")
+        upper.set_title(f"{test.title}: {_constants(fit)}")
+        upper.legend(loc="upper left")
+        fitted = UNIAXIAL.nominal_stress(fit.law, 1.0 + strain[inside])
+        lower.plot(strain[inside] * 100, (fitted / stress[inside] - 1.0) * 100, color=RED)
+        lower.axhline(0.0, color=INK, linewidth=0.6)
+        lower.set_ylabel("relative\nerror [%]")
+        lower.set_xlabel("engineering strain [%]")
+        lower.set_xlim(0.0, float(strain[-1]) * 100)
+        figure.align_ylabels()
+
+
+def _draw_law(axes: Axes, fit: Fit, largest: float, factor: float) -> None:
+    strain = np.linspace(0.0, largest, 400)
+    stress = UNIAXIAL.nominal_stress(fit.law, 1.0 + strain) * factor
+    inside = (strain >= fit.min_strain) & (strain <= fit.max_strain)
+    axes.plot(strain[inside] * 100, stress[inside], color=BLUE, label="fitted")
+    axes.plot(strain * 100, stress, "--", color=BLUE, linewidth=1.0, label="fitted, beyond")
+
+
+def _constants(fit: Fit) -> str:
+    values = [f"{name} = {c / 1e3:#.3g} kPa" for name, c in vars(fit.law).items() if c]
+    return f"{type(fit.law).__name__}, {', '.join(values)}"
+
+
+def fit_rows(fit: Fit) -> list[tuple[str, str]]:
+    """The numbers of a fit as (name, text): range, constants, how well it fits, where it holds."""
+    rows = [
+        ("range", f"strain {fit.min_strain:.3g} to {fit.max_strain:.3g}, {fit.points} points"),
+        *((name, f"{c / 1e3:#.4g} kPa") for name, c in vars(fit.law).items()),
+        ("mu0", f"{fit.law.initial_shear_modulus / 1e3:#.4g} kPa"),
+        (
+            "residual",
+            f"{fit.residual / 1e3:.3g} kPa rms, {100 * fit.relative_residual:.2g} % of the stress, "
+            f"R^2 = {fit.r_squared:.5f}",
+        ),
+        ("worst error", f"{100 * fit.worst_error:.3g} % at a strain of {fit.worst_strain:.3g}"),
+    ]
+    for path, stretch in instability_stretch(fit.law).items():
+        end = SMALLEST_STRETCH if path == "compression" else LARGEST_STRETCH
+        is_stable = f"stable: the stress rises as far as a stretch of {end:g}"
+        rows.append(
+            (path, is_stable if stretch is None else f"UNSTABLE from a stretch of {stretch:.3g}")
+        )
+    return rows
+
+
+def scene_snippet(test: TensileTest, fit: Fit, law: str) -> str:
+    """The fitted material as it stands in a scene (YAML); `law` is the name scenes know it by."""
+    name = re.sub(r"\W+", "_", test.title.lower(), flags=re.ASCII).strip("_")
+    name = name if name[:1].isalpha() else f"material_{name}"
+    lines = [
+        "materials:",
+        f"  {name}:",
+        f"    law: {law}",
+        *(f"    {key}: {c / 1e3:#.3g} kPa" for key, c in vars(fit.law).items() if c),
+        f"    density: {ASSUMED_DENSITY} kg/m^3  # assumed, a tensile test does not tell it",
+        f"    strain_range: {fit.max_strain:.3g}",
+        f"    source: {json.dumps(f'fit to {test.source}, uniaxial', ensure_ascii=False)}",
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,61 @@
+"""Limits on dimensions that several bodies share, refused by the name of the parameter."""
+
+import math
+
+import numpy as np
+
+from softsim.errors import MeshError
+from softsim.robots.spike import Spike, thickness
+
+
+def check_positive(**lengths: float) -> None:
+    """Raise MeshError, naming the first of the lengths [m] that is not positive and finite."""
+    for name, length in lengths.items():
+        if not (math.isfinite(length) and length > 0):
+            raise MeshError(f"{name} is {1e3 * length:g} mm; it must be positive")
+
+
+def check_skin(inner_diameter: float, outer_diameter: float) -> None:
+    """Raise MeshError unless the outer diameter [m] leaves a skin around the inner one."""
+    if not outer_diameter > inner_diameter:
+        raise MeshError(
+            f"outer_diameter is {1e3 * outer_diameter:g} mm; "
+            f"more than inner_diameter, {1e3 * inner_diameter:g} mm, is needed"
+        )
+
+
+def check_rows(
+    what: str, count: int, pitch: float, root: float, free_length: float, element_size: float
+) -> None:
+    """Raise MeshError unless rows of spikes or rings stand on a skin with an element between.
+
+    what: "spike" or "ring". root: length [m] of a row's root along the skin, whose length is
+    free_length; pitch [m]: distance between the middles of the rows.
+    """
+    if count < 0:
+        raise MeshError(f"the number of {what} rows is {count}; it must be 0 or more")
+    if count > 1 and pitch < root + element_size:
+        raise MeshError(
+            f"{what}_pitch is {1e3 * pitch:.4g} mm and the {what}s overlap; a root and "
+            f"an element between them need at least {1e3 * (root + element_size):.4g} mm"
+        )
+    needed = (count - 1) * pitch + root + 2 * element_size
+    if count > 0 and free_length < needed:
+        raise MeshError(
+            f"free_length is {1e3 * free_length:.4g} mm; {count} rows of {what}s, "
+            f"and an element at each end, need at least {1e3 * needed:.4g} mm",
+            hint=f"lengthen the skin, or reduce {what}_pitch or the number of rows",
+        )
+
+
+def check_thickness(shape: Spike, height: float, element_size: float) -> None:
+    """Raise MeshError if a spike of this height [m] is thinner than element_size [m] anywhere."""
+    heights = np.linspace(0, height, 101)
+    across = thickness(shape, heights)
+    thinnest = int(np.argmin(across))
+    if across[thinnest] < element_size * (1 - 1e-9):
+        raise MeshError(
+            f"the spike is {1e3 * across[thinnest]:.4g} mm thick {1e3 * heights[thinnest]:.4g} mm "
+            f"above the skin; at least element_size, {1e3 * element_size:.4g} mm, is needed",
+            hint="increase root_thickness, tip_thickness or rear_radius, or reduce element_size",
+        )

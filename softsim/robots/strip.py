@@ -1,0 +1,118 @@
+"""The plane section of a skin with fins on its outside: spikes or rings."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from softsim.mesh.band import stacked_bands
+
+
+@dataclass(frozen=True)
+class Fin:
+    """A fin on a strip's outside: its root from column `start` to `end`, its lines above the root.
+
+    lines: points (k, 2) [m] of each line, in the direction of the strip, from root to tip.
+    """
+
+    start: int
+    end: int
+    lines: Sequence[np.ndarray]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip of triangles along x with its inner side on y = 0 and its fins upward.
+
+    points: (n, 2) [m]. skin_lines: node numbers from -x to +x of the skin's lines, from the inner
+    side to the outer one. fins: node numbers of each fin above the skin. skin_cells, fin_cells:
+    (m, 3) triangles.
+    """
+
+    points: np.ndarray
+    skin_lines: list[np.ndarray]
+    fins: list[np.ndarray]
+    skin_cells: np.ndarray
+    fin_cells: np.ndarray
+
+    @property
+    def cells(self) -> np.ndarray:
+        """All triangles (m, 3), those of the skin first."""
+        return np.concatenate([self.skin_cells, self.fin_cells])
+
+    def at_middle(self, nodes: np.ndarray) -> np.ndarray:
+        """Those of the nodes that lie on x = 0, where even columns place a node."""
+        x = self.points[:, 0]
+        return nodes[np.abs(x[nodes]) < 1e-9 * np.ptp(x)]
+
+
+def even_columns(stations: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Positions with an even number of equal steps of about `size` between neighbouring stations.
+
+    Returns the positions and where among them the stations lie. An even number puts a position
+    in the middle between two stations, and lets mirrored stations have mirrored cells.
+    """
+    steps = np.array([even(piece / size) for piece in np.diff(stations)])
+    ends = np.concatenate([[0], np.cumsum(steps)])
+    return np.interp(np.arange(ends[-1] + 1), ends, stations), ends
+
+
+def even(count: float) -> int:
+    """The even number nearest to a count, 2 or more."""
+    return 2 * max(1, math.floor(count / 2 + 0.5))
+
+
+def staggered(x: np.ndarray, count: int) -> list[np.ndarray]:
+    """`count` lines of positions of which the first is x and neighbours are half a cell apart.
+
+    Staggered rows have triangles of nearly equal sides, whose altitude is that of the row. The
+    midpoints next to the ends are left out: they would make small cells in the corners.
+    """
+    midpoints = (x[:-1] + x[1:]) / 2
+    between = np.concatenate([x[:1], midpoints[1:-1], x[-1:]])
+    return [x if line % 2 == 0 else between for line in range(count)]
+
+
+def finned_strip(x: np.ndarray, thickness: float, rows: int, fins: Sequence[Fin]) -> Strip:
+    """A skin of this thickness [m] with columns at x [m], and fins that stand on it.
+
+    rows: even number of rows of cells through the skin, for nodes at x on its inner side too.
+    """
+    skin = _rows(staggered(x, rows + 1), np.linspace(0, thickness, rows + 1))
+    blocks, skin_lines = list(skin), _node_lines(0, skin)
+    outer, first_free = skin_lines[-1], sum(map(len, skin))
+    stacks = []
+    for fin in fins:
+        above = _node_lines(first_free, fin.lines)
+        first_free += sum(map(len, above))
+        blocks += fin.lines
+        stacks.append([outer[fin.start : fin.end + 1], *above])
+    points = np.concatenate(blocks)
+    none = np.empty((0, 3), dtype=np.int64)
+    return Strip(
+        points=points,
+        skin_lines=skin_lines,
+        fins=[np.concatenate(stack[1:]) for stack in stacks],
+        skin_cells=stacked_bands(points, skin_lines),
+        fin_cells=np.concatenate([none, *(stacked_bands(points, stack) for stack in stacks)]),
+    )
+
+
+def upright(x: np.ndarray, low: float, high: float, rows: int) -> list[np.ndarray]:
+    """The lines above the root of a rectangular fin: columns at x, y from `low` to `high` [m]."""
+    return _rows(staggered(x, rows + 1), np.linspace(low, high, rows + 1))[1:]
+
+
+def _rows(lines: list[np.ndarray], heights: np.ndarray) -> list[np.ndarray]:
+    return [
+        np.column_stack([line, np.full(len(line), y)])
+        for line, y in zip(lines, heights, strict=True)
+    ]
+
+
+def _node_lines(first: int, lines: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Node numbers of lines of points, counted on from `first`."""
+    ends = first + np.cumsum([0, *map(len, lines)])
+    return [np.arange(start, end) for start, end in pairwise(ends)]

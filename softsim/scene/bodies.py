@@ -1,0 +1,123 @@
+"""Deformable and rigid bodies."""
+
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator
+
+from softsim.scene.meshes import MeshSource
+from softsim.scene.part import AT_REST, ORIGIN, Part
+from softsim.scene.quantities import (
+    Angle,
+    AngularVelocity,
+    Number,
+    Point,
+    PositiveInertia,
+    PositiveLength,
+    PositiveMass,
+    SetReference,
+    Text,
+    VelocityVector,
+    written,
+)
+
+Formulation = Literal["plane_strain", "axisymmetric", "solid"]
+Freedom = Literal["x", "y", "z", "rotation", "rotation_x", "rotation_y", "rotation_z"]
+
+
+class Body(Part):
+    """A deformable body."""
+
+    mesh: MeshSource = Field(description="From a generator, or from a file.")
+    formulation: Formulation = Field(
+        description="Kinematics of the elements: plane_strain and axisymmetric (x is the radius, y "
+        "the axis) take triangles, solid takes tetrahedra."
+    )
+    thickness: PositiveLength | None = Field(
+        default=None, validate_default=True, description="Depth of a plane_strain model."
+    )
+    material: Text = Field(description="A name of the scene's materials or of the library.")
+    position: Point = Field(default=ORIGIN, description="Where the mesh's origin is placed.")
+    rotation: Angle = Field(
+        default=written("0 deg"), description="Turn about the mesh's origin, before that."
+    )
+    initial_velocity: VelocityVector = Field(default=AT_REST, description="Of all its nodes.")
+    fixed: tuple[Text, ...] = Field(
+        default=(), description="Its node sets held in place, in every direction."
+    )
+
+    @field_validator("thickness")
+    @classmethod
+    def _only_a_section_is_thick(cls, value: float | None, info: ValidationInfo) -> float | None:
+        formulation = info.data.get("formulation")
+        if formulation == "plane_strain" and value is None:
+            raise ValueError("a plane_strain body needs a thickness")
+        if formulation in ("axisymmetric", "solid") and value is not None:
+            raise ValueError(f"has no meaning for a body that is {formulation}: leave it out")
+        return value
+
+
+class CylinderOutline(Part):
+    """A cylinder around a rigid body's centre, along x (along the axis y where the model is
+    axisymmetric); in a section a rectangle.
+    """
+
+    length: PositiveLength = Field(description="Along its axis.")
+    height: PositiveLength = Field(description="Its diameter.")
+
+
+class BallOutline(Part):
+    """A ball around a rigid body's centre; in a section a disc."""
+
+    radius: PositiveLength = Field(description="Its radius.")
+
+
+def _outline_kind(value: Any) -> str:
+    ball = "radius" in value if isinstance(value, dict) else isinstance(value, BallOutline)
+    return "ball" if ball else "cylinder"
+
+
+Outline = Annotated[
+    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
+        Annotated[CylinderOutline, Tag("cylinder")], Annotated[BallOutline, Tag("ball")]
+    ],
+    Discriminator(_outline_kind),
+]
+
+
+class RigidBody(Part):
+    """A rigid body with mass, inertia and three degrees of freedom, in space six."""
+
+    mass: PositiveMass = Field(description="Without the nodes tied to it.")
+    inertia: PositiveInertia | tuple[PositiveInertia, PositiveInertia, PositiveInertia] = Field(
+        description="About its centre, without tied nodes: about z, or in space about x, y and z "
+        "(one number there: the same about all)."
+    )
+    center: Point = Field(default=ORIGIN, description="Centre of mass.")
+    tied: tuple[SetReference, ...] = Field(
+        default=(), description='Node sets that move with it: "skin.knots".'
+    )
+    outline: Outline | None = Field(default=None, description="What touches walls.")
+    supports: tuple[SetReference, ...] = Field(
+        default=(), description="Node sets that may lie against the outline from outside."
+    )
+    support_friction_coefficient: Number = Field(
+        default=0.0, ge=0.0, description="Friction between those and the outline."
+    )
+    free: tuple[Freedom, ...] | None = Field(
+        default=None,
+        description="Degrees of freedom that may move; all that the model has by default. "
+        "rotation: in space about every axis; else rotation_x, rotation_y, rotation_z.",
+    )
+    initial_velocity: VelocityVector = Field(default=AT_REST, description="Of its centre.")
+    initial_angular_velocity: AngularVelocity = Field(
+        default=written("0 rad/s"), description="Turning speed, about z."
+    )
+
+    @field_validator("supports")
+    @classmethod
+    def _supports_need_an_outline(
+        cls, supports: tuple[str, ...], info: ValidationInfo
+    ) -> tuple[str, ...]:
+        if supports and info.data.get("outline") is None:
+            raise ValueError("need an outline to lie against: give outline too")
+        return supports

@@ -1,0 +1,157 @@
+"""Loads: pressure and chambers, motors, forces."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from softsim.scene.part import Part
+from softsim.scene.profiles import MassProfile, PressureProfile, VolumeProfile
+from softsim.scene.quantities import (
+    Angle,
+    Direction,
+    ForceVector,
+    NotNegativePressure,
+    NotNegativeTime,
+    NotNegativeVolume,
+    Number,
+    PositiveForce,
+    PositiveFrequency,
+    PositiveLength,
+    PositiveMass,
+    PositivePressure,
+    SetReference,
+    Text,
+    written,
+)
+
+
+class FollowerPressure(Part):
+    """Pressure on facets that follows the deformation."""
+
+    kind: Literal["follower_pressure"] = Field(description="Kind of load.")
+    facets: tuple[SetReference, ...] = Field(
+        min_length=1, description='Facet sets: "skin.chamber_top".'
+    )
+    reacts_on: Text | None = Field(
+        default=None, description="Rigid body that closes the chamber and feels the reaction."
+    )
+    profile: PressureProfile = Field(description="Pressure over time.")
+    factor: Number = Field(
+        default=1.0, gt=0.0, description="Pressure on the plane model over that of the profile."
+    )
+    offset: NotNegativePressure = Field(
+        default=written("0 Pa"),
+        description="Part of the profile that acts on nothing in the plane model, such as what "
+        "hoop tension carries: on the facets acts factor times (profile - offset), never below 0.",
+    )
+
+
+class _Chamber(Part):
+    facets: tuple[SetReference, ...] = Field(
+        min_length=1,
+        description='Facet sets around the chamber: "skin.chamber". They form a closed surface, or '
+        "end where nodes are fixed or tied (in a half section also on the axis).",
+    )
+    reacts_on: Text | None = Field(
+        default=None, description="Rigid body that closes the chamber and feels the reaction."
+    )
+
+
+class AddedVolume(_Chamber):
+    """A chamber into which a liquid is pumped: its volume is prescribed, its pressure follows."""
+
+    kind: Literal["added_volume"] = Field(description="Kind of load.")
+    profile: VolumeProfile = Field(description="Volume added since the start.")
+
+
+class AddedGas(_Chamber):
+    """A chamber into which a mass of gas is let: ideal, isothermal."""
+
+    kind: Literal["added_gas"] = Field(description="Kind of load.")
+    profile: MassProfile = Field(description="Mass of gas added since the start.")
+    dead_volume: NotNegativeVolume = Field(
+        default=written("0 ml"), description="Of the line and the pump, filled as the chamber is."
+    )
+    excluded_volume: NotNegativeVolume = Field(
+        default=written("0 ml"),
+        description="Of what stands inside the chamber, such as a frame; in a half section all "
+        "that lies between the surface and the axis counts as chamber.",
+    )
+    temperature: Number = Field(default=293.15, gt=0.0, description="Of the gas, in kelvin.")
+    gas_constant: Number = Field(
+        default=287.05, gt=0.0, description="Specific, in J/(kg K); dry air by default."
+    )
+    ambient_pressure: PositivePressure = Field(
+        default=written("101325 Pa"), description="Absolute pressure outside."
+    )
+
+
+class EccentricMass(Part):
+    """A vibration motor: force m_e r_e omega^2, rotating."""
+
+    kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
+    acts_on: Text = Field(description="Rigid body that carries the motor.")
+    eccentric_mass: PositiveMass = Field(description="m_e; its weight is part of the body's.")
+    radius: PositiveLength = Field(description="r_e, of the mass from the motor's axis.")
+    frequency: PositiveFrequency = Field(description="Turns in a second.")
+    rotation_axis: Literal["x", "z"] = Field(
+        default="x", description="x: turns across the pipe, the section sees the y part; z: turns "
+        "in the section."
+    )  # fmt: skip
+    factor: Number = Field(
+        default=1.0, gt=0.0, description="Force on the plane model over the motor's."
+    )
+    spin_up: NotNegativeTime = Field(
+        default=written("50 ms"), description="Time to full speed, smooth."
+    )
+    phase: Angle = Field(default=written("0 deg"), description="Angle at the start.")
+
+
+class SinusoidalForce(Part):
+    """A force of given amplitude along a fixed direction."""
+
+    kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
+    acts_on: Text = Field(description="Rigid body that it acts on, at the centre of mass.")
+    amplitude: PositiveForce = Field(description="Largest force.")
+    direction: Direction = Field(
+        default=(0.0, 1.0), description="Direction; its length does not matter."
+    )
+    frequency: PositiveFrequency = Field(description="Frequency.")
+    spin_up: NotNegativeTime = Field(
+        default=written("50 ms"), description="Time to full speed, smooth."
+    )
+    phase: Angle = Field(default=written("0 deg"), description="Angle at the start.")
+
+
+class NodalForce(Part):
+    """A force on a node set, shared by mass."""
+
+    kind: Literal["nodal_force"] = Field(description="Kind of load.")
+    nodes: SetReference = Field(description='Node set: "block.top".')
+    force: ForceVector = Field(description="Total force on the set.")
+    ramp: NotNegativeTime = Field(
+        default=written("0 s"), description="Time to the full force, smooth."
+    )
+
+
+class RigidForce(Part):
+    """A force of constant direction on a rigid body, at its centre of mass."""
+
+    kind: Literal["rigid_force"] = Field(description="Kind of load.")
+    acts_on: Text = Field(description="Rigid body.")
+    force: ForceVector = Field(description="The force.")
+    ramp: NotNegativeTime = Field(
+        default=written("0 s"), description="Time to the full force, smooth."
+    )
+
+
+Load = Annotated[
+    FollowerPressure
+    | AddedVolume
+    | AddedGas
+    | EccentricMass
+    | SinusoidalForce
+    | NodalForce
+    | RigidForce,
+    Field(discriminator="kind"),
+]

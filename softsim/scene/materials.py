@@ -1,0 +1,90 @@
+"""Materials of a scene and of the library."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from softsim.scene.part import Part
+from softsim.scene.quantities import (
+    Number,
+    PositiveCompressibility,
+    PositiveDensity,
+    PositivePressure,
+    PositiveTime,
+    Pressure,
+    Text,
+    written,
+)
+
+
+class PronyTerm(Part):
+    """One term of a Prony series."""
+
+    g: Number = Field(
+        gt=0.0, lt=1.0, description="Share of the instantaneous shear modulus that relaxes."
+    )
+    relaxation_time: PositiveTime = Field(description="Time in which it falls to 1/e.")
+
+
+class _Rubber(Part):
+    density: PositiveDensity = Field(description="Mass density.")
+    bulk_modulus: PositivePressure | None = Field(
+        default=None, description="kappa in (kappa/2) (J - 1)^2. Give at most one of bulk_modulus, "
+        "D1, poisson_ratio; without any, kappa = 20 times the shear modulus, as ABAQUS/Explicit."
+    )  # fmt: skip
+    D1: PositiveCompressibility | None = Field(
+        default=None, description="ABAQUS's compressibility, kappa = 2 / D1."
+    )
+    poisson_ratio: Number | None = Field(
+        default=None, ge=0.0, lt=0.5, description="Poisson's ratio at small strain."
+    )
+    prony: tuple[PronyTerm, ...] = Field(default=(), description="Viscoelastic shear relaxation.")
+    source: Text = Field(default="", description="Where the constants come from.")
+    strain_range: Number | None = Field(
+        default=None, gt=0.0, description="Largest engineering strain that they were fitted on."
+    )
+
+    @field_validator("D1", "poisson_ratio")
+    @classmethod
+    def _one_compressibility(cls, value: float | None, info: ValidationInfo) -> float | None:
+        earlier = [n for n in ("bulk_modulus", "D1") if info.data.get(n) is not None]
+        if value is not None and earlier:
+            raise ValueError(f"says the same thing as {earlier[0]}: give one of them")
+        return value
+
+    @field_validator("prony")
+    @classmethod
+    def _something_remains(cls, prony: tuple[PronyTerm, ...]) -> tuple[PronyTerm, ...]:
+        total = sum(term.g for term in prony)
+        if total >= 1.0:
+            raise ValueError(f"the g of all terms add up to {total:g}: must stay below 1")
+        return prony
+
+
+class YeohMaterial(_Rubber):
+    """A Yeoh solid: W = C10 k + C20 k^2 + C30 k^3, k = I1_bar - 3, long-term constants."""
+
+    law: Literal["yeoh"] = Field(description="The strain-energy law.")
+    C10: PositivePressure = Field(description="First constant; the shear modulus is 2 C10.")
+    C20: Pressure = Field(default=written("0 Pa"), description="Second constant.")
+    C30: Pressure = Field(default=written("0 Pa"), description="Third constant.")
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """Of the law, as it takes them [Pa]."""
+        return (self.C10, self.C20, self.C30)
+
+
+class NeoHookeanMaterial(_Rubber):
+    """A neo-Hookean solid: W = C10 (I1_bar - 3), the shear modulus is 2 C10."""
+
+    law: Literal["neo_hooke"] = Field(description="The strain-energy law.")
+    C10: PositivePressure = Field(description="The constant; the shear modulus is 2 C10.")
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """Of the law, as it takes them [Pa]."""
+        return (self.C10,)
+
+
+Material = Annotated[YeohMaterial | NeoHookeanMaterial, Field(discriminator="law")]

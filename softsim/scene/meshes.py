@@ -1,0 +1,155 @@
+"""Where the mesh of a body comes from: a generator with its sizes, or a file."""
+
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import Discriminator, Field, Tag
+
+from softsim.scene.part import Part
+from softsim.scene.quantities import Length, PositiveLength, Text, WholeNumber, written
+
+
+class BlockMesh(Part):
+    """A rectangle; sets bottom, top, left, right, surface."""
+
+    generator: Literal["block"] = Field(description="Which generator makes the mesh.")
+    length: PositiveLength = Field(description="Size along x.")
+    height: PositiveLength = Field(description="Size along y, from y = 0 upwards.")
+    element_size: PositiveLength = Field(description="Edge length of the triangles.")
+
+
+class PfrSectionMesh(Part):
+    """The PufferFace Robot's section along its axis: two skin strips with curved spikes."""
+
+    generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
+    inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
+    outer_diameter: PositiveLength = Field(
+        default=written("17 mm"), description="Of the skin, no spikes."
+    )
+    free_length: PositiveLength = Field(
+        default=written("30 mm"), description="Skin between the knots."
+    )
+    spikes_per_strip: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+    spike_pitch: PositiveLength = Field(
+        default=written("6 mm"), description="Distance between rows."
+    )
+    spike_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
+    front_radius: PositiveLength = Field(
+        default=written("5 mm"), description="Of the spike's front edge."
+    )
+    rear_radius: PositiveLength = Field(
+        default=written("3.5 mm"), description="Of the spike's rear edge."
+    )
+    root_thickness: PositiveLength = Field(
+        default=written("3 mm"), description="Spike at its root, along x; a broad root matches "
+        "the measured stiffness better than a thin arc."
+    )  # fmt: skip
+    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Spike at its tip.")
+    lean: Length = Field(
+        default=written("2.5 mm"), description="How far the tip lies behind the root."
+    )
+    element_size: PositiveLength = Field(
+        default=written("0.35 mm"), description="Edge length of the triangles, about."
+    )
+
+
+class BoxMesh(Part):
+    """A block in space, from the origin; sets left, right, bottom, top, back, front, surface."""
+
+    generator: Literal["box"] = Field(description="Which generator makes the mesh.")
+    length: PositiveLength = Field(description="Size along x.")
+    width: PositiveLength = Field(description="Size along z.")
+    height: PositiveLength = Field(description="Size along y.")
+    element_size: PositiveLength = Field(description="Largest edge of the bricks that are split.")
+
+
+class PfrMeridianMesh(Part):
+    """The PFR's skin as a half section: x is the radius, y the axis; rings stand for spikes."""
+
+    generator: Literal["pfr_meridian"] = Field(description="Which generator makes the mesh.")
+    inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
+    outer_diameter: PositiveLength = Field(
+        default=written("17 mm"), description="Of the skin, no rings."
+    )
+    free_length: PositiveLength = Field(
+        default=written("30 mm"), description="Skin between the knots."
+    )
+    ring_rows: WholeNumber = Field(default=0, ge=0, le=100, description="Rows of rings.")
+    ring_pitch: PositiveLength = Field(
+        default=written("6 mm"), description="Distance between rows."
+    )
+    ring_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
+    ring_thickness: PositiveLength = Field(
+        default=written("3 mm"), description="Of a ring along the axis."
+    )
+    element_size: PositiveLength = Field(
+        default=written("0.25 mm"), description="Edge length of the triangles, about."
+    )
+
+
+class PfrSolidMesh(Part):
+    """The PFR's skin in space with its curved spikes; the axis is x."""
+
+    generator: Literal["pfr_solid"] = Field(description="Which generator makes the mesh.")
+    inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
+    outer_diameter: PositiveLength = Field(
+        default=written("17 mm"), description="Of the skin, no spikes."
+    )
+    free_length: PositiveLength = Field(
+        default=written("30 mm"), description="Skin between the knots."
+    )
+    spikes_around: WholeNumber = Field(default=14, ge=1, le=100, description="Spikes in a row.")
+    rows: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+    spike_pitch: PositiveLength = Field(
+        default=written("6 mm"), description="Distance between rows."
+    )
+    spike_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
+    front_radius: PositiveLength = Field(
+        default=written("5 mm"), description="Of the spike's front edge."
+    )
+    rear_radius: PositiveLength = Field(
+        default=written("3.5 mm"), description="Of the spike's rear edge."
+    )
+    root_thickness: PositiveLength = Field(
+        default=written("3 mm"), description="Spike at its root, along x."
+    )
+    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Spike at its tip.")
+    lean: Length = Field(
+        default=written("2.5 mm"), description="How far the tip lies behind the root."
+    )
+    spike_width: PositiveLength = Field(
+        default=written("2 mm"), description="Spike across, around the skin."
+    )
+    element_size: PositiveLength = Field(
+        default=written("0.7 mm"), description="Edge length of the tetrahedra, about."
+    )
+
+
+class FileMesh(Part):
+    """A mesh of linear triangles or tetrahedra from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
+
+    file: Text = Field(description="Path, relative to the file that says so.")
+    length_unit: PositiveLength = Field(
+        default=written("1 mm"), description="Length of one unit in the file."
+    )
+
+
+def _mesh_kind(value: Any) -> str | None:
+    if isinstance(value, FileMesh) or (isinstance(value, dict) and "file" in value):
+        return "file"
+    if isinstance(value, dict):
+        value = value.get("generator")
+        return value if isinstance(value, str) else None
+    return getattr(value, "generator", None)
+
+
+MeshSource = Annotated[
+    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
+        Annotated[BlockMesh, Tag("block")],
+        Annotated[PfrSectionMesh, Tag("pfr_section")],
+        Annotated[BoxMesh, Tag("box")],
+        Annotated[PfrMeridianMesh, Tag("pfr_meridian")],
+        Annotated[PfrSolidMesh, Tag("pfr_solid")],
+        Annotated[FileMesh, Tag("file")],
+    ],
+    Discriminator(_mesh_kind),
+]

@@ -1,0 +1,117 @@
+"""What a run writes, and what it is expected to find."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from softsim.scene.part import Part
+from softsim.scene.quantities import (
+    Length,
+    Name,
+    Number,
+    PositiveTime,
+    SetReference,
+    Velocity,
+    written,
+)
+
+
+class DisplacementProbe(Part):
+    """Mean displacement of a node set: columns NAME_x, NAME_y, in space NAME_z."""
+
+    kind: Literal["displacement"] = Field(description="What is recorded.")
+    nodes: SetReference = Field(description='Node set: "skin.equator_outer".')
+
+
+class ReactionProbe(Part):
+    """Force that holds a node set against the rest of its body: NAME_x, NAME_y, in space NAME_z."""
+
+    kind: Literal["reaction"] = Field(description="What is recorded.")
+    nodes: SetReference = Field(description='Node set, held or prescribed: "block.right".')
+
+
+class VolumeProbe(Part):
+    """Volume on the free side of facet sets, closed as a chamber's are: column NAME."""
+
+    kind: Literal["volume"] = Field(description="What is recorded.")
+    facets: tuple[SetReference, ...] = Field(
+        min_length=1, description='Facet sets: "skin.chamber".'
+    )
+
+
+Probe = Annotated[DisplacementProbe | ReactionProbe | VolumeProbe, Field(discriminator="kind")]
+
+
+class Output(Part):
+    """What is written, how often."""
+
+    history_interval: PositiveTime = Field(
+        default=written("2 ms"), description="Between history rows."
+    )
+    frame_interval: PositiveTime = Field(
+        default=written("100 ms"), description="Between stored fields."
+    )
+    checkpoint_interval: PositiveTime = Field(
+        default=written("30 s"), description="Between checkpoints, of wall time."
+    )
+    snapshot_field: Literal["displacement", "pressure", "stretch", "von_mises"] = Field(
+        default="stretch", description="What colours the snapshots."
+    )
+    probes: dict[Name, Probe] = Field(
+        default={}, description="Further columns of the history, by name."
+    )
+
+
+class _Range(Part):
+    @model_validator(mode="after")
+    def _limits_leave_room(self) -> "_Range":
+        least, most = getattr(self, "min", None), getattr(self, "max", None)
+        if least is None and most is None:
+            raise ValueError("gives no limit: give min, max or both")
+        if least is not None and most is not None and least > most:
+            raise ValueError("min must not be above max")
+        return self
+
+
+class LengthRange(_Range):
+    """Limits of a length."""
+
+    min: Length | None = Field(default=None, description="Smallest allowed value.")
+    max: Length | None = Field(default=None, description="Largest allowed value.")
+
+
+class VelocityRange(_Range):
+    """Limits of a velocity."""
+
+    min: Velocity | None = Field(default=None, description="Smallest allowed value.")
+    max: Velocity | None = Field(default=None, description="Largest allowed value.")
+
+
+class NumberRange(_Range):
+    """Limits of a number."""
+
+    min: Number | None = Field(default=None, description="Smallest allowed value.")
+    max: Number | None = Field(default=None, description="Largest allowed value.")
+
+
+class Expect(Part):
+    """Values the scene expects of its own run; outside them the run ends with exit code 5."""
+
+    frame_displacement: LengthRange | None = Field(
+        default=None, description="Of the first rigid body along x, from start to end."
+    )
+    displacement_per_cycle: LengthRange | None = Field(
+        default=None, description="The same for every pressure cycle."
+    )
+    body_displacement: LengthRange | None = Field(
+        default=None, description="Of the meshed bodies' centre of mass along x."
+    )
+    body_speed: VelocityRange | None = Field(
+        default=None, description="Of that, mean over the last tenth of the run."
+    )
+    rows_in_contact: NumberRange | None = Field(
+        default=None, description="Most rows of spikes that touched at a time."
+    )
+    energy_error: NumberRange | None = Field(
+        default=None, description="Largest error of the energy balance."
+    )

@@ -1,0 +1,71 @@
+"""What a robot stands in: gravity, walls, contact."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from softsim.scene.part import ORIGIN, Part
+from softsim.scene.quantities import (
+    Angle,
+    AutoOrPositiveStiffness,
+    Direction,
+    Length,
+    Name,
+    NotNegativeAcceleration,
+    Number,
+    Point,
+    PositiveLength,
+    written,
+)
+
+
+class PipeWall(Part):
+    """A straight pipe: in a section two walls along x, in space round and along x, in an
+    axisymmetric model round about the axis y.
+    """
+
+    kind: Literal["pipe"] = Field(description="Kind of wall.")
+    diameter: PositiveLength = Field(description="Inner diameter.")
+    axis_height: Length = Field(
+        default=written("0 mm"), description="y of the axis of a pipe along x."
+    )
+
+
+class PlaneWall(Part):
+    """A half space, in a section a half plane."""
+
+    kind: Literal["plane"] = Field(description="Kind of wall.")
+    point: Point = Field(default=ORIGIN, description="A point on it.")
+    normal: Direction = Field(
+        default=(0.0, 1.0), description="Points out of the solid into the free side."
+    )
+
+
+Wall = Annotated[PipeWall | PlaneWall, Field(discriminator="kind")]
+
+
+class Environment(Part):
+    """Gravity and walls."""
+
+    gravity: NotNegativeAcceleration = Field(
+        default=written("9.81 m/s^2"), description="Acceleration of gravity."
+    )
+    inclination: Angle = Field(
+        default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."
+    )
+    walls: dict[Name, Wall] = Field(default={}, description="Fixed walls, by name.")
+
+
+class Contact(Part):
+    """Penalty contact with Coulomb friction between surfaces and walls."""
+
+    friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
+    penalty_stiffness: AutoOrPositiveStiffness = Field(
+        default="auto", description="Of a node; auto: bulk modulus times thickness."
+    )
+    tangential_stiffness_ratio: Number = Field(
+        default=1.0, gt=0.0, description="Stiffness while sticking, over penalty_stiffness."
+    )
+    damping_ratio: Number = Field(
+        default=0.03, ge=0.0, le=1.0, description="Of the normal contact, of critical damping."
+    )

@@ -1,0 +1,22 @@
+"""Whether forces balance: the end of a static procedure."""
+
+import numpy as np
+
+from softsim.solver.explicit import ExplicitSolver
+
+
+def unbalanced_share(solver: ExplicitSolver) -> float:
+    """Unbalanced force over inner forces, both root sums of squares, of the first scenario [-].
+
+    Unbalanced: what accelerates free components of nodes and rigid bodies. Inner: every corner
+    force of elements, pressure, loads and contact. Zero where there is no force at all.
+    """
+    terms, model = solver.terms, solver.models[0]
+    net = terms.nodes.force.to_numpy()[0] + model.mass[:, None] * model.gravity
+    unbalanced = float((net[model.is_free] ** 2).sum())
+    inner = 0.0
+    for component in terms.nodes.corner_forces.component:
+        inner += float((component.to_numpy()[0] ** 2).sum())
+    if terms.rigid_bodies.count:
+        unbalanced += float((terms.rigid_bodies.force.to_numpy()[0] ** 2).sum())
+    return float(np.sqrt(unbalanced / inner)) if inner > 0.0 else 0.0

@@ -1,0 +1,146 @@
+"""Least squares: constants that are known come back, and the library's come from its sources."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from softsim.builder import library_material
+from softsim.errors import MaterialError
+from softsim.materials.fitting import fit_law
+from softsim.materials.modes import UNIAXIAL
+from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.tensile import TensileTest, read_tensile_test
+from softsim.materials.yeoh import Yeoh
+
+TENSILE = Path(__file__).parents[2] / ".." / "shared" / "reference" / "tensile"
+
+
+def number(low, high):
+    return st.floats(low, high, allow_subnormal=False)
+
+
+def pulled(law, strain):
+    return TensileTest(strain, UNIAXIAL.nominal_stress(law, 1.0 + strain), "made up")
+
+
+@given(number(1e3, 1e6), number(0.0, 1e5), number(0.0, 1e4))
+def test_the_constants_of_a_yeoh_solid_come_back(C10, C20, C30):
+    fit = fit_law(pulled(Yeoh(C10, C20, C30), np.linspace(0.0, 2.0, 50)), Yeoh, max_strain=2.0)
+    scale = C10 + C20 + C30
+    assert fit.law.constants == pytest.approx((C10, C20, C30), abs=1e-9 * scale)
+    assert fit.relative_residual < 1e-10
+    assert fit.worst_error < 1e-8
+    assert fit.r_squared == pytest.approx(1.0)
+
+
+@given(number(1e3, 1e6))
+def test_the_constant_of_a_neo_hookean_solid_comes_back(C10):
+    fit = fit_law(pulled(NeoHooke(C10), np.linspace(0.0, 1.0, 20)), NeoHooke, max_strain=1.0)
+    assert fit.law.constants == pytest.approx((C10,), rel=1e-12)
+
+
+def test_a_negative_third_constant_comes_back():
+    law = Yeoh(21.6e3, 3.03e3, -0.111e3)
+    fit = fit_law(pulled(law, np.linspace(0.0, 2.0, 90)), Yeoh, max_strain=2.0)
+    assert fit.law.constants == pytest.approx(law.constants, rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_moves_the_constants_by_no_more_than_it_can(seed):
+    """Noise of 1 % of the largest stress in 200 points: four deviations of what it does to each.
+
+    The deviations are those of linear least squares, s^2 (A^T A)^-1, for points evenly in strain.
+    """
+    law, strain = Yeoh(23e3, 2.3e3, 50.0), np.linspace(0.1005, 1.5, 200)
+    clean = pulled(law, strain).stress
+    deviation = 0.01 * clean.max()
+    noise = deviation * np.random.default_rng(seed).standard_normal(len(strain))
+    fit = fit_law(TensileTest(strain, clean + noise, "noisy"), Yeoh, max_strain=2.0)
+    A = np.stack([UNIAXIAL.nominal_stress(Yeoh(*unit), 1.0 + strain) for unit in np.eye(3)], axis=1)
+    expected = deviation * np.sqrt(np.diag(np.linalg.inv(A.T @ A)))
+    assert (np.abs(np.subtract(fit.law.constants, law.constants)) < 4.0 * expected).all()
+    # First loading drops few points, so the residual is the noise.
+    assert fit.residual == pytest.approx(deviation, rel=0.25)
+
+
+def test_a_densely_sampled_part_has_no_more_say():
+    """The same curve, which no neo-Hookean solid has, with 20 times as many points in one half."""
+    law = Yeoh(23e3, 2.3e3)
+    even = pulled(law, np.linspace(0.0, 2.0, 401))
+    dense = pulled(law, np.r_[np.linspace(0.0, 1.0, 4000), np.linspace(1.005, 2.0, 200)])
+    C10 = [fit_law(test, NeoHooke, max_strain=2.0).law.C10 for test in (even, dense)]
+    assert C10[0] == pytest.approx(C10[1], rel=1e-3)
+
+
+def test_two_terms_leave_the_third_constant_zero():
+    fit = fit_law(pulled(Yeoh(1e4, 1e3, 10.0), np.linspace(0, 1, 50)), Yeoh, 1.0, terms=2)
+    assert fit.law.C30 == 0.0
+    assert 0.0 < fit.relative_residual < 0.01
+
+
+def test_the_fit_ends_where_the_specimen_breaks():
+    test = pulled(Yeoh(1e4, 1e3), np.linspace(0.0, 1.5, 61))
+    stress = np.where(test.strain > 1.0, 0.0, test.stress)
+    fit = fit_law(TensileTest(test.strain, stress, "broken"), Yeoh, max_strain=2.0)
+    assert fit.max_strain == pytest.approx(1.0)
+    assert fit.law.constants[0] == pytest.approx(1e4)
+
+
+def test_slack_makes_C10_too_small_by_what_the_docstring_says():
+    """1 % of slack before a Dragon Skin 10 begins to pull: C10 is 1 to 3 % too small."""
+    strain = np.linspace(0.0, 1.5, 300)
+    stress = UNIAXIAL.nominal_stress(Yeoh(23.5e3, 2.24e3), 1.0 + np.maximum(strain - 0.01, 0.0))
+    fit = fit_law(TensileTest(strain, stress, "slack"), Yeoh, max_strain=1.5, terms=2)
+    assert 0.01 < 1.0 - fit.law.C10 / 23.5e3 < 0.03
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"max_strain": 0.1}, "0 points to fit"),
+        ({"max_strain": 0.5, "min_strain": 0.7}, "0 points to fit"),
+        ({"max_strain": 0.2}, "at least 8 are due"),
+        ({"max_strain": float("nan")}, "0 points to fit"),
+        ({"max_strain": 1.0, "terms": 4}, "this law has 3"),
+        ({"max_strain": 1.0, "terms": 0}, "this law has 3"),
+        ({"max_strain": 1.0, "min_strain": -0.1}, "is not positive"),
+    ],
+)
+def test_ranges_that_are_refused(options, says):
+    test = pulled(Yeoh(1e4, 1e3), np.linspace(0.0, 1.0, 51))
+    with pytest.raises(MaterialError, match=says):
+        fit_law(test, Yeoh, **options)
+
+
+def test_a_curve_without_initial_stiffness_is_refused():
+    """C10 = -100 Pa: the stress pulls all over the range, and pushes below it."""
+    test = pulled(Yeoh(-100.0, 1e4), np.linspace(0.0, 1.0, 50))
+    with pytest.raises(MaterialError, match=r"between strains of 0.1 and 1 gives C10 = -"):
+        fit_law(test, Yeoh, max_strain=1.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("dragon_skin_10_measured", "Dragon_Skin_10_MEDIUM"),
+        ("dragon_skin_20", "Dragon_Skin_20"),
+        ("dragon_skin_30_measured", "Dragon_Skin_30"),
+        ("ecoflex_00_30", "Ecoflex_00-30"),
+        ("ecoflex_00_50", "Ecoflex_00-50"),
+    ],
+)
+def test_the_library_holds_what_its_source_gives(name, file):
+    path = TENSILE / f"{file}.csv"
+    if not path.is_file():
+        pytest.skip(f"no reference data here: {path} (ODbL, not part of the project)")
+    data = library_material(name)
+    fit = fit_law(read_tensile_test(path), Yeoh, data.strain_range, terms=2)
+    rounded = [float(f"{c:.3g}") for c in fit.law.constants]
+    held = [data.C10, data.C20, data.C30]
+    assert held == pytest.approx(rounded)
+    assert re.search(rf"up to {100 * data.strain_range:.0f} % strain", data.source)
+    assert fit.relative_residual < 0.025

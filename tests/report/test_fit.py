@@ -1,0 +1,62 @@
+"""The figure, the numbers and the scene lines of a fit."""
+
+import numpy as np
+import pytest
+import yaml
+from matplotlib.image import imread
+
+from softsim.errors import OutputError
+from softsim.materials.fitting import Fit, fit_law
+from softsim.materials.modes import UNIAXIAL
+from softsim.materials.tensile import TensileTest
+from softsim.materials.yeoh import Yeoh
+from softsim.report.fit import draw_fit, fit_rows, scene_snippet
+from softsim.scene.materials import YeohMaterial
+
+LAW = Yeoh(21.6e3, 3.03e3, -0.111e3)
+
+
+@pytest.fixture
+def test_and_fit() -> tuple[TensileTest, Fit]:
+    strain = np.linspace(0.0, 3.0, 100)
+    stress = UNIAXIAL.nominal_stress(LAW, 1.0 + np.minimum(strain, 2.7))
+    test = TensileTest(strain, stress, "00 Soft-stuff (A)", 'where "it" was.csv')
+    return test, fit_law(test, Yeoh, max_strain=2.0)
+
+
+def test_a_figure_is_drawn(test_and_fit, tmp_path):
+    draw_fit(*test_and_fit, tmp_path / "fit.png")
+    picture = imread(tmp_path / "fit.png")
+    assert picture.shape[1] > 1400
+    assert picture[..., :3].std() > 0.02
+
+
+def test_a_fit_of_the_whole_curve_has_nothing_beyond(tmp_path):
+    strain = np.linspace(0.0, 1.0, 40)
+    test = TensileTest(strain, UNIAXIAL.nominal_stress(Yeoh(1e6), 1.0 + strain), "stiff")
+    draw_fit(test, fit_law(test, Yeoh, 1.0), tmp_path / "fit.png")
+    assert (tmp_path / "fit.png").stat().st_size > 5000
+
+
+def test_a_folder_that_is_not_there(test_and_fit, tmp_path):
+    with pytest.raises(OutputError):
+        draw_fit(*test_and_fit, tmp_path / "none" / "fit.png")
+
+
+def test_the_rows_say_constants_and_instability(test_and_fit):
+    rows = dict(fit_rows(test_and_fit[1]))
+    assert rows["C10"] == "21.60 kPa"
+    assert rows["mu0"] == "43.20 kPa"
+    assert rows["equibiaxial tension"] == "UNSTABLE from a stretch of 2.7"
+    assert rows["compression"] == "stable: the stress rises as far as a stretch of 0.2"
+
+
+def test_the_snippet_is_a_material_of_a_scene(test_and_fit):
+    materials = yaml.safe_load(scene_snippet(*test_and_fit, "yeoh"))["materials"]
+    (name,) = materials
+    assert name == "material_00_soft_stuff_a"
+    data = YeohMaterial.model_validate(materials[name])
+    constants = data.C10, data.C20, data.C30
+    assert constants == pytest.approx(LAW.constants)
+    assert data.strain_range == pytest.approx(2.0)
+    assert 'where "it" was.csv' in data.source

@@ -1,0 +1,95 @@
+"""softsim fit-material as a user types it."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+from softsim.cli import LawName
+from softsim.materials.laws import LAWS
+from softsim.materials.modes import UNIAXIAL
+from softsim.materials.yeoh import Yeoh
+
+NAMED = ["--strain-column", "e", "--stress-column", "s"]
+
+
+def fit_material(folder, *arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "softsim.cli", "fit-material", *map(str, arguments)],
+        capture_output=True, text=True, timeout=120, check=False, cwd=folder,
+    )  # fmt: skip
+
+
+@pytest.fixture
+def curve(tmp_path):
+    """A Yeoh solid pulled to 200 %, as a table with commas."""
+    strain = np.linspace(0.0, 2.0, 60)
+    stress = UNIAXIAL.nominal_stress(Yeoh(20e3, 1e3, 30.0), 1.0 + strain) / 1e6
+    rows = [f"{e},{s}" for e, s in zip(strain, stress, strict=True)]
+    path = tmp_path / "My_Rubber.csv"
+    path.write_text("\n".join(["e,s", *rows]))
+    return path
+
+
+def test_constants_figure_and_snippet(curve, tmp_path):
+    done = fit_material(tmp_path, curve, "--max-strain", 2, *NAMED, "--stress-unit", "MPa")
+    assert done.returncode == 0, done.stderr
+    for words in ("20.00 kPa", "R^2", "planar tension", "compression", "My_Rubber_yeoh.png"):
+        assert words in done.stdout, words
+    snippet = yaml.safe_load(done.stdout[done.stdout.index("materials:") :])
+    assert snippet["materials"]["my_rubber"]["C30"] == "0.0300 kPa"
+    assert (tmp_path / "My_Rubber_yeoh.png").stat().st_size > 5000
+
+
+def test_another_law_range_and_figure(curve, tmp_path):
+    done = fit_material(
+        tmp_path, curve, "--max-strain", 1, "--min-strain", 0.2, "--law", "neo_hooke", *NAMED,
+        "--stress-unit", "MPa", "--delimiter", ",", "--out", tmp_path / "here.png",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "law: neo_hooke" in done.stdout
+    assert (tmp_path / "here.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ([], "--stress-unit MPa"),
+        (["--stress-unit", "mm"], "is a length"),
+        (["--stress-unit", "MPa", "--min-strain", "5"], "0 points"),
+        (["--stress-unit", "MPa", "--terms", "7"], "this law has 3"),
+        (["--stress-unit", "MPa", "--strain-column", "x"], "no column 'x'"),
+    ],
+)
+def test_refusals_exit_with_2_and_no_traceback(curve, tmp_path, options, says):
+    done = fit_material(tmp_path, curve, "--max-strain", 2, *NAMED, *options)
+    assert done.returncode == 2
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.glob("*.png"))
+
+
+def test_a_cell_that_is_no_number_is_shown_with_its_line(curve, tmp_path):
+    curve.write_text(curve.read_text() + "\n2.1,broken\n")
+    done = fit_material(tmp_path, curve, "--max-strain", 2, *NAMED, "--stress-unit", "MPa")
+    assert done.returncode == 2
+    assert f"{curve}:62:5: 'broken' is not a number" in done.stderr
+
+
+def test_every_law_is_on_the_command_line():
+    assert {law.value for law in LawName} == set(LAWS)
+
+
+def test_taichi_is_not_imported(curve, tmp_path):
+    arguments = ["fit-material", str(curve), "--max-strain", "2", *NAMED, "--stress-unit", "MPa"]
+    code = (
+        "import sys; from softsim.cli import app\n"
+        f"try: app({arguments!r})\nexcept SystemExit as done: assert not done.code\n"
+        "sys.exit(7 if 'taichi' in sys.modules else 0)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
