@@ -5,9 +5,10 @@ import numpy as np
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
 from softsim.builder.profiles import rising_profile
-from softsim.elements.geometry import Axisymmetric, nodal_sums
+from softsim.elements.geometry import Axisymmetric, PlaneStrain, nodal_sums
 from softsim.model import Body, PrescribedData, Probe
 from softsim.scene import conditions, outputs
+from softsim.scene.tree import Keys
 
 
 def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.ndarray:
@@ -113,5 +114,16 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe
         else:
             members = names.node_set(probe.nodes, (*keys, "nodes"))
             geometry = names.geometry
+            refuse_radius_without_axis(names, probe.kind, keys)
         result.append(Probe(name, probe.kind, members, geometry))
     return tuple(result)
+
+
+def refuse_radius_without_axis(names: Names, kind: str, keys: Keys) -> None:
+    """A plane section has no axis to measure a radius from."""
+    if kind == "radius" and isinstance(names.geometry, PlaneStrain):
+        raise names.loaded.error(
+            (*keys, "kind"),
+            "a plane_strain model has no axis to measure a radius from",
+            "record the displacement",
+        )

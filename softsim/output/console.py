@@ -40,7 +40,9 @@ class ProgressReport:
         elif time.monotonic() - self.last_line >= PLAIN_EVERY:
             self.last_line = time.monotonic()
             left = (self.end - now) / speed if speed > 0.0 else float("nan")
-            self.console.print(f"{state}  ETA {left:.0f} s", highlight=False)
+            # A static run goes on past its end until forces balance: nobody knows how long.
+            outlook = f"ETA {left:.0f} s" if now <= self.end else "settling"
+            self.console.print(f"{state}  {outlook}", highlight=False)
 
     def close(self) -> None:
         """Take the live line away."""

@@ -51,18 +51,22 @@ def columns(model: Model) -> dict[str, str]:
     return first | last
 
 
-PROBE_UNITS = {"displacement": "m", "reaction": "N", "volume": "m^3"}
+PROBE_UNITS = {"displacement": "m", "radius": "m", "reaction": "N", "volume": "m^3"}
 
 
 def probe_columns(probe: Probe, axes: str) -> list[str]:
     """Columns of a probe: its name, or one a component."""
-    return [probe.name] if probe.kind == "volume" else [f"{probe.name}_{a}" for a in axes]
+    has_components = probe.kind in ("displacement", "reaction")
+    return [f"{probe.name}_{a}" for a in axes] if has_components else [probe.name]
 
 
 def probe_values(solver: ExplicitSolver, probe: Probe, x: np.ndarray) -> np.ndarray:
     """What a probe reads now, with the nodes at x (n, d)."""
     if probe.kind == "volume":
         return np.array([probe.geometry.enclosed_volume(x, probe.members)])
+    if probe.kind == "radius":
+        axis = 0 if len(x[0]) == 3 else 1
+        return np.linalg.norm(np.delete(x[probe.members], axis, axis=1), axis=1).mean(keepdims=True)
     if probe.kind == "displacement":
         return (x - solver.models[0].points)[probe.members].mean(axis=0)
     # What holds the nodes is the opposite of what the rest does to them.

@@ -23,6 +23,13 @@ class DisplacementProbe(Part):
     nodes: SetReference = Field(description='Node set: "skin.equator_outer".')
 
 
+class RadiusProbe(Part):
+    """Mean distance of a node set from the axis: x in space, y in an axisymmetric model."""
+
+    kind: Literal["radius"] = Field(description="What is recorded.")
+    nodes: SetReference = Field(description='Node set: "skin.equator_outer".')
+
+
 class ReactionProbe(Part):
     """Force that holds a node set against the rest of its body: NAME_x, NAME_y, in space NAME_z."""
 
@@ -39,7 +46,9 @@ class VolumeProbe(Part):
     )
 
 
-Probe = Annotated[DisplacementProbe | ReactionProbe | VolumeProbe, Field(discriminator="kind")]
+Probe = Annotated[
+    DisplacementProbe | RadiusProbe | ReactionProbe | VolumeProbe, Field(discriminator="kind")
+]
 
 
 class Output(Part):

@@ -1,0 +1,69 @@
+"""What a body is coloured by, and the scale that all pictures of a run share."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+
+from softsim.errors import OutputError
+from softsim.output.fields import Frames
+
+MILLI = 1e3
+
+
+@dataclass(frozen=True)
+class ColourField:
+    """A field to colour by: its label with unit, and the factor from SI to that unit."""
+
+    label: str
+    factor: float
+
+
+FIELDS = {
+    "stretch": ColourField("largest principal stretch [-]", 1.0),
+    "von_mises": ColourField("von Mises stress [kPa]", 1e-3),
+    "pressure": ColourField("pressure in the material [kPa]", 1e-3),
+    "displacement": ColourField("displacement [mm]", MILLI),
+}
+
+COLOUR_MAP = "viridis"
+"""Rises in lightness all along: it reads for the colour-blind, and in print without colour."""
+
+OUTLIERS = 0.005
+"""Part of the cells at each end of the scale that may lie past it: one spike tip in a corner must
+not take the whole scale for itself."""
+
+
+def refuse_missing_field(frames: Frames, field: str) -> None:
+    """Raise OutputError unless `field` is one of FIELDS that the frames have."""
+    there = sorted(FIELDS.keys() & {**frames.point_data, **frames.cell_data}.keys())
+    if field not in there:
+        raise OutputError(
+            f"cannot colour the snapshots by {field!r}", hint=f"these are there: {', '.join(there)}"
+        )
+
+
+def shown_values(
+    frames: Frames, index: int, field: str, faces: np.ndarray, owners: np.ndarray | slice
+) -> np.ndarray:
+    """The field on each face (k,), in the unit of its label: the length of a vector.
+
+    faces: (k, 2 to 4) nodes, whose mean is taken of point data. owners: the cell of each face.
+    """
+    of_cells = field in frames.cell_data
+    values = (frames.cell_data if of_cells else frames.point_data)[field][index]
+    if values.ndim == 2:
+        values = np.linalg.norm(values, axis=1)
+    values = values[owners] if of_cells else values[faces].mean(axis=1)
+    return values * FIELDS[field].factor
+
+
+def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
+    """The colours of all values (n,) of a run, and at which ends there are values past them."""
+    values = values[np.isfinite(values)]
+    low, high = np.quantile(values, [OUTLIERS, 1 - OUTLIERS])
+    below, above = values.min() < low, values.max() > high
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}
+    scale = ScalarMappable(Normalize(low, high), COLOUR_MAP)
+    return scale, extend.get((bool(below), bool(above)), "both")

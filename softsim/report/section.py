@@ -1,0 +1,211 @@
+"""Plane sections and half sections of bodies of revolution, between their walls."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.patches import Polygon, Rectangle
+
+from softsim.output.fields import Frames
+from softsim.report.colours import MILLI, shown_values
+from softsim.report.style import FRAME, INK, QUIET, WALL
+
+PALE = 0.6
+"""Share of white in the mirror image of a half section."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One frame in the plane [mm]: corners (m, 3|4, 2), values (m,), rigid outlines (k, 4, 2),
+    edges of the free surface (e, 2, 2)."""
+
+    corners: np.ndarray
+    values: np.ndarray
+    outlines: np.ndarray
+    boundary: np.ndarray
+
+    def moving(self) -> np.ndarray:
+        """All places (n, 2) that must be seen; a failed run's last frame may have lost nodes."""
+        places = np.concatenate([p.reshape(-1, 2) for p in (self.corners, self.outlines)])
+        return places[np.isfinite(places).all(axis=1)]
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A straight wall: plane (4,), a point [mm] and the normal into the free side. side: 1 or -1,
+    where it is at positive or negative x only, 0 where it goes through."""
+
+    plane: np.ndarray
+    side: float = 0.0
+
+
+class Section:
+    """The frames `indices` of a plane run, coloured by `field`.
+
+    values: of all frames (n,), in the unit of the field's label. view: xmin, xmax, ymin, ymax [mm].
+    """
+
+    labels = ("x [mm]", "y [mm]")
+
+    def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
+        boundary = boundary_edges(frames.cells)
+        self.shots = [_shot(frames, index, field, boundary) for index in indices]
+        walls = frames.described.get("walls", np.zeros((0, 4))) * [MILLI, MILLI, 1.0, 1.0]
+        self.walls = self.seen_walls(walls)
+        self.values = np.concatenate([shot.values for shot in self.shots])
+        self.view = view_of(self.places(), np.array([w.plane for w in self.walls]).reshape(-1, 4))
+
+    def places(self) -> np.ndarray:
+        """All places (n, 2) [mm] that any picture must show."""
+        return np.concatenate([shot.moving() for shot in self.shots])
+
+    def seen_walls(self, walls: np.ndarray) -> list["Wall"]:
+        """The walls (w, 4) [mm] of the run as they are drawn."""
+        return [Wall(wall) for wall in walls]
+
+    def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
+        """Draw one of the frames, with its walls."""
+        shot = self.shots[number]
+        for wall in self.walls:
+            draw_wall(axes, wall, self.view)
+        draw_outlines(axes, shot.outlines)
+        draw_cells(axes, shot.corners, colours.to_rgba(np.ma.masked_invalid(shot.values)))
+        draw_edges(axes, shot.boundary, INK)
+
+    def label(self, panels: np.ndarray) -> None:
+        """Name the axes of the panels (rows, columns), at the rim of the figure only."""
+        for axes in panels[-1]:
+            axes.set_xlabel(self.labels[0])
+        for axes in panels[:, 0]:
+            axes.set_ylabel(self.labels[1])
+
+
+class HalfSection(Section):
+    """The same of an axisymmetric run: the half section and, paler, its mirror image.
+
+    x is the radius, y the axis. A wall is mirrored as the body is.
+    """
+
+    labels = ("radius x [mm]", "axis y [mm]")
+
+    def places(self) -> np.ndarray:
+        """The half section and its mirror image."""
+        places = super().places()
+        return np.concatenate([places, mirrored(places)])
+
+    def seen_walls(self, walls: np.ndarray) -> list["Wall"]:
+        """Each wall at positive x, and its mirror image."""
+        mirror = walls * [-1.0, 1.0, -1.0, 1.0]
+        return [Wall(wall, 1.0) for wall in walls] + [Wall(wall, -1.0) for wall in mirror]
+
+    def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
+        """Draw one of the frames and its mirror image, the walls, and the axis."""
+        super().draw(axes, number, colours)
+        shot = self.shots[number]
+        pale = colours.to_rgba(np.ma.masked_invalid(shot.values))
+        pale[:, :3] += PALE * (1.0 - pale[:, :3])
+        draw_cells(axes, mirrored(shot.corners), pale)
+        draw_edges(axes, mirrored(shot.boundary), QUIET)
+        axes.axvline(0.0, color=INK, linewidth=0.7, linestyle=(0, (9, 2, 1.5, 2)), zorder=5)
+
+    def label(self, panels: np.ndarray) -> None:
+        """Name the axes; a radius is never negative."""
+        super().label(panels)
+        for axes in panels.flat:
+            axes.xaxis.set_major_formatter(lambda x, _: f"{abs(x):g}")
+
+
+def mirrored(places: np.ndarray) -> np.ndarray:
+    """Places (..., 2) on the other side of the axis x = 0."""
+    return places * [-1.0, 1.0]
+
+
+def boundary_edges(cells: np.ndarray) -> np.ndarray:
+    """Edges that only one cell has, (e, 2) nodes; cells (m, 3 or 4), in order around."""
+    edges = np.concatenate([cells[:, [i, i - 1]] for i in range(cells.shape[1])])
+    unique, first, count = np.unique(
+        np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return edges[first[count == 1]] if len(unique) else edges
+
+
+def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
+    """Corners of the rigid outlines in space, (k, 4, 2) [m].
+
+    outlines: (k, 4) centre in the body's axes, length, height [m]. poses: (k, 3) x, y [m], angle.
+    """
+    signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
+    local = outlines[:, None, :2] + signs * outlines[:, None, 2:]
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    turn = np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+    return poses[:, None, :2] + np.einsum("kij,knj->kni", turn, local)
+
+
+def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
+    positions = (frames.points + frames.point_data["displacement"][index][:, :2]) * MILLI
+    outlines = np.zeros((0, 4, 2))
+    if "outlines" in frames.described and "frame_pose" in frames.extra:
+        poses = frames.extra["frame_pose"][index]
+        if "outline_bodies" in frames.described:  # not every rigid body has an outline
+            poses = poses[frames.described["outline_bodies"].astype(int)]
+        outlines = outline_corners(frames.described["outlines"], poses) * MILLI
+    values = shown_values(frames, index, field, frames.cells, slice(None))
+    return Shot(positions[frames.cells], values, outlines, positions[boundary])
+
+
+def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
+    """Cells (m, 3|4, 2) [mm] in the colours (m, 4)."""
+    cells = PolyCollection(
+        list(corners), facecolors=rgba, edgecolors="face", linewidths=0.4, zorder=3
+    )
+    axes.add_collection(cells, autolim=False)
+
+
+def draw_edges(axes: Axes, edges: np.ndarray, colour: str) -> None:
+    """The rim of a body: edges (e, 2, 2) [mm]."""
+    rim = LineCollection(list(edges), colors=colour, linewidths=0.35, zorder=4)
+    axes.add_collection(rim, autolim=False)
+
+
+def draw_outlines(axes: Axes, outlines: np.ndarray) -> None:
+    """Rigid bodies, by the corners (k, 4, 2) [mm] of their outlines."""
+    for outline in outlines:
+        axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
+
+
+def draw_wall(axes: Axes, wall: Wall, view: np.ndarray) -> None:
+    """The solid behind a wall, as far as the view goes, and its face as a line."""
+    reach = 2 * np.hypot(view[1] - view[0], view[3] - view[2])
+    centre = np.array([view[:2].mean(), view[2:].mean()])
+    point, normal = wall.plane[:2], wall.plane[2:]
+    along = np.array([-normal[1], normal[0]])
+    foot = centre + ((point - centre) @ normal) * normal
+    face = np.array([foot - reach * along, foot + reach * along])
+    solid = Polygon(
+        np.concatenate([face, face[::-1] - reach * normal]),
+        facecolor=WALL, edgecolor=QUIET, hatch="////", linewidth=0, zorder=1,
+    )  # fmt: skip
+    axes.add_patch(solid)
+    (line,) = axes.plot(*face.T, color=INK, linewidth=0.9, zorder=1.5)
+    if wall.side:
+        low, high = sorted((0.0, wall.side * reach))
+        half = Rectangle((low, view[2]), high - low, view[3] - view[2], transform=axes.transData)
+        solid.set_clip_path(half)
+        line.set_clip_path(half)
+
+
+def view_of(places: np.ndarray, walls: np.ndarray) -> np.ndarray:
+    """xmin, xmax, ymin, ymax [mm]: all places (n, 2), the walls near them, a margin."""
+    size = np.ptp(places, axis=0).max()
+    feet = []
+    for wall in walls:
+        gaps = (places - wall[:2]) @ wall[2:]
+        nearest = np.argmin(gaps)
+        if gaps[nearest] < size / 2:
+            feet.append(places[nearest] - gaps[nearest] * wall[2:])
+    shown = np.concatenate([places, np.reshape(feet, (-1, 2))])
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    margin = 0.06 * size
+    return np.array([low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin])

@@ -1,0 +1,195 @@
+"""Small meshes with named sets for verification, written as ABAQUS input files in metres.
+
+Mapped grids: the unit square or a piece of a sphere cut into equal cells, all diagonals leaning one
+way, the pattern that locks most readily.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+ELEMENT_TYPES = {"plane_strain": "CPE3", "axisymmetric": "CAX3", "solid": "C3D4"}
+# Faces S1, S2 ... of a cell as ABAQUS numbers them, by the number of its corners.
+FACES = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)]}
+
+
+@dataclass(frozen=True)
+class SmallMesh:
+    """points (n, d) [m], cells (m, d + 1), positive; node sets by name.
+
+    surfaces: names of node sets whose boundary facets, those with every corner in the set, also
+    become a facet set of that name.
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    node_sets: dict[str, np.ndarray] = field(default_factory=dict)
+    surfaces: tuple[str, ...] = ()
+
+    @property
+    def volumes(self) -> np.ndarray:
+        """Signed areas or volumes (m,) of the cells."""
+        return signed_volumes(self.points, self.cells)
+
+    def boundary(self) -> np.ndarray:
+        """Facets (k, d) that only one cell has, in that cell's order of faces."""
+        facets = np.concatenate([self.cells[:, face] for face in FACES[self.cells.shape[1]]])
+        _, number, count = np.unique(
+            np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True
+        )
+        return facets[count[number] == 1]
+
+    def write(self, path: Path, formulation: str) -> Path:
+        """As an ABAQUS input file for this formulation."""
+        rows = ["*NODE"]
+        rows += [f"{a + 1}, " + ", ".join(map(repr, p)) for a, p in enumerate(self.points.tolist())]
+        rows.append(f"*ELEMENT, TYPE={ELEMENT_TYPES[formulation]}")
+        rows += [
+            ", ".join(map(str, [e + 1, *cell])) for e, cell in enumerate((self.cells + 1).tolist())
+        ]
+        for name, nodes in self.node_sets.items():
+            rows += [f"*NSET, NSET={name}", *map(str, np.asarray(nodes) + 1)]
+        for name in self.surfaces:
+            rows.append(f"*SURFACE, NAME={name}")
+            inside = np.isin(self.cells, self.node_sets[name])
+            for number, face in enumerate(FACES[self.cells.shape[1]]):
+                cells = np.flatnonzero(inside[:, list(face)].all(axis=1))
+                rows += [f"{e + 1}, S{number + 1}" for e in cells]
+        path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+        return path
+
+
+def signed_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Signed areas or volumes (m,) of triangles or tetrahedra."""
+    corners = points[cells]
+    return np.linalg.det(corners[:, 1:] - corners[:, :1]) / (2.0 if cells.shape[1] == 3 else 6.0)
+
+
+def made_positive(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """The cells with two corners swapped where they are inside out."""
+    turned = cells.copy()
+    inverted = signed_volumes(points, cells) < 0.0
+    turned[inverted, :2] = cells[inverted, 1::-1]
+    return turned
+
+
+def grid(
+    columns: int,
+    rows: int,
+    place: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
+    closed: bool = False,
+) -> SmallMesh:
+    """Triangles of the unit square (s, t), its nodes at `place(s, t)` [m].
+
+    Node and facet sets left, right (s = 0, 1), bottom, top (t = 0, 1). closed: s = 1 is s = 0.
+    """
+    s, t = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1))
+    node = np.arange(s.size).reshape(s.shape)
+    if closed:
+        s, t = s[:, :-1], t[:, :-1]
+        node = np.arange(s.size).reshape(s.shape)
+        node = np.column_stack([node, node[:, :1]])
+    points = np.stack(place(s.ravel(), t.ravel()), axis=1)
+    a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
+    cells = np.concatenate(
+        [np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)]
+    )
+    sets = {"left": node[:, 0], "right": node[:, -1], "bottom": node[0], "top": node[-1]}
+    sides = ("bottom", "top") if closed else ("left", "right", "bottom", "top")
+    return SmallMesh(points, made_positive(points, cells), sets, sides)
+
+
+def ring(
+    inner: float,
+    outer: float,
+    around: int,
+    across: int,
+    first: float = 0.0,
+    last: float = 90.0,
+) -> SmallMesh:
+    """A ring, or the part of it between two angles [deg] from the x axis; 360 from the first to the
+    last close it.
+
+    Node and facet sets inner, outer; node sets x0, y0 (nodes on x = 0, on y = 0) and east, the node
+    on the inner surface at angle 0.
+    """
+
+    def place(s, t):
+        radius, angle = inner + t * (outer - inner), np.deg2rad(first + s * (last - first))
+        return radius * np.cos(angle), radius * np.sin(angle)
+
+    mesh = grid(around, across, place, closed=last - first == 360.0)
+    return walled(mesh.points, mesh.cells, mesh.node_sets["bottom"], mesh.node_sets["top"])
+
+
+def shell(inner: float, outer: float, around: int, across: int, octants: int = 1) -> SmallMesh:
+    """Tetrahedra of an octant of a thick sphere (x, y, z > 0) or of a whole one (8 octants).
+
+    around: cells along each edge of an octant. Sets as of `ring`, and z0.
+    """
+    signs = np.array([[x, y, z] for x in (1, -1) for y in (1, -1) for z in (1, -1)])[:octants]
+    steps = [(i, j, around - i - j) for i in range(around + 1) for j in range(around + 1 - i)]
+    number = {step: k for k, step in enumerate(steps)}
+    flat = []
+    for i, j, k in steps:
+        if k > 0:
+            flat.append([number[i, j, k], number[i + 1, j, k - 1], number[i, j + 1, k - 1]])
+        if k > 1:
+            flat.append(
+                [number[i + 1, j, k - 1], number[i + 1, j + 1, k - 2], number[i, j + 1, k - 1]]
+            )
+    # Octants share the nodes on their edges: the same whole numbers.
+    every = (signs[:, None] * np.array(steps)).reshape(-1, 3)
+    unique, node = np.unique(every, axis=0, return_inverse=True)
+    triangles = node.reshape(octants, -1)[:, np.array(flat)].reshape(-1, 3)
+    directions = unique / np.linalg.norm(unique, axis=1, keepdims=True)
+    radii = np.linspace(inner, outer, across + 1)
+    points = (radii[:, None, None] * directions).reshape(-1, 3)
+    first = np.arange(across)[:, None] * len(unique)
+    cells = swept(triangles, first, first + len(unique))
+    low = np.arange(len(unique))
+    return walled(points, cells, low, low + across * len(unique))
+
+
+def swept(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Tetrahedra between copies of a triangulated section, layer by layer.
+
+    low, high (layers, 1): what to add to a section's node numbers at a layer's two faces. On every
+    side of a prism the diagonal rises from the smaller number: neighbours agree.
+    """
+    a, b, c = np.sort(triangles, axis=1).T
+    corners = [
+        [low + a, low + b, low + c, high + c],
+        [low + a, low + b, high + b, high + c],
+        [low + a, high + a, high + b, high + c],
+    ]
+    return np.stack([np.stack(four, axis=-1) for four in corners]).reshape(-1, 4)
+
+
+def walled(points: np.ndarray, cells: np.ndarray, inner: np.ndarray, outer: np.ndarray):
+    """A thick wall with its sets; coordinates that rounding left off zero are zero."""
+    points = np.where(np.abs(points) < 1e-15, 0.0, points)
+    sets = {"inner": np.unique(inner), "outer": np.unique(outer)}
+    for axis, letter in enumerate("xyz"[: points.shape[1]]):
+        sets[f"{letter}0"] = np.flatnonzero(points[:, axis] == 0.0)
+    sets["east"] = inner[[np.argmax(points[inner, 0])]]
+    return SmallMesh(points, made_positive(points, cells), sets, ("inner", "outer"))
+
+
+def distorted(
+    points: np.ndarray, cells: np.ndarray, inside: np.ndarray, distance: float, seed: int
+) -> np.ndarray:
+    """The points with those `inside` moved by `distance` [m], each in a random direction.
+
+    The first of the seeds from `seed` on whose cells are all positive.
+    """
+    while True:
+        step = np.random.default_rng(seed).standard_normal(points[inside].shape)
+        moved = points.copy()
+        moved[inside] += distance * step / np.linalg.norm(step, axis=1, keepdims=True)
+        if (signed_volumes(moved, cells) > 0.0).all():
+            return moved
+        seed += 1
