@@ -1,23 +1,31 @@
 """Bodies in space: their deformed surface in parallel projection, lit from above."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.transforms import Affine2D, ScaledTranslation, Transform
+from matplotlib.colors import to_rgba
+from matplotlib.transforms import Transform, offset_copy
 
 from softsim.mesh.mesh import boundary_facets, cell_facets, find_rows
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
-from softsim.report.style import INK
+from softsim.report.style import INK, WALL
 
 AZIMUTH, ELEVATION = np.radians(30.0), np.radians(22.0)
 """Where the camera stands: turned about y from z towards x, and above the x-z plane."""
 
-DARKEST = 0.6
-"""Brightness of a face that the light does not reach: dark, but its colour still reads."""
+SHADE, GLOSS = 0.4, 0.25
+"""How far a face turns black away from the light, and white towards it: black alone would not show
+in the darkest colours of the scale, and more of either would make a colour read as another."""
+
+PIPE_FACES = 72
+"""Around a pipe."""
+
+ARROW = 20.0
+"""Length of the arrows that show directions [points]."""
 
 
 @dataclass(frozen=True)
@@ -41,21 +49,20 @@ class Camera:
         """Places (..., 3) in the picture (..., 2)."""
         return places @ np.column_stack([self.right, self.up])
 
-    def brightness(self, normals: np.ndarray) -> np.ndarray:
-        """Of faces with these unit normals (k, 3), DARKEST to 1: the light is at the upper left."""
-        light = self.towards + 0.8 * self.up - 0.5 * self.right
-        lit = np.clip(normals @ light / np.linalg.norm(light), 0.0, 1.0)
-        return DARKEST + (1.0 - DARKEST) * lit
+    def light(self, normals: np.ndarray) -> np.ndarray:
+        """On faces with these unit normals (k, 3), 0 to 1: it comes from the upper left."""
+        source = self.towards + 0.8 * self.up - 0.5 * self.right
+        return np.clip(normals @ source / np.linalg.norm(source), 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Shot:
-    """The visible side of one frame, from far to near: corners in the picture (k, 3, 2) [mm],
-    values (k,), brightness (k,)."""
+    """Faces that the camera sees, from far to near: corners in the picture (k, 3|4, 2) [mm],
+    values (k,), light (k,), 0 to 1."""
 
     corners: np.ndarray
     values: np.ndarray
-    brightness: np.ndarray
+    light: np.ndarray
 
 
 class Surface:
@@ -69,42 +76,45 @@ class Surface:
         self.camera = Camera.at(AZIMUTH, ELEVATION)
         facets = boundary_facets(frames.cells)
         owners = find_rows(facets, cell_facets(frames.cells)) // frames.cells.shape[1]
-        self.shots = [
-            visible_side(
-                (frames.points + frames.point_data["displacement"][index])[facets] * MILLI,
-                shown_values(frames, index, field, facets, owners),
-                self.camera,
-            )
+        moved = [
+            (frames.points + frames.point_data["displacement"][index])[facets] * MILLI
             for index in indices
         ]
+        self.shots = [
+            visible_side(corners, shown_values(frames, index, field, facets, owners), self.camera)
+            for index, corners in zip(indices, moved, strict=True)
+        ]
         self.values = np.concatenate([shot.values for shot in self.shots])
-        places = np.concatenate([shot.corners.reshape(-1, 2) for shot in self.shots])
-        low, high = places.min(axis=0), places.max(axis=0)
+        faces = wall_faces(
+            frames.described.get("walls", np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0],
+            frames.described.get("pipes", np.zeros((0, 7))) * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI],
+            corners_of_box(np.concatenate(moved).reshape(-1, 3)),
+        )
+        walls = visible_side(faces, np.zeros(len(faces)), self.camera)
+        self.walls = replace(walls, light=0.5 + 0.5 * walls.light)  # quieter than the body
+        shown = [shot.corners.reshape(-1, 2) for shot in [*self.shots, self.walls]]
+        low, high = np.concatenate(shown).min(axis=0), np.concatenate(shown).max(axis=0)
         margin = 0.03 * (high - low).max()
         self.view = np.column_stack([low - margin, high + margin]).ravel()
 
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
-        """Draw one of the frames."""
+        """Draw one of the frames, in front of the walls behind it."""
+        _draw_faces(axes, self.walls, np.tile(to_rgba(WALL), (len(self.walls.light), 1)))
         shot = self.shots[number]
-        rgba = colours.to_rgba(np.ma.masked_invalid(shot.values))
-        rgba[:, :3] *= shot.brightness[:, None]
-        skin = PolyCollection(
-            list(shot.corners), facecolors=rgba, edgecolors="face", linewidths=0.25
-        )
-        axes.add_collection(skin, autolim=False)
+        _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         axes.set_axis_off()
 
     def label(self, panels: np.ndarray) -> None:
         """Below the first panel of the last row: the directions of the axes, and a length."""
         axes = panels[-1, 0]
         _draw_directions(axes, self.camera)
-        _draw_length(axes, self.view[1] - self.view[0])
+        _draw_length(axes, self.view)
 
 
 def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Shot:
     """The facets that face the camera, far ones first so that near ones cover them.
 
-    corners: (k, 3, 3) [mm], outward by the right-hand rule. values: (k,). Facets that are lost or
+    corners: (k, 3|4, 3) [mm], outward by the right-hand rule. values: (k,). Facets that are lost or
     have no area are left out.
     """
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -113,43 +123,99 @@ def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Sho
         seen = np.flatnonzero(normals @ camera.towards > 1e-9 * lengths)
     depth = corners[seen].mean(axis=1) @ camera.towards
     seen = seen[np.argsort(depth)]
-    brightness = camera.brightness(normals[seen] / lengths[seen, None])
-    return Shot(camera.project(corners[seen]), values[seen], brightness)
+    light = camera.light(normals[seen] / lengths[seen, None])
+    return Shot(camera.project(corners[seen]), values[seen], light)
+
+
+def lit(colours: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """Colours (k, 3) of faces on which this light (k,), 0 to 1, falls."""
+    shade, gloss = SHADE * (1.0 - light[:, None]) ** 1.5, GLOSS * light[:, None] ** 3
+    return (1.0 - gloss) * (1.0 - shade) * colours + gloss
+
+
+def corners_of_box(places: np.ndarray) -> np.ndarray:
+    """Corners (8, 3) of the box around places (n, 3); those that are lost do not count."""
+    places = places[np.isfinite(places).all(axis=1)]
+    ends = np.stack([places.min(axis=0), places.max(axis=0)])
+    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
+
+
+def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """The walls near a body as faces (k, 4, 3) [mm], towards the free side by the right-hand rule.
+
+    walls: (w, 6) a point [mm] and the normal. pipes: (p, 7) a point on the axis [mm], its
+    direction, the radius [mm]. box: corners (8, 3) around all that the body does [mm]. The faces
+    reach a little past the box; walls further away than half its size are left out.
+    """
+    size = np.ptp(box, axis=0).max()
+    faces = [np.zeros((0, 4, 3))]
+    for point, normal in zip(walls[:, :3], walls[:, 3:], strict=True):
+        if ((box - point) @ normal).min() < size / 2:
+            one, other = tangents(normal)
+            a, b = (_reach((box - point) @ along, size) for along in (one, other))
+            square = [(a[0], b[0]), (a[1], b[0]), (a[1], b[1]), (a[0], b[1])]
+            faces.append(np.array([[point + i * one + j * other for i, j in square]]))
+    for point, axis, radius in zip(pipes[:, :3], pipes[:, 3:6], pipes[:, 6], strict=True):
+        arms = box - point - ((box - point) @ axis)[:, None] * axis
+        if radius - np.linalg.norm(arms, axis=1).max() < size / 2:
+            one, other = tangents(axis)
+            angles = np.linspace(0.0, 2.0 * np.pi, PIPE_FACES + 1)[:, None]
+            ring = point + radius * (np.cos(angles) * one + np.sin(angles) * other)
+            low, high = (end * axis for end in _reach((box - point) @ axis, size))
+            sides = [ring[:-1] + low, ring[:-1] + high, ring[1:] + high, ring[1:] + low]
+            faces.append(np.stack(sides, axis=1))
+    return np.concatenate(faces)
+
+
+def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two unit vectors (3,) in a plane, right-handed with the unit vector `normal`."""
+    one = np.cross(np.eye(3)[np.argmin(np.abs(normal))], normal)
+    one = one / np.linalg.norm(one)
+    return one, np.cross(normal, one)
+
+
+def _reach(places: np.ndarray, size: float) -> tuple[float, float]:
+    return float(places.min() - 0.1 * size), float(places.max() + 0.1 * size)
+
+
+def _draw_faces(axes: Axes, shot: Shot, rgba: np.ndarray) -> None:
+    """Faces in the colours (k, 4), lit."""
+    rgba[:, :3] = lit(rgba[:, :3], shot.light)
+    faces = PolyCollection(list(shot.corners), facecolors=rgba, edgecolors="face", linewidths=0.25)
+    axes.add_collection(faces, autolim=False)
 
 
 def _draw_directions(axes: Axes, camera: Camera) -> None:
     """Arrows along x, y and z below the lower left corner of the panel."""
-    length, origin = 20.0, np.array([16.0, -24.0])  # points
-    for name, direction in zip("xyz", np.eye(3), strict=True):
-        tip = camera.project(direction)
+    origin = _below(axes.transAxes, axes, 14.0)
+    for name, direction in zip("xyz", camera.project(np.eye(3)), strict=True):
+        tip = ARROW * direction
         axes.annotate(
-            "", origin + length * tip, origin, annotation_clip=False,
-            xycoords=_points_from_corner(axes), textcoords=_points_from_corner(axes),
-            arrowprops={"arrowstyle": "-|>", "color": INK, "linewidth": 0.8, "mutation_scale": 6.0,
+            "", (0.0, 0.0), tuple(tip), xycoords=origin, textcoords="offset points",
+            arrowprops={"arrowstyle": "<|-", "color": INK, "linewidth": 0.8, "mutation_scale": 6.0,
                         "shrinkA": 0.0, "shrinkB": 0.0},
         )  # fmt: skip
-        beyond = origin + length * tip + 5.0 * tip / np.linalg.norm(tip)
-        axes.text(
-            *beyond, name, transform=_points_from_corner(axes), ha="center", va="center",
-            fontsize=8.5, clip_on=False,
+        beyond = tip + 5.0 * direction / np.linalg.norm(direction)
+        axes.annotate(
+            name, (0.0, 0.0), tuple(beyond), xycoords=origin, textcoords="offset points",
+            ha="center", va="center", fontsize=8.5,
         )  # fmt: skip
 
 
-def _points_from_corner(axes: Axes) -> Transform:
-    """Places in points from the lower left corner of the panel."""
-    figure = axes.get_figure()
-    assert figure is not None
-    corner = ScaledTranslation(0.0, 0.0, axes.transAxes)
-    return Affine2D().scale(1.0 / 72.0) + figure.dpi_scale_trans + corner
+def _draw_length(axes: Axes, view: np.ndarray) -> None:
+    """A bar of a round length, right of the arrows."""
+    length = round_length((view[1] - view[0]) / 3.0)
+    bar = _below(axes.get_xaxis_transform(), axes, 60.0)
+    axes.plot([view[0], view[0] + length], [0.0, 0.0], color=INK, transform=bar, clip_on=False)
+    axes.annotate(
+        f"{length:g} mm", (view[0] + length / 2.0, 0.0), (0.0, -4.0), xycoords=bar,
+        textcoords="offset points", ha="center", va="top", fontsize=8.5,
+    )  # fmt: skip
 
 
-def _draw_length(axes: Axes, width: float) -> None:
-    """A bar of a round length, right of the directions; `width` of the panel [mm]."""
-    length = round_length(width / 3.0)
-    bar = axes.get_xaxis_transform()
-    start = axes.get_xlim()[0] + 0.3 * width
-    axes.plot([start, start + length], [-0.06] * 2, color=INK, transform=bar, clip_on=False)
-    axes.text(start + length / 2, -0.08, f"{length:g} mm", transform=bar, ha="center", va="top", fontsize=8.5)
+def _below(transform: Transform, axes: Axes, right: float) -> Transform:
+    """The same, ARROW and a little further down, and `right` points to the right."""
+    return offset_copy(transform, axes.get_figure(), right, -ARROW - 6.0, "points")
 
 
 def round_length(longest: float) -> float:
