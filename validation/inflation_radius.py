@@ -223,8 +223,7 @@ def main(
         "skin, nearly incompressible", "skin_inflation.yaml", out,
         "materials={thesis: {law: yeoh, C10: 36 kPa, C20: 0.25 kPa, C30: 0.023 kPa, "
         "density: 1070 kg/m^3, poisson_ratio: 0.4975}}", "bodies.skin.material=thesis",
-        "loads.air.profile={kind: table, points: [[0 s, 0 ml], [30 ms, 1 ml], [60 ms, 4 ml], "
-        "[100 ms, 10 ml], [160 ms, 23 ml]]}", "time.end=0.16 s",
+        "loads.air.profile={kind: smooth_step, value: 23 ml, duration: 0.16 s}", "time.end=0.16 s",
     )  # fmt: skip
     ringed = inflated("skin with rings", "skin_inflation_rings.yaml", out)
     curves = [smooth, stiff, ringed]

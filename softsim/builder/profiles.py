@@ -7,7 +7,7 @@ import numpy as np
 
 from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
-from softsim.scene.profiles import PressureProfile, Ramp, Table
+from softsim.scene.profiles import PressureProfile, Ramp, SmoothStep, Table
 
 CURVES: dict[str, Callable[..., Profile]] = {
     "cycles": profiles.cycles,
@@ -23,10 +23,13 @@ def pressure_profile(data: PressureProfile) -> Profile:
     return CURVES[data.kind](**data.model_dump(exclude={"kind"}))
 
 
-def rising_profile(data: Ramp[Any] | Table[Any]) -> Profile:
-    """A ramp or a table of any quantity, over time [s]."""
+def rising_profile(data: Ramp[Any] | SmoothStep[Any] | Table[Any]) -> Profile:
+    """A ramp, a smooth step or a table of any quantity, over time [s]."""
     if isinstance(data, Table):
         return table_profile(data)
+    if isinstance(data, SmoothStep):
+        rise = profiles.smooth_rise(data.duration)
+        return Profile(rise.times, data.value * rise.values)
     return profiles.constant(data.value, data.duration)
 
 

@@ -108,6 +108,7 @@ class HalfSection(Section):
         pale[:, :3] += PALE * (1.0 - pale[:, :3])
         draw_cells(axes, mirrored(shot.corners), pale)
         draw_edges(axes, mirrored(shot.boundary), QUIET)
+        draw_edges(axes, ends(shot.boundary), QUIET, zorder=1.8)  # behind all that stands inside
         axes.axvline(0.0, color=INK, linewidth=0.7, linestyle=(0, (9, 2, 1.5, 2)), zorder=5)
 
     def label(self, panels: np.ndarray) -> None:
@@ -120,6 +121,20 @@ class HalfSection(Section):
 def mirrored(places: np.ndarray) -> np.ndarray:
     """Places (..., 2) on the other side of the axis x = 0."""
     return places * [-1.0, 1.0]
+
+
+def ends(boundary: np.ndarray) -> np.ndarray:
+    """Where the body of revolution begins and ends, seen from the side: the two circles nearest to
+    the axis as lines (2, 2, 2) across it. boundary: edges (e, 2, 2) of the half section.
+    """
+    places = boundary.reshape(-1, 2)
+    places = places[np.isfinite(places).all(axis=1)]
+    size = np.ptp(places, axis=0).max()
+    lines = []
+    for height in (places[:, 1].min(), places[:, 1].max()):
+        inner = places[np.abs(places[:, 1] - height) < 1e-3 * size, 0].min()
+        lines.append([[-inner, height], [inner, height]])
+    return np.array(lines)
 
 
 def boundary_edges(cells: np.ndarray) -> np.ndarray:
@@ -163,9 +178,9 @@ def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
     axes.add_collection(cells, autolim=False)
 
 
-def draw_edges(axes: Axes, edges: np.ndarray, colour: str) -> None:
+def draw_edges(axes: Axes, edges: np.ndarray, colour: str, zorder: float = 4.0) -> None:
     """The rim of a body: edges (e, 2, 2) [mm]."""
-    rim = LineCollection(list(edges), colors=colour, linewidths=0.35, zorder=4)
+    rim = LineCollection(list(edges), colors=colour, linewidths=0.35, zorder=zorder)
     axes.add_collection(rim, autolim=False)
 
 
@@ -190,7 +205,7 @@ def draw_wall(axes: Axes, wall: Wall, view: np.ndarray) -> None:
     axes.add_patch(solid)
     (line,) = axes.plot(*face.T, color=INK, linewidth=0.9, zorder=1.5)
     if wall.side:
-        low, high = sorted((0.0, wall.side * reach))
+        low, high = (0.0, view[1]) if wall.side > 0 else (view[0], 0.0)
         half = Rectangle((low, view[2]), high - low, view[3] - view[2], transform=axes.transData)
         solid.set_clip_path(half)
         line.set_clip_path(half)

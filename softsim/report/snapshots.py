@@ -123,7 +123,13 @@ def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path)
 
 
 def _columns(count: int, view: np.ndarray) -> int:
-    """Panels side by side: as many as bring the figure nearest to a page-wide 4:3 picture."""
+    """Panels side by side: as many as bring the figure nearest to a page-wide 4:3 picture, with
+    few places left empty."""
     aspect = (view[3] - view[2]) / (view[1] - view[0])
-    heights = {c: -(-count // c) * aspect / c for c in range(1, count + 1)}
-    return min(heights, key=lambda c: abs(np.log(heights[c] / 0.75)))
+
+    def flaws(columns: int) -> float:
+        rows = -(-count // columns)
+        empty = 1.0 - count / (rows * columns)
+        return abs(np.log(rows * aspect / columns / 0.75)) + 3.0 * empty
+
+    return min(range(1, count + 1), key=flaws)

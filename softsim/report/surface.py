@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
-from matplotlib.transforms import Transform, offset_copy
+from matplotlib.transforms import ScaledTranslation, Transform
 
 from softsim.mesh.mesh import boundary_facets, cell_facets, find_rows
 from softsim.output.fields import Frames
@@ -215,7 +215,8 @@ def _draw_length(axes: Axes, view: np.ndarray) -> None:
 
 def _below(transform: Transform, axes: Axes, right: float) -> Transform:
     """The same, ARROW and a little further down, and `right` points to the right."""
-    return offset_copy(transform, axes.get_figure(), right, -ARROW - 6.0, "points")
+    inch = axes.figure.dpi_scale_trans
+    return transform + ScaledTranslation(right / 72.0, (-ARROW - 6.0) / 72.0, inch)
 
 
 def round_length(longest: float) -> float:

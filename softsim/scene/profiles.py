@@ -41,6 +41,16 @@ class Ramp(Part, Generic[Q]):
     duration: PositiveTime = Field(description="Time of the rise.")
 
 
+class SmoothStep(Part, Generic[Q]):
+    """A rise from zero as u^2 (3 - 2 u), u = time / duration, then constant: without a jump of the
+    rate, so that little vibrates (ABAQUS's amplitude SMOOTH STEP is of this kind).
+    """
+
+    kind: Literal["smooth_step"] = Field(description="Kind of profile.")
+    value: Q = Field(description="Reached at the end of the rise.")
+    duration: PositiveTime = Field(description="Time of the rise.")
+
+
 class Table(Part, Generic[Q]):
     """Straight lines between points, constant after the last."""
 
@@ -58,9 +68,13 @@ class Table(Part, Generic[Q]):
         return points
 
 
-LengthProfile = Annotated[Ramp[Length] | Table[Length], Field(discriminator="kind")]
-VolumeProfile = Annotated[Ramp[Volume] | Table[Volume], Field(discriminator="kind")]
-MassProfile = Annotated[Ramp[Mass] | Table[Mass], Field(discriminator="kind")]
+LengthProfile = Annotated[
+    Ramp[Length] | SmoothStep[Length] | Table[Length], Field(discriminator="kind")
+]
+VolumeProfile = Annotated[
+    Ramp[Volume] | SmoothStep[Volume] | Table[Volume], Field(discriminator="kind")
+]
+MassProfile = Annotated[Ramp[Mass] | SmoothStep[Mass] | Table[Mass], Field(discriminator="kind")]
 
 
 class _Cycle(Part):
