@@ -38,6 +38,7 @@ class PlaneStrain:
     """Triangles of a plate of given thickness [m] that cannot strain across it."""
 
     thickness: float
+    name = "plane_strain"
     dimension = 2
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -75,6 +76,7 @@ class Axisymmetric:
     One integration point, the centroid, whose radius is the mean of the corners'.
     """
 
+    name = "axisymmetric"
     dimension = 2
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -118,6 +120,7 @@ class Axisymmetric:
 class Solid:
     """Tetrahedra in space."""
 
+    name = "solid"
     dimension = 3
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:

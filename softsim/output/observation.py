@@ -249,4 +249,5 @@ def description(model: Model, title: str) -> dict:
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,
         "title": title,
+        "formulation": model.bodies[0].geometry.name,
     }
