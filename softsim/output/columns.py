@@ -24,16 +24,4 @@ FIXED_COLUMNS = frozenset(
         "unbalanced_share",
     }
 )
-"""All columns that observation.columns gives to some model; any other column is a probe's."""
-
-
-def probe_names(units: dict[str, str]) -> dict[str, dict[str, str]]:
-    """Probes of a history: unit -> column -> what a person calls it, such as "tip y".
-
-    units: column -> unit, in order, as history.read_units gives them.
-    """
-    probes: dict[str, dict[str, str]] = {}
-    for column, unit in units.items():
-        if column not in FIXED_COLUMNS:
-            probes.setdefault(unit, {})[column] = column
-    return probes
+"""All that observation.columns names in any model without probes; further columns are probes'."""

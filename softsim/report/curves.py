@@ -21,6 +21,17 @@ ENERGIES = {
     "contact_energy": ("contact", GREEN),
 }
 
+CONTACTS = {
+    "rows_in_contact": ("rows in contact", BLUE),
+    "wall_force_normal": ("normal wall force [N]", ORANGE),
+}
+
+UNSEEN = 1e-6
+"""Part of the largest curve of a figure below which another one is a line at zero."""
+
+STANDSTILL = 1e-9
+"""Displacement [m] that is round-off."""
+
 
 def has(history: History, column: str) -> bool:
     """Whether the history has the column, and a number in it."""
@@ -35,46 +46,67 @@ def pressurised(history: History) -> bool:
 def travelling_column(history: History) -> str:
     """The column that says where the robot is: its frame's place, or its body's without a frame.
 
+    A robot's frame travels along x, if it can; a body goes where it goes furthest.
     Raises OutputError if the history has neither.
     """
-    for column in ("frame_x", "body_x"):
-        if has(history, column):
-            return column
+    for body in ("frame", "body"):
+        columns = [f"{body}_{axis}" for axis in "xyz" if has(history, f"{body}_{axis}")]
+        if columns:
+            ranges = [float(np.nanmax(history[c]) - np.nanmin(history[c])) for c in columns]
+            enough = (UNSEEN if body == "frame" else 1.0) * max(ranges)
+            return next(c for c, r in zip(columns, ranges, strict=True) if r >= enough)
     raise OutputError(
         "the history has neither frame_x nor body_x, so there is no displacement to draw"
     )
 
 
 def displacement(history: History) -> np.ndarray:
-    """How far the robot is from where it started, along x [m], (rows,)."""
+    """How far the robot is from where it started, along `travelling_column` [m], (rows,)."""
     x = history[travelling_column(history)]
     return x - x[np.isfinite(x)][0]
 
 
-def draw_displacement_pressure(history: History, path: Path) -> None:
-    """Displacement (solid, left) and pressure (dotted, right) over time.
+def travels(history: History) -> bool:
+    """Whether the robot is ever elsewhere than where it started."""
+    if not any(has(history, f"{body}_{axis}") for body in ("frame", "body") for axis in "xyz"):
+        return False
+    return bool(np.nanmax(np.abs(displacement(history))) > STANDSTILL)
 
-    Raises OutputError if the history has no displacement or the disk refuses.
+
+def draw_displacement_pressure(history: History, path: Path) -> None:
+    """Displacement (solid, left) and pressure (dotted, right) over time, or one of them alone.
+
+    Raises OutputError if the history has neither or the disk refuses.
     """
-    body = travelling_column(history).removesuffix("_x")
+    if not travels(history) and not pressurised(history):
+        raise OutputError("the history has neither displacement nor pressure to draw")
     with drawing(path, height=3.0) as figure:
         axes = figure.add_subplot()
-        draw_signal(
-            axes, history["time"], displacement(history) * 1e3, BLUE, f"{body} displacement"
-        )
-        axes.set_xlabel("time [s]")
-        axes.set_ylabel(f"{body} displacement [mm]", color=BLUE)
-        _span(axes, history["time"])
-        if pressurised(history):
-            right = axes.twinx()
+        label_time(axes, history)
+        if travels(history):
+            body, axis = travelling_column(history).split("_")
             draw_signal(
-                right, history["time"], history["pressure"] / 1e3, ORANGE, "air pressure", ":"
+                axes, history["time"], displacement(history) * 1e3, BLUE, f"{body} displacement"
             )
-            right.set_ylabel("air pressure [kPa]", color=ORANGE)
-            right.set_ylim(bottom=min(0.0, right.get_ylim()[0]))
-            right.spines["right"].set_visible(True)
-            right.grid(False)
+            axes.set_ylabel(f"{body} displacement in {axis} [mm]", color=BLUE)
+        if pressurised(history):
+            if travels(history):
+                axes = axes.twinx()
+                axes.spines["right"].set_visible(True)
+                axes.grid(False)
+            draw_signal(
+                axes, history["time"], history["pressure"] / 1e3, ORANGE, "air pressure", ":"
+            )
+            axes.set_ylabel("air pressure [kPa]", color=ORANGE)
+            axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         figure.legend(loc="outside upper center", ncols=2)
+
+
+def energies_drawn(history: History) -> dict[str, tuple[str, str]]:
+    """The energies that show beside the largest: column -> label, colour."""
+    largest = {c: float(np.nanmax(np.abs(history[c]))) for c in ENERGIES if has(history, c)}
+    limit = UNSEEN * max(largest.values(), default=0.0)
+    return {column: ENERGIES[column] for column, size in largest.items() if size > limit}
 
 
 def draw_energies(history: History, path: Path) -> None:
@@ -82,7 +114,7 @@ def draw_energies(history: History, path: Path) -> None:
 
     Raises OutputError if the history has no energies or the disk refuses.
     """
-    present = {name: style for name, style in ENERGIES.items() if has(history, name)}
+    present = energies_drawn(history)
     if not present:
         raise OutputError(f"the history has no energies to draw, none of {', '.join(ENERGIES)}")
     largest = max(float(np.nanmax(np.abs(history[name]))) for name in present)
@@ -99,10 +131,18 @@ def draw_energies(history: History, path: Path) -> None:
             draw_signal(panels[1], history["time"], history["energy_error"] * 100, RED, None)
             panels[1].axhline(0.0, color=INK, linewidth=0.6)
             panels[1].set_ylabel("energy\nerror [%]")
-        panels[-1].set_xlabel("time [s]")
-        _span(panels[-1], history["time"])
+        label_time(panels[-1], history)
         figure.align_ylabels()
         figure.legend(loc="outside upper center", ncols=len(present), columnspacing=1.4)
+
+
+def contacts_drawn(history: History) -> dict[str, tuple[str, str]]:
+    """What there was of contact with walls: column -> label, colour."""
+    return {
+        column: style
+        for column, style in CONTACTS.items()
+        if has(history, column) and np.nanmax(history[column]) > 0.0
+    }
 
 
 def draw_contact_rows(history: History, path: Path) -> None:
@@ -110,13 +150,9 @@ def draw_contact_rows(history: History, path: Path) -> None:
 
     Raises OutputError if the history has neither or the disk refuses.
     """
-    panels_of = {
-        "rows_in_contact": ("rows in contact", BLUE),
-        "wall_force_normal": ("normal wall force [N]", ORANGE),
-    }
-    present = {name: style for name, style in panels_of.items() if has(history, name)}
+    present = contacts_drawn(history)
     if not present:
-        raise OutputError(f"the history has no contact to draw, none of {', '.join(panels_of)}")
+        raise OutputError(f"the history has no contact to draw, none of {', '.join(CONTACTS)}")
     with drawing(path, height=1.0 + 1.5 * len(present)) as figure:
         panels = figure.subplots(len(present), sharex=True, squeeze=False)[:, 0]
         for axes, (name, (label, colour)) in zip(panels, present.items(), strict=True):
@@ -124,8 +160,7 @@ def draw_contact_rows(history: History, path: Path) -> None:
             axes.set_ylabel(label)
             axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
             axes.yaxis.get_major_locator().set_params(integer=name == "rows_in_contact")
-        panels[-1].set_xlabel("time [s]")
-        _span(panels[-1], history["time"])
+        label_time(panels[-1], history)
         figure.align_ylabels()
 
 
@@ -143,8 +178,11 @@ def draw_signal(
     axes.plot(band.time, band.mean, line, color=colour, label=label)
 
 
-def _span(axes: Axes, time: np.ndarray) -> None:
+def label_time(axes: Axes, history: History) -> None:
     """Let the axis run from the first to the last sample; a run of one sample has no span."""
+    static = "unbalanced_share" in history
+    axes.set_xlabel("time of the loads, then of settling [s]" if static else "time [s]")
+    time = history["time"]
     if time[-1] > time[0]:
         axes.set_xlim(time[0], time[-1])
 

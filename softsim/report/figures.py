@@ -1,34 +1,50 @@
 """All figures of a run folder, from its files alone."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from softsim.errors import OutputError
-from softsim.output.fields import read_frames
+from softsim.output.fields import Frames, read_frames
 from softsim.output.folder import HISTORY, RESULTS
-from softsim.output.history import read_history
+from softsim.output.history import read_history, read_units
 from softsim.report.curves import (
     History,
+    contacts_drawn,
     displacement,
     draw_contact_rows,
     draw_displacement_pressure,
     draw_energies,
-    has,
+    energies_drawn,
     pressurised,
+    travels,
 )
 from softsim.report.moments import moments
-from softsim.report.snapshots import draw_snapshots
+from softsim.report.probes import curves_of, draw_pressure_probe, draw_probes, inflation_curves
+from softsim.report.snapshots import draw_snapshots, is_axisymmetric
 
-Drawing = Callable[[History, Path], None]
+Units = Mapping[str, str]
+Content = Callable[[History, Units], object]
+Drawing = Callable[[History, Units, Path], None]
 
-CURVES: dict[str, tuple[Drawing, tuple[str, ...]]] = {
-    "displacement_pressure.png": (draw_displacement_pressure, ("frame_x", "body_x")),
-    "energies.png": (draw_energies, ("internal_energy", "kinetic_energy", "external_work")),
-    "contact_rows.png": (draw_contact_rows, ("rows_in_contact", "wall_force_normal")),
+CURVES: dict[str, tuple[Content, Drawing]] = {
+    "displacement_pressure.png": (
+        lambda history, _: travels(history) or pressurised(history),
+        lambda history, _, path: draw_displacement_pressure(history, path),
+    ),
+    "energies.png": (
+        lambda history, _: energies_drawn(history),
+        lambda history, _, path: draw_energies(history, path),
+    ),
+    "contact_rows.png": (
+        lambda history, _: contacts_drawn(history),
+        lambda history, _, path: draw_contact_rows(history, path),
+    ),
+    "probes.png": (curves_of, draw_probes),
+    "pressure_probe.png": (inflation_curves, draw_pressure_probe),
 }
-"""Figure -> how it is drawn, and the columns of which it needs one."""
+"""Figure -> whether a history has something to show in it, and how it is drawn."""
 
 SNAPSHOTS = "snapshots.png"
 
@@ -37,34 +53,41 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     """Draw the figures that the files of `folder` have the data for; the figures' paths.
 
     snapshot_field: what the snapshots are coloured by: stretch, von_mises, pressure, displacement.
-    A run without field output has no snapshots, one without contact no contact figure.
+    A run without field output has no snapshots, one without contact no contact figure; such
+    figures of an earlier run in the folder go.
     Raises OutputError if the history is missing or empty, the results do not have
     `snapshot_field`, or the disk refuses.
     """
-    history = read_history(folder / HISTORY)
+    history, units = dict(read_history(folder / HISTORY)), read_units(folder / HISTORY)
     if len(history["time"]) == 0:
         raise OutputError(
             f"{folder / HISTORY} has no rows yet, there is nothing to draw",
             hint="the run was stopped before its first sample: run longer or sample more often",
         )
+    for name in (*CURVES, SNAPSHOTS):
+        (folder / name).unlink(missing_ok=True)
+    frames = read_frames(folder / RESULTS) if (folder / RESULTS).exists() else None
+    if frames is not None and is_axisymmetric(frames):
+        # The mean radius of a half section is not where its body is, which is on the axis.
+        for column in ("frame_x", "body_x"):
+            history.pop(column, None)
     drawn = []
-    for name, (draw, columns) in CURVES.items():
-        if any(has(history, column) for column in columns):
-            draw(history, folder / name)
+    for name, (content, draw) in CURVES.items():
+        if content(history, units):
+            draw(history, units, folder / name)
             drawn.append(folder / name)
-    if (folder / RESULTS).exists():
-        _draw_snapshots_of_run(history, folder, snapshot_field)
+    if frames is not None:
+        _draw_snapshots_of_run(history, frames, snapshot_field, folder / SNAPSHOTS)
         drawn.append(folder / SNAPSHOTS)
     return drawn
 
 
-def _draw_snapshots_of_run(history: History, folder: Path, field: str) -> None:
+def _draw_snapshots_of_run(history: History, frames: Frames, field: str, path: Path) -> None:
     time = history["time"]
     pressure = history["pressure"] if pressurised(history) else None
-    moving = has(history, "frame_x") or has(history, "body_x")
     at = moments(
         time,
         np.zeros(len(time)) if pressure is None else pressure,
-        displacement(history) if moving else np.zeros(len(time)),
+        displacement(history) if travels(history) else np.zeros(len(time)),
     )
-    draw_snapshots(read_frames(folder / RESULTS), at, time, pressure, field, folder / SNAPSHOTS)
+    draw_snapshots(frames, at, time, pressure, field, path)

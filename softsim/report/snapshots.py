@@ -42,9 +42,14 @@ def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
     """The frames as their kind of mesh is shown: in space, of revolution, or plane."""
     if frames.points.shape[1] == 3:
         return Surface(frames, indices, field)
-    if frames.titles.get("formulation") == "axisymmetric":
+    if is_axisymmetric(frames):
         return HalfSection(frames, indices, field)
     return Section(frames, indices, field)
+
+
+def is_axisymmetric(frames: Frames) -> bool:
+    """Whether the plane mesh is the half section of a body of revolution."""
+    return frames.titles.get("formulation") == "axisymmetric"
 
 
 def draw_snapshots(

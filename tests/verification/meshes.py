@@ -102,6 +102,31 @@ def grid(
     return SmallMesh(points, made_positive(points, cells), sets, sides)
 
 
+def irregular_block(side: float, count: int, dimension: int, shift: float, seed: int) -> SmallMesh:
+    """A square or cube [0, side]^d, `count` cells a side, its inner nodes moved by `shift` times a
+    cell's side in random directions; sets left, right, bottom, top, in space back, front.
+    """
+    ticks = np.linspace(0.0, side, count + 1)
+    square = grid(count, count, lambda s, t: (side * s, side * t))
+    points, cells = square.points, square.cells
+    if dimension == 3:
+        low = len(points) * np.arange(count)[:, None]
+        cells = swept(cells, low, low + len(points))
+        points = np.column_stack(
+            [np.tile(points, (count + 1, 1)), np.repeat(ticks, len(points))]
+        )
+        cells = made_positive(points, cells)
+    names = (("left", "right"), ("bottom", "top"), ("back", "front"))[:dimension]
+    sets = {
+        name: np.flatnonzero(points[:, axis] == end)
+        for axis, pair in enumerate(names)
+        for name, end in zip(pair, (0.0, side), strict=True)
+    }
+    inside = np.setdiff1d(np.arange(len(points)), np.concatenate([*sets.values()]))
+    moved = distorted(points, cells, inside, shift * side / count, seed)
+    return SmallMesh(moved, cells, sets, tuple(sets))
+
+
 def ring(
     inner: float,
     outer: float,

@@ -1,8 +1,8 @@
 """The pipe robot's skin under pressure against FElupe, an independent finite-element program.
 
 Dragon Skin 10 by Yeoh's law, ends clamped, follower pressure, axisymmetric; see felupe_skin.py.
-FElupe's own discretisation error is below 1e-5 at 3 and 6 kPa and 4e-4 at 8 kPa (6 against 12 cells
-through the thickness). Ours falls with the mesh: see the last test.
+FElupe's own radii change by 3e-6, 2e-5 and 3e-4 (at 3, 6 and 8 kPa) from 6 to 12 cells through the
+thickness. Ours converge to them: see the last test.
 """
 
 import io
@@ -62,7 +62,7 @@ def test_the_skin_inflates_as_felupe_says(
 
     The growth of the radius itself is 0.86, 2.4 and 4.96 mm; at 8 kPa the limit point (8.35 kPa) is
     near, where a small error of stiffness makes a large one of radius.
-    Found: +0.01 %, -0.02 % and -0.38 %.
+    Found: +0.01 %, -0.02 % and -0.37 %.
     """
     found = outer_radius(pressure, 0.25)
     record_verification(f"FElupe's skin, {pressure / 1e3:g} kPa", felupe_radius[pressure], found)
@@ -73,11 +73,12 @@ def test_the_skin_inflates_as_felupe_says(
 def test_the_difference_to_felupe_falls_with_the_mesh(outer_radius, record_verification):
     """At 8 kPa, 0.25 and 0.125 mm (4 and 8 through the wall) against FElupe's finest mesh.
 
-    The clamp's corners are singular: less than second order, at least first.
+    The clamp's corners are singular: less than second order, at least first, so that half of the
+    1 % allowed at 0.25 mm is left. Found: -0.16 %, order 1.4.
     """
     exact = felupe_skin.outer_radius([8000], cells_through_thickness=12)[0]
     errors = [outer_radius(8000, size) / exact - 1.0 for size in (0.25, 0.125)]
     order = np.log2(errors[0] / errors[1])
     record_verification("FElupe's skin, 8 kPa, fine", exact, exact * (1 + errors[1]), order)
-    assert abs(errors[1]) < 0.0025
+    assert abs(errors[1]) < 0.005
     assert order > 1.0

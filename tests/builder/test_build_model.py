@@ -9,7 +9,7 @@ from softsim.builder import build_model, library_material, library_names
 from softsim.errors import SceneError
 from softsim.scene.loading import load_scene
 
-SCENES = sorted((Path(__file__).parents[1] / "scenes").glob("*.yaml"))
+SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.yaml"))
 MESH = "{generator: block, length: 10 mm, height: 5 mm, element_size: 2.5 mm}"
 CUBE = f"""\
 bodies:

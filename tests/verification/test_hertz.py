@@ -1,0 +1,240 @@
+"""A rigid ball pressed on a soft block: Hertz, as a bonded layer and as a half space know it.
+
+Ball of radius R = 5 mm, 50 mN in all, Dragon Skin 10 (E = 213 kPa, nu = 0.475), block 9 mm high on
+a rigid base and 20 mm in radius, no friction. Hertz: contact radius a = 0.88 mm, largest pressure
+p_0 = 31 kPa, depth 0.155 mm on a half space, 0.144 mm on the bonded layer, which is exact here
+(`closed_forms.layer_indentation_force`). Errors, relative to the depth d, to be expected:
+    (h / 2a)^2 = 1.3 % at h = 0.2 mm: nodes touch or not, so a is known to half a cell, and the depth
+        is stationary in a;
+    p_0 h / (2 kappa d) = 1.5 % at h = 0.2 mm: penetration. The contact is a layer of compliance
+        h / kappa; of such a layer the complementary energy (h / 2 kappa) int p^2 dA is
+        3/8 F p_0 h / kappa for Hertz's pressure, and its slope over F (p_0 goes with F^(1/3)) is
+        p_0 h / (2 kappa);
+    d / R = 3 %: finite strain, and the ball is no paraboloid (0.2 %);
+    side walls at 20 mm: 0.1 %.
+So 5 % on the coarse mesh. What is left when the mesh is refined and the contact made stiffer is
+finite strain, below d / R.
+"""
+
+from dataclasses import dataclass, replace
+
+import closed_forms
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+RADIUS, HEIGHT, WIDTH, FORCE = 5e-3, 9e-3, 20e-3, 0.05
+SHEAR, BULK = 72e3, 1.44e6
+E = 9.0 * BULK * SHEAR / (3.0 * BULK + SHEAR)
+NU = (3.0 * BULK - 2.0 * SHEAR) / (2.0 * (3.0 * BULK + SHEAR))
+A = np.cbrt(0.75 * FORCE * RADIUS * (1.0 - NU**2) / E)
+LARGEST_PRESSURE = 1.5 * FORCE / (np.pi * A**2)
+DEPTH = brentq(
+    lambda d: closed_forms.layer_indentation_force(d, RADIUS, HEIGHT, E, NU) - FORCE, 1e-5, 1e-3
+)
+
+SCENE = """
+bodies:
+  block: {{mesh: {{file: block.inp}}, formulation: {formulation}, material: dragon_skin_10,
+          fixed: [base]}}
+rigid_bodies:
+  ball: {{mass: {mass} g, inertia: 1 kg*mm^2, center: [0 mm, 14 mm], outline: {{radius: 5 mm}},
+         supports: [block.top], free: [y]}}
+environment: {{gravity: 0 m/s^2}}
+loads: {{press: {{kind: rigid_force, acts_on: ball, force: [0 N, -{force} N], ramp: 3 ms}}}}
+time: {{end: 3 ms, procedure: static}}
+"""
+SYMMETRY = """
+conditions:
+  x: {kind: symmetry, nodes: block.left, normal: x}
+  z: {kind: symmetry, nodes: block.back, normal: z}
+"""
+
+
+def stations(size: float, extent: float, growth: float, level: int = 0) -> np.ndarray:
+    """From 0 to `extent`: cells of `size` up to 1.2 mm, growing from there; halved `level` times,
+    so that all of the mesh is refined, not its fine part only.
+    """
+    fine = round(1.2e-3 / size)
+    rest = extent / size - fine
+    count = int(np.ceil(np.log1p(rest * (growth - 1.0) / growth) / np.log(growth)))
+    ratio = brentq(lambda g: (g ** np.arange(1, count + 1)).sum() - rest, 1.0, growth)
+    cells = np.concatenate([np.ones(fine), ratio ** np.arange(1, count + 1)])
+    result = size * np.concatenate([[0.0], np.cumsum(cells)])
+    for _ in range(level):
+        result = np.sort(np.concatenate([result, 0.5 * (result[1:] + result[:-1])]))
+    return result
+
+
+def write_inp(path, points, cells, kind, sets):
+    """An ABAQUS input file in mm."""
+    lines = ["*NODE"]
+    lines += [f"{k}, " + ", ".join(f"{1e3 * c:.12g}" for c in p) for k, p in enumerate(points, 1)]
+    lines.append(f"*ELEMENT, TYPE={kind}")
+    lines += [f"{k}, " + ", ".join(str(a + 1) for a in cell) for k, cell in enumerate(cells, 1)]
+    for name, nodes in sets.items():
+        lines += [f"*NSET, NSET={name}", *(f"{a + 1}," for a in nodes)]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_rings(path, radii, depths):
+    """A half section, graded towards the top of the axis."""
+    from softsim.robots.block import block
+
+    columns, rows = len(radii) - 1, len(depths) - 1
+    grid = block(columns, rows, 1.0)
+    i, j = np.round(grid.points + [columns / 2, 0.0]).astype(int).T
+    points = np.column_stack([radii[i], HEIGHT - depths[rows - j]])
+    sets = {"top": np.flatnonzero(j == rows), "base": np.flatnonzero(j == 0)}
+    write_inp(path, points, grid.cells, "CAX3", sets)
+
+
+def write_quarter(path, sides, depths):
+    """A quarter of a square block in space, graded towards the top of its inner edge."""
+    from softsim.robots.box import box
+
+    columns, rows = len(sides) - 1, len(depths) - 1
+    grid = box(columns, columns, rows, 1.0)
+    i, j, k = np.round(grid.points).astype(int).T
+    points = np.column_stack([sides[i], HEIGHT - depths[rows - j], sides[k]])
+    sets = {"top": j == rows, "base": j == 0, "left": i == 0, "back": k == 0}
+    sets = {name: np.flatnonzero(chosen) for name, chosen in sets.items()}
+    write_inp(path, points, grid.cells, "C3D4", sets)
+
+
+def stiffer(model, factor):
+    """The model with another penalty stiffness."""
+    outline = model.outlines[0]
+    support = replace(
+        outline.support,
+        penalty_stiffness=factor * outline.support.penalty_stiffness,
+        tangential_stiffness=factor * outline.support.tangential_stiffness,
+        damping=np.sqrt(factor) * outline.support.damping,
+    )
+    return replace(model, outlines=(replace(outline, support=support),))
+
+
+@dataclass(frozen=True)
+class Pressed:
+    """Depth of the ball [m], normal forces' mean penetration [m], their vertical sum [N], radius of
+    the outermost node that touches [m].
+    """
+
+    depth: float
+    penetration: float
+    force: float
+    contact_radius: float
+
+
+def pressed(solver) -> Pressed:
+    """Go on until forces balance, and look."""
+    from softsim.solver.equilibrium import unbalanced_share
+
+    model = solver.models[0]
+    while solver.time < model.end_time or unbalanced_share(solver) > model.relaxation.tolerance:
+        solver.advance(256)
+        assert solver.time < 0.1
+    contact = solver.terms.supports[0]
+    N = contact.normal_force.to_numpy()[0]
+    centre = solver.terms.rigid_bodies.centre.to_numpy()[0, 0]
+    arms = solver.positions()[0][model.outlines[0].support.nodes] - centre
+    gaps = np.linalg.norm(arms, axis=1) - RADIUS
+    return Pressed(
+        depth=HEIGHT + RADIUS - centre[1],
+        penetration=-float(N @ gaps / N.sum()),
+        force=-float(contact.force.to_numpy()[0][:, 1].sum()),
+        contact_radius=float(np.linalg.norm(np.delete(arms, 1, axis=1), axis=1)[N > 0.0].max()),
+    )
+
+
+@pytest.fixture
+def axisymmetric(build, start, tmp_path):
+    """Press the ball into rings of `size` at the contact, halved `level` times."""
+
+    def press(size, growth, level=0, stiffness=1.0):
+        spacing = (stations(size, extent, growth, level) for extent in (WIDTH, HEIGHT))
+        write_rings(tmp_path / "block.inp", *spacing)
+        scene = SCENE.format(formulation="axisymmetric", mass=0.05, force=FORCE)
+        return pressed(start(stiffer(build(scene), stiffness)))
+
+    return press
+
+
+@pytest.fixture
+def quarter(build, start, tmp_path):
+    """The same in space, a quarter of it with a quarter of the force."""
+
+    def press(size, growth):
+        write_quarter(
+            tmp_path / "block.inp", stations(size, WIDTH, growth), stations(size, HEIGHT, growth)
+        )
+        scene = SCENE.format(formulation="solid", mass=0.0125, force=FORCE / 4.0)
+        return pressed(start(build(scene + SYMMETRY)))
+
+    return press
+
+
+def test_axisymmetric(axisymmetric, record_verification):
+    """Depth within 5 %, contact radius within a cell, and what the penalty adds, at h = 0.2 mm."""
+    size = 0.2e-3
+    found, stiff = axisymmetric(size, 1.4), axisymmetric(size, 1.4, stiffness=2.0)
+    # Forces balance within the tolerance of the static procedure.
+    assert found.force == pytest.approx(FORCE, rel=1e-4)
+    assert found.depth == pytest.approx(DEPTH, rel=0.05)
+    assert abs(found.contact_radius - A) < size
+    # Twice the stiffness takes half of the penalty's share away, to first order. A layer of
+    # compliance h / kappa penetrates by 3/4 p_0 h / kappa, averaged over the force, known to half a
+    # cell of the contact radius; the share cannot be larger than the penetration.
+    layer = LARGEST_PRESSURE * size / BULK
+    share = 2.0 * (found.depth - stiff.depth)
+    assert found.penetration == pytest.approx(0.75 * layer, rel=size / (2.0 * A))
+    assert stiff.penetration == pytest.approx(0.5 * found.penetration, rel=size / (2.0 * A))
+    assert 0.0 < share < found.penetration
+    record_verification("Hertz, rings 0.2 mm: depth [m]", DEPTH, found.depth)
+    record_verification("Hertz, rings 0.2 mm: penalty's share of it", layer / 2.0, share)
+
+
+def test_axisymmetric_against_space(axisymmetric, quarter, record_verification):
+    """Rings and a quarter of tetrahedra on the same stations, h = 0.3 mm: each knows the contact
+    radius to half a cell, so they agree within (h / 2a)^2 = 2.9 %; both within 5 % of the exact
+    depth.
+    """
+    size = 0.3e-3
+    rings, space = axisymmetric(size, 1.8), quarter(size, 1.8)
+    assert space.force == pytest.approx(FORCE / 4.0, rel=1e-4)
+    assert space.depth == pytest.approx(rings.depth, rel=(size / (2.0 * A)) ** 2)
+    assert space.depth == pytest.approx(DEPTH, rel=0.05)
+    assert rings.depth == pytest.approx(DEPTH, rel=0.05)
+    assert abs(space.contact_radius - A) < np.sqrt(2.0) * size
+    record_verification("Hertz, tetrahedra 0.3 mm: depth [m]", DEPTH, space.depth)
+    record_verification("Hertz, tetrahedra against rings [m]", rings.depth, space.depth)
+
+
+@pytest.mark.slow
+def test_axisymmetric_converges(axisymmetric, record_verification):
+    """Three nested meshes, 0.2 to 0.05 mm: penetration falls with h, the depth under a rigid
+    contact (extrapolated from two stiffnesses) settles faster than h, on the layer's within d / R.
+    """
+    levels = [
+        [axisymmetric(0.2e-3, 1.4, level, stiffness) for stiffness in (1.0, 2.0)]
+        for level in range(3)
+    ]
+    penetration = np.array([soft.penetration for soft, _ in levels])
+    rigid = np.array([2.0 * stiff.depth - soft.depth for soft, stiff in levels])
+    for level, (soft, _) in enumerate(levels):
+        size = 0.2e-3 / 2**level
+        layer = 0.75 * LARGEST_PRESSURE * size / BULK
+        assert soft.penetration == pytest.approx(layer, rel=size / (2.0 * A))
+        assert soft.depth == pytest.approx(DEPTH, rel=0.05)
+    orders = np.log2(penetration[:-1] / penetration[1:])
+    np.testing.assert_allclose(orders, 1.0, atol=0.15)
+    steps = np.abs(np.diff(rigid))
+    assert steps[1] < 0.5 * steps[0]
+    assert rigid[-1] == pytest.approx(DEPTH, rel=DEPTH / RADIUS)
+    finest = levels[-1][0]
+    record_verification("Hertz, rings 0.05 mm: depth [m]", DEPTH, finest.depth)
+    record_verification("Hertz, rings 0.05 mm, rigid contact: depth [m]", DEPTH, rigid[-1])
+    record_verification(
+        "Hertz, rings 0.05 mm: mean penetration [m]",
+        0.75 * LARGEST_PRESSURE * 0.05e-3 / BULK, finest.penetration, float(orders[-1]),
+    )  # fmt: skip

@@ -1,0 +1,112 @@
+"""A block under prescribed displacement with free sides, at rest, against the closed form.
+
+The field is homogeneous, so linear elements hold it exactly on any mesh, here on an irregular one,
+and what is left is the distance from equilibrium. The run ends when the unbalanced force, a root
+sum of squares, is below 1e-5 of the inner forces; the few sides that it can add up on give a
+tolerance of 1e-4 of the reaction.
+"""
+
+import io
+
+import closed_forms
+import meshes
+import numpy as np
+import pytest
+
+TOLERANCE = 1e-4
+SIDE, DEPTH = 3e-3, 2e-3  # [m]
+LAWS = {
+    "yeoh": ("C10: 36 kPa, C20: 5 kPa, C30: 1 kPa", (36e3, 5e3, 1e3)),
+    "neo_hooke": ("C10: 36 kPa", (36e3,)),
+}
+EXACT = {
+    "uniaxial": closed_forms.nearly_incompressible_uniaxial,
+    "equibiaxial": closed_forms.nearly_incompressible_equibiaxial,
+    "pure shear": closed_forms.nearly_incompressible_pure_shear,
+}
+# Area [m^2] of the side that is pulled; revolved, the cylinder's end and its mantle.
+AREA = {
+    ("solid", "right"): SIDE**2,
+    ("plane_strain", "right"): SIDE * DEPTH,
+    ("axisymmetric", "top"): np.pi * SIDE**2,
+    ("axisymmetric", "right"): 2.0 * np.pi * SIDE**2,
+}
+AXIS = {"left": "x", "right": "x", "bottom": "y", "top": "y", "back": "z", "front": "z"}
+# Sides on planes of symmetry and sides that are pulled; the others are free.
+SOLID = ("left", "bottom", "back")
+UNIAXIAL = ("solid", "uniaxial", SOLID, ("right",))
+CASES = [
+    (*UNIAXIAL, "yeoh", 2.0),
+    (*UNIAXIAL, "yeoh", 0.6),
+    (*UNIAXIAL, "neo_hooke", 2.0),
+    ("solid", "equibiaxial", SOLID, ("right", "top"), "yeoh", 1.7),
+    ("solid", "pure shear", (*SOLID, "front"), ("right",), "yeoh", 2.0),
+    ("plane_strain", "pure shear", ("left", "bottom"), ("right",), "yeoh", 2.0),
+    ("plane_strain", "pure shear", ("left", "bottom"), ("right",), "neo_hooke", 2.0),
+    ("axisymmetric", "uniaxial", ("bottom",), ("top",), "yeoh", 2.0),
+    ("axisymmetric", "uniaxial", ("bottom",), ("top",), "neo_hooke", 2.0),
+    ("axisymmetric", "equibiaxial", ("bottom",), ("right",), "yeoh", 1.7),
+]
+
+
+def scene(formulation, symmetric, pulled, law, stretch):
+    """The block of `block.inp`, drawn out in 20 ms, seven periods of its slowest mode."""
+    travel = f"{{kind: ramp, value: {(stretch - 1.0) * SIDE:.17g} m, duration: 20 ms}}"
+    conditions = [
+        f"  {side}: {{kind: symmetry, nodes: b.{side}, normal: {AXIS[side]}}}" for side in symmetric
+    ] + [
+        f"  {side}: {{kind: prescribed, nodes: b.{side}, direction: {AXIS[side]}, "
+        f"displacement: {travel}}}"
+        for side in pulled
+    ]
+    return f"""
+bodies:
+  b:
+    mesh: {{file: block.inp, length_unit: 1 m}}
+    formulation: {formulation}
+    {f"thickness: {DEPTH} m" if formulation == "plane_strain" else ""}
+    material: soft
+materials:
+  soft: {{law: {law}, {LAWS[law][0]}, density: 1000 kg/m^3}}
+environment: {{gravity: 0 m/s^2}}
+conditions:
+{chr(10).join(conditions)}
+output: {{probes: {{hold: {{kind: reaction, nodes: b.{pulled[0]}}}}}}}
+time: {{end: 30 ms, procedure: static}}
+solver: {{equilibrium_tolerance: 1e-5}}
+"""
+
+
+@pytest.fixture
+def run_text(write_scene, tmp_path, kernel_cache, monkeypatch):
+    """Run a scene text to its end, quietly."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+
+    def run_scene(text):
+        from rich.console import Console
+
+        from softsim.run import run
+
+        quiet = Console(file=io.StringIO())
+        return run(write_scene(text), out=tmp_path / "run", device="cpu", console=quiet)
+
+    return run_scene
+
+
+@pytest.mark.parametrize(
+    ("formulation", "mode", "symmetric", "pulled", "law", "stretch"),
+    CASES,
+    ids=[f"{c[0]}-{c[1]}-{c[4]}-{c[5]}" for c in CASES],
+)
+def test_homogeneous_tension(
+    run_text, tmp_path, record_verification, formulation, mode, symmetric, pulled, law, stretch
+):
+    dimension = 3 if formulation == "solid" else 2
+    mesh = meshes.irregular_block(SIDE, 3, dimension, shift=0.25, seed=3)
+    mesh.write(tmp_path / "block.inp", formulation)
+    results = run_text(scene(formulation, symmetric, pulled, law, stretch))
+    force = results.summary["probes"][f"hold_{AXIS[pulled[0]]}"]
+    stress = force / AREA[formulation, pulled[0]]
+    exact = EXACT[mode](stretch, LAWS[law][1]).stress
+    record_verification(f"{mode}, {formulation}, {law}, stretch {stretch:g} [Pa]", exact, stress)
+    assert stress == pytest.approx(exact, rel=TOLERANCE)
