@@ -54,7 +54,8 @@ def measure_elements(
 def largest_eigenvalue(tensors: np.ndarray) -> np.ndarray:
     """Largest eigenvalue (m,) of symmetric tensors (m, 3, 3), in closed form (Smith 1961, Comm.
     ACM 4:168); numpy's solver takes fifty times as long on many small matrices. NaN where there
-    is one in the tensor.
+    is one in the tensor. Where two eigenvalues are equal it keeps half the digits (the arc cosine
+    near 1), elsewhere all.
     """
     mean = np.trace(tensors, axis1=1, axis2=2) / 3.0
     deviator = tensors - mean[:, None, None] * np.eye(3)

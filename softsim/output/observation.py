@@ -159,13 +159,12 @@ class Pose:
 
     @property
     def rotation_vector(self) -> np.ndarray:
-        """Axis times angle (3,) [rad], up to half a turn."""
+        """Axis times angle (3,) [rad], continuous up to a whole turn."""
         w, v = self.orientation[0], self.orientation[1:]
         length = np.linalg.norm(v)
         if length == 0.0:
             return np.zeros(3)
-        half = np.arctan2(length, abs(w)) * (1.0 if w >= 0.0 else -1.0)
-        return 2.0 * half * v / length
+        return 2.0 * np.arctan2(length, w) * v / length
 
 
 def frame_pose(solver: ExplicitSolver, body: int) -> Pose:

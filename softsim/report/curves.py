@@ -13,12 +13,12 @@ from softsim.report.thinning import thinned
 History = Mapping[str, np.ndarray]
 
 ENERGIES = {
-    "internal_energy": ("internal", BLUE),
-    "kinetic_energy": ("kinetic", SKY),
-    "external_work": ("external work", INK),
-    "friction_dissipation": ("friction", ORANGE),
-    "viscous_dissipation": ("viscous", PURPLE),
-    "contact_energy": ("contact", GREEN),
+    "internal_energy": ("internal", BLUE, "-"),
+    "kinetic_energy": ("kinetic", SKY, "-"),
+    "external_work": ("external work", INK, "--"),  # where nothing is lost, upon the internal one
+    "friction_dissipation": ("friction", ORANGE, "-"),
+    "viscous_dissipation": ("viscous", PURPLE, "-"),
+    "contact_energy": ("contact", GREEN, "-"),
 }
 
 CONTACTS = {
@@ -26,11 +26,11 @@ CONTACTS = {
     "wall_force_normal": ("normal wall force [N]", ORANGE),
 }
 
-UNSEEN = 1e-6
-"""Part of the largest curve of a figure below which another one is a line at zero."""
+ROUND_OFF = 1e-6
+"""Part of the largest curve of its kind below which another one stands for nothing."""
 
-STANDSTILL = 1e-9
-"""Displacement [m] that is round-off."""
+STANDSTILL = 1e-7
+"""Displacement [m] that is none: what round-off does to a body that is in balance."""
 
 
 def has(history: History, column: str) -> bool:
@@ -53,7 +53,7 @@ def travelling_column(history: History) -> str:
         columns = [f"{body}_{axis}" for axis in "xyz" if has(history, f"{body}_{axis}")]
         if columns:
             ranges = [float(np.nanmax(history[c]) - np.nanmin(history[c])) for c in columns]
-            enough = (UNSEEN if body == "frame" else 1.0) * max(ranges)
+            enough = (ROUND_OFF if body == "frame" else 1.0) * max(ranges)
             return next(c for c, r in zip(columns, ranges, strict=True) if r >= enough)
     raise OutputError(
         "the history has neither frame_x nor body_x, so there is no displacement to draw"
@@ -102,10 +102,10 @@ def draw_displacement_pressure(history: History, path: Path) -> None:
         figure.legend(loc="outside upper center", ncols=2)
 
 
-def energies_drawn(history: History) -> dict[str, tuple[str, str]]:
-    """The energies that show beside the largest: column -> label, colour."""
+def energies_drawn(history: History) -> dict[str, tuple[str, str, str]]:
+    """The energies that the run has: column -> label, colour, line."""
     largest = {c: float(np.nanmax(np.abs(history[c]))) for c in ENERGIES if has(history, c)}
-    limit = UNSEEN * max(largest.values(), default=0.0)
+    limit = ROUND_OFF * max(largest.values(), default=0.0)
     return {column: ENERGIES[column] for column, size in largest.items() if size > limit}
 
 
@@ -124,8 +124,8 @@ def draw_energies(history: History, path: Path) -> None:
         panels = figure.subplots(
             1 + with_error, sharex=True, squeeze=False, height_ratios=[3, 1][: 1 + with_error]
         )[:, 0]
-        for name, (label, colour) in present.items():
-            draw_signal(panels[0], history["time"], history[name] * factor, colour, label)
+        for name, (label, colour, line) in present.items():
+            draw_signal(panels[0], history["time"], history[name] * factor, colour, label, line)
         panels[0].set_ylabel(f"energy [{unit}]")
         if with_error:
             draw_signal(panels[1], history["time"], history["energy_error"] * 100, RED, None)

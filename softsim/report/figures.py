@@ -53,8 +53,8 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     """Draw the figures that the files of `folder` have the data for; the figures' paths.
 
     snapshot_field: what the snapshots are coloured by: stretch, von_mises, pressure, displacement.
-    A run without field output has no snapshots, one without contact no contact figure; such
-    figures of an earlier run in the folder go.
+    A run without field output has no snapshots, one without contact no contact figure: one that
+    an earlier run left in the folder goes.
     Raises OutputError if the history is missing or empty, the results do not have
     `snapshot_field`, or the disk refuses.
     """
@@ -64,8 +64,6 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
             f"{folder / HISTORY} has no rows yet, there is nothing to draw",
             hint="the run was stopped before its first sample: run longer or sample more often",
         )
-    for name in (*CURVES, SNAPSHOTS):
-        (folder / name).unlink(missing_ok=True)
     frames = read_frames(folder / RESULTS) if (folder / RESULTS).exists() else None
     if frames is not None and is_axisymmetric(frames):
         # The mean radius of a half section is not where its body is, which is on the axis.
@@ -76,6 +74,8 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
         if content(history, units):
             draw(history, units, folder / name)
             drawn.append(folder / name)
+        else:
+            (folder / name).unlink(missing_ok=True)
     if frames is not None:
         _draw_snapshots_of_run(history, frames, snapshot_field, folder / SNAPSHOTS)
         drawn.append(folder / SNAPSHOTS)

@@ -14,6 +14,10 @@ MOVED, AT_REST = 0.10, 0.05
 """Parts of the whole travel: past the first the body has moved, below the second it rests."""
 
 
+WORTH_A_PICTURE = 0.02
+"""Part of the whole run's travel: what moves less after the first inflation has no onset."""
+
+
 @dataclass(frozen=True)
 class Moment:
     """A time [s] with its name."""
@@ -38,8 +42,9 @@ def moments(time: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) ->
     if inflated == 0:
         found.pop(0)
     after = slice(*_first_deflation(full, inflated))
-    onset = onset_of_motion(displacement[after])
-    if onset is not None:
+    watched = displacement[after]
+    onset = onset_of_motion(watched)
+    if onset is not None and np.ptp(watched) > WORTH_A_PICTURE * np.ptp(displacement):
         found.append(Moment("onset of motion", float(time[after][onset])))
     return [*found, Moment("end", end)]
 

@@ -9,7 +9,6 @@ import numpy as np
 from softsim.errors import OutputError
 from softsim.output.columns import FIXED_COLUMNS
 from softsim.report.curves import (
-    UNSEEN,
     History,
     draw_signal,
     has,
@@ -25,6 +24,9 @@ QUANTITIES = {
     "m^3": ("volume", 1e6, "ml"),
 }
 """Unit in the history -> what it is, and factor and unit in which it is drawn."""
+
+UNSEEN = 1e-3
+"""Part of the largest curve of a panel below which another one is a line at zero."""
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
 LINES = {"": "-", "x": "-", "y": "--", "z": ":"}

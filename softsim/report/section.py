@@ -74,11 +74,12 @@ class Section:
         draw_cells(axes, shot.corners, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         draw_edges(axes, shot.boundary, INK)
 
-    def label(self, panels: np.ndarray) -> None:
-        """Name the axes of the panels (rows, columns), at the rim of the figure only."""
-        for axes in panels[-1]:
+    def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
+        """Name the axes of the panels at the rim of the figure only."""
+        for axes in lowest:
             axes.set_xlabel(self.labels[0])
-        for axes in panels[:, 0]:
+            axes.tick_params(labelbottom=True)  # even with an empty place below it
+        for axes in leftmost:
             axes.set_ylabel(self.labels[1])
 
 
@@ -111,10 +112,10 @@ class HalfSection(Section):
         draw_edges(axes, ends(shot.boundary), QUIET, zorder=1.8)  # behind all that stands inside
         axes.axvline(0.0, color=INK, linewidth=0.7, linestyle=(0, (9, 2, 1.5, 2)), zorder=5)
 
-    def label(self, panels: np.ndarray) -> None:
+    def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
         """Name the axes; a radius is never negative."""
-        super().label(panels)
-        for axes in panels.flat:
+        super().label(lowest, leftmost)
+        for axes in lowest:
             axes.xaxis.set_major_formatter(lambda x, _: f"{abs(x):g}")
 
 

@@ -34,8 +34,9 @@ class Pictures(Protocol):
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames."""
 
-    def label(self, panels: np.ndarray) -> None:
-        """Say what directions and lengths are; panels (rows, columns)."""
+    def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
+        """Say what directions and lengths are, at the lowest panel of each column and the leftmost
+        of each row."""
 
 
 def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
@@ -119,7 +120,8 @@ def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path)
             axes.grid(False)
             axes.set_title(between.join(title))
             body.draw(axes, number, colours)
-        body.label(panels)
+        lowest = [panels[(len(titles) - 1 - c) // columns, c] for c in range(columns)]
+        body.label(lowest, list(panels[:, 0]))
         bar = figure.colorbar(
             colours, ax=panels, location="bottom", shrink=0.6, aspect=45, pad=0.02, extend=extend
         )

@@ -104,11 +104,10 @@ class Surface:
         _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         axes.set_axis_off()
 
-    def label(self, panels: np.ndarray) -> None:
-        """Below the first panel of the last row: the directions of the axes, and a length."""
-        axes = panels[-1, 0]
-        _draw_directions(axes, self.camera)
-        _draw_length(axes, self.view)
+    def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
+        """Below the lowest panel on the left: the directions of the axes, and a length."""
+        _draw_directions(lowest[0], self.camera)
+        _draw_length(lowest[0], self.view)
 
 
 def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Shot:

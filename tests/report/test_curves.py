@@ -9,10 +9,13 @@ from softsim.errors import OutputError
 from softsim.report.curves import (
     displacement,
     draw_contact_rows,
+    draw_displacement_pressure,
     draw_energies,
+    energies_drawn,
     joules,
     pressurised,
     travelling_column,
+    travels,
 )
 
 
@@ -22,6 +25,31 @@ def test_the_frame_is_followed_and_without_one_the_body() -> None:
     assert travelling_column({"frame_x": nothing, "body_x": moving}) == "body_x"
     with pytest.raises(OutputError, match="neither frame_x nor body_x"):
         travelling_column({"frame_x": nothing})
+
+
+def test_a_frame_is_followed_along_x_if_it_can_move_there() -> None:
+    creeping, swinging, held = np.linspace(0, 1e-5, 9), np.linspace(0, 1e-3, 9), np.full(9, 2.0)
+    assert travelling_column({"frame_x": creeping, "frame_y": swinging}) == "frame_x"
+    assert travelling_column({"frame_x": held, "frame_y": swinging}) == "frame_y"
+    assert travelling_column({"frame_x": held}) == "frame_x"
+
+
+def test_a_body_is_followed_where_it_goes_furthest() -> None:
+    little, far = np.linspace(0, 1e-4, 9), np.linspace(0, -1e-3, 9)
+    assert travelling_column({"body_x": little, "body_y": far, "body_z": little}) == "body_y"
+
+
+@pytest.mark.parametrize(("far", "seen"), [(1e-3, True), (-1e-3, True), (1e-10, False)])
+def test_round_off_is_no_travel(far: float, seen: bool) -> None:
+    assert travels({"body_y": 0.01 + np.linspace(0.0, far, 9)}) is seen
+    assert not travels({"pressure": np.ones(9)})
+
+
+def test_energies_that_a_run_does_not_have_are_left_out() -> None:
+    columns = {"internal_energy": 1.0, "kinetic_energy": 1e-3, "friction_dissipation": 0.0}
+    history = {name: np.full(3, size) for name, size in columns.items()}
+    assert list(energies_drawn(history)) == ["internal_energy", "kinetic_energy"]
+    assert not energies_drawn({"internal_energy": np.zeros(3)})
 
 
 def test_displacement_starts_at_zero_with_the_first_number() -> None:
@@ -44,8 +72,15 @@ def test_energies_read_as_numbers_of_a_few_digits(largest: float, unit: str) -> 
     assert largest * joules(largest)[0] < 1000.0
 
 
-@pytest.mark.parametrize("draw", [draw_energies, draw_contact_rows])
-def test_a_figure_without_data_says_which_columns_it_needs(draw, tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="none of"):
+@pytest.mark.parametrize(
+    ("draw", "refusal"),
+    [
+        (draw_energies, "none of internal_energy"),
+        (draw_contact_rows, "none of rows_in_contact"),
+        (draw_displacement_pressure, "neither displacement nor pressure"),
+    ],
+)
+def test_a_figure_without_data_says_what_it_needs(draw, refusal: str, tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=refusal):
         draw({"time": np.arange(3.0), "internal_energy": np.full(3, np.nan)}, tmp_path / "a.png")
     assert not list(tmp_path.iterdir())

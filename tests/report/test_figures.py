@@ -15,6 +15,7 @@ from softsim.output.history import History
 from softsim.report.figures import draw_all
 
 FIGURES = ["displacement_pressure.png", "energies.png", "contact_rows.png", "snapshots.png"]
+"""Of the strip."""
 
 
 def test_a_full_run_gets_every_figure_and_no_other_file(strip_run: Path, tmp_path: Path) -> None:
@@ -28,6 +29,27 @@ def test_a_full_run_gets_every_figure_and_no_other_file(strip_run: Path, tmp_pat
         assert picture[..., :3].std() > 0.02, f"{path.name} is blank"
 
 
+def test_an_axisymmetric_run_gets_its_figures(ring_run: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(ring_run, tmp_path / "run")
+    names = ["displacement_pressure.png", "energies.png", "probes.png", "pressure_probe.png"]
+    assert draw_all(folder, "stretch") == [folder / name for name in (*names, "snapshots.png")]
+
+
+def test_a_run_in_space_gets_its_figures(box_run: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(box_run, tmp_path / "run")
+    names = ["displacement_pressure.png", "energies.png", "probes.png", "snapshots.png"]
+    assert draw_all(folder, "displacement") == [folder / name for name in names]
+
+
+def test_figures_that_an_earlier_run_left_go(box_run: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(box_run, tmp_path / "run")
+    (folder / "contact_rows.png").touch()
+    (folder / "mine.png").touch()
+    draw_all(folder, "stretch")
+    assert not (folder / "contact_rows.png").exists()
+    assert (folder / "mine.png").exists()
+
+
 def test_a_run_without_fields_or_contact_gets_the_figures_it_has_data_for(tmp_path: Path) -> None:
     history = History(tmp_path / HISTORY, {"time": "s", "body_x": "m", "internal_energy": "J"})
     for time in (0.0, 0.1, 0.2):
@@ -37,10 +59,20 @@ def test_a_run_without_fields_or_contact_gets_the_figures_it_has_data_for(tmp_pa
 
 
 def test_a_run_of_one_row_is_drawn(tmp_path: Path) -> None:
-    history = History(tmp_path / HISTORY, {"time": "s", "frame_x": "m", "pressure": "Pa"})
-    history.append({"time": 0.0, "frame_x": 0.0, "pressure": np.nan})
+    columns = {"time": 0.0, "frame_x": 0.0, "pressure": 1e3, "internal_energy": 1e-3}
+    history = History(tmp_path / HISTORY, dict.fromkeys(columns, "-"))
+    history.append(columns)
     history.close()
-    assert [f.name for f in draw_all(tmp_path, "stretch")] == FIGURES[:1]
+    assert [f.name for f in draw_all(tmp_path, "stretch")] == FIGURES[:2]
+
+
+def test_a_run_in_which_nothing_happens_has_no_figures(tmp_path: Path) -> None:
+    columns = {"frame_x": 0.01, "pressure": np.nan, "internal_energy": 0.0, "rows_in_contact": 0.0}
+    history = History(tmp_path / HISTORY, dict.fromkeys(["time", *columns], "-"))
+    for time in (0.0, 0.1):
+        history.append({"time": time, **columns})
+    history.close()
+    assert draw_all(tmp_path, "stretch") == []
 
 
 def test_a_missing_history_is_named(tmp_path: Path) -> None:

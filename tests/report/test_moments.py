@@ -40,6 +40,12 @@ def test_motion_while_inflating_is_no_onset() -> None:
     assert names(moments(TIME, PRESSURE, recoil)) == ["start", "full inflation", "end"]
 
 
+def test_a_trace_of_motion_is_no_onset() -> None:
+    fall = 1e-4 * np.minimum(TIME, 1.0)
+    creep = 1e-6 * np.maximum(TIME - 3.0, 0.0) / 3.0
+    assert names(moments(TIME, PRESSURE, fall + creep)) == ["start", "full inflation", "end"]
+
+
 def test_onset_of_a_second_cycle_is_not_taken_for_the_first() -> None:
     cycles = np.interp(TIME, [0, 1, 2.9, 3.5, 6.0], [0, 5e3, 1e3, 5e3, 1e3])
     found = moments(TIME, cycles, 3e-3 * np.maximum(TIME - 4.5, 0.0))

@@ -112,9 +112,7 @@ def irregular_block(side: float, count: int, dimension: int, shift: float, seed:
     if dimension == 3:
         low = len(points) * np.arange(count)[:, None]
         cells = swept(cells, low, low + len(points))
-        points = np.column_stack(
-            [np.tile(points, (count + 1, 1)), np.repeat(ticks, len(points))]
-        )
+        points = np.column_stack([np.tile(points, (count + 1, 1)), np.repeat(ticks, len(points))])
         cells = made_positive(points, cells)
     names = (("left", "right"), ("bottom", "top"), ("back", "front"))[:dimension]
     sets = {

@@ -16,6 +16,7 @@ import closed_forms
 import numpy as np
 import pytest
 from rich.console import Console
+from scipy.optimize import brentq
 from scipy.spatial import cKDTree
 
 from softsim.errors import SceneError, StabilityError
@@ -24,6 +25,7 @@ from softsim.robots.box import box
 
 INNER, OUTER = 8e-3, 10e-3
 RUBBER = (36e3,)
+AMBIENT = 101325.0
 
 
 # Meshes -------------------------------------------------------------------------------------------
@@ -85,20 +87,22 @@ def half_section(rows: int) -> Shell:
     return round_shell("CAX3", rows, np.linspace(-np.pi / 2, np.pi / 2, 10 * rows + 1), False)
 
 
-def ring() -> Shell:
+def ring(rows: int) -> Shell:
     """A ring of plane strain: a long tube."""
-    return round_shell("CPE3", 4, np.linspace(-np.pi, np.pi, 81)[:-1], True)
+    return round_shell("CPE3", rows, np.linspace(-np.pi, np.pi, 20 * rows + 1)[:-1], True)
 
 
 C3D4_FACES = np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]])
 
 
-def hollow_cube(is_open: bool) -> Shell:
-    """A cube of 10 mm around a hole of 6 mm, or one of 6 x 8 x 6 mm that is open at y = 0."""
-    whole = box(10e-3, 10e-3, 10e-3, 2e-3)
+def hollow_box() -> Shell:
+    """A box of 18 x 10 x 10 mm with two holes: `closed`, 6 x 6 x 6 mm, and `open`, 6 x 8 x 6 mm,
+    which ends on the box's underside, `floor`.
+    """
+    whole = box(18e-3, 10e-3, 10e-3, 2e-3)
     x, y, z = whole.points[whole.cells].mean(axis=1).T
-    lowest = 0.0 if is_open else 2e-3
-    hole = (np.abs(x - 5e-3) < 3e-3) & (np.abs(z - 5e-3) < 3e-3) & (y > lowest) & (y < 8e-3)
+    hole = (np.abs(np.abs(x - 9e-3) - 4e-3) < 3e-3) & (np.abs(z - 5e-3) < 3e-3) & (y < 8e-3)
+    hole &= (x > 9e-3) | (y > 2e-3)
     used, cells = np.unique(whole.cells[~hole], return_inverse=True)
     points, cells = whole.points[used], cells.reshape(-1, 4)
     faces = cells[:, C3D4_FACES].reshape(-1, 3)
@@ -106,11 +110,15 @@ def hollow_cube(is_open: bool) -> Shell:
         np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True
     )
     middle = points[faces].mean(axis=1)
-    on_outside = (np.minimum(middle, 10e-3 - middle) < 1e-9).any(axis=1)
-    sides = np.flatnonzero((count[number] == 1) & ~on_outside)
-    chamber = np.column_stack(np.divmod(sides, 4))
+    inside = ((middle > 1e-9) & (middle < np.array([18e-3, 10e-3, 10e-3]) - 1e-9)).all(axis=1)
+    sides = np.flatnonzero((count[number] == 1) & inside)
+    is_open = middle[sides, 0] > 9e-3
+    surfaces = {
+        "closed": np.column_stack(np.divmod(sides[~is_open], 4)),
+        "open": np.column_stack(np.divmod(sides[is_open], 4)),
+    }
     floor = np.flatnonzero(points[:, 1] == 0.0)
-    return Shell("C3D4", points, cells, {"chamber": chamber}, {"floor": floor})
+    return Shell("C3D4", points, cells, surfaces, {"floor": floor})
 
 
 # Runs ---------------------------------------------------------------------------------------------
@@ -159,6 +167,13 @@ def exact_pressure(stretch: float) -> float:
     return closed_forms.sphere_inflation(stretch * INNER, INNER, OUTER, RUBBER).pressure
 
 
+def allowed_error(errors):
+    """Of the finer of two meshes, sides h and h/2, a method of second order: what the two differ,
+    over 2^2 - 1, with Roache's factor of safety of 1.25 (1994, J. Fluids Eng. 116:405-413).
+    """
+    return 1.25 * np.abs(errors[0] - errors[1]) / 3.0
+
+
 # Liquid -------------------------------------------------------------------------------------------
 
 STRETCHES = (1.1, 1.3, 1.6, 1.9)
@@ -188,9 +203,9 @@ def test_liquid_takes_a_sphere_past_its_limit_point(run, build, record_verificat
     """At the end of each rest: volume, pressure at the radius found, outer radius.
 
     The volume is V_0 + added, less what the liquid is compressed, V_0 p / K_f, exactly. The
-    pressure is of second order in the mesh: straight sides h leave (h / r)^2 / 8 of the curvature,
-    0.05 %, and as much through the wall; 0.2 % are allowed with 4 rows, and the order is seen.
-    The outer radius follows from the inner one by the wall's volume: ten times less.
+    pressure is of second order in the mesh, which 2 and 4 rows of triangles show; the outer radius
+    follows from the inner one by the wall's volume, whose error is that of its polygon, h^2 / 8 r^2,
+    0.08 %, of which the wall's third of all volume counts: 0.02 %.
     """
     errors = []
     for rows in (2, 4):
@@ -214,11 +229,12 @@ def test_liquid_takes_a_sphere_past_its_limit_point(run, build, record_verificat
         outer = OUTER + h["outer_x"][at]
     assert pressure[0] < pressure[1]
     assert pressure[2] > 1.05 * pressure[3]
-    assert np.abs(errors[1]).max() < 2e-3
-    np.testing.assert_allclose(outer, [e.outer_radius for e in exact], rtol=2e-4)
-    # The first row is still moving by 1e-3 of its pressure; the order is that of the resting ones.
+    # The first rest ends while 1e-3 of its pressure still swings: both meshes', so not its order.
     order = np.log2(errors[0][1:] / errors[1][1:])
     assert np.all(order > 1.7)
+    assert np.all(np.abs(errors[1][1:]) < allowed_error(errors)[1:])
+    assert abs(errors[1][0]) < 2e-3
+    np.testing.assert_allclose(outer, [e.outer_radius for e in exact], rtol=2e-4)
     for k, side in ((1, "rising"), (3, "falling")):
         record_verification(
             f"sphere full of liquid, {side} branch", exact[k].pressure, pressure[k], order[k - 1]
@@ -241,16 +257,17 @@ def test_given_pressure_above_the_limit_runs_away(run, tmp_path):
     assert "at t = " in stopped.value.message
     assert stopped.value.hint
     h = read_history(tmp_path / "out" / "history.csv")
-    counted = np.isfinite(h["inner_x"])
-    assert h["inner_x"][counted].max() > 0.8 * INNER
-    assert h["energy_error"][counted].max() < 1e-3
+    assert np.nanmax(h["inner_x"]) > 0.8 * INNER
+    assert np.nanmax(h["energy_error"]) < 1e-3
 
 
 def test_pumping_liquid_keeps_the_books(run):
-    """Dynamic, no damping but bulk viscosity: pumped past the limit point within 20 ms.
+    """Dynamic, nothing damps but bulk viscosity: pumped past the limit point within 20 ms.
 
-    What the pump does on the skin is the integral of p dV over the history; the trapezoidal rule is
-    off by a third of what it changes when every other row is left out.
+    The pump starts at full speed, so that the first rows, a few increments on, have the scheme's
+    error (omega dt)^2 of a shock in the little energy that there is: from 1 ms on it counts, the
+    breathing has a period of 2.5 ms. What the pump does is the integral of p dV over the history:
+    the trapezoidal rule is off by a third of what it changes when every other row is left out.
     """
     volume = 1e6 * BALL * (1.6**3 - 1.0)
     text = f"""{SPHERE}
@@ -258,78 +275,77 @@ loads: {{water: {{kind: added_volume, facets: [shell.chamber],
                  profile: {{kind: ramp, value: {volume!r} ml, duration: 20 ms}}}}}}
 time: {{end: 40 ms}}
 """
-    results = run(text, half_section(4), "output.history_interval=0.02 ms")
-    assert results.summary["energy_error"] < 1e-3
-    h = results.history
-    stretch = 1.0 + h["inner_x"] / INNER
-    assert stretch.max() < 1.65  # no runaway: the pump holds it
+    h = run(text, half_section(4), "output.history_interval=0.02 ms").history
+    assert h["energy_error"][h["time"] > 1e-3].max() < 1e-3
+    assert h["energy_error"][-1] < 1e-4
+    assert h["inner_x"].max() < 0.65 * INNER  # no runaway: the pump holds it
     work = h["external_work"][-1]
     fine, coarse = (
         np.trapezoid(h["pressure"][::step], h["chamber_volume"][::step]) for step in (1, 2)
     )
-    assert work == pytest.approx(fine, abs=abs(fine - coarse) + 1e-6 * work)
-    assert abs(fine - coarse) < 1e-3 * work
+    assert abs(fine - coarse) < 2e-3 * work
+    assert work == pytest.approx(fine, abs=abs(fine - coarse))
 
 
 # Gas ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "line",
-    ["", "dead_volume: 20 ml", "excluded_volume: 1 ml, temperature: 310, gas_constant: 4124.5"],
-)
-def test_gas_obeys_its_law(run, line):
-    """p + p_a = (m_0 + m) R T / (V + V_s), V_s the dead less the excluded volume, in every row.
-
-    To round-off: 1e-12 of the absolute pressure.
+def gas_pressure(h, side, specific_energy, mass):
+    """Absolute pressure [Pa] by the ideal gas law in every row of a history, `mass` [kg] let in
+    within 20 ms; side: dead less excluded volume [m^3]; specific_energy: R T [J/kg].
     """
-    text = SPHERE + GAS
-    if line:
-        text = text.replace("kind: added_gas,", f"kind: added_gas, {line},")
-    RT = 4124.5 * 310.0 if "4124.5" in line else 287.05 * 293.15
-    side = {"": 0.0, "d": 20e-6, "e": -1e-6}[line[:1]]
-    mass = 4e-6 * 287.05 * 293.15 / RT
-    results = run(text, half_section(4), f"loads.gas.profile.value={mass!r} kg")
-    h = results.history
-    ambient = 101325.0
-    first = ambient * (h["chamber_volume"][0] + side) / RT
-    added = mass * np.minimum(h["time"] / 20e-3, 1.0)
-    expected = (first + added) * RT / (h["chamber_volume"] + side)
-    np.testing.assert_allclose(h["pressure"] + ambient, expected, rtol=1e-12)
-    assert h["pressure"][0] == pytest.approx(0.0, abs=1e-12 * ambient)
-    assert h["pressure"][-1] > 1e3
-    if side > 0.0:
-        # The same mass in the closed chamber, without the line: more pressure.
-        assert h["pressure"][-1] < 0.9 * pressure_without_line(mass * RT)
+    first = AMBIENT * (h["chamber_volume"][0] + side) / specific_energy
+    now = first + mass * np.minimum(h["time"] / 20e-3, 1.0)
+    return now * specific_energy / (h["chamber_volume"] + side)
 
 
-def pressure_without_line(added_energy: float) -> float:
-    """Pressure [Pa] of the sphere alone, m R T = `added_energy` [J] of gas let in, before its limit
-    point: where gas and skin agree.
-    """
-    from scipy.optimize import brentq
-
-    def mismatch(stretch):
-        pressure = exact_pressure(stretch)
-        return (pressure + 101325.0) * stretch**3 * BALL - 101325.0 * BALL - added_energy
-
-    return exact_pressure(brentq(mismatch, 1.001, 2.0, rtol=1e-6))
+def gas_mass(stretch: float, side: float, specific_energy: float) -> float:
+    """Mass [kg] to be let in for an inner radius of `stretch` times INNER."""
+    volume = BALL * stretch**3 + side
+    first = AMBIENT * (BALL + side)
+    return ((exact_pressure(stretch) + AMBIENT) * volume - first) / specific_energy
 
 
 def test_gas_rests_on_the_falling_branch(run, record_verification):
     """Without a dead volume gas is stiff enough: p at the radius found is the exact one, beyond the
-    limit point; tolerance as for liquid.
+    limit point, with the tolerance that liquid has. p + p_a = (m_0 + m) R T / V to round-off.
+
+    The radius is the one wanted to a third of what the polygon's volume lacks, 0.2 %.
     """
-    goal = 1.8
-    energy = (exact_pressure(goal) + 101325.0) * goal**3 * BALL - 101325.0 * BALL
-    mass = energy / (287.05 * 293.15)
-    results = run(SPHERE + GAS, half_section(4), f"loads.gas.profile.value={mass!r} kg")
-    stretch = 1.0 + results.summary["probes"]["inner_x"] / INNER
-    pressure, exact = results.history["pressure"][-1], exact_pressure(stretch)
+    specific_energy = 287.05 * 293.15
+    mass = gas_mass(1.8, 0.0, specific_energy)
+    h = run(SPHERE + GAS, half_section(4), f"loads.gas.profile.value={mass!r} kg").history
+    np.testing.assert_allclose(
+        h["pressure"] + AMBIENT, gas_pressure(h, 0.0, specific_energy, mass), rtol=1e-13
+    )
+    stretch = 1.0 + h["inner_x"][-1] / INNER
+    pressure, exact = h["pressure"][-1], exact_pressure(stretch)
     record_verification("sphere full of gas, falling branch", exact, pressure)
     assert pressure == pytest.approx(exact, rel=2e-3)
-    # The polygon's volume is 0.2 % off that of the circle: a third of it in the radius.
-    assert stretch == pytest.approx(goal, rel=1e-3)
+    assert stretch == pytest.approx(1.8, rel=1e-3)
+
+
+def test_a_dead_volume_makes_gas_softer(run):
+    """Hydrogen, 310 K, a line of 20 ml, 1 ml of the chamber excluded: the gas law to round-off.
+
+    Let in is what would bring the sphere alone to 1.3 times its radius (17.8 kPa); shared with the
+    line it presses less, and the sphere rests where gas law and exact pressure agree.
+    """
+    specific_energy, side = 4124.5 * 310.0, 19e-6
+    mass = gas_mass(1.3, 0.0, specific_energy)
+    line = (
+        "kind: added_gas, dead_volume: 20 ml, excluded_volume: 1 ml, temperature: 310, "
+        "gas_constant: 4124.5,"
+    )
+    text = SPHERE + GAS.replace("kind: added_gas,", line)
+    h = run(text, half_section(4), f"loads.gas.profile.value={mass!r} kg").history
+    np.testing.assert_allclose(
+        h["pressure"] + AMBIENT, gas_pressure(h, side, specific_energy, mass), rtol=1e-13
+    )
+    stretch = brentq(lambda s: gas_mass(s, side, specific_energy) - mass, 1.01, 1.3)
+    assert stretch < 1.25
+    assert 1.0 + h["inner_x"][-1] / INNER == pytest.approx(stretch, rel=1e-3)
+    assert h["pressure"][-1] == pytest.approx(exact_pressure(stretch), rel=3e-3)
 
 
 # The other formulations ---------------------------------------------------------------------------
@@ -357,69 +373,82 @@ def last_positions(folder, points):
 
 def test_a_ring_of_plane_strain(run, record_verification):
     """A tube held lengthwise; its chamber by the shoelace formula, its pressure by
-    closed_forms.tube_inflation at the radius found: second order as for the sphere, 0.2 %.
+    closed_forms.tube_inflation at the radius found, of second order as the sphere's.
     """
-    shell = ring()
-    results = run(RING, shell)
-    h = results.history
-    inside = np.flatnonzero(np.isclose(np.hypot(*shell.points.T), INNER))  # counter-clockwise
-    x, y = last_positions(results.folder, shell.points[inside]).T
-    area = 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))
-    assert h["chamber_volume"][-1] == pytest.approx(7e-3 * area, rel=1e-12)
-    assert h["volume"][-1] == pytest.approx(7e-3 * area, rel=1e-12)
-    # 1 ml was added; the liquid gives way by less than 1 % of the chamber's 1.4 ml.
-    assert h["chamber_volume"][-1] - h["chamber_volume"][0] == pytest.approx(1e-6, abs=0.014e-6)
-    # The mean radius: a ring that is free in x rests a hair beside its old centre.
-    radius = np.hypot(x - x.mean(), y - y.mean()).mean()
-    exact = closed_forms.tube_inflation(radius, INNER, OUTER, RUBBER).pressure
-    record_verification("ring full of liquid", exact, h["pressure"][-1])
-    assert h["pressure"][-1] == pytest.approx(exact, rel=2e-3)
+    errors = []
+    for rows in (2, 4):
+        shell = ring(rows)
+        results = run(RING, shell)
+        h = results.history
+        inside = np.flatnonzero(np.isclose(np.hypot(*shell.points.T), INNER))  # counter-clockwise
+        x, y = last_positions(results.folder, shell.points[inside]).T
+        area = 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))
+        assert h["chamber_volume"][-1] == pytest.approx(7e-3 * area, rel=1e-12)
+        assert h["volume"][-1] == pytest.approx(7e-3 * area, rel=1e-12)
+        # 1 ml was added; the liquid gives way by less than 1 % of the chamber's 1.4 ml.
+        added = h["chamber_volume"][-1] - h["chamber_volume"][0]
+        assert added == pytest.approx(1e-6, abs=0.014e-6)
+        # Free in x, the ring may rest a hair beside its old centre.
+        radius = np.hypot(x - x.mean(), y - y.mean()).mean()
+        exact = closed_forms.tube_inflation(radius, INNER, OUTER, RUBBER).pressure
+        errors.append(h["pressure"][-1] / exact - 1.0)
+    order = np.log2(errors[0] / errors[1])
+    record_verification("ring full of liquid", exact, h["pressure"][-1], order)
+    assert order > 1.7
+    assert abs(errors[1]) < allowed_error(errors)
 
 
-CUBE = """
+BOX = """
 bodies: {shell: {mesh: {file: shell.inp}, formulation: solid, material: rubber, fixed: [floor]}}
 materials: {rubber: {law: neo_hooke, C10: 36 kPa, density: 1070 kg/m^3}}
 environment: {gravity: 0 m/s^2}
-loads: {water: {kind: added_volume, facets: [shell.chamber],
-                profile: {kind: ramp, value: 0.2 ml, duration: 8 ms}}}
-time: {end: 10 ms}
-output: {probes: {volume: {kind: volume, facets: [shell.chamber]}}}
+loads:
+  first: {kind: added_volume, facets: [shell.open],
+          profile: {kind: ramp, value: 0.15 ml, duration: 8 ms}}
+  second: {kind: added_volume, facets: [shell.closed],
+           profile: {kind: ramp, value: 0.1 ml, duration: 8 ms}}
+time: {end: 12 ms}
+output:
+  probes: {open: {kind: volume, facets: [shell.open]},
+           closed: {kind: volume, facets: [shell.closed]}}
 """
 
 
-@pytest.mark.parametrize("is_open", [False, True])
-def test_a_hollow_cube(run, build, is_open):
-    """In space, closed or open at its fixed floor, over which a lid is laid.
+def test_two_holes_in_a_box(run, build):
+    """In space: one chamber is closed, the other ends at a fixed floor, over which a lid is laid.
 
-    By the divergence theorem the chamber holds the integral of y n_y over its walls; the lid lies
-    at y = 0 and adds nothing. That needs no lid, and no cone from an origin as softsim uses.
+    By the divergence theorem a chamber holds the integral of y n_y over its walls; the lid lies at
+    y = 0 and adds nothing. That needs neither a lid nor the cones from the origin of softsim.
     """
-    shell = hollow_cube(is_open)
-    results = run(CUBE, shell)
+    shell = hollow_box()
+    results = run(BOX, shell)
     h = results.history
-    element, face = shell.surfaces["chamber"].T
-    corners = shell.cells[element[:, None], C3D4_FACES[face]]
+    now = last_positions(results.folder, shell.points)
 
-    def volume(points):
-        a, b, c = points[corners].transpose(1, 0, 2)
-        area_y = 0.5 * np.cross(b - a, c - a)[:, 1]  # outward of the material, into the chamber
-        return abs(((a + b + c)[:, 1] / 3.0 * area_y).sum())
+    def volume(points, surface):
+        element, face = shell.surfaces[surface].T
+        a, b, c = points[shell.cells[element[:, None], C3D4_FACES[face]]].transpose(1, 0, 2)
+        area_y = 0.5 * np.cross(b - a, c - a)[:, 1]  # out of the material, into the chamber
+        return -((a + b + c)[:, 1] / 3.0 * area_y).sum()
 
-    assert volume(shell.points) == pytest.approx((288e-9, 216e-9)[not is_open], rel=1e-12)
-    assert h["chamber_volume"][0] == pytest.approx(volume(shell.points), rel=1e-12)
-    found = volume(last_positions(results.folder, shell.points))
-    assert h["chamber_volume"][-1] == pytest.approx(found, rel=1e-12)
-    assert h["volume"][-1] == pytest.approx(found, rel=1e-12)
-    drive = build(CUBE).pressures[0].drive
-    compressed = drive.initial_volume * h["pressure"][-1] / drive.bulk_modulus
-    assert found == pytest.approx(volume(shell.points) + 0.2e-6 - compressed, rel=1e-9)
-    assert 0.0 < compressed < 0.01e-6
-    assert results.summary["energy_error"] < 1e-3
+    drives = [load.drive for load in build(BOX).pressures]
+    for name, drive, added, size in zip(
+        ("open", "closed"), drives, (0.15e-6, 0.1e-6), (288e-9, 216e-9), strict=True
+    ):
+        assert volume(shell.points, name) == pytest.approx(size, rel=1e-12)
+        assert drive.initial_volume == pytest.approx(size, rel=1e-12)
+        assert h[name][0] == pytest.approx(size, rel=1e-12)
+        assert h[name][-1] == pytest.approx(volume(now, name), rel=1e-12)
+        compressed = size + added - h[name][-1]
+        assert 0.0 < compressed < 0.02 * size
+    np.testing.assert_allclose(h["chamber_volume"], h["open"], rtol=1e-12)
+    compressed = drives[0].initial_volume * h["pressure"][-1] / drives[0].bulk_modulus
+    assert h["open"][-1] == pytest.approx(288e-9 + 0.15e-6 - compressed, rel=1e-12)
 
 
 ROBOT = """
 bodies:
-  skin: {mesh: {generator: pfr_section, spikes_per_strip: 0, element_size: 0.5 mm},
+  skin: {mesh: {generator: pfr_section, element_size: 0.5 mm},
          formulation: plane_strain, thickness: 7 mm, material: dragon_skin_10}
 rigid_bodies:
   frame: {mass: 8.8 g, inertia: 1 kg*mm^2, tied: [skin.knots]}
@@ -502,8 +531,8 @@ def test_an_open_chamber_is_refused_where_it_ends(refused):
     assert "added_volume" in error.location.text
     error = refused(TUBE)
     assert "the chamber is open: its facets end at (7.50, -15.00) mm" in error.message
-    error = refused(CUBE.replace(", fixed: [floor]", ""), hollow_cube(True))
-    assert "the chamber is open: its facets end at (2.00, 0.00, " in error.message
+    error = refused(BOX.replace(", fixed: [floor]", ""), hollow_box())
+    assert "the chamber is open: its facets end at (10.00, 0.00, " in error.message
 
 
 def test_a_chamber_closed_by_something_else_than_its_body_is_open(refused):

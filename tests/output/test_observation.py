@@ -1,0 +1,72 @@
+"""Probes and poses: what the history says of sets and of rigid bodies."""
+
+import numpy as np
+import pytest
+
+BAR = """\
+bodies:
+  b: {mesh: {generator: box, length: 4 mm, height: 1 mm, width: 1 mm, element_size: 0.5 mm},
+      formulation: solid, material: dragon_skin_10, fixed: [left]}
+environment: {gravity: 0 m/s^2}
+conditions:
+  pull: {kind: prescribed, nodes: b.right, direction: x,
+         displacement: {kind: ramp, value: 0.4 mm, duration: 10 ms}}
+output:
+  probes:
+    end: {kind: displacement, nodes: b.right}
+    root: {kind: reaction, nodes: b.left}
+    grip: {kind: reaction, nodes: b.right}
+    room: {kind: volume, facets: [b.surface]}
+time: {end: 10 ms, procedure: static, settle: 1 s}
+"""
+
+
+def test_probes_of_a_pulled_bar(write_scene, tmp_path):
+    from softsim.output.history import read_units
+    from softsim.run import run
+
+    results = run(write_scene(BAR), out=tmp_path / "out", device="cpu")
+    last = results.summary["probes"]
+    assert last["end_x"] == pytest.approx(0.4e-3, rel=1e-9)
+    # Symmetric about the corners' mean only: the tetrahedra are not, so not to round-off.
+    assert abs(last["end_y"]) < 1e-3 * 0.4e-3
+    # The root pulls back with what the grip pulls: forces balance to the tolerance of 1e-5.
+    assert last["grip_x"] > 0.0
+    assert last["root_x"] == pytest.approx(-last["grip_x"], rel=1e-3)
+    # A clamped bar of aspect 4 with kappa = 20 mu0: between uniaxial and confined, near E.
+    E = 9 * 20 * 72e3 * 72e3 / (3 * 20 * 72e3 + 72e3)
+    assert last["grip_x"] == pytest.approx(E * 1e-6 * 0.1 / 1.1, rel=0.1)
+    # The body is not a chamber: its surface seen from outside bounds minus its volume.
+    assert results.history["room"][0] == pytest.approx(-4e-9, rel=1e-9)
+    units = read_units(tmp_path / "out" / "history.csv")
+    assert [units[n] for n in ("end_x", "root_z", "room")] == ["m", "N", "m^3"]
+
+
+SPINNING = """\
+bodies:
+  b: {mesh: {generator: box, length: 1 mm, height: 1 mm, width: 1 mm, element_size: 1 mm},
+      formulation: solid, material: dragon_skin_10}
+rigid_bodies:
+  r: {mass: 1 g, inertia: 1 kg*mm^2, center: [1 m, 0 m, 0.5 m], initial_angular_velocity: 300 rad/s,
+      initial_velocity: [0 m/s, 2 m/s, 1 m/s]}
+environment: {gravity: 0 m/s^2}
+time: {end: 1 s}
+"""
+
+
+def test_the_pose_of_a_spinning_body(build, start):
+    """omega t about z; the angle goes on beyond half a turn, the rotation vector too."""
+    from softsim.output.observation import frame_pose, frame_readings
+
+    solver = start(build(SPINNING))
+    while solver.time < 13e-3:
+        solver.advance(50)
+    pose = frame_pose(solver, 0)
+    turned = 300.0 * solver.time
+    assert np.pi < turned < 2.0 * np.pi
+    assert pose.angle == pytest.approx(turned, rel=1e-9)
+    expected = [1.0, 2.0 * solver.time, 0.5 + solver.time]
+    np.testing.assert_allclose(pose.centre, expected, rtol=1e-9)
+    readings = frame_readings(solver)
+    assert readings["frame_rotation_z"] == pytest.approx(turned, rel=1e-9)
+    assert readings["frame_rotation_x"] == readings["frame_rotation_y"] == 0.0

@@ -1,0 +1,104 @@
+"""What is drawn of a scene's probes, and which columns are theirs."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from softsim.errors import OutputError
+from softsim.output.columns import FIXED_COLUMNS
+from softsim.report.probes import curves_of, draw_pressure_probe, draw_probes, inflation_curves
+
+RISING = np.linspace(0.0, 1.0, 11)
+UNITS = {
+    "time": "s", "pressure": "Pa", "body_x": "m", "wall_force_x": "N",
+    "tip_x": "m", "tip_y": "m", "foot_y": "m", "clamp_x": "N", "air_x": "m^3",
+}  # fmt: skip
+
+
+@pytest.fixture
+def history() -> dict[str, np.ndarray]:
+    sizes = {
+        "pressure": 6e3, "body_x": 1.0, "wall_force_x": 1.0,
+        "tip_x": 1e-3, "tip_y": 2e-3, "foot_y": -5e-4, "clamp_x": 3.0, "air_x": 4e-6,
+    }  # fmt: skip
+    return {"time": RISING, **{name: size * RISING for name, size in sizes.items()}}
+
+
+def test_probes_are_what_the_solver_does_not_always_write(history) -> None:
+    labels = {unit: [c.label for c in curves] for unit, curves in curves_of(history, UNITS).items()}
+    assert labels == {"m": ["tip x", "tip y", "foot y"], "N": ["clamp x"], "m^3": ["air_x"]}
+
+
+def test_lengths_are_in_mm_and_volumes_in_ml(history) -> None:
+    curves = curves_of(history, UNITS)
+    ends = [curve.values[-1] for unit in ("m", "N", "m^3") for curve in curves[unit]]
+    np.testing.assert_allclose(ends, [1.0, 2.0, -0.5, 3.0, 4.0])
+
+
+def test_a_colour_is_a_probe_and_a_line_an_axis(history) -> None:
+    tip_x, tip_y, foot_y = curves_of(history, UNITS)["m"]
+    assert tip_x.colour == tip_y.colour != foot_y.colour
+    assert tip_x.line != tip_y.line == foot_y.line
+
+
+def test_components_that_stay_zero_and_probes_without_a_number_are_left_out(history) -> None:
+    history["tip_x"] = 1e-12 * RISING
+    history["clamp_x"] = np.full(11, np.nan)
+    curves = curves_of(history, UNITS)
+    assert [curve.label for curve in curves["m"]] == ["tip y", "foot y"]
+    assert "N" not in curves
+
+
+def test_a_probe_that_only_reads_zero_is_shown(history) -> None:
+    history["clamp_x"] = np.zeros(11)
+    assert [curve.label for curve in curves_of(history, UNITS)["N"]] == ["clamp x"]
+
+
+def test_an_inflation_curve_is_the_component_that_moves_the_most(history) -> None:
+    assert [c.label for c in inflation_curves(history, UNITS)] == ["tip y", "foot y"]
+
+
+@pytest.mark.parametrize("pressure", [np.full(11, np.nan), np.zeros(11), np.full(11, 5e3)])
+def test_without_a_changing_pressure_there_is_no_inflation_curve(history, pressure) -> None:
+    assert inflation_curves(history | {"pressure": pressure}, UNITS) == []
+
+
+def test_figures_are_drawn(history, tmp_path: Path) -> None:
+    for draw in (draw_probes, draw_pressure_probe):
+        draw(history, UNITS, tmp_path / "a.png")
+        assert imread(tmp_path / "a.png")[..., :3].std() > 0.02
+
+
+@pytest.mark.parametrize("draw", [draw_probes, draw_pressure_probe])
+def test_without_probes_there_is_no_file(draw, history, tmp_path: Path) -> None:
+    units = {name: unit for name, unit in UNITS.items() if name in FIXED_COLUMNS}
+    with pytest.raises(OutputError, match="probe"):
+        draw(history, units, tmp_path / "a.png")
+    assert not list(tmp_path.iterdir())
+
+
+MODELS = {
+    "plane, driven by volume, static": """
+bodies:
+  b: {mesh: {generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm},
+      formulation: axisymmetric, material: ecoflex_00_30, fixed: [left], position: [9 mm, 0 mm]}
+loads:
+  a: {kind: added_volume, facets: [b.surface], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
+time: {end: 1 s, procedure: static}
+""",
+    "in space": """
+bodies:
+  b: {mesh: {generator: box, length: 3 mm, height: 3 mm, width: 3 mm, element_size: 3 mm},
+      formulation: solid, material: ecoflex_00_30}
+time: {end: 1 s}
+""",
+}
+
+
+def test_fixed_columns_are_those_of_models_without_probes(build) -> None:
+    from softsim.output.observation import columns
+
+    names = {name for scene in MODELS.values() for name in columns(build(scene))}
+    assert names == FIXED_COLUMNS

@@ -1,0 +1,120 @@
+"""Pieces of plane sections, and the two halves of a body of revolution."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+
+from softsim.output.fields import Frames, read_frames
+from softsim.output.folder import RESULTS
+from softsim.report.section import (
+    HalfSection,
+    Section,
+    Wall,
+    boundary_edges,
+    ends,
+    outline_corners,
+    view_of,
+)
+
+TWO_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def frames_of(run: Path) -> Frames:
+    return read_frames(run / RESULTS)
+
+
+def test_the_diagonal_of_two_triangles_is_no_boundary() -> None:
+    edges = {frozenset(edge) for edge in boundary_edges(TWO_TRIANGLES).tolist()}
+    assert edges == {frozenset(e) for e in [(0, 1), (1, 2), (2, 3), (3, 0)]}
+
+
+def test_an_outline_turns_about_the_body_and_keeps_its_own_centre() -> None:
+    corners = outline_corners(np.array([[1.0, 0.0, 4.0, 2.0]]), np.array([[10.0, 5.0, np.pi / 2]]))
+    np.testing.assert_allclose(corners[0], [[11, 4], [11, 8], [9, 8], [9, 4]], atol=1e-12)
+
+
+def test_a_plane_section_is_drawn_where_it_is(ring_run: Path) -> None:
+    """The same mesh without the word axisymmetric: radius 6 to 8 mm at the start, no mirror."""
+    section = Section(frames_of(ring_run), [0], "stretch")
+    assert drawn_cells(section)[..., 0].min() > 5.99
+    assert section.view[0] > 0.0
+
+
+def test_a_half_section_has_a_mirror_image(ring_run: Path) -> None:
+    frames = frames_of(ring_run)
+    cells = drawn_cells(HalfSection(frames, [0], "stretch"))
+    count = len(frames.cells)
+    assert len(cells) == 2 * count
+    assert cells[:count, :, 0].min() > 5.99
+    np.testing.assert_array_equal(cells[count:], cells[:count] * [-1.0, 1.0])
+
+
+def test_the_mirror_image_is_paler(ring_run: Path) -> None:
+    section = HalfSection(frames_of(ring_run), [-1], "stretch")
+    body, mirror = drawn(section)[0].collections[0], drawn(section)[0].collections[2]
+    assert (mirror.get_facecolor()[:, :3] >= body.get_facecolor()[:, :3]).all()
+    assert mirror.get_facecolor()[:, :3].min() > 0.5
+
+
+def test_both_halves_are_seen_with_the_axis_between_them(ring_run: Path) -> None:
+    section = HalfSection(frames_of(ring_run), [0, -1], "stretch")
+    assert section.view[0] == -section.view[1]
+    axes, _ = drawn(section)
+    across = [line for line in axes.lines if set(line.get_xdata()) == {0.0}]
+    assert len(across) == 1
+    assert across[0].get_linestyle() != "-"
+
+
+def test_a_wall_is_mirrored_and_each_stays_on_its_side(ring_run: Path) -> None:
+    section = HalfSection(frames_of(ring_run), [0], "stretch")
+    planes = [(wall.plane[0], wall.plane[2], wall.side) for wall in section.walls]
+    assert planes == [(12.0, -1.0, 1.0), (-12.0, 1.0, -1.0)]
+    axes, figure = drawn(section)
+    figure.canvas.draw()
+    for patch, side in zip(axes.patches, (1.0, -1.0), strict=True):
+        clip = patch.get_clip_path()
+        corners = clip.get_fully_transformed_path().vertices
+        x = axes.transData.inverted().transform(corners)[:, 0]
+        assert (side * x > -1e-9).all()
+
+
+def test_the_ends_of_a_tube_are_lines_across_its_bore() -> None:
+    rim = np.array([[[3.0, 0.0], [4.0, 0.0]], [[4.0, 0.0], [4.0, 9.0]], [[4.0, 9.0], [2.0, 9.0]]])
+    lost = np.full((1, 2, 2), np.nan)
+    np.testing.assert_array_equal(
+        ends(np.concatenate([rim, lost])), [[[-3, 0], [3, 0]], [[-2, 9], [2, 9]]]
+    )
+
+
+def test_a_near_wall_is_in_the_view_and_a_far_one_is_not() -> None:
+    places = np.array([[0.0, 0.0], [10.0, 4.0]])
+    near, far = [0.0, -2.0, 0.0, 1.0], [40.0, 0.0, -1.0, 0.0]
+    view = view_of(places, np.array([near, far]))
+    assert view[2] < -2.0
+    assert view[1] < 20.0
+
+
+def test_a_wall_goes_through_unless_it_has_a_side() -> None:
+    assert Wall(np.zeros(4)).side == 0.0
+
+
+def drawn(section: Section):
+    """Axes and figure with the first frame of the section."""
+    figure = Figure()
+    axes = figure.add_subplot()
+    axes.set(xlim=section.view[:2], ylim=section.view[2:], aspect="equal")
+    section.draw(axes, 0, ScalarMappable(cmap="viridis"))
+    return axes, figure
+
+
+def drawn_cells(section: Section) -> np.ndarray:
+    """Corners (m, 3, 2) [mm] of all cells that are drawn."""
+    axes, _ = drawn(section)
+    paths = [
+        path for part in axes.collections if isinstance(part, PolyCollection)
+        for path in part.get_paths()
+    ]  # fmt: skip
+    return np.array([path.vertices[:3] for path in paths])
