@@ -220,5 +220,6 @@ def _below(transform: Transform, axes: Axes, right: float) -> Transform:
 
 def round_length(longest: float) -> float:
     """The largest of 1, 2, 5, 10, 20 ... and their tenths that is no longer than `longest`."""
-    decade = 10.0 ** np.floor(np.log10(longest))
-    return float(max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= longest))
+    decade = 10.0 ** np.floor(np.log10(longest))  # of a length just below a decade: rounded up
+    steps = decade * np.array([0.5, 1.0, 2.0, 5.0])
+    return float(steps[steps <= longest].max())

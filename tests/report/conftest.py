@@ -101,7 +101,7 @@ def ring_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A static axisymmetric run in a pipe, with a displacement and a volume probe."""
     folder = tmp_path_factory.mktemp("ring_run")
     mesh = block(2e-3, 6e-3, 1e-3)
-    mesh = Mesh(mesh.points + [7e-3, 0.0], mesh.cells)
+    mesh = Mesh(mesh.points + np.array([7e-3, 0.0]), mesh.cells)
     outward = np.column_stack([np.full(len(mesh.points), 1e-3), np.zeros(len(mesh.points))])
     writer = write_ramp(
         folder, mesh, outward,
