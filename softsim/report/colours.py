@@ -62,6 +62,8 @@ def shown_values(
 def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
     """The colours of all values (n,) of a run, and at which ends there are values past them."""
     values = values[np.isfinite(values)]
+    if len(values) == 0:
+        return ScalarMappable(Normalize(0.0, 1.0), COLOUR_MAP), "neither"
     low, high = np.quantile(values, [OUTLIERS, 1 - OUTLIERS])
     below, above = values.min() < low, values.max() > high
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}

@@ -70,7 +70,13 @@ def draw_snapshots(
     if len(frames) == 0:
         raise OutputError("the results hold no frame to draw: the run stopped before the first")
     refuse_missing_field(frames, field)
-    shown = frames_at(moments, frames.times)
+    shown = {
+        index: names
+        for index, names in frames_at(moments, frames.times).items()
+        if np.isfinite(frames.point_data["displacement"][index]).all(axis=1).any()
+    }
+    if not shown:
+        raise OutputError("the results hold no frame in which a node still has a place")
     titles = [
         (" and ".join(names), _state(frames.times[index], time, pressure))
         for index, names in shown.items()

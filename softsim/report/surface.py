@@ -76,24 +76,24 @@ class Surface:
         self.camera = Camera.at(AZIMUTH, ELEVATION)
         facets = boundary_facets(frames.cells)
         owners = find_rows(facets, cell_facets(frames.cells)) // frames.cells.shape[1]
-        moved = [
+        corners = [
             (frames.points + frames.point_data["displacement"][index])[facets] * MILLI
             for index in indices
         ]
-        self.shots = [
-            visible_side(corners, shown_values(frames, index, field, facets, owners), self.camera)
-            for index, corners in zip(indices, moved, strict=True)
-        ]
-        self.values = np.concatenate([shot.values for shot in self.shots])
+        values = [shown_values(frames, index, field, facets, owners) for index in indices]
+        self.values = np.concatenate(values)
+        self.shots = [visible_side(c, v, self.camera) for c, v in zip(corners, values, strict=True)]
+        places = np.concatenate(corners).reshape(-1, 3)
+        places = places[np.isfinite(places).all(axis=1)]
         faces = wall_faces(
             frames.described.get("walls", np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0],
             frames.described.get("pipes", np.zeros((0, 7))) * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI],
-            corners_of_box(np.concatenate(moved).reshape(-1, 3)),
+            corners_of_box(places),
         )
         walls = visible_side(faces, np.zeros(len(faces)), self.camera)
         self.walls = replace(walls, light=0.5 + 0.5 * walls.light)  # quieter than the body
-        shown = [shot.corners.reshape(-1, 2) for shot in [*self.shots, self.walls]]
-        low, high = np.concatenate(shown).min(axis=0), np.concatenate(shown).max(axis=0)
+        shown = np.concatenate([self.camera.project(places), walls.corners.reshape(-1, 2)])
+        low, high = shown.min(axis=0), shown.max(axis=0)
         margin = 0.03 * (high - low).max()
         self.view = np.column_stack([low - margin, high + margin]).ravel()
 
@@ -133,8 +133,7 @@ def lit(colours: np.ndarray, light: np.ndarray) -> np.ndarray:
 
 
 def corners_of_box(places: np.ndarray) -> np.ndarray:
-    """Corners (8, 3) of the box around places (n, 3); those that are lost do not count."""
-    places = places[np.isfinite(places).all(axis=1)]
+    """Corners (8, 3) of the box around places (n, 3)."""
     ends = np.stack([places.min(axis=0), places.max(axis=0)])
     return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
 

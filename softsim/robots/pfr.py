@@ -9,7 +9,8 @@ from softsim.errors import MeshError
 from softsim.mesh.band import stacked_bands
 from softsim.mesh.mesh import SURFACE, Mesh, renumbered
 from softsim.mesh.quality import check
-from softsim.robots.spike import Spike, cross_lines, spike, thickness
+from softsim.robots.limits import check_positive, check_rows, check_skin, check_thickness
+from softsim.robots.spike import Spike, cross_lines, spike
 
 FEWEST_ROWS = 3
 """Fewest rows of cells through the skin: what its bending needs."""
@@ -49,7 +50,7 @@ def pfr_section(
 
     Raises MeshError, naming the parameter and its limit, for dimensions that make no such body.
     """
-    _check_positive(
+    check_positive(
         inner_diameter=inner_diameter,
         free_length=free_length,
         spike_pitch=spike_pitch,
@@ -60,63 +61,22 @@ def pfr_section(
         tip_thickness=tip_thickness,
         element_size=element_size,
     )
+    check_skin(inner_diameter, outer_diameter)
     skin = (outer_diameter - inner_diameter) / 2
-    if not skin > 0:
-        raise MeshError(
-            f"outer_diameter is {1e3 * outer_diameter:g} mm; "
-            f"more than inner_diameter, {1e3 * inner_diameter:g} mm, is needed"
-        )
     if not lean >= 0:
         raise MeshError(
             f"lean is {1e3 * lean:g} mm; spikes lean backward, 0 mm or more",
             hint="turn the body round for a robot that faces the other way",
         )
-    _check_spacing(free_length, spikes_per_strip, spike_pitch, root_thickness, element_size)
+    check_rows("spike", spikes_per_strip, spike_pitch, root_thickness, free_length, element_size)
     shape = spike(spike_height, root_thickness, tip_thickness, lean, front_radius, rear_radius)
-    _check_thickness(shape, spike_height, element_size)
+    check_thickness(shape, spike_height, element_size)
 
     centers = (np.arange(spikes_per_strip) - (spikes_per_strip - 1) / 2) * spike_pitch
     strip = _strip(free_length, skin, centers, root_thickness, shape, element_size)
     section = renumbered(_mirrored_pair(strip, distance=inner_diameter / 2))
     check(section)
     return section
-
-
-def _check_positive(**lengths: float) -> None:
-    for name, length in lengths.items():
-        if not (math.isfinite(length) and length > 0):
-            raise MeshError(f"{name} is {1e3 * length:g} mm; it must be positive")
-
-
-def _check_spacing(
-    free_length: float, count: int, pitch: float, root: float, element_size: float
-) -> None:
-    """Neighbouring roots, and the last root and the knot, leave room for an element."""
-    if count < 0:
-        raise MeshError(f"spikes_per_strip is {count}; it must be 0 or more")
-    if count > 1 and pitch < root + element_size:
-        raise MeshError(
-            f"spike_pitch is {1e3 * pitch:.4g} mm and the spikes overlap; root_thickness and "
-            f"an element between them need at least {1e3 * (root + element_size):.4g} mm"
-        )
-    needed = (count - 1) * pitch + root + 2 * element_size
-    if count > 0 and free_length < needed:
-        raise MeshError(
-            f"free_length is {1e3 * free_length:.4g} mm; {count} spikes of this pitch and "
-            f"root_thickness, and an element at each end, need at least {1e3 * needed:.4g} mm"
-        )
-
-
-def _check_thickness(shape: Spike, height: float, element_size: float) -> None:
-    heights = np.linspace(0, height, 101)
-    across = thickness(shape, heights)
-    thinnest = int(np.argmin(across))
-    if across[thinnest] < element_size * (1 - 1e-9):
-        raise MeshError(
-            f"the spike is {1e3 * across[thinnest]:.4g} mm thick {1e3 * heights[thinnest]:.4g} mm "
-            f"above the skin; at least element_size, {1e3 * element_size:.4g} mm, is needed",
-            hint="increase root_thickness, tip_thickness or rear_radius, or reduce element_size",
-        )
 
 
 def _strip(

@@ -17,18 +17,17 @@ class BlockMesh(Part):
     element_size: PositiveLength = Field(description="Edge length of the triangles.")
 
 
-class PfrSectionMesh(Part):
-    """The PufferFace Robot's section along its axis: two skin strips with curved spikes."""
-
-    generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
+class _PfrSkin(Part):
     inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
     outer_diameter: PositiveLength = Field(
-        default=written("17 mm"), description="Of the skin, no spikes."
+        default=written("17 mm"), description="Of the skin, no spikes or rings."
     )
     free_length: PositiveLength = Field(
         default=written("30 mm"), description="Skin between the knots."
     )
-    spikes_per_strip: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+
+
+class _SpikedSkin(_PfrSkin):
     spike_pitch: PositiveLength = Field(
         default=written("6 mm"), description="Distance between rows."
     )
@@ -47,6 +46,13 @@ class PfrSectionMesh(Part):
     lean: Length = Field(
         default=written("2.5 mm"), description="How far the tip lies behind the root."
     )
+
+
+class PfrSectionMesh(_SpikedSkin):
+    """The PufferFace Robot's section along its axis: two skin strips with curved spikes."""
+
+    generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
+    spikes_per_strip: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
     element_size: PositiveLength = Field(
         default=written("0.35 mm"), description="Edge length of the triangles, about."
     )
@@ -62,17 +68,10 @@ class BoxMesh(Part):
     element_size: PositiveLength = Field(description="Largest edge of the bricks that are split.")
 
 
-class PfrMeridianMesh(Part):
+class PfrMeridianMesh(_PfrSkin):
     """The PFR's skin as a half section: x is the radius, y the axis; rings stand for spikes."""
 
     generator: Literal["pfr_meridian"] = Field(description="Which generator makes the mesh.")
-    inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
-    outer_diameter: PositiveLength = Field(
-        default=written("17 mm"), description="Of the skin, no rings."
-    )
-    free_length: PositiveLength = Field(
-        default=written("30 mm"), description="Skin between the knots."
-    )
     ring_rows: WholeNumber = Field(default=0, ge=0, le=100, description="Rows of rings.")
     ring_pitch: PositiveLength = Field(
         default=written("6 mm"), description="Distance between rows."
@@ -86,36 +85,12 @@ class PfrMeridianMesh(Part):
     )
 
 
-class PfrSolidMesh(Part):
+class PfrSolidMesh(_SpikedSkin):
     """The PFR's skin in space with its curved spikes; the axis is x."""
 
     generator: Literal["pfr_solid"] = Field(description="Which generator makes the mesh.")
-    inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
-    outer_diameter: PositiveLength = Field(
-        default=written("17 mm"), description="Of the skin, no spikes."
-    )
-    free_length: PositiveLength = Field(
-        default=written("30 mm"), description="Skin between the knots."
-    )
     spikes_around: WholeNumber = Field(default=14, ge=1, le=100, description="Spikes in a row.")
     rows: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
-    spike_pitch: PositiveLength = Field(
-        default=written("6 mm"), description="Distance between rows."
-    )
-    spike_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
-    front_radius: PositiveLength = Field(
-        default=written("5 mm"), description="Of the spike's front edge."
-    )
-    rear_radius: PositiveLength = Field(
-        default=written("3.5 mm"), description="Of the spike's rear edge."
-    )
-    root_thickness: PositiveLength = Field(
-        default=written("3 mm"), description="Spike at its root, along x."
-    )
-    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Spike at its tip.")
-    lean: Length = Field(
-        default=written("2.5 mm"), description="How far the tip lies behind the root."
-    )
     spike_width: PositiveLength = Field(
         default=written("2 mm"), description="Spike across, around the skin."
     )

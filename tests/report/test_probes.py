@@ -80,12 +80,12 @@ def test_without_probes_there_is_no_file(draw, history, tmp_path: Path) -> None:
 
 
 MODELS = {
-    "plane, driven by volume, static": """
+    "static, driven by volume": """
 bodies:
-  b: {mesh: {generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm},
-      formulation: axisymmetric, material: ecoflex_00_30, fixed: [left], position: [9 mm, 0 mm]}
+  b: {mesh: {generator: pfr_meridian, element_size: 1 mm}, formulation: axisymmetric,
+      material: ecoflex_00_30, fixed: [ends]}
 loads:
-  a: {kind: added_volume, facets: [b.surface], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
+  a: {kind: added_volume, facets: [b.chamber], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
 time: {end: 1 s, procedure: static}
 """,
     "in space": """

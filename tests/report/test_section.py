@@ -75,10 +75,9 @@ def test_a_wall_is_mirrored_and_each_stays_on_its_side(ring_run: Path) -> None:
     axes, figure = drawn(section)
     figure.canvas.draw()
     for patch, side in zip(axes.patches, (1.0, -1.0), strict=True):
-        clip = patch.get_clip_path()
-        corners = clip.get_fully_transformed_path().vertices
-        x = axes.transData.inverted().transform(corners)[:, 0]
-        assert (side * x > -1e-9).all()
+        corners = axes.transData.inverted().transform(patch.get_clip_box().get_points())
+        assert (side * corners[:, 0] > -1e-9).all()
+        assert patch.get_clip_path() is None
 
 
 def test_the_ends_of_a_tube_are_lines_across_its_bore() -> None:

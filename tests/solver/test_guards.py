@@ -1,0 +1,41 @@
+"""Warnings about laws that are used where they were not fitted, or where they have no stiffness."""
+
+import numpy as np
+
+from softsim.solver.guards import strain_warnings
+
+BLOCK = """\
+bodies:
+  b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 1 mm, material: m}
+materials:
+  m: {law: yeoh, C10: 30 kPa, C20: -5 kPa, density: 1 g/cm^3, strain_range: 0.5}
+time: {end: 1 s}
+"""
+
+
+def stretched(model, stretch):
+    """Pure shear by the stretch: I1_bar = stretch^2 + stretch^-2 + 1."""
+    return model.points * [stretch, 1.0 / stretch]
+
+
+def test_strain_within_the_range_is_fine(build):
+    model = build(BLOCK)
+    assert strain_warnings(model, stretched(model, 1.4), 0.0) == {}
+
+
+def test_strain_beyond_the_range_is_named(build):
+    model = build(BLOCK)
+    found = strain_warnings(model, stretched(model, 1.6), 0.25)
+    assert list(found) == ["b range"]
+    assert "stretched to 1.6" in found["b range"] and "fitted up to 1.5" in found["b range"]
+    assert "element" in found["b range"] and "t = 0.25 s" in found["b range"]
+
+
+def test_a_lost_stiffness_is_named(build):
+    """dW/dI1 = 30 - 10 k kPa is gone at k = I1_bar - 3 = 3, a stretch of 2.19."""
+    model = build(BLOCK)
+    just_below = np.sqrt((5.0 + np.sqrt(21.0)) / 2.0) * 0.999
+    assert "b unstable" not in strain_warnings(model, stretched(model, just_below), 0.0)
+    found = strain_warnings(model, stretched(model, just_below / 0.998), 0.0)
+    assert "has lost its stiffness: I1 = 6" in found["b unstable"]
