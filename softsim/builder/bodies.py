@@ -158,7 +158,7 @@ def read_or_generated(
         )
     counted = {
         "inverted cells turned": found.turned_cells,
-        "nodes without a cell left out": found.dropped_nodes,
+        "reference points left out": found.dropped_nodes,
     }
     return found.mesh, tuple(f"{count} {what}" for what, count in counted.items() if count)
 

@@ -227,6 +227,7 @@ class _Deck:
             facet_sets=facet_sets,
             cell_sets=cell_sets,
             element_type=self.element_type[0],
+            reference_nodes=np.array(list(self.nodes.numbers[ASSEMBLY].values()), dtype=np.int64),
             labels=Labels(np.array(self.node_labels), np.array(list(self.elements.numbers[BODY]))),
         )
 

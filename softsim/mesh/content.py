@@ -11,12 +11,14 @@ from softsim.mesh.quality import Labels
 class Content:
     """Nodes, cells and sets as a file has them.
 
-    points: (n, 2) or (n, 3) in the file's unit of length; some may belong to no cell.
+    points: (n, 2) or (n, 3) in the file's unit of length.
     cells: (m, 3) triangles or (m, 4) tetrahedra, node numbers from 0 on; some may be inverted.
     node_sets, cell_sets: name -> (k,) numbers.
     facet_sets: name -> (k, 2) or (k, 3) node numbers, in any orientation.
     element_type: ABAQUS's name for what the cells compute, "" where the file does not say.
     labels: what the file calls its nodes and cells, None where it only counts them.
+    reference_nodes: numbers of the nodes that by the file's own word are not the body's, such as
+        reference points of an assembly; all others must belong to a cell.
     """
 
     points: np.ndarray
@@ -26,3 +28,4 @@ class Content:
     cell_sets: dict[str, np.ndarray] = field(default_factory=dict)
     element_type: str = ""
     labels: Labels | None = None
+    reference_nodes: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))

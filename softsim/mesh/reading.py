@@ -33,7 +33,7 @@ class MeshFile:
     element_type: CPE3, CPS3, CAX3 or C3D4 as ABAQUS calls them (a hybrid one without its H), "" if
         the file names no formulation (.msh, .vtu).
     turned_cells: how many cells were inverted and have been turned.
-    dropped_nodes: how many nodes belonged to no cell and have been left out.
+    dropped_nodes: how many reference points of an assembly have been left out.
     """
 
     mesh: Mesh
@@ -46,8 +46,8 @@ def read_mesh(path: Path, length_unit: float = 1e-3) -> MeshFile:
     """The body in a mesh file: its tetrahedra if it has any, otherwise its triangles.
 
     length_unit: metres in one unit of the file, 1e-3 for a mesh drawn in millimetres. Triangles
-    must lie in a plane z = constant; z is dropped. Inverted cells are turned and nodes without a
-    cell dropped; a warning is logged about either, and about a body in several pieces.
+    must lie in a plane z = constant; z is dropped. Inverted cells are turned and
+    reference points dropped; a warning is logged about either, and about a body in several pieces.
 
     A set of cells (gmsh physical group, ABAQUS element set) gives a cell set; a group of lines (in
     3D: of triangles) or an ABAQUS surface gives a facet set, oriented with the material to its
@@ -56,8 +56,8 @@ def read_mesh(path: Path, length_unit: float = 1e-3) -> MeshFile:
     letters, digits, - and _ becomes _.
 
     Raises MeshError, naming the file, if it cannot be read, has cells of another kind (second
-    order, quadrilaterals ...), mixes dimensions or formulations, has an empty set or does not pass
-    `softsim.mesh.quality.check`.
+    order, quadrilaterals ...), mixes dimensions or formulations, has an empty set or a node without
+    a cell, or does not pass `softsim.mesh.quality.check`.
     """
     path = Path(path)
     if not path.is_file():
@@ -80,6 +80,7 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
     inverted = np.flatnonzero(signed_volumes(points, cells) < 0)
     cells[inverted, :2] = cells[inverted, 1::-1]
     dropped = np.flatnonzero(number < 0)
+    refuse_loose_nodes(np.setdiff1d(dropped, content.reference_nodes), content)
 
     cell_sets = _plain_names(content.cell_sets)
     facet_sets = {}
@@ -109,13 +110,25 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
         )
     if len(dropped):
         log.warning(
-            "%s: dropped %d nodes that belong to no cell, the first one is node %d",
+            "%s: dropped %d reference points, the first one is node %d",
             *(path, len(dropped), node_label(int(dropped[0]), content.labels)),
         )
     pieces = piece_count(mesh)
     if pieces > 1:
         log.warning("%s: the body is in %d pieces that share no node", path, pieces)
     return MeshFile(mesh, content.element_type, len(inverted), len(dropped))
+
+
+def refuse_loose_nodes(loose: np.ndarray, content: Content) -> None:
+    """Every node of the body belongs to a cell: one that does not would have no mass."""
+    if len(loose):
+        place = ", ".join(f"{c:g}" for c in content.points[loose[0]])
+        raise MeshError(
+            f"node {node_label(int(loose[0]), content.labels)} at ({place}) in the file's unit "
+            f"belongs to no cell ({len(loose)} such nodes)",
+            hint="remove it; a reference point belongs to the *ASSEMBLY, outside the part; gmsh "
+            "saves such nodes only with Mesh.SaveAll",
+        )
 
 
 def _coordinates(points: np.ndarray, dimension: int) -> np.ndarray:

@@ -198,12 +198,17 @@ def test_gaps_in_a_generated_set_are_told(read, caplog):
     assert "2 of these 5 nodes do not exist" in caplog.text
 
 
-def test_inverted_elements_and_loose_nodes_are_named(read, caplog):
+def test_inverted_elements_are_turned_and_named(read, caplog):
     with caplog.at_level(logging.WARNING):
-        file = read(SQUARE.replace("7, 10, 30, 40", "7, 10, 40, 30") + "*NODE\n99, 1, 1\n")
-    assert (file.turned_cells, file.dropped_nodes) == (1, 1)
+        file = read(SQUARE.replace("7, 10, 30, 40", "7, 10, 40, 30"))
+    assert (file.turned_cells, file.dropped_nodes) == (1, 0)
     assert "turned 1 inverted cells of 2, the first one is element 7" in caplog.text
-    assert "dropped 1 nodes that belong to no cell, the first one is node 99" in caplog.text
+
+
+def test_a_loose_node_is_refused_by_its_label(read):
+    with pytest.raises(MeshError, match=r"node 99 at \(1, 1, 0\) .* belongs to no cell") as caught:
+        read(SQUARE + "*NODE\n99, 1, 1\n")
+    assert "*ASSEMBLY" in caught.value.hint
 
 
 def with_type(kind):

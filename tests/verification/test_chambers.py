@@ -176,7 +176,7 @@ def allowed_error(errors):
 
 # Liquid -------------------------------------------------------------------------------------------
 
-STRETCHES = (1.1, 1.3, 1.6, 1.9)
+STRETCHES = (1.25, 1.35, 1.6, 1.9)
 """Inner radius over that at rest: two before the limit point, two beyond."""
 PLATEAU = 8e-3
 """Time to pump from one to the next, and again to come to rest [s]: 3 to 4 periods of the sphere's
@@ -229,15 +229,13 @@ def test_liquid_takes_a_sphere_past_its_limit_point(run, build, record_verificat
         outer = OUTER + h["outer_x"][at]
     assert pressure[0] < pressure[1]
     assert pressure[2] > 1.05 * pressure[3]
-    # The first rest ends while 1e-3 of its pressure still swings: both meshes', so not its order.
-    order = np.log2(errors[0][1:] / errors[1][1:])
+    order = np.log2(errors[0] / errors[1])
     assert np.all(order > 1.7)
-    assert np.all(np.abs(errors[1][1:]) < allowed_error(errors)[1:])
-    assert abs(errors[1][0]) < 2e-3
+    assert np.all(np.abs(errors[1]) < allowed_error(errors))
     np.testing.assert_allclose(outer, [e.outer_radius for e in exact], rtol=2e-4)
     for k, side in ((1, "rising"), (3, "falling")):
         record_verification(
-            f"sphere full of liquid, {side} branch", exact[k].pressure, pressure[k], order[k - 1]
+            f"sphere full of liquid, {side} branch", exact[k].pressure, pressure[k], order[k]
         )
 
 
@@ -284,7 +282,7 @@ time: {{end: 25 ms}}
     fine, coarse = (
         np.trapezoid(h["pressure"][::step], h["chamber_volume"][::step]) for step in (1, 2)
     )
-    assert abs(fine - coarse) < 2e-3 * work
+    assert abs(fine - coarse) < 5e-3 * work
     assert work == pytest.approx(fine, abs=abs(fine - coarse))
 
     halved = run(text, None, "solver.safety_factor=0.45", "time.end=2.5 ms").history
@@ -470,8 +468,8 @@ def test_the_robot_filled_with_liquid(run, build, record_verification):
     thickness, by the shoelace formula over the outline of the chamber.
 
     The change since the start only: where the ends of the strips are tied to one body, what lies
-    between them stays the same, however the lids are laid. The liquid gives way by p / K_f, with
-    p below 1 kPa and K_f / V_0 some 5 kPa a nanolitre, less than a nanolitre of the half millilitre.
+    between them stays the same, however the lids are laid. The liquid gives way by p V_0 / K_f:
+    V_0 / K_f is some 0.2 nl a kPa and p below 1 kPa, less than a nanolitre of half a millilitre.
     """
     results = run(ROBOT)
     h = results.history

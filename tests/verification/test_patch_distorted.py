@@ -73,9 +73,9 @@ def first_piola(F):
     I1 = np.sum(F**2)
     k = J ** (-2.0 / 3.0) * I1 - 3.0
     slope = C10 + 2.0 * C20 * k + 3.0 * C30 * k**2
-    return 2.0 * slope * J ** (-2.0 / 3.0) * (F - I1 / 3.0 * inverse) + KAPPA * (
-        J - 1.0
-    ) * J * inverse
+    return (
+        2.0 * slope * J ** (-2.0 / 3.0) * (F - I1 / 3.0 * inverse) + KAPPA * (J - 1.0) * J * inverse
+    )
 
 
 def surface_forces(mesh, formulation, P):

@@ -176,19 +176,21 @@ def test_steady_force(flights, record_verification):
 
 ROBOT = """
 bodies:
-  skin: {mesh: {generator: pfr_solid, rows: 0, spikes_around: 4, element_size: 3 mm, root_thickness: 4 mm,
-               tip_thickness: 4 mm},
+  skin: {mesh: {generator: pfr_solid, rows: 0, element_size: 3 mm,
+                # no spikes, but the generator wants them thicker than its elements
+                spikes_around: 4, root_thickness: 4 mm, tip_thickness: 4 mm, spike_width: 4 mm,
+                spike_height: 3 mm, lean: 0 mm},
          formulation: solid, material: dragon_skin_10,
          initial_velocity: [0.3 m/s, 0.1 m/s, -0.2 m/s]}
 rigid_bodies:
   frame: {mass: 8.8 g, inertia: [0.4 kg*mm^2, 1 kg*mm^2, 0.8 kg*mm^2], tied: [skin.knots],
-          center: [1 mm, 0.5 mm, 0.7 mm], initial_velocity: [0 m/s, 0.2 m/s, 0.1 m/s],
-          initial_angular_velocity: 20 rad/s, outline: {length: 26 mm, height: 12 mm},
+          center: [1 mm, 0.3 mm, 0.2 mm], initial_velocity: [0 m/s, 0.2 m/s, 0.1 m/s],
+          initial_angular_velocity: 20 rad/s, outline: {length: 26 mm, height: 14.2 mm},
           supports: [skin.chamber], support_friction_coefficient: 0.4}
 environment: {gravity: 0 m/s^2}
 loads:
   air: {kind: follower_pressure, facets: [skin.chamber], reacts_on: frame,
-        profile: {kind: constant, value: 2 kPa, ramp: 2 ms}}
+        profile: {kind: constant, value: 1 kPa, ramp: 20 ms}}
 time: {end: 1 s}
 """
 
@@ -215,10 +217,10 @@ def test_frame_and_skin_keep_momenta(build, start, record_verification):
     before = momenta(solver)
     solver.advance(4000)
     after = momenta(solver)
-    turned = np.abs(solver.terms.rigid_bodies.rotation.to_numpy()[0, 0] - np.eye(3)).max()
-    swollen = np.abs(solver.positions()[0] - solver.models[0].points).max()
-    frictions = solver.terms.supports[0].friction_dissipation.to_numpy()
-    print(turned, swollen, frictions.sum(), solver.time, before, after)
+    terms = solver.terms
+    assert terms.supports[0].friction_dissipation.to_numpy().sum() > 0.0
+    assert np.abs(terms.rigid_bodies.rotation.to_numpy() - np.eye(3)).max() > 0.3
+    assert terms.bodies[0].pressure.J.to_numpy().std() > 1e-4  # the skin works
     for name, old, new in zip(("linear", "angular"), before, after, strict=True):
         change = np.linalg.norm(new - old) / np.linalg.norm(old)
         assert change < 1e-9
