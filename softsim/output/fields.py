@@ -80,7 +80,8 @@ class FieldWriter:
     def describe(self, **entries: np.ndarray | str | Arrays) -> None:
         """Store what holds for the whole run: arrays, texts, or `sets`, node-set name -> nodes.
 
-        For the figures: walls (w, 4), a point of each [m] and its normal into the free side;
+        For the figures: walls (w, 2 d), a point of each [m] and its normal into the free side;
+        pipes (p, 7), a point on the axis, its direction, the radius [m];
         outlines (k, 4), one a rigid body: centre in the body's axes, length, height [m].
         A name that is there already gets the new content. Raises OutputError if the disk refuses.
         """

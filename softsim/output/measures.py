@@ -6,7 +6,7 @@ import numpy as np
 
 from softsim.loads.drive import GivenPressure
 from softsim.model import Model
-from softsim.output.observation import probe_columns
+from softsim.scene.outputs import probe_columns
 
 
 def measures(model: Model, history: dict[str, np.ndarray]) -> dict[str, Any]:
@@ -31,7 +31,9 @@ def measures(model: Model, history: dict[str, np.ndarray]) -> dict[str, Any]:
             result["displacement_per_cycle"] = np.diff(at).tolist()
     if model.probes:
         axes = "xyz"[: model.dimension]
-        names = [name for probe in model.probes for name in probe_columns(probe, axes)]
+        names = [
+            name for probe in model.probes for name in probe_columns(probe.name, probe.kind, axes)
+        ]
         result["probes"] = {name: float(history[name][-1]) for name in names}
     return result
 

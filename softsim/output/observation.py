@@ -11,6 +11,7 @@ import numpy as np
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import GivenPressure
 from softsim.model import CylinderShape, Model, Probe
+from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
@@ -47,17 +48,11 @@ def columns(model: Model) -> dict[str, str]:
     if model.relaxation is not None:
         last["unbalanced_share"] = "-"  # of the forces, see solver/equilibrium.py
     for probe in model.probes:
-        last |= dict.fromkeys(probe_columns(probe, axes), PROBE_UNITS[probe.kind])
+        last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
     return first | last
 
 
 PROBE_UNITS = {"displacement": "m", "radius": "m", "reaction": "N", "volume": "m^3"}
-
-
-def probe_columns(probe: Probe, axes: str) -> list[str]:
-    """Columns of a probe: its name, or one a component."""
-    has_components = probe.kind in ("displacement", "reaction")
-    return [f"{probe.name}_{a}" for a in axes] if has_components else [probe.name]
 
 
 def probe_values(solver: ExplicitSolver, probe: Probe, x: np.ndarray) -> np.ndarray:
@@ -113,7 +108,7 @@ def observe(
     if model.probes:
         x = solver.positions()[0]
         for probe in model.probes:
-            names = probe_columns(probe, "xyz"[: model.dimension])
+            names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
             row |= dict(zip(names, probe_values(solver, probe, x).tolist(), strict=True))
     return Observation(row, energies)
 
@@ -234,7 +229,7 @@ def frame(solver: ExplicitSolver) -> Frame:
 
 def description(model: Model, title: str) -> dict:
     """What FieldWriter.describe stores for the figures: walls, outlines, sets, title."""
-    outlines, owners = [], []
+    outlines, owners, walls = [], [], model.walls
     for outline in model.outlines:
         shape = outline.shape
         if model.dimension == 2 and isinstance(shape, CylinderShape):
@@ -243,7 +238,10 @@ def description(model: Model, title: str) -> dict:
             owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
     return {
-        "walls": np.concatenate([model.walls.points, model.walls.normals], axis=1),
+        "walls": np.concatenate([walls.points, walls.normals], axis=1),
+        "pipes": np.concatenate(
+            [walls.pipe_points, walls.pipe_axes, walls.pipe_radii[:, None]], axis=1
+        ),
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,

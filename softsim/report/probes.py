@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from softsim.errors import OutputError
-from softsim.output.columns import FIXED_COLUMNS
 from softsim.report.curves import (
     History,
     draw_signal,
@@ -17,9 +16,10 @@ from softsim.report.curves import (
 )
 from softsim.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY, drawing
 from softsim.report.thinning import thinned
+from softsim.scene.columns import FIXED_COLUMNS
 
 QUANTITIES = {
-    "m": ("displacement", 1e3, "mm"),
+    "m": ("length", 1e3, "mm"),
     "N": ("force", 1.0, "N"),
     "m^3": ("volume", 1e6, "ml"),
 }
@@ -89,20 +89,21 @@ def draw_probes(history: History, units: Mapping[str, str], path: Path) -> None:
 
 
 def inflation_curves(history: History, units: Mapping[str, str]) -> list[Curve]:
-    """Of each displacement probe the component that moves the most [mm]; none of one at rest, and
-    none at all without a pressure that changes."""
+    """Of each displacement or radius probe the component that moves the most [mm]; none of one at
+    rest, and none at all without a pressure that changes.
+    """
     if not pressurised(history) or _range(history["pressure"]) == 0.0:
         return []
     most: dict[str, Curve] = {}
     for curve in curves_of(history, units).get("m", []):
-        probe = curve.label.rpartition(" ")[0]
+        probe = curve.label.rpartition(" ")[0] or curve.label  # a radius has no components
         if probe not in most or _range(curve.values) > _range(most[probe].values):
             most[probe] = curve
     return [curve for curve in most.values() if _range(curve.values) > 0.0]
 
 
 def draw_pressure_probe(history: History, units: Mapping[str, str], path: Path) -> None:
-    """The air pressure over the displacement of the probes: inflation curves.
+    """The air pressure over the displacement or radius of the probes: inflation curves.
 
     Raises OutputError if there is no such probe, the pressure does not change, or the disk refuses.
     """
@@ -115,7 +116,7 @@ def draw_pressure_probe(history: History, units: Mapping[str, str], path: Path) 
         for c in curves:
             moved = thinned(history["time"], c.values).mean
             axes.plot(moved, pressure, c.line, color=c.colour, label=c.label)
-        axes.set_xlabel("displacement [mm]")
+        axes.set_xlabel("displacement or radius [mm]")
         axes.set_ylabel("air pressure [kPa]")
         axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
         figure.legend(loc="outside upper center", ncols=4, columnspacing=1.4)

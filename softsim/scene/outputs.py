@@ -2,8 +2,9 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from softsim.scene.columns import FIXED_COLUMNS
 from softsim.scene.part import Part
 from softsim.scene.quantities import (
     Length,
@@ -51,6 +52,12 @@ Probe = Annotated[
 ]
 
 
+def probe_columns(name: str, kind: str, axes: str) -> list[str]:
+    """Columns of a probe: its name, or one a component."""
+    has_components = kind in ("displacement", "reaction")
+    return [f"{name}_{a}" for a in axes] if has_components else [name]
+
+
 class Output(Part):
     """What is written, how often."""
 
@@ -69,6 +76,20 @@ class Output(Part):
     probes: dict[Name, Probe] = Field(
         default={}, description="Further columns of the history, by name."
     )
+
+    @field_validator("probes")
+    @classmethod
+    def _columns_are_new(cls, probes: dict[str, Probe]) -> dict[str, Probe]:
+        taken = dict.fromkeys(FIXED_COLUMNS, "the history's own")
+        for name, probe in probes.items():
+            for column in probe_columns(name, probe.kind, "xyz"):
+                if column in taken:
+                    raise ValueError(
+                        f"the column {column} of the probe '{name}' is {taken[column]} already: "
+                        "give the probe another name"
+                    )
+                taken[column] = f"that of the probe '{name}'"
+        return probes
 
 
 class _Range(Part):

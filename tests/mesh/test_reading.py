@@ -1,4 +1,3 @@
-
 import meshio
 import numpy as np
 import pytest

@@ -7,8 +7,8 @@ import pytest
 from matplotlib.image import imread
 
 from softsim.errors import OutputError
-from softsim.output.columns import FIXED_COLUMNS
 from softsim.report.probes import curves_of, draw_pressure_probe, draw_probes, inflation_curves
+from softsim.scene.columns import FIXED_COLUMNS
 
 RISING = np.linspace(0.0, 1.0, 11)
 UNITS = {

@@ -157,3 +157,17 @@ def test_the_json_schema_describes_texts_with_examples():
     pfr = described["$defs"]["PfrSectionMesh"]["properties"]
     assert pfr["lean"]["default"] == "2.5 mm"
     assert yaml.safe_load(yaml.safe_dump(described)) == described
+
+
+@pytest.mark.parametrize(
+    ("probes", "column"),
+    [
+        ({"time": {"kind": "volume", "facets": ["b.surface"]}}, "column time"),
+        ({"frame": {"kind": "displacement", "nodes": "b.top"}}, "column frame_x"),
+        ({"a": {"kind": "reaction", "nodes": "b.top"},
+          "a_x": {"kind": "radius", "nodes": "b.top"}}, "column a_x of the probe 'a_x'"),
+    ],
+)  # fmt: skip
+def test_a_probe_must_not_take_a_column_that_is_there(probes, column):
+    with pytest.raises(ValidationError, match=column):
+        outputs.Output.model_validate({"probes": probes})

@@ -1,4 +1,4 @@
-"""What the columns of a history are called, for whoever reads one without the model behind it."""
+"""Names of the columns of a history: what probes may not be called."""
 
 FIXED_COLUMNS = frozenset(
     {
