@@ -18,6 +18,7 @@ from softsim.report.curves import (
     draw_energies,
     energies_drawn,
     pressurised,
+    travelling_column,
     travels,
 )
 from softsim.report.moments import moments
@@ -85,9 +86,11 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
 def _draw_snapshots_of_run(history: History, frames: Frames, field: str, path: Path) -> None:
     time = history["time"]
     pressure = history["pressure"] if pressurised(history) else None
+    # Only a robot, which has a frame, sets off; a body that merely deforms does not.
+    sets_off = travels(history) and travelling_column(history).startswith("frame")
     at = moments(
         time,
         np.zeros(len(time)) if pressure is None else pressure,
-        displacement(history) if travels(history) else np.zeros(len(time)),
+        displacement(history) if sets_off else np.zeros(len(time)),
     )
     draw_snapshots(frames, at, time, pressure, field, path)

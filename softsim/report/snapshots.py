@@ -105,7 +105,8 @@ def _state(at: float, time: np.ndarray, pressure: np.ndarray | None) -> str:
     """Time and pressure, as a title says them."""
     if pressure is None:
         return f"{at:.3g} s"
-    return f"{at:.3g} s, {np.interp(at, time, pressure) / 1e3:.2f} kPa"
+    now = round(float(np.interp(at, time, pressure)) / 1e3, 2) + 0.0  # no "-0.00"
+    return f"{at:.3g} s, {now:.2f} kPa"
 
 
 def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path) -> None:
