@@ -3,6 +3,7 @@
 from itertools import pairwise
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from softsim.builder.names import Names, in_mm
 from softsim.elements.geometry import Axisymmetric
@@ -40,15 +41,18 @@ def refuse_open_chamber(
     remedy: str,
     keys: Keys,
 ) -> None:
-    """The surface must be closed, or end on `held` nodes (n,), or on the axis of a half section.
+    """The surface must be closed: by itself, by a rim that does not move (all components of `held`
+    (n, d)), by planes of symmetry through the origin that its rim slides on, or by the axis of a
+    half section.
 
     remedy: how a rim is held, for people.
     """
     rim = np.unique(open_rim(facets))
-    closed = held[rim]
+    closed = held[rim].all(axis=1)
+    mirrored = on_mirror(points, held, rim)
     if isinstance(names.geometry, Axisymmetric):
         closed |= points[rim, 0] < 1e-12
-    loose = rim[~closed]
+    loose = rim[~(closed | mirrored)]
     if len(loose):
         raise names.loaded.error(
             (*keys, "facets"),
@@ -56,20 +60,43 @@ def refuse_open_chamber(
             "move by itself",
             f"{remedy}, or choose facets that reach from one held end to the other",
         )
+    if mirrored.any() and not mirrored.all() and not isinstance(names.geometry, Axisymmetric):
+        fixed = rim[~mirrored]
+        raise names.loaded.error(
+            (*keys, "facets"),
+            f"the rim of the chamber lies partly on a plane of symmetry, partly not, as at "
+            f"{in_mm(points[fixed[0]])}: its volume cannot be told",
+            "close the chamber with facets of the body, or model all of it",
+        )
 
 
-def lids(names: Names, facets: np.ndarray) -> np.ndarray:
+def on_mirror(points: np.ndarray, held: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Which nodes (k,) slide on a plane of symmetry x_i = 0: that component is held, others not."""
+    at_zero = np.abs(points[nodes]) < 1e-9 * np.ptp(points, axis=0).max()
+    return (held[nodes] & at_zero).any(axis=1) & ~held[nodes].all(axis=1)
+
+
+def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray) -> np.ndarray:
     """Facets (k, corners) over the held rims of a surface, so that it encloses a volume.
 
-    In a half section the lids run straight to the axis and enclose nothing: there are none.
+    None where they would add nothing to the volume as seen from the origin: in a half section they
+    run straight to the axis, and planes of symmetry go through the origin. The open chains of a
+    section are joined, the end of each to the start that is nearest on the whole: two strips of a
+    robot enclose what is between them.
     """
     rim = open_rim(facets)
-    if isinstance(names.geometry, Axisymmetric) or len(rim) == 0:
-        return np.zeros((0, facets.shape[1]), dtype=int)
+    nodes = np.unique(rim)
+    nothing = np.zeros((0, facets.shape[1]), dtype=int)
+    if isinstance(names.geometry, Axisymmetric) or on_mirror(points, held, nodes).any():
+        return nothing
+    if len(nodes) == 0:
+        return nothing
     if facets.shape[1] == 2:
-        following = dict(facets.tolist())
         starts = np.setdiff1d(facets[:, 0], facets[:, 1])
-        return np.array([[chain(following, start)[-1], start] for start in starts.tolist()])
+        ends = np.setdiff1d(facets[:, 1], facets[:, 0])
+        ways = np.linalg.norm(points[ends][:, None] - points[starts], axis=2)
+        first, second = linear_sum_assignment(ways)
+        return np.column_stack([ends[first], starts[second]])
     fans = []
     following = dict(rim.tolist())
     while following:
@@ -78,6 +105,21 @@ def lids(names: Names, facets: np.ndarray) -> np.ndarray:
             del following[node]
         fans += [[loop[0], a, b] for a, b in pairwise(loop[1:-1])]
     return np.array(fans).reshape(-1, 3)
+
+
+def refuse_no_volume(
+    names: Names, volume: float, facets: np.ndarray, points: np.ndarray, keys: Keys
+) -> None:
+    """A chamber has a volume, and its facets face it."""
+    size = np.ptp(points[np.unique(facets)], axis=0).max()
+    area = np.linalg.norm(names.geometry.volume_gradient(points, facets), axis=2).sum()
+    if volume <= 1e-9 * area * size:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
+            "flat",
+            "name the facets of the body that the liquid or gas touches",
+        )
 
 
 def chain(following: dict[int, int], start: int) -> list[int]:

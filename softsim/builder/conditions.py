@@ -106,11 +106,9 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe
         if isinstance(probe, outputs.VolumeProbe):
             facets = joined_facets(names, probe.facets, keys)
             geometry = names.bodies[probe.facets[0].partition(".")[0]].geometry
-            held = np.logical_not(is_free.any(axis=1))
-            refuse_open_chamber(
-                names, facets, points, held, "hold the rim (bodies.NAME.fixed)", keys
-            )
-            members = np.concatenate([facets, lids(names, facets)])
+            remedy = "hold the rim (bodies.NAME.fixed)"
+            refuse_open_chamber(names, facets, points, ~is_free, remedy, keys)
+            members = np.concatenate([facets, lids(names, facets, points, ~is_free)])
         else:
             members = names.node_set(probe.nodes, (*keys, "nodes"))
             geometry = names.geometry

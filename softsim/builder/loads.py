@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
+from softsim.builder.closure import (
+    joined_facets,
+    lids,
+    refuse_no_volume,
+    refuse_open_chamber,
+)
 from softsim.builder.names import Names
 from softsim.builder.profiles import pressure_profile, rising_profile
 from softsim.loads.drive import AddedGas, AddedVolume, Drive, GivenPressure
@@ -37,16 +42,18 @@ def pressures(
         facets = joined_facets(names, load.facets, keys)
         geometry = names.bodies[load.facets[0].partition(".")[0]].geometry
         body, remedy = None, "hold both ends (bodies.NAME.fixed)"
-        held = np.logical_not(is_free.any(axis=1))
+        held = ~is_free
         if load.reacts_on is not None:
             body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
-            held = np.zeros(len(points), dtype=bool)
+            held = np.zeros_like(is_free)
             remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
             held[tied[body]] = True
         asks_volume = not isinstance(load, scene_loads.FollowerPressure)
         if asks_volume or body is not None:
             refuse_open_chamber(names, facets, points, held, remedy, keys)
-        closing = lids(names, facets) if asks_volume else np.zeros((0, facets.shape[1]), dtype=int)
+        closing = np.zeros((0, facets.shape[1]), dtype=int)
+        if asks_volume:
+            closing = lids(names, facets, points, held)
         whole = PressureData(
             name, facets, closing, geometry, GivenPressure(*[smooth_rise(0.0)] * 2), body
         )
@@ -70,10 +77,11 @@ def built_drive(
         profile = pressure_profile(load.profile)
         return GivenPressure(profile, profile.reduced(load.factor, load.offset))
     volume = chamber.volume(points)
+    refuse_no_volume(names, volume, chamber.facets, points, keys)
     profile = rising_profile(load.profile)
     if isinstance(load, scene_loads.AddedGas):
         side = load.dead_volume - load.excluded_volume
-        if volume + side <= 0.0:
+        if volume + side <= 1e-9 * volume:
             raise names.loaded.error(
                 keys,
                 f"the chamber holds {volume * 1e6:.4g} ml, of which "
@@ -83,13 +91,6 @@ def built_drive(
             )
         specific_energy = load.gas_constant * load.temperature
         return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
-    if volume <= 0.0:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
-            "flat",
-            "name the facets of the body that the liquid wets",
-        )
     return AddedVolume(
         profile, volume, liquid_stiffness(chamber, volume, bodies, points, mass, is_free)
     )

@@ -28,23 +28,25 @@ def measure_elements(
 ) -> ElementMeasures:
     """Measure elements with reference nodes `points` and present nodes `x`, both (n, d) [m]."""
     volume = geometry.volumes(points, cells)
-    F = geometry.deformation(points, cells, x)
-    J = np.linalg.det(F)
-    b = np.einsum("eij,ekj->eik", F, F)
-    trace = np.trace(b, axis1=1, axis2=2)
-    with np.errstate(invalid="ignore", divide="ignore"):
+    # A failed run is measured too: places that are no numbers give measures that are none.
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        F = geometry.deformation(points, cells, x)
+        J = np.linalg.det(F)
+        b = np.einsum("eij,ekj->eik", F, F)
+        trace = np.trace(b, axis1=1, axis2=2)
         scale = np.abs(J) ** (-2.0 / 3.0)
         I1_bar = scale * trace
         # Cauchy stress deviator 2 W' / J dev b_bar.
         factor = 2.0 * material.law.energy_slope(I1_bar, material.law.constants) * scale / J
         deviator = b - trace[:, None, None] / 3.0 * np.eye(3)
         von_mises = np.abs(factor) * np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2)))
+        stretch = np.sqrt(largest_eigenvalue(b))
     share = 1.0 / cells.shape[1]
     current = nodal_sums(cells, (J * volume * share)[:, None], len(points))
     rest = nodal_sums(cells, (volume * share)[:, None], len(points))
     return ElementMeasures(
         J,
-        np.sqrt(largest_eigenvalue(b)),
+        stretch,
         I1_bar,
         von_mises,
         -material.bulk_modulus * (current / rest - 1.0),

@@ -13,12 +13,22 @@ from softsim.loads.profile import Profile
 AIR_GAS_CONSTANT = 287.05  # J/(kg K), dry air
 
 
+def highest(profile: Profile) -> float:
+    """Time [s] at which a profile is highest."""
+    return float(profile.times[np.argmax(profile.values)])
+
+
 @dataclass(frozen=True)
 class GivenPressure:
     """profile: what a gauge shows; section_profile: what acts on the plane model [Pa over s]."""
 
     profile: Profile
     section_profile: Profile
+
+    @property
+    def fullest(self) -> float:
+        """Time [s] at which the profile is highest."""
+        return highest(self.profile)
 
     def stiffness(self, volume: float, time: float) -> float:
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
@@ -37,6 +47,11 @@ class AddedVolume:
     profile: Profile
     initial_volume: float
     bulk_modulus: float
+
+    @property
+    def fullest(self) -> float:
+        """Time [s] at which the profile is highest."""
+        return highest(self.profile)
 
     def stiffness(self, volume: float, time: float) -> float:
         """-dp/dV [Pa/m^3]."""
@@ -57,6 +72,11 @@ class AddedGas:
     side_volume: float
     specific_energy: float
     ambient_pressure: float
+
+    @property
+    def fullest(self) -> float:
+        """Time [s] at which the profile is highest."""
+        return highest(self.profile)
 
     @property
     def initial_mass(self) -> float:

@@ -64,8 +64,10 @@ def probe_values(solver: ExplicitSolver, probe: Probe, x: np.ndarray) -> np.ndar
         return np.linalg.norm(np.delete(x[probe.members], axis, axis=1), axis=1).mean(keepdims=True)
     if probe.kind == "displacement":
         return (x - solver.models[0].points)[probe.members].mean(axis=0)
-    # What holds the nodes is the opposite of what the rest does to them.
-    return -solver.terms.nodes.force.to_numpy()[0, probe.members].sum(axis=0)
+    # What holds the nodes is the opposite of what the rest does to them, their weight included.
+    model = solver.models[0]
+    weight = model.mass[probe.members].sum() * model.gravity
+    return -solver.terms.nodes.force.to_numpy()[0, probe.members].sum(axis=0) - weight
 
 
 @dataclass(frozen=True)

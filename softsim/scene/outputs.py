@@ -32,7 +32,9 @@ class RadiusProbe(Part):
 
 
 class ReactionProbe(Part):
-    """Force that holds a node set against the rest of its body: NAME_x, NAME_y, in space NAME_z."""
+    """Force that holds a node set, against the rest of its body and its own weight: NAME_x, NAME_y,
+    in space NAME_z.
+    """
 
     kind: Literal["reaction"] = Field(description="What is recorded.")
     nodes: SetReference = Field(description='Node set, held or prescribed: "block.right".')

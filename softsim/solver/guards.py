@@ -26,8 +26,9 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
         if len(broken):
             raise StabilityError(
                 f"{_where(body, broken[0], time)} has a position that is no number (NaN)",
-                "the time step was most likely too large for what happened: lower "
-                "solver.safety_factor (0.9 by default) or contact.penalty_stiffness",
+                "either it ran away, as a skin under a given pressure above its limit does (drive "
+                "it by added_volume, or lower the pressure), or the time step was too large for "
+                "what happened: lower solver.safety_factor or contact.penalty_stiffness",
             )
         crushed, blown = int(np.argmin(J)), int(np.argmax(J))
         if J[crushed] < SMALLEST_J:

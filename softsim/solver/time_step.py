@@ -89,13 +89,13 @@ def contact_frequency(model: Model) -> float:
 def chamber_frequency(model: Model, x: np.ndarray) -> float:
     """Upper bound of omega^2 [1/s^2] that chambers add whose pressure falls with their volume.
 
-    Their stiffness is of rank one, (-dp/dV) dV/dx (x) dV/dx. Largest over the run so far would
-    need the time; the profile's end, the fullest state, bounds it.
+    Their stiffness is of rank one, (-dp/dV) dV/dx (x) dV/dx, with the chamber as full as its
+    profile ever makes it.
     """
     total = 0.0
     inverse_mass = np.where(model.is_free, 1.0 / np.maximum(model.mass, 1e-30)[:, None], 0.0)
     for load in model.pressures:
-        stiffness = load.drive.stiffness(load.volume(x), model.end_time)
+        stiffness = load.drive.stiffness(load.volume(x), load.drive.fullest)
         if stiffness > 0.0:
             gradient = np.zeros_like(x)
             np.add.at(gradient, load.facets, load.geometry.volume_gradient(x, load.facets))

@@ -43,26 +43,50 @@ def test_a_tube_with_held_rims_is_closed_by_two_lids(build):
     assert len(load.lids) == 2 * (around - 2)
 
 
-def test_two_plane_chambers_are_closed_one_by_one(build):
-    """The strips of the PFR's section: each chain is closed by the straight line between its ends,
-    and between skin and frame there is nothing yet.
-    """
+def test_two_plane_chambers_enclose_what_is_between_them(build):
+    """The strips of the PFR's section: each chain's end is joined to the start of the other."""
     text = CUP % ("pfr_section", "plane_strain", "thickness: 7 mm", "knots",
                   "cup.chamber_top, cup.chamber_bottom")  # fmt: skip
-    text = text.replace("added_volume", "added_gas, dead_volume: 1 ml")
-    text = text.replace("value: 1 ml", "value: 1 mg")
     model = build(text)
     load = model.pressures[0]
     assert len(load.lids) == 2
-    assert load.volume(model.points) == pytest.approx(0.0, abs=1e-15)
-    lifted = model.points.copy()
-    moving = np.setdiff1d(np.unique(load.facets), np.unique(load.lids))
-    lifted[moving, 1] *= 1.1  # away from the axis on both sides
-    chamber = model.points[np.unique(load.facets)]
-    # Both trapezoids: 0.75 mm high, as wide as the free skin less half a facet at each end.
-    widths = chamber[:, 0].max() - chamber[:, 0].min(), np.ptp(model.points[moving, 0])
-    expected = 2 * 7e-3 * 0.75e-3 * 0.5 * sum(widths)
-    assert load.volume(lifted) == pytest.approx(expected, rel=1e-9)
+    lengths = np.linalg.norm(np.diff(model.points[load.lids], axis=1), axis=2)
+    np.testing.assert_allclose(lengths, 15e-3)  # straight across, from strip to strip
+    assert load.volume(model.points) == pytest.approx(15e-3 * 30e-3 * 7e-3, rel=1e-12)
+
+
+QUARTER = """\
+bodies:
+  ring: {mesh: {file: ring.inp, length_unit: 1 m}, formulation: plane_strain, thickness: 5 mm,
+         material: dragon_skin_10}
+conditions:
+  right: {kind: symmetry, nodes: ring.right, normal: y}
+  upper: {kind: symmetry, nodes: ring.upper, normal: x}
+loads:
+  water: {kind: added_volume, facets: [ring.bore], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
+time: {end: 1 s}
+"""
+
+
+def test_planes_of_symmetry_close_a_chamber(build, tmp_path):
+    """A quarter of a ring: its rims slide on x = 0 and y = 0 and need no lid."""
+    corner = np.sqrt(0.5)
+    rim = [(r * c, r * s) for r in (2e-3, 3e-3) for c, s in ((1, 0), (corner, corner), (0, 1))]
+    nodes = "".join(f"{k}, {x!r}, {y!r}\n" for k, (x, y) in enumerate(rim, start=1))
+    (tmp_path / "ring.inp").write_text(
+        f"*NODE\n{nodes}*ELEMENT, TYPE=CPE3\n1, 1, 4, 5\n2, 1, 5, 2\n3, 2, 5, 6\n4, 2, 6, 3\n"
+        "*NSET, NSET=right\n1, 4\n*NSET, NSET=upper\n3, 6\n*SURFACE, NAME=bore\n2, S3\n4, S3\n"
+    )
+    model = build(QUARTER)
+    load = model.pressures[0]
+    assert len(load.lids) == 0
+    # Two triangles from the origin: r^2 sin(45 deg) in all, 5 mm deep.
+    assert load.volume(model.points) == pytest.approx(2e-3**2 * corner * 5e-3, rel=1e-12)
+    partly = QUARTER.replace("kind: symmetry, nodes: ring.right, normal: y",
+                             "kind: fixed, nodes: ring.right")  # fmt: skip
+    assert "partly on a plane of symmetry" in refused(build, partly).message
+    shifted = QUARTER.replace("material:", "position: [1 mm, 0 mm], material:")
+    assert "on a node that may move by itself" in refused(build, shifted).message
 
 
 def test_a_half_section_needs_no_lids(build):

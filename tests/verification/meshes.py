@@ -6,7 +6,6 @@ way, the pattern that locks most readily.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np

@@ -138,6 +138,7 @@ def test_frequency_in_plane_strain(build, start, record_verification):
     assert 1.5 < order < 2.5
 
 
+@pytest.mark.slow
 def test_frequency_in_space(build, start, record_verification):
     """10 x 1 x 1 mm, coarse: two and four bricks of six tetrahedra through it.
 

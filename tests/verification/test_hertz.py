@@ -4,8 +4,8 @@ Ball of radius R = 5 mm, 50 mN in all, Dragon Skin 10 (E = 213 kPa, nu = 0.475),
 a rigid base and 20 mm in radius, no friction. Hertz: contact radius a = 0.88 mm, largest pressure
 p_0 = 31 kPa, depth 0.155 mm on a half space, 0.144 mm on the bonded layer, which is exact here
 (`closed_forms.layer_indentation_force`). Errors, relative to the depth d, to be expected:
-    (h / 2a)^2 = 1.3 % at h = 0.2 mm: nodes touch or not, so a is known to half a cell, and the depth
-        is stationary in a;
+    (h / 2a)^2 = 1.3 % at h = 0.2 mm: nodes touch or not, so a is known to half a cell, and the
+        depth is stationary in a;
     p_0 h / (2 kappa d) = 1.5 % at h = 0.2 mm: penetration. The contact is a layer of compliance
         h / kappa; of such a layer the complementary energy (h / 2 kappa) int p^2 dA is
         3/8 F p_0 h / kappa for Hertz's pressure, and its slope over F (p_0 goes with F^(1/3)) is
@@ -16,7 +16,7 @@ So 5 % on the coarse mesh. What is left when the mesh is refined and the contact
 finite strain, below d / R.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import closed_forms
 import numpy as np
@@ -83,7 +83,7 @@ def write_rings(path, radii, depths):
 
     columns, rows = len(radii) - 1, len(depths) - 1
     grid = block(columns, rows, 1.0)
-    i, j = np.round(grid.points + [columns / 2, 0.0]).astype(int).T
+    i, j = np.round(grid.points + np.array([columns / 2, 0.0])).astype(int).T
     points = np.column_stack([radii[i], HEIGHT - depths[rows - j]])
     sets = {"top": np.flatnonzero(j == rows), "base": np.flatnonzero(j == 0)}
     write_inp(path, points, grid.cells, "CAX3", sets)
@@ -100,18 +100,6 @@ def write_quarter(path, sides, depths):
     sets = {"top": j == rows, "base": j == 0, "left": i == 0, "back": k == 0}
     sets = {name: np.flatnonzero(chosen) for name, chosen in sets.items()}
     write_inp(path, points, grid.cells, "C3D4", sets)
-
-
-def stiffer(model, factor):
-    """The model with another penalty stiffness."""
-    outline = model.outlines[0]
-    support = replace(
-        outline.support,
-        penalty_stiffness=factor * outline.support.penalty_stiffness,
-        tangential_stiffness=factor * outline.support.tangential_stiffness,
-        damping=np.sqrt(factor) * outline.support.damping,
-    )
-    return replace(model, outlines=(replace(outline, support=support),))
 
 
 @dataclass(frozen=True)
@@ -131,9 +119,11 @@ def pressed(solver) -> Pressed:
     from softsim.solver.equilibrium import unbalanced_share
 
     model = solver.models[0]
+    limit = solver.time + 0.1
+    solver.advance(256)
     while solver.time < model.end_time or unbalanced_share(solver) > model.relaxation.tolerance:
         solver.advance(256)
-        assert solver.time < 0.1
+        assert solver.time < limit
     contact = solver.terms.supports[0]
     N = contact.normal_force.to_numpy()[0]
     centre = solver.terms.rigid_bodies.centre.to_numpy()[0, 0]
@@ -149,13 +139,19 @@ def pressed(solver) -> Pressed:
 
 @pytest.fixture
 def axisymmetric(build, start, tmp_path):
-    """Press the ball into rings of `size` at the contact, halved `level` times."""
+    """Press the ball into rings of `size` at the contact, halved `level` times: with the automatic
+    penalty stiffness, and then with twice as much.
+    """
 
-    def press(size, growth, level=0, stiffness=1.0):
+    def press(size, growth, level=0):
         spacing = (stations(size, extent, growth, level) for extent in (WIDTH, HEIGHT))
         write_rings(tmp_path / "block.inp", *spacing)
         scene = SCENE.format(formulation="axisymmetric", mass=0.05, force=FORCE)
-        return pressed(start(stiffer(build(scene), stiffness)))
+        solver = start(build(scene), share=0.8)  # stable for both
+        soft = pressed(solver)
+        stiffness = solver.terms.supports[0].penalty_stiffness
+        stiffness.from_numpy(2.0 * stiffness.to_numpy())
+        return soft, pressed(solver)
 
     return press
 
@@ -177,7 +173,7 @@ def quarter(build, start, tmp_path):
 def test_axisymmetric(axisymmetric, record_verification):
     """Depth within 5 %, contact radius within a cell, and what the penalty adds, at h = 0.2 mm."""
     size = 0.2e-3
-    found, stiff = axisymmetric(size, 1.4), axisymmetric(size, 1.4, stiffness=2.0)
+    found, stiff = axisymmetric(size, 1.4)
     # Forces balance within the tolerance of the static procedure.
     assert found.force == pytest.approx(FORCE, rel=1e-4)
     assert found.depth == pytest.approx(DEPTH, rel=0.05)
@@ -200,7 +196,7 @@ def test_axisymmetric_against_space(axisymmetric, quarter, record_verification):
     depth.
     """
     size = 0.3e-3
-    rings, space = axisymmetric(size, 1.8), quarter(size, 1.8)
+    (rings, _), space = axisymmetric(size, 1.8), quarter(size, 1.8)
     assert space.force == pytest.approx(FORCE / 4.0, rel=1e-4)
     assert space.depth == pytest.approx(rings.depth, rel=(size / (2.0 * A)) ** 2)
     assert space.depth == pytest.approx(DEPTH, rel=0.05)
@@ -215,10 +211,7 @@ def test_axisymmetric_converges(axisymmetric, record_verification):
     """Three nested meshes, 0.2 to 0.05 mm: penetration falls with h, the depth under a rigid
     contact (extrapolated from two stiffnesses) settles faster than h, on the layer's within d / R.
     """
-    levels = [
-        [axisymmetric(0.2e-3, 1.4, level, stiffness) for stiffness in (1.0, 2.0)]
-        for level in range(3)
-    ]
+    levels = [axisymmetric(0.2e-3, 1.4, level) for level in range(3)]
     penetration = np.array([soft.penetration for soft, _ in levels])
     rigid = np.array([2.0 * stiff.depth - soft.depth for soft, stiff in levels])
     for level, (soft, _) in enumerate(levels):

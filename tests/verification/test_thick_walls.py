@@ -24,7 +24,7 @@ import pytest
 
 A, B = 7.5e-3, 8.5e-3  # [m]
 DRAGON_SKIN_10 = (36e3, 0.25e3, 0.023e3)  # [Pa]
-PERIOD = 60e-3  # [s]: a level is approached in the first half and held in the second
+PERIOD = 80e-3  # [s]: a level is approached in the first half and held in the second
 # The hoop of a thin wall is soft beside what its elements hold: of their forces 1e-5 would be a
 # part in a thousand of the pressure.
 EQUILIBRIUM = 1e-7
@@ -175,41 +175,37 @@ def pressure_errors(write_scene, tmp_path, kernel_cache, monkeypatch, record_ver
             tolerances.append(
                 (layer / A) ** 2 if wall is REVOLVED_TUBE else 2.0 * mesh.tilt_squared("inner")
             )
-        orders = np.log2(np.abs(np.array(errors[:-1]) / errors[1:]))
+        finer = np.log(np.array(counts[1:]) / counts[:-1])[:, None]
+        orders = np.log(np.abs(np.array(errors[:-1]) / errors[1:])) / finer
         for k, s in enumerate(stretches):
             record_verification(
                 f"{wall.name}, {counts[-1]} cells, a/A = {s:.3f} [Pa]",
                 exact[k], pressures[k], float(orders[-1, k]) if len(counts) > 1 else None,
             )  # fmt: skip
-        print(wall.name, counts, errors, tolerances, orders)  # REMOVE
         return np.array(errors), np.array(tolerances)[:, None], orders
 
     return compare
 
 
+SLOW = [
+    (PLANE_TUBE, (8, 16, 32)),
+    (REVOLVED_SPHERE, (8, 16, 32)),
+    (OCTANT, (8, 16)),
+    (SOLID_SPHERE, (8, 12)),
+]
+CASES = [
+    (PLANE_TUBE, (16,)),
+    (REVOLVED_TUBE, (32,)),
+    (REVOLVED_SPHERE, (8, 16)),
+    (OCTANT, (8,)),
+    *[pytest.param(*case, marks=pytest.mark.slow) for case in SLOW],
+]
+
+
 @pytest.mark.parametrize(
-    ("wall", "counts"),
-    [(PLANE_TUBE, (8, 16)), (REVOLVED_TUBE, (32,)), (REVOLVED_SPHERE, (8, 16)), (OCTANT, (8,))],
-    ids=lambda value: value.name if isinstance(value, Wall) else None,
+    ("wall", "counts"), CASES, ids=lambda value: value.name if isinstance(value, Wall) else None
 )
 def test_thick_wall(pressure_errors, wall, counts):
-    errors, tolerances, orders = pressure_errors(wall, *counts)
-    assert (np.abs(errors) < tolerances).all()
-    assert (np.abs(orders - 2.0) < 0.3).all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("wall", "counts"),
-    [
-        (PLANE_TUBE, (8, 16, 32)),
-        (REVOLVED_SPHERE, (8, 16, 32)),
-        (OCTANT, (8, 16)),
-        (SOLID_SPHERE, (8, 16)),
-    ],
-    ids=lambda value: value.name if isinstance(value, Wall) else None,
-)
-def test_thick_wall_on_finer_meshes(pressure_errors, wall, counts):
     errors, tolerances, orders = pressure_errors(wall, *counts)
     assert (np.abs(errors) < tolerances).all()
     assert (np.abs(orders - 2.0) < 0.3).all()

@@ -1,0 +1,100 @@
+"""What is no chamber is refused, at the place where it is open or with the volume that it lacks."""
+
+import pytest
+from shells import BOX, GAS, SPHERE, half_section, hollow_box
+
+from softsim.errors import SceneError
+
+PLANE = """
+bodies: {b: {mesh: {generator: block, length: 10 mm, height: 4 mm, element_size: 2 mm},
+             formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}}
+loads: {drive: {kind: added_volume, facets: [b.top],
+                profile: {kind: ramp, value: 1 ml, duration: 10 ms}}}
+time: {end: 10 ms}
+"""
+HELD_ENDS = ("fixed: [bottom]", "material: dragon_skin_10")
+TUBE = """
+bodies: {b: {mesh: {generator: pfr_meridian}, formulation: axisymmetric, material: dragon_skin_10}}
+loads: {drive: {kind: added_gas, facets: [b.chamber],
+                profile: {kind: ramp, value: 1 mg, duration: 10 ms}}}
+time: {end: 10 ms}
+"""
+
+
+@pytest.fixture
+def refused(build, tmp_path):
+    """The error of a scene text and its shell."""
+
+    def refusal(text, shell=None):
+        if shell is not None:
+            shell.write(tmp_path / "shell.inp")
+        with pytest.raises(SceneError) as caught:
+            build(text)
+        assert caught.value.exit_code == 2
+        assert caught.value.location is not None
+        return caught.value
+
+    return refusal
+
+
+def test_an_open_chamber_is_refused_where_it_ends(refused):
+    """Plane, revolved and solid: a rim that nothing holds, at its place."""
+    error = refused(PLANE)
+    assert "the chamber is open: its facets end at (-5.00, 4.00) mm" in error.message
+    assert "added_volume" in error.location.text
+    error = refused(TUBE)
+    assert "the chamber is open: its facets end at (7.50, -15.00) mm" in error.message
+    error = refused(BOX.replace(", fixed: [floor]", ""), hollow_box())
+    assert "the chamber is open: its facets end at (" in error.message
+    assert ", 0.00, " in error.message  # on the floor
+
+
+def test_a_chamber_closed_by_something_else_than_its_body_is_open(refused):
+    """With reacts_on the rim must be tied to that body; fixed nodes close nothing then."""
+    text = TUBE.replace("material: dragon", "fixed: [ends], material: dragon")
+    text = text.replace("facets: [b.chamber]", "facets: [b.chamber], reacts_on: frame")
+    text += "rigid_bodies: {frame: {mass: 1 g, inertia: 1 kg*mm^2}}\n"
+    assert "the chamber is open" in refused(text).message
+
+
+def test_facets_that_face_away_are_refused(refused):
+    """The outside of the sphere: seen from there the chamber holds less than nothing."""
+    text = SPHERE + GAS.replace("added_gas", "added_volume").replace("1 mg", "1 ml")
+    text = text.replace("shell.chamber", "shell.outside")
+    error = refused(text, half_section(2))
+    assert "enclose -4.1" in error.message  # -4/3 pi (10 mm)^3, of a polygon
+    assert "face away" in error.message
+
+
+def test_facets_that_face_away_are_refused_for_gas_too(refused):
+    """A dead volume must not hide that the chamber is inside out."""
+    text = (SPHERE + GAS).replace("shell.chamber", "shell.outside")
+    text = text.replace("kind: added_gas,", "kind: added_gas, dead_volume: 50 ml,")
+    assert "face away" in refused(text, half_section(2)).message
+
+
+@pytest.mark.parametrize("kind", ["added_volume", "added_gas"])
+def test_a_flat_chamber_holds_nothing(refused, kind):
+    """The face of a block, held at its ends, encloses nothing with its chord, however turned."""
+    text = PLANE
+    if kind == "added_gas":
+        text = text.replace("added_volume", "added_gas").replace("1 ml", "1 mg")
+    for angle in range(0, 90, 10):
+        turned = f"rotation: {angle} deg, fixed: [left, right], material:"
+        assert "ml" in refused(text.replace("material:", turned)).message
+
+
+def test_gas_needs_room(refused):
+    """What stands inside the chamber must not fill it."""
+    text = TUBE.replace("material: dragon", "fixed: [ends], material: dragon")
+    text = text.replace("kind: added_gas,", "kind: added_gas, excluded_volume: 6 ml,")
+    error = refused(text)
+    assert "holds 5.301 ml, of which 6 ml are excluded" in error.message  # pi (7.5 mm)^2 30 mm
+    assert "nothing is left for the gas" in error.message
+
+
+def test_a_facet_counts_once(refused):
+    """The same facets in two sets would be pressed twice."""
+    text = (SPHERE + GAS).replace("[shell.chamber]", "[shell.chamber, shell.chamber]")
+    error = refused(text, half_section(2))
+    assert "20 facet(s) are in more than one" in error.message

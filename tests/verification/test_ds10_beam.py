@@ -1,0 +1,235 @@
+"""A measured beam of Dragon Skin 10: drop under its weight and a load, frequency, decay.
+
+30 x 30 x 100 mm, clamped at one end, released from the horizontal, alone and with 52 g (0.510 N) at
+its tip; motion capture of three markers near the tip (Dubied et al., arXiv 2201.12560, MIT licence;
+files outside the project, see the fixture `measured`). Half of it is modelled: z is across, the
+plane z = 15 mm one of symmetry.
+
+One set of constants for all figures, none of them fitted here:
+- E = 263.8 kPa and 1070 kg/m^3 are the source's own, of its COMSOL model of the beam at rest, hence
+  long-term. Poisson's ratio 0.49 for its "nearly incompressible": a beam bends by E, and 0.499
+  would halve the time step. C10 = E / (4 (1 + nu)).
+- prony: that of the material library. Its loss factor is 0.1 at both frequencies; its storage
+  modulus is then 1.07 (4.3 Hz) and 1.13 (7.7 Hz) times the long-term one. So the beam is stiffer
+  when it swings than at rest, without another constant.
+
+What the model cannot have. (1) The real beam creeps on: in its first half second it swings about
+6.1 and 15.9 mm, four seconds later it rests at 6.5 and 17.0 mm, 7 % more, where the library's
+series is done within 0.1 s. (2) The load adds 10.5 mm to the 6.5 mm of the beam's own weight, 1.61
+times as much. Elastica with shear has 1.36, FElupe 1.40, so do we; the source's COMSOL 1.50: the
+load may have hung beyond the tip, or the silicone is softer at the 8 % of strain that the load
+brings than at the 4 % of the weight.
+"""
+
+import io
+from pathlib import Path
+from typing import NamedTuple
+
+import closed_forms
+import numpy as np
+import pytest
+from rich.console import Console
+
+REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference" / "ds10_beam"
+LENGTH, SIDE, DENSITY = 0.1, 0.03, 1070.0
+E, NU = 263.8e3, 0.49
+LOAD = 0.052
+
+BEAM = f"""
+bodies:
+  beam: {{mesh: {{generator: box, length: 100 mm, height: 30 mm, width: 15 mm, element_size: 5 mm}},
+         formulation: solid, material: rubber, fixed: [left]}}
+materials:
+  rubber: {{law: neo_hooke, C10: {E / (4.0 * (1.0 + NU))} Pa, poisson_ratio: {NU},
+           density: {DENSITY} kg/m^3,
+           prony: [{{g: 0.15, relaxation_time: 26 ms}}, {{g: 0.15, relaxation_time: 0.9 ms}}]}}
+conditions:
+  middle: {{kind: symmetry, nodes: beam.front, normal: z}}
+time: {{end: 0.3 s, procedure: static}}
+output:
+  probes: {{tip: {{kind: displacement, nodes: beam.right}},
+           clamp: {{kind: reaction, nodes: beam.left}}}}
+"""
+# Half of it, on the half that is modelled.
+HANGING = f"  load: {{kind: point_mass, nodes: beam.right, mass: {0.5 * LOAD} kg}}\n"
+LOADED_BEAM = BEAM.replace("\ntime:", f"\n{HANGING}time:")
+
+
+@pytest.fixture
+def run(kernel_cache, monkeypatch, write_scene, tmp_path):
+    """Run the beam, alone or loaded, with elements of a size [mm], quietly on the CPU."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.run import run as run_scene
+
+    def quiet(is_loaded, size, *overrides):
+        scene = write_scene(LOADED_BEAM if is_loaded else BEAM)
+        overrides = [f"bodies.beam.mesh.element_size={size} mm", *overrides]
+        console = Console(file=io.StringIO())
+        return run_scene(scene, overrides, tmp_path / "out", "cpu", console=console)
+
+    return quiet
+
+
+class Swing(NamedTuple):
+    """Frequency [Hz] and damping ratio of a free decay."""
+
+    frequency: float
+    damping_ratio: float
+
+
+SWINGS = 8
+"""Half periods that count, from the second extreme on: the first one depends on how the beam was
+let go."""
+
+
+def swing(t: np.ndarray, z: np.ndarray) -> Swing:
+    """From the extremes of z(t), equally spaced, each by the parabola through three samples.
+
+    The swings between successive extremes, which a slow creep leaves alone, decay by
+    exp(-pi zeta / sqrt(1 - zeta^2)).
+    """
+    turns = np.sign(np.diff(z))
+    k = np.flatnonzero(turns[:-1] * turns[1:] < 0.0) + 1
+    slope, bend = 0.5 * (z[k + 1] - z[k - 1]), z[k + 1] - 2.0 * z[k] + z[k - 1]
+    times = (t[k] - slope / bend * (t[1] - t[0]))[1 : SWINGS + 2]
+    extremes = (z[k] - 0.5 * slope**2 / bend)[1 : SWINGS + 2]
+    decay = -np.polyfit(np.arange(SWINGS), np.log(np.abs(np.diff(extremes))), 1)[0]
+    return Swing(0.5 * SWINGS / (times[-1] - times[0]), decay / np.hypot(np.pi, decay))
+
+
+class Measured(NamedTuple):
+    """Markers (3, 3) at the start, in the model's axes [m]; of the two runs: how far they dropped
+    at the end [m], and how they swung.
+    """
+
+    markers: np.ndarray
+    drops: np.ndarray
+    swings: list[Swing]
+
+    @property
+    def drop(self) -> float:
+        """Mean of the runs and markers [m]."""
+        return float(self.drops.mean())
+
+    @property
+    def frequency(self) -> float:
+        """Mean of the runs [Hz]."""
+        return float(np.mean([s.frequency for s in self.swings]))
+
+    @property
+    def damping_ratio(self) -> float:
+        """Mean of the runs."""
+        return float(np.mean([s.damping_ratio for s in self.swings]))
+
+
+@pytest.fixture(params=["gravity", "load52"])
+def measured(request):
+    """Name and measurement of the beam alone and of the loaded one."""
+    if not REFERENCE.is_dir():
+        pytest.skip(f"the measured beam is not here: {REFERENCE}")
+    drops, swings, markers = [], [], []
+    for file in sorted(REFERENCE.glob(f"beam_{request.param}_V2_*_tip_mm.csv")):
+        table = np.genfromtxt(file, delimiter=",")
+        t, places = table[:, 0], 1e-3 * table[:, 1:].reshape(-1, 3, 3)
+        start = places[t <= 0.0].mean(axis=0)
+        height = places[:, :, 2].mean(axis=1) - start[:, 2].mean()
+        drops.append(-height[-50:].mean())  # the last half second
+        swings.append(swing(t[t > 0.0], height[t > 0.0]))
+        markers.append(start)
+    assert len(drops) == 2
+    # Theirs: x from -100 mm at the clamp, y across, z up. Ours: x from the clamp, y up, z across.
+    x, across, up = np.mean(markers, axis=0).T
+    return request.param == "load52", Measured(
+        np.column_stack([x + LENGTH, up, across]), np.array(drops), swings
+    )
+
+
+def marker_drop(folder, markers):
+    """Mean drop [m] of markers that move with the tip's face as a rigid body."""
+    from softsim.output.fields import read_frames
+
+    frames = read_frames(folder / "results.vtkhdf")
+    tip = np.flatnonzero(frames.points[:, 0] > LENGTH * (1.0 - 1e-9))
+    rest = frames.points[tip, :2]
+    now = rest + frames.point_data["displacement"][-1][tip, :2]
+    a, b = rest - rest.mean(axis=0), now - now.mean(axis=0)
+    angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
+    c, s = np.cos(angle), np.sin(angle)
+    arm = markers[:, :2] - rest.mean(axis=0)
+    place = now.mean(axis=0) + arm @ np.array([[c, s], [-s, c]])
+    return float((markers[:, 1] - place[:, 1]).mean())
+
+
+def test_the_clamp_carries_the_weight(run, build, record_verification):
+    """At rest the clamp holds beam and load against gravity, which pulls at point masses too: all
+    the mass but what sits on the clamped nodes themselves, as the probe counts.
+
+    Tolerance: the forces balance to 1e-5 of the inner forces, which are some ten times the weight
+    (its moment has the lever of the beam's length, they that of its height).
+    """
+    model = build(LOADED_BEAM, "bodies.beam.mesh.element_size=10 mm")
+    assert model.mass.sum() == pytest.approx(0.5 * (DENSITY * LENGTH * SIDE**2 + LOAD), rel=1e-12)
+    weight = 9.81 * model.mass[model.is_free.any(axis=1)].sum()
+    found = run(True, 10.0).summary["probes"]["clamp_y"]
+    record_verification("DS10 beam, loaded: reaction of the clamp", weight, found)
+    assert found == pytest.approx(weight, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_beam_at_rest_converges_to_another_program(run, record_verification):
+    """Half the beam at rest by FElupe, the same constants, 16 x 6 x 3 bricks of 27 nodes: 6.64 mm
+    alone, 15.93 mm loaded (12 x 4 x 2 bricks: 6.54 and 15.74: some 1 % is still to come).
+
+    4 and 8 rows of linear tetrahedra lie 15 % and 4 % under that, second order; extrapolated so,
+    they agree within 2 %. Elastica with Timoshenko's shear, whose clamp does not hold the section's
+    width, drops a tenth further.
+    """
+    for is_loaded, felupe in ((False, 6.636e-3), (True, 15.929e-3)):
+        drops = [-run(is_loaded, size).summary["probes"]["tip_y"] for size in (7.5, 3.75)]
+        extrapolated = drops[1] + (drops[1] - drops[0]) / 3.0
+        name = "loaded" if is_loaded else "own weight"
+        record_verification(f"DS10 beam against FElupe, {name}", felupe, extrapolated)
+        assert extrapolated == pytest.approx(felupe, rel=0.02)
+        bending, area = E * SIDE**4 / 12.0, SIDE**2
+        force, weight = LOAD * 9.81 * is_loaded, DENSITY * area * 9.81
+        sag = closed_forms.elastica_sag(LENGTH, bending, weight, force).drop
+        shear = closed_forms.rectangle_shear_coefficient(NU) * E / (2.0 * (1.0 + NU)) * area
+        sag += (0.5 * weight * LENGTH + force) * LENGTH / shear
+        assert 0.85 * sag < extrapolated < sag
+
+
+@pytest.mark.slow
+def test_the_beam_drops_as_measured(run, measured, record_verification):
+    """The markers at rest, tetrahedra of 3.75 mm, whose drop is 4 to 5 % too small.
+
+    Found: own weight -2.4 % (5 % allowed: the mesh; the two runs differ by 2 %). Loaded -9.7 %: the
+    mesh and remark (2) above, which costs 6 % with any program; 12 % allowed.
+    """
+    is_loaded, beam = measured
+    results = run(is_loaded, 3.75)
+    found = marker_drop(results.folder, beam.markers)
+    name = "loaded" if is_loaded else "own weight"
+    record_verification(f"DS10 beam measured, {name}: drop", beam.drop, found)
+    assert found == pytest.approx(beam.drop, rel=0.12 if is_loaded else 0.05)
+
+
+@pytest.mark.slow
+def test_the_beam_swings_as_measured(run, measured, record_verification):
+    """Let go from the horizontal, tetrahedra of 3.75 mm; the same fit to both curves.
+
+    Frequency, found +4.8 % and +3.9 %: the mesh makes 2.4 % of it (a drop 5 % too small); 6 % are
+    allowed. Damping ratio, found 0.0505 and 0.0498, as the library's series was made (0.05). This
+    fit has 0.054 and 0.057 for the two runs of the beam alone and 0.059 and 0.053 loaded; they
+    scatter by 6 % about 9 to 11 % more, at their larger swings; 15 % are allowed.
+    """
+    is_loaded, beam = measured
+    end = "1.4 s" if is_loaded else "0.8 s"
+    results = run(is_loaded, 3.75, "time.procedure=dynamic", f"time.end={end}")
+    t = np.arange(0.0, results.history["time"][-1], 2e-3)
+    found = swing(t, np.interp(t, results.history["time"], results.history["tip_y"]))
+    name = "DS10 beam measured, " + ("loaded" if is_loaded else "own weight")
+    record_verification(f"{name}: frequency", beam.frequency, found.frequency)
+    record_verification(f"{name}: damping ratio", beam.damping_ratio, found.damping_ratio)
+    assert found.frequency == pytest.approx(beam.frequency, rel=0.06)
+    assert found.damping_ratio == pytest.approx(beam.damping_ratio, rel=0.15)
+    assert results.summary["energy_error"] < 1e-3
