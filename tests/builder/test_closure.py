@@ -63,7 +63,8 @@ conditions:
   right: {kind: symmetry, nodes: ring.right, normal: y}
   upper: {kind: symmetry, nodes: ring.upper, normal: x}
 loads:
-  water: {kind: added_volume, facets: [ring.bore], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
+  water: {kind: added_volume, facets: [ring.bore],
+          profile: {kind: ramp, value: 1 ml, duration: 1 s}}
 time: {end: 1 s}
 """
 
@@ -72,7 +73,7 @@ def test_planes_of_symmetry_close_a_chamber(build, tmp_path):
     """A quarter of a ring: its rims slide on x = 0 and y = 0 and need no lid."""
     corner = np.sqrt(0.5)
     rim = [(r * c, r * s) for r in (2e-3, 3e-3) for c, s in ((1, 0), (corner, corner), (0, 1))]
-    nodes = "".join(f"{k}, {x!r}, {y!r}\n" for k, (x, y) in enumerate(rim, start=1))
+    nodes = "".join(f"{k}, {x:.17g}, {y:.17g}\n" for k, (x, y) in enumerate(rim, start=1))
     (tmp_path / "ring.inp").write_text(
         f"*NODE\n{nodes}*ELEMENT, TYPE=CPE3\n1, 1, 4, 5\n2, 1, 5, 2\n3, 2, 5, 6\n4, 2, 6, 3\n"
         "*NSET, NSET=right\n1, 4\n*NSET, NSET=upper\n3, 6\n*SURFACE, NAME=bore\n2, S3\n4, S3\n"
