@@ -8,7 +8,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements import geometry
+from softsim.elements import geometry as shapes
 from softsim.elements.linear import LinearElements
 from softsim.elements.material import Material
 from softsim.elements.tensors import SpaceTensors
@@ -23,7 +23,7 @@ class Tetrahedra(LinearElements):
         self,
         nodes: Nodes,
         first_node: int,
-        geometry: geometry.Solid,
+        geometry: shapes.Solid,
         points: np.ndarray,
         cells: np.ndarray,
         material: Material,

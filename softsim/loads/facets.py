@@ -6,6 +6,8 @@ Facets have the material to their left (an edge) or behind them (a triangle): th
 other side.
 """
 
+from typing import Any
+
 import numpy as np
 import taichi as ti
 
@@ -14,13 +16,13 @@ from softsim.nodes import Nodes, index_field, real_field
 
 @ti.data_oriented
 class PlaneFacets:
-    """Edges (k, 2) of a section of given thickness [m]."""
+    """Edges (k, 2) of a section; `geometry` has its thickness [m]."""
 
     corners = 2
 
-    def __init__(self, nodes: Nodes, facets: np.ndarray, thickness: float) -> None:
+    def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Any) -> None:
         self.nodes, self.count = nodes, len(facets)
-        self.thickness = real_field(np.array([thickness]))
+        self.thickness = real_field(np.array([geometry.thickness]))
         self.node = index_field(facets)
 
     @ti.func
@@ -46,7 +48,7 @@ class RevolvedFacets:
 
     corners = 2
 
-    def __init__(self, nodes: Nodes, facets: np.ndarray) -> None:
+    def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Any) -> None:
         self.nodes, self.count = nodes, len(facets)
         self.node = index_field(facets)
 
@@ -79,7 +81,7 @@ class TriangleFacets:
 
     corners = 3
 
-    def __init__(self, nodes: Nodes, facets: np.ndarray) -> None:
+    def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Any) -> None:
         self.nodes, self.count = nodes, len(facets)
         self.node = index_field(facets)
 

@@ -1,5 +1,7 @@
 """Outlines of rigid bodies, which move with them: gap and normal seen from outside."""
 
+from typing import Any
+
 import numpy as np
 import taichi as ti
 
@@ -38,22 +40,15 @@ class MovingFrame:
 class Cylinder(MovingFrame):
     """A capped cylinder: in the plane a rectangle, in a half section too (axis y).
 
-    axis: number of the coordinate along it. half_length, radius [m]. centre: (d,) in the body's
-    own axes, measured from its reference point [m].
+    shape: has the number of the coordinate along it (axis), half_length and radius [m]. centre:
+    (d,) in the body's own axes, measured from its reference point [m].
     """
 
-    def __init__(
-        self,
-        bodies: RigidBodies,
-        body: int,
-        centre: np.ndarray,
-        axis: int,
-        half_length: float,
-        radius: float,
-    ) -> None:
+    def __init__(self, bodies: RigidBodies, body: int, centre: np.ndarray, shape: Any) -> None:
         super().__init__(bodies, body, centre)
-        self.axis = axis
-        self.half_length, self.radius = (real_field(np.array([v])) for v in (half_length, radius))
+        self.axis = shape.axis
+        self.half_length = real_field(np.array([shape.half_length]))
+        self.radius = real_field(np.array([shape.radius]))
 
     @ti.func
     def gap_and_normal(self, s, w, q):
@@ -75,11 +70,11 @@ class Cylinder(MovingFrame):
 
 @ti.data_oriented
 class Ball(MovingFrame):
-    """A ball: in the plane a disc, in a half section a ball on the axis. radius [m]."""
+    """A ball: in the plane a disc, in a half section a ball on the axis; shape: its radius [m]."""
 
-    def __init__(self, bodies: RigidBodies, body: int, centre: np.ndarray, radius: float) -> None:
+    def __init__(self, bodies: RigidBodies, body: int, centre: np.ndarray, shape: Any) -> None:
         super().__init__(bodies, body, centre)
-        self.radius = real_field(np.array([radius]))
+        self.radius = real_field(np.array([shape.radius]))
 
     @ti.func
     def gap_and_normal(self, s, w, q):

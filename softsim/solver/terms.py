@@ -26,7 +26,7 @@ from softsim.loads.pressure import OPEN, FollowerPressure
 from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import Rotor
 from softsim.loads.table import ProfileTable
-from softsim.model import ContactData, CylinderShape, Model, OutlineData
+from softsim.model import BallShape, ContactData, CylinderShape, Model
 from softsim.nodes import Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import Ball, Cylinder
@@ -36,6 +36,12 @@ ELEMENTS = {
     geometry.Axisymmetric: Axisymmetric,
     geometry.Solid: Tetrahedra,
 }
+FACETS: dict[type, Any] = {
+    geometry.PlaneStrain: PlaneFacets,
+    geometry.Axisymmetric: RevolvedFacets,
+    geometry.Solid: TriangleFacets,
+}
+OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 # Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
 LOCAL_DAMPING = 0.8
 
@@ -110,20 +116,12 @@ class Terms:
     def _pressure(self, models: list[Model], k: int) -> FollowerPressure:
         load = models[0].pressures[k]
         drives = [m.pressures[k].drive for m in models]
-        facets, lids = (
-            self._facets(load.geometry, members) for members in (load.facets, load.lids)
-        )
+        kind = FACETS[type(load.geometry)]
+        facets, lids = (kind(self.nodes, f, load.geometry) for f in (load.facets, load.lids))
         return FollowerPressure(
             self.nodes, self.rigid_bodies, facets, lids, SOURCES[type(drives[0])](drives),
             OPEN if load.body is None else load.body,
         )  # fmt: skip
-
-    def _facets(self, kind: geometry.Geometry, members: np.ndarray) -> Any:
-        if isinstance(kind, geometry.PlaneStrain):
-            return PlaneFacets(self.nodes, members, kind.thickness)
-        if isinstance(kind, geometry.Axisymmetric):
-            return RevolvedFacets(self.nodes, members)
-        return TriangleFacets(self.nodes, members)
 
     def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
         contact, walls = models[0].contact, [m.walls for m in models]
@@ -153,20 +151,14 @@ class Terms:
             if outline.support is None:
                 continue
             friction = [outline.support.friction_coefficient] * len(models)
-            contact = self._contact(outline.support, self._obstacle(outline), friction)
+            centre = outline.centre - self.rigid_bodies.rest_centre[outline.body]
+            kind = OUTLINES[type(outline.shape)]
+            obstacle = kind(self.rigid_bodies, outline.body, centre, outline.shape)
+            contact = self._contact(outline.support, obstacle, friction)
             slots = contact.first_row * backend.lanes() + np.arange(contact.count)
             self.rigid_bodies.react(outline.body, slots, outline.support.nodes)
             supports.append(contact)
         return supports
-
-    def _obstacle(self, outline: OutlineData) -> Cylinder | Ball:
-        centre = outline.centre - self.rigid_bodies.rest_centre[outline.body]
-        shape = outline.shape
-        if isinstance(shape, CylinderShape):
-            return Cylinder(
-                self.rigid_bodies, outline.body, centre, shape.axis, shape.half_length, shape.radius
-            )
-        return Ball(self.rigid_bodies, outline.body, centre, shape.radius)
 
     @property
     def contacts(self) -> list[SurfaceContact]:
