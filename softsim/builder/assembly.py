@@ -12,6 +12,7 @@ from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
 from softsim.solver.time_step import stable_increment
 
+RELAXING_VISCOSITY = 0.06
 ROW_NAME = re.compile(r"j\d+")
 
 
@@ -83,7 +84,7 @@ def build_model(loaded: LoadedScene) -> Model:
         end_time=scene.time.end,
         increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
-        bulk_viscosity=scene.solver.bulk_viscosity,
+        bulk_viscosity=bulk_viscosity(names),
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
     )
@@ -104,6 +105,14 @@ def gravity(names: Names) -> np.ndarray:
         )
     down = np.array([-np.sin(slope), -np.cos(slope), 0.0])
     return environment.gravity * down[: names.dimension]
+
+
+def bulk_viscosity(names: Names) -> float:
+    """Linear coefficient b1. Under a static procedure no less than RELAXING_VISCOSITY: without it
+    the fastest modes outlive local damping and hold the slow ones back.
+    """
+    given = names.scene.solver.bulk_viscosity
+    return given if names.scene.time.procedure == "dynamic" else max(given, RELAXING_VISCOSITY)
 
 
 def relaxation(names: Names) -> Relaxation | None:

@@ -171,9 +171,10 @@ class RigidBodies:
         force += self.mass[r] * self.nodes.gravity[s]
         self.force[s, r] = force * self.free[r]
         self.torque[s, r] = torque * self.free_rotation[r]
-        if ti.static(self.nodes.local_damping > 0.0):
-            self.damp(s, r, dt)
+        v, omega = self.velocity[s, r], self.angular_velocity[s, r]
         self.shift(s, r, t, dt)
+        if ti.static(self.nodes.local_damping > 0.0):
+            self.damp(s, r, dt, v, omega)
 
     @ti.func
     def shift(self, s, r, t, dt):
@@ -187,17 +188,17 @@ class RigidBodies:
         )
 
     @ti.func
-    def damp(self, s, r, dt):
-        """Local damping of force and torque, as of the nodes (Nodes.shift_damped)."""
+    def damp(self, s, r, dt, v, omega):
+        """Local damping of force and torque, as of the nodes (Nodes.shift_damped); v, omega: the
+        velocities before the kick, against which it acts.
+        """
         share = self.nodes.local_damping
-        f, v = self.force[s, r], self.velocity[s, r]
-        T, omega = self.torque[s, r], self.angular_velocity[s, r]
-        f_d = share * ti.abs(f) * ti.math.sign(v)
-        T_d = share * ti.abs(T) * ti.math.sign(omega)
-        self.force[s, r] = f - f_d
-        self.torque[s, r] = T - T_d
-        middle = v + 0.5 * dt / self.mass[r] * (f - f_d)
-        work = dt * (f_d.dot(middle) + T_d.dot(omega))
+        f_d = share * ti.abs(self.force[s, r]) * ti.math.sign(v)
+        T_d = share * ti.abs(self.torque[s, r]) * ti.math.sign(omega)
+        after = self.velocity[s, r] - dt / self.mass[r] * f_d
+        self.velocity[s, r] = after
+        self.angular_momentum[s, r] = self.angular_momentum[s, r] - dt * T_d
+        work = dt * (0.5 * f_d.dot(v + after) + T_d.dot(omega))
         self.damping_work[s, r] = self.damping_work[s, r] + work
 
     # --- what observers ask ----------------------------------------------------------------------

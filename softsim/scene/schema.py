@@ -43,14 +43,19 @@ class Solver(Part):
         default=0.9, gt=0.0, le=1.0, description="Time step over the stable one."
     )
     bulk_viscosity: Number = Field(
-        default=0.06, ge=0.0, le=1.0, description="Linear coefficient b1, as in ABAQUS/Explicit."
+        default=0.06,
+        ge=0.0,
+        le=1.0,
+        description="Linear coefficient b1, as in ABAQUS/Explicit; "
+        "a static procedure takes at least 0.06, without which it would not settle.",
     )
     energy_error_limit: Number = Field(
         default=0.05, gt=0.0, description="The run stops when the balance is off by more."
     )
     equilibrium_tolerance: Number = Field(
         default=1e-5, gt=0.0, lt=1.0, description="A static run ends when the unbalanced force is "
-        "below this share of the inner forces."
+        "below this share of the inner forces; a slender body, whose inner forces are far above "
+        "the loads, wants 1e-6."
     )  # fmt: skip
 
 

@@ -8,8 +8,9 @@ from softsim.solver.explicit import ExplicitSolver
 def unbalanced_share(solver: ExplicitSolver) -> float:
     """Unbalanced force over inner forces, both root sums of squares, of the first scenario [-].
 
-    Unbalanced: what accelerates free components of nodes and rigid bodies. Inner: every corner
-    force of elements, pressure, loads and contact. Zero where there is no force at all.
+    Unbalanced: what accelerates free components of nodes and rigid bodies, a torque T as the force
+    sqrt(m T I^-1 T) that it is at the radius of gyration. Inner: every corner force of elements,
+    pressure, loads and contact. Zero where there is no force at all.
     """
     terms, model = solver.terms, solver.models[0]
     net = terms.nodes.force.to_numpy()[0] + model.mass[:, None] * model.gravity
@@ -18,5 +19,10 @@ def unbalanced_share(solver: ExplicitSolver) -> float:
     for component in terms.nodes.corner_forces.component:
         inner += float((component.to_numpy()[0] ** 2).sum())
     if terms.rigid_bodies.count:
-        unbalanced += float((terms.rigid_bodies.force.to_numpy()[0] ** 2).sum())
+        bodies = terms.rigid_bodies
+        torque, rotation = bodies.torque.to_numpy()[0], bodies.rotation.to_numpy()[0]
+        local = np.einsum("bij,bi->bj", rotation, torque)
+        turning = np.einsum("bi,bij,bj->b", local, bodies.inverse_inertia.to_numpy(), local)
+        unbalanced += float((bodies.force.to_numpy()[0] ** 2).sum())
+        unbalanced += float((bodies.mass.to_numpy() * turning).sum())
     return float(np.sqrt(unbalanced / inner)) if inner > 0.0 else 0.0
