@@ -17,7 +17,8 @@ def record_verification(request):
 
     def record(case: str, exact: float, computed: float, order: float | None = None) -> None:
         error = (computed - exact) / exact if exact else computed
-        row = [case, float(exact), float(computed), float(error), order]
+        # Plain floats: what pytest-xdist sends between processes.
+        row = [case, float(exact), float(computed), float(error), order and float(order)]
         request.node.user_properties.append(("verification", row))
 
     return record
