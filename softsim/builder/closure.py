@@ -42,8 +42,8 @@ def refuse_open_chamber(
     keys: Keys,
 ) -> None:
     """The surface must be closed: by itself, by a rim that does not move (all components of `held`
-    (n, d)), by planes of symmetry through the origin that its rim slides on, or by the axis of a
-    half section.
+    (n, d)), by planes of symmetry through the origin that its rim slides on; that of a half section
+    by the axis, or by any plane across it that its rim slides on.
 
     remedy: how a rim is held, for people.
     """
@@ -51,7 +51,8 @@ def refuse_open_chamber(
     closed = held[rim].all(axis=1)
     mirrored = on_mirror(points, held, rim)
     if isinstance(names.geometry, Axisymmetric):
-        closed |= points[rim, 0] < 1e-12
+        # On the axis, or in a plane across it: a flat lid encloses the same wherever its rim is.
+        closed |= (points[rim, 0] < 1e-12) | held[rim, 1]
     loose = rim[~(closed | mirrored)]
     if len(loose):
         raise names.loaded.error(
@@ -107,19 +108,11 @@ def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray)
     return np.array(fans).reshape(-1, 3)
 
 
-def refuse_no_volume(
-    names: Names, volume: float, facets: np.ndarray, points: np.ndarray, keys: Keys
-) -> None:
-    """A chamber has a volume, and its facets face it."""
+def smallest_volume(names: Names, facets: np.ndarray, points: np.ndarray) -> float:
+    """What counts as no volume [m^3]: 1e-9 of the facets' area times the extent of their nodes."""
     size = np.ptp(points[np.unique(facets)], axis=0).max()
     area = np.linalg.norm(names.geometry.volume_gradient(points, facets), axis=2).sum()
-    if volume <= 1e-9 * area * size:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
-            "flat",
-            "name the facets of the body that the liquid or gas touches",
-        )
+    return float(1e-9 * area * size)
 
 
 def chain(following: dict[int, int], start: int) -> list[int]:

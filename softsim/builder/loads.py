@@ -5,8 +5,8 @@ import numpy as np
 from softsim.builder.closure import (
     joined_facets,
     lids,
-    refuse_no_volume,
     refuse_open_chamber,
+    smallest_volume,
 )
 from softsim.builder.names import Names
 from softsim.builder.profiles import pressure_profile, rising_profile
@@ -77,11 +77,20 @@ def built_drive(
         profile = pressure_profile(load.profile)
         return GivenPressure(profile, profile.reduced(load.factor, load.offset))
     volume = chamber.volume(points)
-    refuse_no_volume(names, volume, chamber.facets, points, keys)
+    nothing = smallest_volume(names, chamber.facets, points)
+    # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
+    least = -nothing if isinstance(load, scene_loads.AddedGas) else nothing
+    if volume < least:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
+            "flat",
+            "name the facets of the body that the liquid or gas touches",
+        )
     profile = rising_profile(load.profile)
     if isinstance(load, scene_loads.AddedGas):
         side = load.dead_volume - load.excluded_volume
-        if volume + side <= 1e-9 * volume:
+        if volume + side <= nothing:
             raise names.loaded.error(
                 keys,
                 f"the chamber holds {volume * 1e6:.4g} ml, of which "

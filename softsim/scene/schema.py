@@ -53,9 +53,8 @@ class Solver(Part):
         default=0.05, gt=0.0, description="The run stops when the balance is off by more."
     )
     equilibrium_tolerance: Number = Field(
-        default=1e-5, gt=0.0, lt=1.0, description="A static run ends when the unbalanced force is "
-        "below this share of the inner forces; a slender body, whose inner forces are far above "
-        "the loads, wants 1e-6."
+        default=1e-6, gt=0.0, lt=1.0, description="A static run ends when the unbalanced force is "
+        "below this share of the inner forces, which in slender bodies are far above the loads."
     )  # fmt: skip
 
 

@@ -97,26 +97,18 @@ def grid(
     columns: int,
     rows: int,
     place: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
-    closed: bool = False,
 ) -> SmallMesh:
     """Triangles of the unit square (s, t), its nodes at `place(s, t)` [m].
 
-    Node and facet sets left, right (s = 0, 1), bottom, top (t = 0, 1). closed: s = 1 is s = 0.
+    Node and facet sets left, right (s = 0, 1), bottom, top (t = 0, 1).
     """
     s, t = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1))
-    node = np.arange(s.size).reshape(s.shape)
-    if closed:
-        s, t = s[:, :-1], t[:, :-1]
-        node = np.arange(s.size).reshape(s.shape)
-        node = np.column_stack([node, node[:, :1]])
     points = np.stack(place(s.ravel(), t.ravel()), axis=1)
+    node = np.arange(s.size).reshape(s.shape)
     a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
-    cells = np.concatenate(
-        [np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)]
-    )
+    cells = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
     sets = {"left": node[:, 0], "right": node[:, -1], "bottom": node[0], "top": node[-1]}
-    sides = ("bottom", "top") if closed else ("left", "right", "bottom", "top")
-    return SmallMesh(points, made_positive(points, cells), sets, sides)
+    return SmallMesh(points, made_positive(points, cells), sets, tuple(sets))
 
 
 def irregular_block(side: float, count: int, dimension: int, shift: float, seed: int) -> SmallMesh:
@@ -142,56 +134,39 @@ def irregular_block(side: float, count: int, dimension: int, shift: float, seed:
     return SmallMesh(moved, cells, sets, tuple(sets))
 
 
-def ring(
-    inner: float,
-    outer: float,
-    around: int,
-    across: int,
-    first: float = 0.0,
-    last: float = 90.0,
-) -> SmallMesh:
-    """A ring, or the part of it between two angles [deg] from the x axis; 360 from the first to the
-    last close it.
+def quarter_ring(inner: float, outer: float, around: int, across: int) -> SmallMesh:
+    """A quarter of a ring, x, y > 0.
 
-    Node and facet sets inner, outer; node sets x0, y0 (nodes on x = 0, on y = 0) and east, the node
-    on the inner surface at angle 0.
+    Node and facet set inner; node sets x0, y0: the nodes on x = 0, on y = 0.
     """
 
     def place(s, t):
-        radius, angle = inner + t * (outer - inner), np.deg2rad(first + s * (last - first))
+        radius, angle = inner + t * (outer - inner), 0.5 * np.pi * s
         return radius * np.cos(angle), radius * np.sin(angle)
 
-    mesh = grid(around, across, place, closed=last - first == 360.0)
-    return walled(mesh.points, mesh.cells, mesh.node_sets["bottom"], mesh.node_sets["top"])
+    mesh = grid(around, across, place)
+    return walled(mesh.points, mesh.cells, mesh.node_sets["bottom"])
 
 
-def shell(inner: float, outer: float, around: int, across: int, octants: int = 1) -> SmallMesh:
-    """Tetrahedra of an octant of a thick sphere (x, y, z > 0) or of a whole one (8 octants).
+def octant(inner: float, outer: float, around: int, across: int) -> SmallMesh:
+    """Tetrahedra of an eighth of a thick sphere, x, y, z > 0; `around` cells along its edges.
 
-    around: cells along each edge of an octant. Sets as of `ring`, and z0.
+    Sets as of `quarter_ring`, and z0.
     """
-    signs = np.array([[x, y, z] for x in (1, -1) for y in (1, -1) for z in (1, -1)])[:octants]
     steps = [(i, j, around - i - j) for i in range(around + 1) for j in range(around + 1 - i)]
     number = {step: k for k, step in enumerate(steps)}
-    flat = []
+    triangles = []
     for i, j, k in steps:
         if k > 0:
-            flat.append([number[i, j, k], number[i + 1, j, k - 1], number[i, j + 1, k - 1]])
+            triangles.append([(i, j, k), (i + 1, j, k - 1), (i, j + 1, k - 1)])
         if k > 1:
-            flat.append(
-                [number[i + 1, j, k - 1], number[i + 1, j + 1, k - 2], number[i, j + 1, k - 1]]
-            )
-    # Octants share the nodes on their edges: the same whole numbers.
-    every = (signs[:, None] * np.array(steps)).reshape(-1, 3)
-    unique, node = np.unique(every, axis=0, return_inverse=True)
-    triangles = node.reshape(octants, -1)[:, np.array(flat)].reshape(-1, 3)
-    directions = unique / np.linalg.norm(unique, axis=1, keepdims=True)
+            triangles.append([(i + 1, j, k - 1), (i + 1, j + 1, k - 2), (i, j + 1, k - 1)])
+    section = np.array([[number[step] for step in three] for three in triangles])
+    directions = np.array(steps) / np.linalg.norm(steps, axis=1, keepdims=True)
     radii = np.linspace(inner, outer, across + 1)
     points = (radii[:, None, None] * directions).reshape(-1, 3)
-    first = np.arange(across)[:, None] * len(unique)
-    cells = swept(triangles, first, first + len(unique))
-    low = np.arange(len(unique))
-    return walled(points, cells, low, low + across * len(unique))
+    low = len(steps) * np.arange(across)[:, None]
+    return walled(points, swept(section, low, low + len(steps)), np.arange(len(steps)))
 
 
 def swept(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
@@ -209,14 +184,13 @@ def swept(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarra
     return np.stack([np.stack(four, axis=-1) for four in corners]).reshape(-1, 4)
 
 
-def walled(points: np.ndarray, cells: np.ndarray, inner: np.ndarray, outer: np.ndarray):
+def walled(points: np.ndarray, cells: np.ndarray, inner: np.ndarray) -> SmallMesh:
     """A thick wall with its sets; coordinates that rounding left off zero are zero."""
     points = np.where(np.abs(points) < 1e-15, 0.0, points)
-    sets = {"inner": np.unique(inner), "outer": np.unique(outer)}
+    sets = {"inner": inner}
     for axis, letter in enumerate("xyz"[: points.shape[1]]):
         sets[f"{letter}0"] = np.flatnonzero(points[:, axis] == 0.0)
-    sets["east"] = inner[[np.argmax(points[inner, 0])]]
-    return SmallMesh(points, made_positive(points, cells), sets, ("inner", "outer"))
+    return SmallMesh(points, made_positive(points, cells), sets, ("inner",))
 
 
 def distorted(

@@ -15,7 +15,7 @@ from softsim.output.history import read_history
 
 KAPPA, SHEAR_MODULUS = 20.0 * 72e3, 72e3
 LENGTH, SIZE = 10e-3, 0.5e-3
-TOLERANCE = 1e-5  # solver.equilibrium_tolerance by default
+TOLERANCE = 1e-6  # solver.equilibrium_tolerance by default
 
 MESHES = {
     "plane_strain": "{generator: block, length: 1 mm, height: 10 mm, element_size: 0.5 mm}",
