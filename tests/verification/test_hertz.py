@@ -190,6 +190,7 @@ def test_axisymmetric(axisymmetric, record_verification):
     record_verification("Hertz, rings 0.2 mm: penalty's share of it", layer / 2.0, share)
 
 
+@pytest.mark.slow
 def test_axisymmetric_against_space(axisymmetric, quarter, record_verification):
     """Rings and a quarter of tetrahedra on the same stations, h = 0.3 mm: each knows the contact
     radius to half a cell, so they agree within (h / 2a)^2 = 2.9 %; both within 5 % of the exact
