@@ -214,6 +214,7 @@ def test_gas_rests_on_the_falling_branch(run, record_verification):
     assert stretch == pytest.approx(1.8, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_dead_volume_makes_gas_softer(run):
     """Hydrogen, 310 K, a line of 20 ml, 1 ml of the chamber excluded: the gas law to round-off.
 
@@ -260,6 +261,7 @@ def last_positions(folder, points):
     return points + frames.point_data["displacement"][-1][number][:, : points.shape[1]]
 
 
+@pytest.mark.slow
 def test_a_ring_of_plane_strain(run, record_verification):
     """A tube held lengthwise; its chamber by the shoelace formula, its pressure by
     closed_forms.tube_inflation at the radius found, of second order as the sphere's.
@@ -333,6 +335,7 @@ time: {end: 30 ms}
 """
 
 
+@pytest.mark.slow
 def test_the_robot_filled_with_liquid(run, build, record_verification):
     """Two strips tied to a frame, one load: what is pumped is the area that both bulge, times the
     thickness, by the shoelace formula over the outline of the chamber.
