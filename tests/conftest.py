@@ -60,8 +60,9 @@ def start(cpu):
     return start_solver
 
 
-# The table of verification results: each test records what it compared; pytest prints it last. Under
-# pytest-xdist every worker hands its rows to the one that reports, which reads this conftest only.
+# The table of verification results: each test records what it compared; pytest prints it last.
+# Under pytest-xdist every worker hands its rows to the process that reports, which has read this
+# conftest only.
 
 COLLECTED: list[list] = []
 
