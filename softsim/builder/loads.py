@@ -16,7 +16,7 @@ from softsim.loads.vibration import RotorData, eccentric_mass, sinusoidal_force
 from softsim.model import Body, NodalLoad, PressureData, RigidLoad, RotorLoad
 from softsim.scene import loads as scene_loads
 from softsim.scene.tree import Keys
-from softsim.solver.time_step import element_frequencies
+from softsim.solver.time_step import element_frequencies, volume_yield
 
 # A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
 # it costs a twentieth of the time step at most.
@@ -34,6 +34,7 @@ def pressures(
     tied: list[np.ndarray],
 ) -> tuple[PressureData, ...]:
     """All loads that are a pressure on facets."""
+    stiffest = max(float(element_frequencies(b, points[b.nodes]).max()) for b in bodies)
     result = []
     for name, load in names.scene.loads.items():
         if not isinstance(load, Chamber):
@@ -54,10 +55,10 @@ def pressures(
         closing = np.zeros((0, facets.shape[1]), dtype=int)
         if asks_volume:
             closing = lids(names, facets, points, held)
-        whole = PressureData(
-            name, facets, closing, geometry, GivenPressure(*[smooth_rise(0.0)] * 2), body
-        )
-        drive = built_drive(names, load, whole, bodies, points, mass, is_free, keys)
+        volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
+        nothing = smallest_volume(names, facets, points)
+        yielding = volume_yield(geometry, facets, points, mass, is_free)
+        drive = built_drive(names, load, volume, nothing, stiffest, yielding, keys)
         result.append(PressureData(name, facets, closing, geometry, drive, body))
     return tuple(result)
 
@@ -65,19 +66,20 @@ def pressures(
 def built_drive(
     names: Names,
     load: Chamber,
-    chamber: PressureData,
-    bodies: tuple[Body, ...],
-    points: np.ndarray,
-    mass: np.ndarray,
-    is_free: np.ndarray,
+    volume: float,
+    nothing: float,
+    stiffest: float,
+    yielding: float,
     keys: Keys,
 ) -> Drive:
-    """What drives a chamber whose nodes rest at `points`."""
+    """What drives a chamber of this volume [m^3] at rest; up to `nothing` it counts as none.
+
+    A liquid adds LIQUID_SHARE to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber that
+    yields as `volume_yield` says.
+    """
     if isinstance(load, scene_loads.FollowerPressure):
         profile = pressure_profile(load.profile)
         return GivenPressure(profile, profile.reduced(load.factor, load.offset))
-    volume = chamber.volume(points)
-    nothing = smallest_volume(names, chamber.facets, points)
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
     least = -nothing if isinstance(load, scene_loads.AddedGas) else nothing
     if volume < least:
@@ -100,25 +102,13 @@ def built_drive(
             )
         specific_energy = load.gas_constant * load.temperature
         return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
-    return AddedVolume(
-        profile, volume, liquid_stiffness(chamber, volume, bodies, points, mass, is_free)
-    )
-
-
-def liquid_stiffness(
-    chamber: PressureData,
-    volume: float,
-    bodies: tuple[Body, ...],
-    points: np.ndarray,
-    mass: np.ndarray,
-    is_free: np.ndarray,
-) -> float:
-    """Bulk modulus [Pa] of a liquid that adds LIQUID_SHARE to the largest omega^2 at rest."""
-    stiffest = max(float(element_frequencies(b, points[b.nodes]).max()) for b in bodies)
-    gradient = np.zeros_like(points)
-    np.add.at(gradient, chamber.facets, chamber.geometry.volume_gradient(points, chamber.facets))
-    inverse_mass = np.where(is_free, 1.0 / np.maximum(mass, 1e-30)[:, None], 0.0)
-    return LIQUID_SHARE * stiffest * volume / float((gradient**2 * inverse_mass).sum())
+    if yielding == 0.0:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            "no node of the chamber may move: nothing gives way to the liquid",
+            "name facets of a body that is free to deform",
+        )
+    return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / yielding)
 
 
 def rotors(names: Names) -> tuple[RotorLoad, ...]:

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Vector = np.ndarray
-
 
 def in_space(vectors: np.ndarray) -> np.ndarray:
     """Plane vectors (..., 2) or (..., 3) as vectors of space (..., 3)."""

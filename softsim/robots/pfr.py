@@ -1,7 +1,6 @@
 """The PufferFace Robot: its section along its axis, as in the plane model of the thesis."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from softsim.mesh.mesh import SURFACE, Mesh, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.limits import check_positive, check_rows, check_skin, check_thickness
 from softsim.robots.spike import Spike, cross_lines, spike
+from softsim.robots.strip import node_lines, staggered
 
 FEWEST_ROWS = 3
 """Fewest rows of cells through the skin: what its bending needs."""
@@ -97,14 +97,16 @@ def _strip(
     x, ends = _columns(stations, longest_cell=min(edge, FLATTEST_CELL * skin / rows))
     coordinates = [
         np.column_stack([line, np.full(len(line), y)])
-        for line, y in zip(_staggered(x, rows + 1), np.linspace(0, skin, rows + 1), strict=True)
+        for line, y in zip(
+            staggered(x, rows + 1)[::-1], np.linspace(0, skin, rows + 1), strict=True
+        )
     ]
-    lines = _node_lines(0, coordinates)
+    lines = node_lines(0, coordinates)
     blocks, stacks = [*coordinates], [lines]
     outer, first_free = lines[-1], sum(map(len, coordinates))
     for center, start, end in zip(centers, ends[1:-1:2], ends[2:-1:2], strict=True):
         across = cross_lines(shape, edge, root_segments=end - start)
-        above = _node_lines(first_free, across[1:])
+        above = node_lines(first_free, across[1:])
         first_free += sum(map(len, above))
         blocks += [line + np.array([center, skin]) for line in across[1:]]
         stacks.append([outer[start : end + 1], *above])
@@ -141,23 +143,6 @@ def _columns(stations: np.ndarray, longest_cell: float) -> tuple[np.ndarray, np.
     segments = np.maximum(1, np.floor(pieces / longest_cell + 1e-9)).astype(int)
     ends = np.concatenate([[0], np.cumsum(segments)])
     return np.interp(np.arange(ends[-1] + 1), ends, stations), ends
-
-
-def _staggered(x: np.ndarray, count: int) -> list[np.ndarray]:
-    """`count` lines of positions of which the last is x and neighbours are half a cell apart.
-
-    Staggered rows have triangles of nearly equal sides, whose altitude is that of the row. The
-    midpoints next to the ends are left out: they would make small cells in the corners.
-    """
-    midpoints = (x[:-1] + x[1:]) / 2
-    between = np.concatenate([x[:1], midpoints[1:-1], x[-1:]])
-    return [x if (count - 1 - line) % 2 == 0 else between for line in range(count)]
-
-
-def _node_lines(first: int, lines: list[np.ndarray]) -> list[np.ndarray]:
-    """Node numbers of lines of points, counted on from `first`."""
-    ends = first + np.cumsum([0, *map(len, lines)])
-    return [np.arange(start, end) for start, end in pairwise(ends)]
 
 
 def _highest(points: np.ndarray, nodes: np.ndarray) -> np.ndarray:

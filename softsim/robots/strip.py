@@ -81,11 +81,11 @@ def finned_strip(x: np.ndarray, thickness: float, rows: int, fins: Sequence[Fin]
     rows: even number of rows of cells through the skin, for nodes at x on its inner side too.
     """
     skin = _rows(staggered(x, rows + 1), np.linspace(0, thickness, rows + 1))
-    blocks, skin_lines = list(skin), _node_lines(0, skin)
+    blocks, skin_lines = list(skin), node_lines(0, skin)
     outer, first_free = skin_lines[-1], sum(map(len, skin))
     stacks = []
     for fin in fins:
-        above = _node_lines(first_free, fin.lines)
+        above = node_lines(first_free, fin.lines)
         first_free += sum(map(len, above))
         blocks += fin.lines
         stacks.append([outer[fin.start : fin.end + 1], *above])
@@ -112,7 +112,7 @@ def _rows(lines: list[np.ndarray], heights: np.ndarray) -> list[np.ndarray]:
     ]
 
 
-def _node_lines(first: int, lines: Sequence[np.ndarray]) -> list[np.ndarray]:
+def node_lines(first: int, lines: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Node numbers of lines of points, counted on from `first`."""
     ends = first + np.cumsum([0, *map(len, lines)])
     return [np.arange(start, end) for start, end in pairwise(ends)]

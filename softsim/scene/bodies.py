@@ -9,9 +9,9 @@ from softsim.scene.part import AT_REST, ORIGIN, Part
 from softsim.scene.quantities import (
     Angle,
     AngularVelocity,
+    Inertia,
     Number,
     Point,
-    PositiveInertia,
     PositiveLength,
     PositiveMass,
     SetReference,
@@ -88,7 +88,7 @@ class RigidBody(Part):
     """A rigid body with mass, inertia and three degrees of freedom, in space six."""
 
     mass: PositiveMass = Field(description="Without the nodes tied to it.")
-    inertia: PositiveInertia | tuple[PositiveInertia, PositiveInertia, PositiveInertia] = Field(
+    inertia: Inertia = Field(
         description="About its centre, without tied nodes: about z, or in space about x, y and z "
         "(one number there: the same about all)."
     )

@@ -3,7 +3,14 @@
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, GetJsonSchemaHandler, StringConstraints
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    GetJsonSchemaHandler,
+    StringConstraints,
+    WithJsonSchema,
+)
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from softsim import units
@@ -100,6 +107,28 @@ SetReference = Annotated[
     str,
     StringConstraints(strict=True, pattern=rf"^{NAME}\.{NAME}$"),
     Field(examples=["skin.chamber_top"]),
+]
+
+
+def _listed(value: Any) -> Any:
+    """A value that is no list as a list of one."""
+    return value if isinstance(value, list | tuple) else [value]
+
+
+def _one_or_three(values: tuple[float, ...]) -> tuple[float, ...]:
+    if len(values) == 2:
+        raise ValueError("must have one value, or three: about x, y and z")
+    return values
+
+
+Inertia = Annotated[
+    tuple[PositiveInertia, ...],
+    Field(min_length=1, max_length=3),
+    BeforeValidator(_listed),
+    AfterValidator(_one_or_three),
+    WithJsonSchema(
+        {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 3, "maxItems": 3}]}
+    ),
 ]
 
 

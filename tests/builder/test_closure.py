@@ -118,3 +118,8 @@ def test_gas_needs_room(build):
     text = tube(added_volume="added_gas, excluded_volume: 6 ml").replace("1 ml", "1 mg")
     error = refused(build, text)
     assert "nothing is left for the gas" in error.message and "dead volume" in error.hint
+
+
+def test_a_chamber_that_cannot_yield_takes_no_liquid(build, tmp_path):
+    text = tube(**{"fixed: [knots]": "fixed: [surface]"})
+    assert "no node of the chamber may move" in refused(build, text).message

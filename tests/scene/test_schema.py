@@ -171,3 +171,20 @@ def test_the_json_schema_describes_texts_with_examples():
 def test_a_probe_must_not_take_a_column_that_is_there(probes, column):
     with pytest.raises(ValidationError, match=column):
         outputs.Output.model_validate({"probes": probes})
+
+
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [("2 kg*mm^2", 1), (["1 kg*mm^2", "2 kg*mm^2", "3 kg*mm^2"], 3)],
+)
+def test_inertia_is_one_number_or_three(written, read):
+    body = bodies.RigidBody.model_validate({"mass": "1 g", "inertia": written})
+    assert len(body.inertia) == read
+
+
+@pytest.mark.parametrize("wrong", ["2 mm", ["1 kg*mm^2", "2 kg*mm^2"], ["1 kg*mm^2"] * 4, []])
+def test_another_inertia_is_refused_without_words_of_the_library(wrong):
+    with pytest.raises(ValidationError) as caught:
+        bodies.RigidBody.model_validate({"mass": "1 g", "inertia": wrong})
+    assert all(item["loc"][0] == "inertia" for item in caught.value.errors())
+    assert not any("function" in str(part) for e in caught.value.errors() for part in e["loc"])
