@@ -13,87 +13,114 @@ from softsim import backend
 
 @ti.data_oriented
 class CornerForces:
-    """Slots of corner forces: per component a field (scenarios, rows) of lane vectors [N].
+    """Slots of corner forces: per component a field (scenarios, slots) [N].
 
-    Terms claim rows while the model is built; `allocate` then makes the fields and the lists that
+    Component by component, because LLVM vectorises the elements' arithmetic back from stores of
+    neighbouring lanes into neighbouring slots: with vectors in the slots it does not at all.
+    Terms claim slots while the model is built; `allocate` then makes the field and the lists that
     tell each node its slots.
     """
 
     def __init__(self, dimension: int) -> None:
         self.dimension = dimension
-        self._nodes: list[np.ndarray] = []
-        self.rows = 0
+        self._owners: list[np.ndarray] = []
+        self.count = 0
 
-    def claim(self, corner_nodes: np.ndarray) -> int:
-        """Claim a row for each row of `corner_nodes` (rows, lanes), -1 where a slot is padding.
+    def claim(self, owners: np.ndarray) -> int:
+        """Claim a slot for each entry of `owners`: the node it acts on, -1 for none.
 
-        Returns the number of the first row.
+        Returns the number of the first slot; they follow each other as the entries do.
         """
-        first = self.rows
-        self._nodes.append(np.asarray(corner_nodes, dtype=np.int32))
-        self.rows += len(corner_nodes)
+        first = self.count
+        self._owners.append(np.asarray(owners, dtype=np.int32).ravel())
+        self.count += owners.size
         return first
 
-    def claim_corners(self, corner_nodes: np.ndarray) -> int:
-        """Claim slots for the corners (k, c) of k facets: `lanes` facets share a block of c rows.
-
-        Corner c of facet i is lane i % lanes of row first + c_count (i // lanes) + c.
-        """
-        lanes, (count, corners) = backend.lanes(), corner_nodes.shape
-        padded = np.full((backend.lane_blocks(count) * lanes, corners), -1)
-        padded[:count] = corner_nodes
-        return self.claim(by_lane(padded, lanes).reshape(-1, lanes))
-
-    def owners(self, first_row: int) -> np.ndarray:
-        """Node of each slot from `first_row` on, -1 where it is padding."""
-        return np.concatenate(self._nodes).ravel()[first_row * backend.lanes() :]
-
     def allocate(self, scenarios: int, node_count: int) -> None:
-        """Make the fields; node a has the slots slot[start[a]] .. slot[start[a + 1]]."""
-        lanes = backend.lanes()
-        self.lane_bits = lanes.bit_length() - 1
-        self.lane_mask = lanes - 1
-        self.component = [backend.lane_field((scenarios, self.rows)) for _ in range(self.dimension)]
-        owner = np.concatenate(self._nodes).ravel()
+        """Make the fields, and the lists that tell each node its slots."""
+        nothing = self.claim(np.array([-1]))
+        zeros = np.zeros((scenarios, self.count))
+        self.component = [real_field(zeros) for _ in range(self.dimension)]
+        owner = np.concatenate(self._owners)
+        self.of_node = NodeLists(owner, np.arange(len(owner)), node_count, nothing)
+
+    @ti.func
+    def total(self, s, b):
+        """Sum of the forces (d, lanes) in the slots of each node of block b."""
+        force = ti.Matrix.zero(backend.real, self.dimension, ti.static(backend.lanes()))
+        for row in range(self.of_node.start[b], self.of_node.start[b + 1]):
+            for lane in ti.static(range(backend.lanes())):
+                slot = self.of_node.entry[row, lane]
+                for k in ti.static(range(self.dimension)):
+                    force[k, lane] += self.component[k][s, slot]
+        return force
+
+    @ti.func
+    def read(self, s, slot):
+        """Force in a slot."""
+        force = ti.Vector.zero(backend.real, self.dimension)
+        for k in ti.static(range(self.dimension)):
+            force[k] = self.component[k][s, slot]
+        return force
+
+    @ti.func
+    def write(self, s, slot, force):
+        """Put a force into a slot."""
+        for k in ti.static(range(self.dimension)):
+            self.component[k][s, slot] = force[k]
+
+
+@ti.data_oriented
+class NodeLists:
+    """Which entries belong to each node, `lanes` nodes side by side.
+
+    The nodes of a block sum their entries in lock step, padded by the entry `nothing`. So that
+    little is padded, nodes are sorted by their number of entries within windows of `WINDOW`
+    neighbours; a loop that ends elsewhere for each node would mispredict once a node.
+
+    Block b has the nodes node[b, lane], -1 in spare lanes at the end; its rows of entry[row, lane]
+    are start[b] .. start[b + 1].
+    """
+
+    WINDOW = 64
+
+    def __init__(
+        self, owner: np.ndarray, entry: np.ndarray, node_count: int, nothing: int
+    ) -> None:
+        """Node owner[k] (-1: none) gets entry[k]; `nothing` is an entry whose value is zero."""
+        lanes, self.lane = backend.lanes(), backend.lane_vector()
         order = np.argsort(owner, kind="stable")
-        order = order[owner[order] >= 0]
-        start = np.searchsorted(owner[order], np.arange(node_count + 1))
+        first = np.searchsorted(owner[order], np.arange(node_count))
+        degree = np.bincount(owner[owner >= 0], minlength=node_count)
+        self.blocks = backend.lane_blocks(node_count)
+        member = np.full(self.blocks * lanes, -1)
+        member[:node_count] = np.lexsort((degree, np.arange(node_count) // self.WINDOW))
+        self.member = member = member.reshape(-1, lanes)
+        entries = np.where(member >= 0, degree[member], 0)
+        rows = entries.max(axis=1)
+        start = np.concatenate([[0], np.cumsum(rows)])
+        block = np.repeat(np.arange(self.blocks), rows)
+        step = (np.arange(start[-1]) - start[block])[:, None]
+        listed = step < entries[block]
+        place = np.where(listed, first[member[block]] + step, 0)
+        self.node = index_field(member)
         self.start = index_field(start)
-        self.slot = index_field(order)
+        self.entry = index_field(np.where(listed, entry[order[place]], nothing))
 
     @ti.func
-    def read(self, s, first_row, corners: ti.template(), i, corner):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Force in the slot of corner `corner` of facet i, see `claim_corners`."""
-        row = first_row + corners * (i >> ti.static(self.lane_bits)) + corner
-        force = ti.Vector.zero(backend.real, self.dimension)
-        for k in ti.static(range(self.dimension)):
-            force[k] = self.component[k][s, row][i & ti.static(self.lane_mask)]
-        return force
+    def sum(self, values: ti.template(), s, b):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Sum of values[s, entry] over the entries of each node of block b."""
+        total = self.lane(0.0)
+        for row in range(self.start[b], self.start[b + 1]):
+            part = self.lane(0.0)
+            for lane in ti.static(range(backend.lanes())):
+                part[lane] = values[s, self.entry[row, lane]]
+            total += part
+        return total
 
-    @ti.func
-    def write(self, s, first_row, corners: ti.template(), i, corner, force):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Put `force` into the slot of corner `corner` of facet i."""
-        row = first_row + corners * (i >> ti.static(self.lane_bits)) + corner
-        for k in ti.static(range(self.dimension)):
-            self.component[k][s, row][i & ti.static(self.lane_mask)] = force[k]
-
-    @ti.func
-    def slot_force(self, s, slot):
-        """Force in slot number `slot`."""
-        force = ti.Vector.zero(backend.real, self.dimension)
-        for k in ti.static(range(self.dimension)):
-            force[k] = self.component[k][s, slot >> ti.static(self.lane_bits)][
-                slot & ti.static(self.lane_mask)
-            ]
-        return force
-
-    @ti.func
-    def total(self, s, a):
-        """Sum of the forces in node a's slots."""
-        force = ti.Vector.zero(backend.real, self.dimension)
-        for k in range(self.start[a], self.start[a + 1]):
-            force += self.slot_force(s, self.slot[k])
-        return force
+    def by_block(self, values: np.ndarray) -> np.ndarray:
+        """Per-node values (n,) in the order of the blocks, zero in spare lanes: (blocks, lanes)."""
+        return np.where(self.member >= 0, values[self.member], 0.0)
 
 
 def by_lane(corners: np.ndarray, lanes: int) -> np.ndarray:
@@ -187,13 +214,20 @@ class Nodes:
         self.position[s, a] = self.position[s, a] + dt * self.velocity[s, a]
 
     @ti.func
-    def kick(self, s, a, t, dt):
-        """v(n+3/2) = v(n+1/2) + dt (f / m + g), with f the sum of the node's corner forces."""
-        self.force[s, a] = self.corner_forces.total(s, a)
-        if ti.static(self.local_damping > 0.0):
-            self.shift_damped(s, a, dt)
-        else:
-            self.shift(s, a, t, dt)
+    def kick(self, s, b, t, dt):
+        """v(n+3/2) = v(n+1/2) + dt (f / m + g) of the nodes of a block, f the sum of each node's
+        corner forces.
+        """
+        force = self.corner_forces.total(s, b)
+        for lane in range(ti.static(backend.lanes())):
+            a = self.corner_forces.of_node.node[b, lane]
+            if a >= 0:
+                for k in ti.static(range(self.dimension)):
+                    self.force[s, a][k] = force[k, lane]
+                if ti.static(self.local_damping > 0.0):
+                    self.shift_damped(s, a, dt)
+                else:
+                    self.shift(s, a, t, dt)
 
     @ti.func
     def acceleration(self, s, a):

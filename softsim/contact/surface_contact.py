@@ -46,7 +46,7 @@ class SurfaceContact:
         self.tangential_stiffness = real_field(tangential_stiffness)
         self.damping = real_field(damping)
         self.friction_coefficient = real_field(friction_coefficient)
-        self.first_row = nodes.corner_forces.claim_corners(contact_nodes[:, None])
+        self.first_slot = nodes.corner_forces.claim(contact_nodes)
 
         shape = (scenarios, self.count, self.surfaces)
         # The tangential stretch is zero while a node is away: its anchor follows it.
@@ -87,9 +87,11 @@ class SurfaceContact:
         q = self.obstacle.local_position(s, x)
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
         normal_total = ti.cast(0.0, backend.real)
+        touched = 0  # now or in the last increment: else all is zero and stays so
         for w in range(self.surfaces):
             gap, n = self.obstacle.gap_and_normal(s, w, q)
             if gap < 0.0:
+                touched = 1
                 v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
                 N = normal_force(gap, v.dot(n), self.penalty_stiffness[i], self.damping[i])
                 if self.touching[s, i, w] == 0:
@@ -119,17 +121,18 @@ class SurfaceContact:
                 total += N * n - k_t * stretch
                 normal_total += N
             elif self.touching[s, i, w] == 1:
+                touched = 1
                 v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
                 self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - (
                     0.5 * dt * self.dashpot[s, i, w] * v.dot(n)
                 )
                 self.dashpot[s, i, w] = 0.0
                 self.touching[s, i, w] = 0
-        force = self.obstacle.global_vector(s, total)
-        self.nodes.corner_forces.write(s, self.first_row, 1, i, 0, force)
-        self.force[s, i] = force
-        self.normal_force[s, i] = normal_total
-        if normal_total > 0.0:
+        if touched == 1:
+            force = self.obstacle.global_vector(s, total)
+            self.nodes.corner_forces.write(s, self.first_slot + i, force)
+            self.force[s, i] = force
+            self.normal_force[s, i] = normal_total
             self.normal_impulse[s, i] = self.normal_impulse[s, i] + normal_total * dt
             self.impulse[s, i] = self.impulse[s, i] + force * dt
 

@@ -2,17 +2,18 @@
 
 F as in the plane, and the hoop stretch F_zz = r / R of the centroid, whose radius is the mean of
 the corners'. With the ring's volume V = 2 pi R A the corner forces are
-    f_a = -V (P grad N_a + P_zz / (3 R) e_r),
+    f_a = -V (P grad N_a + F_zz S_zz / (3 R) e_r),
 the gradient of the element's energy. Nodes on the axis stay on it (the builder holds their x).
 """
 
 import numpy as np
 import taichi as ti
 
+from softsim import backend
 from softsim.elements import geometry as shapes
 from softsim.elements.linear import lane_data
 from softsim.elements.material import Material
-from softsim.elements.tensors import PlaneTensors
+from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
 from softsim.nodes import Nodes
 
@@ -32,24 +33,23 @@ class Axisymmetric(Triangles):
         bulk_viscosity: float,
     ) -> None:
         super().__init__(
-            nodes, first_node, geometry, PlaneTensors(), 5, points, cells, material, bulk_viscosity
+            nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
         )
+        self.hoop = backend.lane_field((nodes.scenarios, self.blocks))
         # d(hoop stretch)/d(radius of a corner): 1 / (3 R).
         self.hoop_gradient = lane_data(self.padded(geometry.hoop_gradient(points, cells)))
 
     @ti.func
     def stretch_across(self, s, b, x_sum):
-        """F_zz = r / R from the sum of the corners' radii."""
-        hoop = x_sum * self.hoop_gradient[b]
-        self.F[4][s, b] = hoop
-        return hoop
+        """Store F_zz = r / R from the sum of the corners' radii."""
+        self.hoop[s, b] = x_sum * self.hoop_gradient[b]
 
     @ti.func
     def stored_stretch_across(self, s, b):
-        """The F_zz that `deform` stored."""
-        return self.F[4][s, b]
+        """F_zz."""
+        return self.hoop[s, b]
 
     @ti.func
-    def force_across(self, b, P):
-        """-V P_zz / (3 R) on each corner."""
-        return -self.volume[b] * P.zz * self.hoop_gradient[b]
+    def force_across(self, s, b, S):
+        """-V F_zz S_zz / (3 R) on each corner; S comes times V."""
+        return -(self.hoop[s, b] * S.zz) * self.hoop_gradient[b]

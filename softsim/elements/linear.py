@@ -1,6 +1,7 @@
 """What all linear elements share: lanes of corners, one material point, averaged nodal pressure.
 
 An increment asks for four passes: `deform`, `press_nodes`, `average_pressure`, `stress_corners`.
+Tensors are written in the basis of each element's edges, see elements/metric.py.
 """
 
 from typing import Any
@@ -9,12 +10,12 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.geometry import Geometry, nodal_sums, shape_gradients
+from softsim.elements.geometry import Geometry, nodal_sums
 from softsim.elements.material import Material
 from softsim.elements.material_points import MaterialPoints
+from softsim.elements.metric import inverse_cube_root
 from softsim.elements.nodal_pressure import NodalPressure
-from softsim.elements.tensors import inverse_cube_root
-from softsim.nodes import Nodes, by_lane, index_field
+from softsim.nodes import Nodes, by_lane, index_field, real_field
 
 
 @ti.data_oriented
@@ -24,7 +25,7 @@ class LinearElements:
     Parameters
     ----------
     nodes: the shared nodes; this body owns first_node .. first_node + len(points) - 1.
-    geometry: of these elements. tensors: their tensors. F_components: numbers stored for F.
+    geometry: of these elements. metric: PlaneMetric or SpaceMetric.
     points: reference positions (n, d) [m]. cells: (m, corners), numbered within the body.
     bulk_viscosity: b1 [-].
     """
@@ -34,15 +35,14 @@ class LinearElements:
         nodes: Nodes,
         first_node: int,
         geometry: Geometry,
-        tensors: Any,
-        F_components: int,
+        metric: Any,
         points: np.ndarray,
         cells: np.ndarray,
         material: Material,
         bulk_viscosity: float,
     ) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
-        self.nodes, self.tensors = nodes, tensors
+        self.nodes, self.metric = nodes, metric
         self.first_node, self.node_count = first_node, len(points)
         self.corners = cells.shape[1]
         self.blocks = backend.lane_blocks(len(cells))
@@ -53,27 +53,26 @@ class LinearElements:
         padded_volume = self.padded(volume)
         padded_volume[len(cells) :] = 0.0
         self.corner = index_field(by_lane(padded + first_node, lanes))
-        gradients = shape_gradients(points, padded)
-        # Of corner 1, 2 (3); that of corner 0 is minus their sum.
-        self.gradient = [
-            [lane_data(gradients[:, c, i]) for i in range(geometry.dimension)]
-            for c in range(1, self.corners)
-        ]
+        rest_edges = points[padded[:, 1:]] - points[padded[:, :1]]
+        determinant = np.linalg.det(rest_edges)
+        self.inverse_determinant = lane_data(1.0 / determinant)  # of the edges at rest
         self.volume = lane_data(padded_volume)
         owner = np.where(np.arange(len(padded))[:, None] < len(cells), padded + first_node, -1)
-        # A block's rows: corner 0, 1, 2 (3).
-        self.first_row = nodes.corner_forces.claim(by_lane(owner, lanes).reshape(-1, lanes))
+        # Slots of a block: its lanes for corner 0, for corner 1, ...
+        self.first_slot = nodes.corner_forces.claim(by_lane(owner, lanes))
 
-        self.points = MaterialPoints(material, tensors, scenarios, self.blocks)
-        areas_or_volumes = np.abs(np.linalg.det(points[cells[:, 1:]] - points[cells[:, :1]]))
-        measure = nodal_sums(cells, areas_or_volumes[:, None], len(points)) / (
+        self.points = MaterialPoints(material, metric, metric.identity(rest_edges), scenarios)
+        measure = nodal_sums(cells, np.abs(determinant)[: len(cells), None], len(points)) / (
             self.corners * (2.0 if geometry.dimension == 2 else 6.0)
         )
         size = measure ** (1.0 / geometry.dimension)
-        self.pressure = NodalPressure(cells, volume, size, material, bulk_viscosity, scenarios)
+        self.pressure = NodalPressure(cells, volume, size, material, bulk_viscosity, scenarios, self.blocks * lanes)
 
-        self.F = [backend.lane_field((scenarios, self.blocks)) for _ in range(F_components)]
-        self.current_volume = backend.lane_field((scenarios, self.blocks))
+        d = geometry.dimension
+        # Components of the first edge, of the second, ...
+        self.edge = [backend.lane_field((scenarios, self.blocks)) for _ in range(d * d)]
+        # One more than there are elements: it stays zero, for the padding of the nodes' lists.
+        self.current_volume = real_field(np.zeros((scenarios, self.blocks * lanes + 1)))
         self.element_pressure = backend.lane_field((scenarios, self.blocks))
 
     def padded(self, values: np.ndarray) -> np.ndarray:
@@ -94,45 +93,61 @@ class LinearElements:
         """Take the time step [s]."""
         self.points.set_increment(dt)
 
-    # Of the element itself: `deform(s, b, t, dt)` stores F and the present volume J V of a block,
-    # `deformation(s, b)` gives that F back, `stress_corners(s, b, t, dt)` writes corner forces.
+    # Of the element itself: `deform(s, b, t, dt)` stores edges and the present volumes of a block,
+    # `stretch(s, b)` gives C, J of them, `stress_corners(s, b, t, dt)` writes corner forces.
     deform: Any
-    deformation: Any
+    stretch: Any
     stress_corners: Any
 
     # --- one increment, pass by pass; deform comes first, stress_corners last --------------------
 
     @ti.func
-    def press_nodes(self, s, a, t, dt):
-        """Pressure of node a."""
-        self.pressure.press(s, a, dt, self.current_volume)
+    def keep_volume(self, s, b, J):
+        """Note the present volumes J V of block b for its nodes."""
+        volume = J * self.volume[b]
+        for lane in ti.static(range(backend.lanes())):
+            self.current_volume[s, b * ti.static(backend.lanes()) + lane] = volume[lane]
+
+    @ti.func
+    def press_nodes(self, s, b, t, dt):
+        """Pressure of the nodes of a block."""
+        self.pressure.press(s, b, dt, self.current_volume)
 
     @ti.func
     def average_pressure(self, s, b, t, dt):
         """Element pressure: the mean of its nodes (positive in tension)."""
-        p = self.tensors.lane(0.0)
+        p = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
             for c in ti.static(range(self.corners)):
                 p[lane] += self.pressure.pressure[s, self.corner[b, c, lane] - self.first_node]
         self.element_pressure[s, b] = p * (1.0 / self.corners)
 
     @ti.func
-    def first_piola(self, s, b, F):
-        """P = J^(-2/3) (F M - (C : M) / 3 F^-T) + p J F^-T, M of `stress_metric`."""
-        C = self.tensors.right_cauchy_green(F)
-        r = inverse_cube_root(self.tensors.determinant(F))
+    def stress(self, s, b):
+        """V S with S = J^(-2/3) (M - (C : M) / 3 C^-1) + p J C^-1, M of `stress_metric`."""
+        C, J = self.stretch(s, b)
+        r = inverse_cube_root(J)
         r2 = r * r
-        M = self.points.stress_metric(s, b, C, r2)
-        trace = self.tensors.contraction(C, M) * (1.0 / 3.0)
-        h = self.element_pressure[s, b] - trace * (r2 * r2 * r)  # 1 / J = r^3
-        return self.tensors.first_piola(F, r2, M, h)
+        r3 = r2 * r
+        J2_inverse_C = self.points.cofactor(b, C)  # J^2 C^-1
+        M = self.points.stress_metric(s, b, C, J2_inverse_C, r2)
+        trace = self.metric.contraction(C, M) * (1.0 / 3.0)
+        h = r3 * (self.element_pressure[s, b] - trace * (r3 * r2))
+        volume = self.volume[b]
+        return self.metric.mixed(volume * r2, M, volume * h, J2_inverse_C)
+
+    @ti.func
+    def push_corner(self, s, b, corner: ti.template(), k: ti.template(), force):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Put component k of the forces on one corner of a block (a lane vector) into its slots."""
+        first = self.first_slot + (self.corners * b + corner) * ti.static(backend.lanes())
+        for lane in ti.static(range(backend.lanes())):
+            self.nodes.corner_forces.component[k][s, first + lane] = force[lane]
 
     @ti.func
     def dissipate(self, s, b, t, dt):
         """Add what the Maxwell branches dissipate in dt, a few increments long."""
-        F = self.deformation(s, b)
-        r = inverse_cube_root(self.tensors.determinant(F))
-        C = self.tensors.right_cauchy_green(F)
+        C, J = self.stretch(s, b)
+        r = inverse_cube_root(J)
         self.points.dissipate(s, b, C, r * r, self.volume[b], dt)
 
     # --- what observers ask ----------------------------------------------------------------------
@@ -140,18 +155,17 @@ class LinearElements:
     @ti.func
     def stored_energy(self, s):
         """Energy [J] in the law, the Maxwell springs and the volume: ABAQUS's ALLSE."""
-        in_elements = self.tensors.lane(0.0)
+        in_elements = self.metric.lane(0.0)
         for b in range(self.blocks):
-            F = self.deformation(s, b)
-            r = inverse_cube_root(self.tensors.determinant(F))
-            C = self.tensors.right_cauchy_green(F)
+            C, J = self.stretch(s, b)
+            r = inverse_cube_root(J)
             in_elements += self.points.stored_energy(s, b, C, r * r) * self.volume[b]
         return in_elements.sum() + self.pressure.stored_energy(s)
 
     @ti.func
     def dissipated_energy(self, s):
         """Dissipated by Maxwell dashpots and bulk viscosity so far [J]."""
-        in_elements = self.tensors.lane(0.0)
+        in_elements = self.metric.lane(0.0)
         for b in range(self.blocks):
             in_elements += self.points.dissipation[s, b]
         return in_elements.sum() + self.pressure.dissipated_energy(s)

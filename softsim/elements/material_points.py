@@ -6,7 +6,8 @@ viscous metric A, at rest the inverse of C_bar:
     dissipation  mu/(2 tau) (A : C_bar + A^-1 : C_bar^-1 - 6) >= 0.
 After a sudden stretch the branch stress decays as exp(-t / tau) exactly.
 
-Throughout: C = F^T F, r2 = J^(-2/3), C_bar = r2 C.
+Throughout: C = F^T F, r2 = J^(-2/3), C_bar = r2 C. Tensors are in the basis of each element's edges
+(elements/metric.py), in which the identity, A at rest, is a field of its own.
 """
 
 from typing import Any
@@ -16,15 +17,21 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements.material import Material
-from softsim.nodes import real_field
+from softsim.nodes import real_field, vector_field
 
 
 @ti.data_oriented
 class MaterialPoints:
-    """Points of `blocks` lane vectors of elements; `tensors`: PlaneTensors or SpaceTensors."""
+    """Points of elements whose identity is `identity` (m, components), m whole lane vectors.
 
-    def __init__(self, material: Material, tensors: Any, scenarios: int, blocks: int) -> None:
-        self.material, self.law, self.tensors = material, material.law, tensors
+    metric: PlaneMetric or SpaceMetric.
+    """
+
+    def __init__(
+        self, material: Material, metric: Any, identity: np.ndarray, scenarios: int
+    ) -> None:
+        self.material, self.law, self.metric = material, material.law, metric
+        blocks = backend.lane_blocks(len(identity))
         self.energy_density = ti.func(material.law.energy_density)
         self.energy_slope = ti.func(material.law.energy_slope)
         self.constants = real_field(np.array(material.law.constants))
@@ -33,20 +40,19 @@ class MaterialPoints:
         self.relaxation_time = real_field(np.array([b.relaxation_time for b in material.branches]))
         self.decay = real_field(np.ones(self.branch_count))
         self.mean_distance = real_field(np.ones(self.branch_count))
-        self.metric = [
-            [backend.lane_field((scenarios, blocks)) for _ in tensors.symmetric_names]
-            for _ in range(self.branch_count)
+        by_block = identity.T.reshape(len(metric.components), 1, blocks, backend.lanes())
+        self.identity = [vector_field(component) for component in by_block]
+        at_rest = np.repeat(by_block, scenarios, axis=1)
+        self.viscous_metric = [
+            [vector_field(component) for component in at_rest] for _ in range(self.branch_count)
         ]
-        for metric in self.metric:
-            for name, component in zip(tensors.symmetric_names, metric, strict=True):
-                component.fill(float(name[0] == name[1]))
         self.dissipation = backend.lane_field((scenarios, blocks))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         fields = {"branch_dissipation": self.dissipation}
-        for k, metric in enumerate(self.metric):
-            for name, component in zip(self.tensors.symmetric_names, metric, strict=True):
+        for k, metric in enumerate(self.viscous_metric):
+            for name, component in zip(self.metric.components, metric, strict=True):
                 fields[f"metric_{k}_{name}"] = component
         return fields
 
@@ -60,56 +66,63 @@ class MaterialPoints:
             self.mean_distance[k] = float(np.expm1(2.0 * ratio) / (2.0 * ratio))
 
     @ti.func
-    def stress_metric(self, s, b, C, r2):
+    def cofactor(self, b, C):
+        """J^2 C^-1: the components' determinant is J^2 / det I."""
+        adjugate = self.metric.adjugate(C)
+        return self.metric.scaled(self._identity_determinant(b), adjugate)
+
+    @ti.func
+    def stress_metric(self, s, b, C, J2_inverse_C, r2):
         """M = 2 dW/dI1_bar I + sum mu A, the branches having relaxed by one increment."""
-        M = self.tensors.isotropic(2.0 * self._slope(r2 * self._trace(C)))
-        inverse = self._inverse_isochoric(C, r2)
-        one = self.tensors.lane(1.0)
+        identity = self._identity(b)
+        slope = self._slope(r2 * self.metric.contraction(C, identity))
+        M = self.metric.scaled(2.0 * slope, identity)
+        one = self.metric.lane(1.0)
         for k in ti.static(range(self.branch_count)):
             e = self.decay[k]
-            A = self.tensors.mixed(
-                e, self.tensors.stored(self.metric[k], s, b), 1.0 - e, inverse
-            )  # exact for a constant C_bar
-            self.tensors.store(self.metric[k], s, b, A)
-            M = self.tensors.mixed(one, M, self.branch_modulus[k], A)
+            # Exact for a constant C_bar, whose inverse is r2^2 J^2 C^-1.
+            A = self.metric.mixed(
+                e, self.metric.stored(self.viscous_metric[k], s, b),
+                (1.0 - e) * (r2 * r2), J2_inverse_C,
+            )  # fmt: skip
+            self.metric.store(self.viscous_metric[k], s, b, A)
+            M = self.metric.mixed(one, M, self.branch_modulus[k], A)
         return M
 
     @ti.func
     def stored_energy(self, s, b, C, r2):
         """Energy density of law and Maxwell springs [J/m^3]."""
-        w = self.energy_density(r2 * self._trace(C), self._constants())
+        I1_bar = r2 * self.metric.contraction(C, self._identity(b))
+        w = self.energy_density(I1_bar, self._constants())
         for k in ti.static(range(self.branch_count)):
-            A = self.tensors.stored(self.metric[k], s, b)
-            stretch = r2 * self.tensors.contraction(A, C)
-            det_A = self.tensors.symmetric_determinant(A)
+            A = self.metric.stored(self.viscous_metric[k], s, b)
+            stretch = r2 * self.metric.contraction(C, A)
+            det_A = self.metric.determinant(A) / self._identity_determinant(b)
             w += 0.5 * self.branch_modulus[k] * (stretch - 3.0 - ti.log(det_A))
         return w
 
     @ti.func
     def dissipate(self, s, b, C, r2, volume, dt):
         """Add what the Maxwell branches dissipate in dt, a few increments long."""
-        inverse = self._inverse_isochoric(C, r2)
-        power = self.tensors.lane(0.0)
+        inverse = self.metric.scaled(r2 * r2, self.cofactor(b, C))  # of C_bar
+        power = self.metric.lane(0.0)
         for k in ti.static(range(self.branch_count)):
-            A = self.tensors.stored(self.metric[k], s, b)
-            stretch = r2 * self.tensors.contraction(A, C)
-            back = self.tensors.contraction(
-                self.tensors.cofactor(A), inverse
-            ) / self.tensors.symmetric_determinant(A)
+            A = self.metric.stored(self.viscous_metric[k], s, b)
+            stretch = r2 * self.metric.contraction(C, A)
+            back = self.metric.contraction(
+                self.metric.adjugate(A), inverse
+            ) / self.metric.determinant(A)
             rate = self.branch_modulus[k] / (2.0 * self.relaxation_time[k])
             power += self.mean_distance[k] * rate * (stretch + back - 6.0)
         self.dissipation[s, b] = self.dissipation[s, b] + dt * power * volume
 
     @ti.func
-    def _trace(self, C):
-        return C.xx + C.yy + C.zz
+    def _identity(self, b):
+        return self.metric.stored(self.identity, 0, b)
 
     @ti.func
-    def _inverse_isochoric(self, C, r2):
-        """C_bar^-1 = J^(2/3) C^-1 = J^(-4/3) cof C."""
-        factor = r2 * r2
-        cofactor = self.tensors.cofactor(C)
-        return self.tensors.mixed(factor, cofactor, self.tensors.lane(0.0), cofactor)
+    def _identity_determinant(self, b):
+        return self.metric.determinant(self._identity(b))
 
     @ti.func
     def _slope(self, I1_bar):

@@ -12,7 +12,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements.material import Material
-from softsim.nodes import index_field, real_field
+from softsim.nodes import NodeLists, real_field, vector_field
 
 
 @ti.data_oriented
@@ -20,7 +20,7 @@ class NodalPressure:
     """Pressure of the nodes of one body.
 
     cells: (m, corners), numbered within the body. volume: (m,) [m^3]. size: (n,) length of a
-    node's surroundings [m]. bulk_viscosity: b1 [-].
+    node's surroundings [m]. bulk_viscosity: b1 [-]. element_count: of the lanes, with padding.
     """
 
     def __init__(
@@ -31,59 +31,64 @@ class NodalPressure:
         material: Material,
         bulk_viscosity: float,
         scenarios: int,
+        element_count: int,
     ) -> None:
-        self.count, self.corners = len(size), cells.shape[1]
-        cell_of_corner = np.repeat(np.arange(len(cells)), self.corners)
-        order = np.argsort(cells.ravel(), kind="stable")
-        start = np.searchsorted(cells.ravel()[order], np.arange(self.count + 1))
-        self.cell_start, self.cell_of_node = index_field(start), index_field(cell_of_corner[order])
-        self.lane_bits = backend.lanes().bit_length() - 1
-        self.lane_mask = backend.lanes() - 1
-        corner_volume = np.repeat(volume / self.corners, self.corners)
-        self.volume = real_field(np.bincount(cells.ravel(), corner_volume, minlength=self.count))
+        self.lane = backend.lane_vector()
+        self.count, corners = len(size), cells.shape[1]
+        cell_of_corner = np.repeat(np.arange(len(cells)), corners)
+        self.cells_of_node = lists = NodeLists(
+            cells.ravel(), cell_of_corner, self.count, nothing=element_count
+        )
+        node_volume = np.bincount(
+            cells.ravel(), np.repeat(volume / corners, corners), minlength=self.count
+        )
         wave_speed = np.sqrt(
             (material.bulk_modulus + 4.0 / 3.0 * material.instantaneous_shear_modulus)
             / material.density
         )
-        self.bulk_viscosity = real_field(bulk_viscosity * material.density * wave_speed * size)
+        viscosity = bulk_viscosity * material.density * wave_speed * size
+        self.volume = vector_field(lists.by_block(node_volume))
+        self.share_over_volume = vector_field(lists.by_block(1.0 / (corners * node_volume)))
+        self.bulk_viscosity = vector_field(lists.by_block(viscosity))
         self.bulk_modulus = real_field(np.array([material.bulk_modulus]))
-        self.J = real_field(np.ones((scenarios, self.count)))
+        shape = (scenarios, lists.blocks, backend.lanes())
+        self.J = vector_field(np.ones(shape))
+        self.dissipation = vector_field(np.zeros(shape))
         self.pressure = real_field(np.zeros((scenarios, self.count)))
-        self.dissipation = real_field(np.zeros((scenarios, self.count)))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {"nodal_J": self.J, "bulk_dissipation": self.dissipation}
 
     @ti.func
-    def press(self, s, a, dt, element_volume: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """p_a = kappa (J_a - 1) + viscosity dJ_a/dt from the elements' present volumes."""
-        volume = ti.cast(0.0, backend.real)
-        for k in range(self.cell_start[a], self.cell_start[a + 1]):
-            cell = self.cell_of_node[k]
-            volume += element_volume[s, cell >> ti.static(self.lane_bits)][
-                cell & ti.static(self.lane_mask)
-            ]
-        J = volume / (self.corners * self.volume[a])
-        dJ = J - self.J[s, a]
-        viscous = self.bulk_viscosity[a] * dJ / dt
-        self.J[s, a] = J
-        self.pressure[s, a] = self.bulk_modulus[0] * (J - 1.0) + viscous
-        self.dissipation[s, a] = self.dissipation[s, a] + viscous * dJ * self.volume[a]
+    def press(self, s, b, dt, element_volume: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """p_a = kappa (J_a - 1) + viscosity dJ_a/dt from the elements' present volumes, for the
+        nodes of a block.
+        """
+        J = self.cells_of_node.sum(element_volume, s, b) * self.share_over_volume[b]
+        dJ = J - self.J[s, b]
+        viscous = self.bulk_viscosity[b] * dJ * (1.0 / dt)
+        p = self.bulk_modulus[0] * (J - 1.0) + viscous
+        self.J[s, b] = J
+        self.dissipation[s, b] = self.dissipation[s, b] + viscous * dJ * self.volume[b]
+        for lane in ti.static(range(backend.lanes())):
+            a = self.cells_of_node.node[b, lane]
+            if a >= 0:
+                self.pressure[s, a] = p[lane]
 
     @ti.func
     def stored_energy(self, s):
         """Energy of compression [J]."""
-        energy = ti.cast(0.0, backend.real)
-        for a in range(self.count):
-            dilation = self.J[s, a] - 1.0
-            energy += 0.5 * self.bulk_modulus[0] * dilation * dilation * self.volume[a]
-        return energy
+        energy = self.lane(0.0)
+        for b in range(self.cells_of_node.blocks):
+            dilation = self.J[s, b] - 1.0
+            energy += 0.5 * self.bulk_modulus[0] * dilation * dilation * self.volume[b]
+        return energy.sum()
 
     @ti.func
     def dissipated_energy(self, s):
         """Dissipated by bulk viscosity so far [J]."""
-        energy = ti.cast(0.0, backend.real)
-        for a in range(self.count):
-            energy += self.dissipation[s, a]
-        return energy
+        energy = self.lane(0.0)
+        for b in range(self.cells_of_node.blocks):
+            energy += self.dissipation[s, b]
+        return energy.sum()

@@ -9,7 +9,7 @@ import taichi as ti
 
 from softsim.elements import geometry as shapes
 from softsim.elements.material import Material
-from softsim.elements.tensors import PlaneTensors
+from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
 from softsim.nodes import Nodes
 
@@ -29,20 +29,19 @@ class PlaneStrain(Triangles):
         bulk_viscosity: float,
     ) -> None:
         super().__init__(
-            nodes, first_node, geometry, PlaneTensors(), 4, points, cells, material, bulk_viscosity
+            nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
         )
 
     @ti.func
     def stretch_across(self, s, b, x_sum):
-        """F_zz."""
-        return self.tensors.lane(1.0)
+        """F_zz needs no storing."""
 
     @ti.func
     def stored_stretch_across(self, s, b):
         """F_zz."""
-        return self.tensors.lane(1.0)
+        return self.metric.lane(1.0)
 
     @ti.func
-    def force_across(self, b, P):
-        """P_zz does no work."""
-        return self.tensors.lane(0.0)
+    def force_across(self, s, b, S):
+        """The stress across the section does no work."""
+        return self.metric.lane(0.0)

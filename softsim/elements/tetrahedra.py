@@ -1,6 +1,5 @@
-"""Linear tetrahedra.
+"""Linear tetrahedra: edges d_i = x_i - x_0, corner forces f_i = -V S^ij d_j, f_0 = -sum f_i.
 
-F = sum_a x_a (x) grad N_a; corner forces f_a = -V P grad N_a.
 Material in elements/material_points.py, volumetric part in elements/nodal_pressure.py.
 """
 
@@ -11,7 +10,7 @@ from softsim import backend
 from softsim.elements import geometry as shapes
 from softsim.elements.linear import LinearElements
 from softsim.elements.material import Material
-from softsim.elements.tensors import SpaceTensors
+from softsim.elements.metric import SpaceMetric
 from softsim.nodes import Nodes
 
 
@@ -30,68 +29,69 @@ class Tetrahedra(LinearElements):
         bulk_viscosity: float,
     ) -> None:
         super().__init__(
-            nodes, first_node, geometry, SpaceTensors(), 9, points, cells, material, bulk_viscosity
+            nodes, first_node, geometry, SpaceMetric(), points, cells, material, bulk_viscosity
         )
 
     @ti.func
     def deform(self, s, b, t, dt):
-        """F of each element, row by row, from the corner positions, and its volume J V."""
-        for i in ti.static(range(3)):
-            d1 = self.tensors.lane(0.0)
-            d2 = self.tensors.lane(0.0)
-            d3 = self.tensors.lane(0.0)
+        """Edges and present volumes from the corner positions."""
+        for k in ti.static(range(3)):
+            d1 = self.metric.lane(0.0)
+            d2 = self.metric.lane(0.0)
+            d3 = self.metric.lane(0.0)
             for lane in ti.static(range(backend.lanes())):
-                x0 = self.nodes.position[s, self.corner[b, 0, lane]][i]
-                d1[lane] = self.nodes.position[s, self.corner[b, 1, lane]][i] - x0
-                d2[lane] = self.nodes.position[s, self.corner[b, 2, lane]][i] - x0
-                d3[lane] = self.nodes.position[s, self.corner[b, 3, lane]][i] - x0
-            for j in ti.static(range(3)):
-                self.F[3 * i + j][s, b] = (
-                    d1 * self.gradient[0][j][b]
-                    + d2 * self.gradient[1][j][b]
-                    + d3 * self.gradient[2][j][b]
-                )
-        F = self.deformation(s, b)
-        self.current_volume[s, b] = self.tensors.determinant(F) * self.volume[b]
+                x0 = self.nodes.position[s, self.corner[b, 0, lane]][k]
+                d1[lane] = self.nodes.position[s, self.corner[b, 1, lane]][k] - x0
+                d2[lane] = self.nodes.position[s, self.corner[b, 2, lane]][k] - x0
+                d3[lane] = self.nodes.position[s, self.corner[b, 3, lane]][k] - x0
+            self.edge[k][s, b] = d1
+            self.edge[3 + k][s, b] = d2
+            self.edge[6 + k][s, b] = d3
+        self.keep_volume(s, b, self.volume_ratio(s, b))
 
     @ti.func
-    def deformation(self, s, b):
-        """The F that `deform` stored."""
-        return self.tensors.General(
-            xx=self.F[0][s, b],
-            xy=self.F[1][s, b],
-            xz=self.F[2][s, b],
-            yx=self.F[3][s, b],
-            yy=self.F[4][s, b],
-            yz=self.F[5][s, b],
-            zx=self.F[6][s, b],
-            zy=self.F[7][s, b],
-            zz=self.F[8][s, b],
+    def volume_ratio(self, s, b):
+        """J."""
+        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
+        determinant = (
+            ax[s, b] * (by[s, b] * cz[s, b] - bz[s, b] * cy[s, b])
+            + ay[s, b] * (bz[s, b] * cx[s, b] - bx[s, b] * cz[s, b])
+            + az[s, b] * (bx[s, b] * cy[s, b] - by[s, b] * cx[s, b])
+        )
+        return determinant * self.inverse_determinant[b]
+
+    @ti.func
+    def stretch(self, s, b):
+        """C in the basis of the edges, and J."""
+        C = self.metric.Symmetric(
+            aa=self.dot(s, b, 0, 0),
+            bb=self.dot(s, b, 1, 1),
+            cc=self.dot(s, b, 2, 2),
+            ab=self.dot(s, b, 0, 1),
+            bc=self.dot(s, b, 1, 2),
+            ca=self.dot(s, b, 2, 0),
+        )
+        return C, self.volume_ratio(s, b)
+
+    @ti.func
+    def dot(self, s, b, i: ti.template(), j: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """d_i . d_j."""
+        return (
+            self.edge[3 * i][s, b] * self.edge[3 * j][s, b]
+            + self.edge[3 * i + 1][s, b] * self.edge[3 * j + 1][s, b]
+            + self.edge[3 * i + 2][s, b] * self.edge[3 * j + 2][s, b]
         )
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
-        """Corner forces -V P grad N_a."""
-        P = self.first_piola(s, b, self.deformation(s, b))
-        volume = self.volume[b]
-        x0 = self.tensors.lane(0.0)
-        y0 = self.tensors.lane(0.0)
-        z0 = self.tensors.lane(0.0)
-        fx, fy, fz = ti.static(self.nodes.corner_forces.component)
-        row = self.first_row + 4 * b
-        for c in ti.static(range(3)):
-            gx = -volume * self.gradient[c][0][b]
-            gy = -volume * self.gradient[c][1][b]
-            gz = -volume * self.gradient[c][2][b]
-            x = P.xx * gx + P.xy * gy + P.xz * gz
-            y = P.yx * gx + P.yy * gy + P.yz * gz
-            z = P.zx * gx + P.zy * gy + P.zz * gz
-            x0 -= x
-            y0 -= y
-            z0 -= z
-            fx[s, row + c + 1] = x
-            fy[s, row + c + 1] = y
-            fz[s, row + c + 1] = z
-        fx[s, row] = x0
-        fy[s, row] = y0
-        fz[s, row] = z0
+        """Corner forces from the stress."""
+        S = self.stress(s, b)
+        for k in ti.static(range(3)):
+            d1, d2, d3 = self.edge[k][s, b], self.edge[3 + k][s, b], self.edge[6 + k][s, b]
+            f1 = -(S.aa * d1 + S.ab * d2 + S.ca * d3)
+            f2 = -(S.ab * d1 + S.bb * d2 + S.bc * d3)
+            f3 = -(S.ca * d1 + S.bc * d2 + S.cc * d3)
+            self.push_corner(s, b, 0, k, -(f1 + f2 + f3))
+            self.push_corner(s, b, 1, k, f1)
+            self.push_corner(s, b, 2, k, f2)
+            self.push_corner(s, b, 3, k, f3)

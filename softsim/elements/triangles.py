@@ -1,9 +1,11 @@
 """What linear triangles of a section share, whatever happens across it.
 
-In the plane F = sum_a x_a (x) grad N_a; across it F_zz is the element's own. Corner forces
-    f_a = -V (P grad N_a + P_zz dF_zz/dx_a).
-An element of this kind says what F_zz is (`stretch_across`, which stores what is needed to find it
-again in `stored_stretch_across`) and what force P_zz puts on each corner along x (`force_across`).
+Edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; across it F_zz is the element's own. Corner
+forces
+    f_1 = -V (S^aa d_a + S^ab d_b),  f_2 = -V (S^ab d_a + S^bb d_b),  f_0 = -f_1 - f_2,
+each with -V F_zz S_zz dF_zz/dx more. An element of this kind says what F_zz is (`stretch_across`,
+which stores what is needed to find it again in `stored_stretch_across`) and what force F_zz S_zz
+puts on each corner along x (`force_across`).
 """
 
 from typing import Any
@@ -24,13 +26,13 @@ class Triangles(LinearElements):
 
     @ti.func
     def deform(self, s, b, t, dt):
-        """F of each element from the corner positions, and its current volume J V."""
-        x0 = self.tensors.lane(0.0)
-        y0 = self.tensors.lane(0.0)
-        x1 = self.tensors.lane(0.0)
-        y1 = self.tensors.lane(0.0)
-        x2 = self.tensors.lane(0.0)
-        y2 = self.tensors.lane(0.0)
+        """Edges and present volumes from the corner positions."""
+        x0 = self.metric.lane(0.0)
+        y0 = self.metric.lane(0.0)
+        x1 = self.metric.lane(0.0)
+        y1 = self.metric.lane(0.0)
+        x2 = self.metric.lane(0.0)
+        y2 = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
             p0 = self.nodes.position[s, self.corner[b, 0, lane]]
             p1 = self.nodes.position[s, self.corner[b, 1, lane]]
@@ -41,47 +43,47 @@ class Triangles(LinearElements):
             y1[lane] = p1[1]
             x2[lane] = p2[0]
             y2[lane] = p2[1]
-        g1x, g1y = self.gradient[0][0][b], self.gradient[0][1][b]
-        g2x, g2y = self.gradient[1][0][b], self.gradient[1][1][b]
-        xx = (x1 - x0) * g1x + (x2 - x0) * g2x
-        xy = (x1 - x0) * g1y + (x2 - x0) * g2y
-        yx = (y1 - y0) * g1x + (y2 - y0) * g2x
-        yy = (y1 - y0) * g1y + (y2 - y0) * g2y
-        self.F[0][s, b] = xx
-        self.F[1][s, b] = xy
-        self.F[2][s, b] = yx
-        self.F[3][s, b] = yy
-        zz = self.stretch_across(s, b, x0 + x1 + x2)
-        self.current_volume[s, b] = (xx * yy - xy * yx) * zz * self.volume[b]
+        ax, ay, bx, by = ti.static(self.edge)
+        ax[s, b] = x1 - x0
+        ay[s, b] = y1 - y0
+        bx[s, b] = x2 - x0
+        by[s, b] = y2 - y0
+        self.stretch_across(s, b, x0 + x1 + x2)
+        self.keep_volume(s, b, self.volume_ratio(s, b))
 
     @ti.func
-    def deformation(self, s, b):
-        """The F that `deform` stored."""
-        return self.tensors.General(
-            xx=self.F[0][s, b],
-            xy=self.F[1][s, b],
-            yx=self.F[2][s, b],
-            yy=self.F[3][s, b],
-            zz=self.stored_stretch_across(s, b),
+    def volume_ratio(self, s, b):
+        """J."""
+        ax, ay, bx, by = ti.static(self.edge)
+        area = ax[s, b] * by[s, b] - ay[s, b] * bx[s, b]
+        return area * self.inverse_determinant[b] * self.stored_stretch_across(s, b)
+
+    @ti.func
+    def stretch(self, s, b):
+        """C in the basis of the edges, and J."""
+        ax, ay, bx, by = ti.static(self.edge)
+        zz = self.stored_stretch_across(s, b)
+        C = self.metric.Symmetric(
+            aa=ax[s, b] * ax[s, b] + ay[s, b] * ay[s, b],
+            bb=bx[s, b] * bx[s, b] + by[s, b] * by[s, b],
+            ab=ax[s, b] * bx[s, b] + ay[s, b] * by[s, b],
+            zz=zz * zz,
         )
+        return C, self.volume_ratio(s, b)
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
-        """Corner forces -V (P grad N_a + P_zz dF_zz/dx_a)."""
-        P = self.first_piola(s, b, self.deformation(s, b))
-        volume = self.volume[b]
-        g1x, g1y = self.gradient[0][0][b], self.gradient[0][1][b]
-        g2x, g2y = self.gradient[1][0][b], self.gradient[1][1][b]
-        x1 = -volume * (P.xx * g1x + P.xy * g1y)
-        y1 = -volume * (P.yx * g1x + P.yy * g1y)
-        x2 = -volume * (P.xx * g2x + P.xy * g2y)
-        y2 = -volume * (P.yx * g2x + P.yy * g2y)
-        across = self.force_across(b, P)
-        fx, fy = ti.static(self.nodes.corner_forces.component)
-        row = self.first_row + 3 * b
-        fx[s, row] = across - x1 - x2
-        fy[s, row] = -y1 - y2
-        fx[s, row + 1] = across + x1
-        fy[s, row + 1] = y1
-        fx[s, row + 2] = across + x2
-        fy[s, row + 2] = y2
+        """Corner forces from the stress."""
+        S = self.stress(s, b)
+        ax, ay, bx, by = ti.static(self.edge)
+        x1 = -(S.aa * ax[s, b] + S.ab * bx[s, b])
+        y1 = -(S.aa * ay[s, b] + S.ab * by[s, b])
+        x2 = -(S.ab * ax[s, b] + S.bb * bx[s, b])
+        y2 = -(S.ab * ay[s, b] + S.bb * by[s, b])
+        across = self.force_across(s, b, S)
+        self.push_corner(s, b, 0, 0, across - x1 - x2)
+        self.push_corner(s, b, 0, 1, -y1 - y2)
+        self.push_corner(s, b, 1, 0, across + x1)
+        self.push_corner(s, b, 1, 1, y1)
+        self.push_corner(s, b, 2, 0, across + x2)
+        self.push_corner(s, b, 2, 1, y2)

@@ -21,7 +21,7 @@ class NodalForce:
         self.share = real_field(mass / mass.sum())
         self.total = vector_field(forces)
         self.work = ti.field(backend.real, shape=(nodes.scenarios, self.count))
-        self.first_row = nodes.corner_forces.claim_corners(loaded[:, None])
+        self.first_slot = nodes.corner_forces.claim(loaded)
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -40,7 +40,7 @@ class NodalForce:
         """The node's share of the force at time t."""
         force = self.table.at(s, t) * self.share[i] * self.total[s]
         # The slot still holds the force of the last increment: work by the trapezoidal rule.
-        before = self.nodes.corner_forces.read(s, self.first_row, 1, i, 0)
-        self.nodes.corner_forces.write(s, self.first_row, 1, i, 0, force)
+        before = self.nodes.corner_forces.read(s, self.first_slot + i)
+        self.nodes.corner_forces.write(s, self.first_slot + i, force)
         velocity = self.nodes.velocity[s, self.node[i]]
         self.work[s, i] = self.work[s, i] + 0.5 * dt * (before + force).dot(velocity)

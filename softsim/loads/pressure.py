@@ -42,11 +42,9 @@ class FollowerPressure:
         self.volume = ti.field(backend.real, shape=nodes.scenarios)
         self.work = ti.field(backend.real, shape=(nodes.scenarios, self.count))
         corner_nodes = facets.node.to_numpy()
-        first, lanes = nodes.corner_forces.rows, backend.lanes()
-        self.first_row = nodes.corner_forces.claim_corners(corner_nodes)
+        self.first_slot = nodes.corner_forces.claim(corner_nodes)
         if body != OPEN:
-            owner = nodes.corner_forces.owners(first)
-            rigid_bodies.react(body, first * lanes + (owner >= 0).nonzero()[0], owner[owner >= 0])
+            rigid_bodies.react(body, self.first_slot, corner_nodes.ravel())
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -85,8 +83,9 @@ class FollowerPressure:
             for k in ti.static(range(self.nodes.dimension)):
                 force[k] = forces[c, k]
             # The slot still holds the force of the last increment: work by the trapezoidal rule.
-            before = self.nodes.corner_forces.read(s, self.first_row, self.corners, i, c)
-            self.nodes.corner_forces.write(s, self.first_row, self.corners, i, c, force)
+            slot = self.first_slot + self.corners * i + c
+            before = self.nodes.corner_forces.read(s, slot)
+            self.nodes.corner_forces.write(s, slot, force)
             velocity = self.nodes.velocity[s, a]
             if ti.static(self.body != OPEN):
                 velocity -= self.rigid_bodies.velocity_at(s, self.body, self.nodes.position[s, a])

@@ -63,9 +63,11 @@ class RigidBodies:
         self.arm = vector_field(np.concatenate([*tied_arms, np.zeros((0, d))]))
         self._reactions: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in bodies]
 
-    def react(self, body: int, slots: np.ndarray, slot_nodes: np.ndarray) -> None:
-        """Let `body` feel the opposite of the forces in `slots`, which act at `slot_nodes`."""
-        self._reactions[body].append((slots, slot_nodes))
+    def react(self, body: int, first_slot: int, slot_nodes: np.ndarray) -> None:
+        """Let `body` feel the opposite of the forces in the slots from `first_slot` on, which act
+        at `slot_nodes`.
+        """
+        self._reactions[body].append((first_slot + np.arange(len(slot_nodes)), slot_nodes))
 
     def allocate(self) -> None:
         """Make the lists of reaction slots, once every term has claimed its rows."""
@@ -164,7 +166,7 @@ class RigidBodies:
             force += f
             torque += self.lifted(arm).cross(self.lifted(f))
         for k in range(self.reaction_start[r], self.reaction_start[r + 1]):
-            f = -self.nodes.corner_forces.slot_force(s, self.reaction_slot[k])
+            f = -self.nodes.corner_forces.read(s, self.reaction_slot[k])
             arm = self.nodes.position[s, self.reaction_node[k]] - centre
             force += f
             torque += self.lifted(arm).cross(self.lifted(f))

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim import backend
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.walls import RoundPipes, StraightWalls
 from softsim.elements import geometry
@@ -155,8 +154,7 @@ class Terms:
             kind = OUTLINES[type(outline.shape)]
             obstacle = kind(self.rigid_bodies, outline.body, centre, outline.shape)
             contact = self._contact(outline.support, obstacle, friction)
-            slots = contact.first_row * backend.lanes() + np.arange(contact.count)
-            self.rigid_bodies.react(outline.body, slots, outline.support.nodes)
+            self.rigid_bodies.react(outline.body, contact.first_slot, outline.support.nodes)
             supports.append(contact)
         return supports
 
@@ -184,7 +182,7 @@ class Terms:
         for body in self.bodies:
             passes += [
                 Pass("elements", body.blocks, body.deform),
-                Pass("elements", body.node_count, body.press_nodes),
+                Pass("elements", body.pressure.cells_of_node.blocks, body.press_nodes),
                 Pass("elements", body.blocks, body.average_pressure),
                 Pass("elements", body.blocks, body.stress_corners),
             ]
@@ -202,7 +200,7 @@ class Terms:
     def kick_passes(self) -> list[Pass]:
         """New half-step velocities from the summed forces."""
         return [
-            Pass("integration", self.nodes.count, self.nodes.kick),
+            Pass("integration", self.nodes.corner_forces.of_node.blocks, self.nodes.kick),
             Pass("integration", self.rigid_bodies.count, self.rigid_bodies.kick),
         ]
 

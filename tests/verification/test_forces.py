@@ -43,15 +43,18 @@ def scattered(model, seed, amplitude):
 
 
 def freeze_metric(solver):
-    """A viscous metric that stays: the branch energy is then a function of positions alone."""
+    """A viscous metric off equilibrium that stays: the branch energy is then a function of
+    positions alone.
+    """
     for body in solver.terms.bodies:
-        for component, value in zip(
-            body.points.metric[0], (1.1, 0.9, 0.1, 1.0, 0.05, -0.1), strict=False
-        ):
-            component.fill(value)
-        if len(body.points.metric[0]) == 6:  # xx, yy, zz, xy, ...: keep it positive definite
-            body.points.metric[0][2].fill(1.05)
-            body.points.metric[0][3].fill(0.1)
+        metric = dict(
+            zip(body.metric.components, body.points.viscous_metric[0], strict=True)
+        )
+        at_rest = {name: field.to_numpy() for name, field in metric.items()}
+        shear = 0.05 * np.sqrt(at_rest["aa"] * at_rest["bb"])
+        metric["aa"].from_numpy(1.1 * at_rest["aa"])
+        metric["bb"].from_numpy(0.9 * at_rest["bb"])
+        metric["ab"].from_numpy(at_rest["ab"] + shear)
         body.points.decay.fill(1.0)
 
 

@@ -1,0 +1,186 @@
+"""Tensors in the basis of an element's own edges, whose components are lane vectors.
+
+The edges from corner 0 are D_i at rest and d_i = F D_i now (convected coordinates; Green and Zerna
+1968, Theoretical Elasticity, ch. 2). In this basis a linear element needs no shape gradients:
+    C_ij = d_i . d_j,    I^ij = inverse of D_i . D_j,    J = det(d) / det(D),
+and the second Piola-Kirchhoff stress S^ij puts on corner i the force -V S^ij d_j. C has lower
+indices; its inverse, the identity I, viscous metrics and S have upper ones; only tensors of
+opposite kind are contracted. A section adds the direction across it, zz, which is orthonormal.
+
+Two kinds with the same operations: `PlaneMetric` for sections (edges a and b) and `SpaceMetric`
+(edges a, b and c). Whoever holds one of them writes the same equation for both.
+"""
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+
+
+@ti.data_oriented
+class PlaneMetric:
+    """`Symmetric`: components aa, bb, ab in the plane and zz across it."""
+
+    components = ("aa", "bb", "ab", "zz")
+
+    def __init__(self) -> None:
+        lane = backend.lane_vector()
+        self.lane = lane
+        self.Symmetric = ti.types.struct(aa=lane, bb=lane, ab=lane, zz=lane)
+
+    def identity(self, edges: np.ndarray) -> np.ndarray:
+        """I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
+        inverse = np.linalg.inv(edges @ edges.transpose(0, 2, 1))
+        one = np.ones(len(edges))
+        return np.stack([inverse[:, 0, 0], inverse[:, 1, 1], inverse[:, 0, 1], one], axis=1)
+
+    @ti.func
+    def mixed(self, a, A, b, B):
+        """a A + b B."""
+        return self.Symmetric(
+            aa=a * A.aa + b * B.aa,
+            bb=a * A.bb + b * B.bb,
+            ab=a * A.ab + b * B.ab,
+            zz=a * A.zz + b * B.zz,
+        )
+
+    @ti.func
+    def scaled(self, a, A):
+        """a A."""
+        return self.Symmetric(aa=a * A.aa, bb=a * A.bb, ab=a * A.ab, zz=a * A.zz)
+
+    @ti.func
+    def contraction(self, A, B):
+        """A : B, one with lower and one with upper indices."""
+        return A.aa * B.aa + A.bb * B.bb + 2.0 * A.ab * B.ab + A.zz * B.zz
+
+    @ti.func
+    def adjugate(self, A):
+        """The components' determinant times the inverse of A."""
+        return self.Symmetric(
+            aa=A.bb * A.zz, bb=A.aa * A.zz, ab=-A.ab * A.zz, zz=A.aa * A.bb - A.ab * A.ab
+        )
+
+    @ti.func
+    def determinant(self, A):
+        """Determinant of the components."""
+        return A.zz * (A.aa * A.bb - A.ab * A.ab)
+
+    @ti.func
+    def stored(self, fields: ti.template(), s, b):  # type: ignore[valid-type]  # Taichi wants an instance
+        """The tensor in the fields (one a component) at [s, b]."""
+        return self.Symmetric(
+            aa=fields[0][s, b], bb=fields[1][s, b], ab=fields[2][s, b], zz=fields[3][s, b]
+        )
+
+    @ti.func
+    def store(self, fields: ti.template(), s, b, A):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Put a tensor into the fields at [s, b]."""
+        fields[0][s, b] = A.aa
+        fields[1][s, b] = A.bb
+        fields[2][s, b] = A.ab
+        fields[3][s, b] = A.zz
+
+
+@ti.data_oriented
+class SpaceMetric:
+    """`Symmetric`: components aa, bb, cc, ab, bc, ca."""
+
+    components = ("aa", "bb", "cc", "ab", "bc", "ca")
+
+    def __init__(self) -> None:
+        lane = backend.lane_vector()
+        self.lane = lane
+        self.Symmetric = ti.types.struct(aa=lane, bb=lane, cc=lane, ab=lane, bc=lane, ca=lane)
+
+    def identity(self, edges: np.ndarray) -> np.ndarray:
+        """I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
+        inverse = np.linalg.inv(edges @ edges.transpose(0, 2, 1))
+        pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+        return np.stack([inverse[:, i, j] for i, j in pairs], axis=1)
+
+    @ti.func
+    def mixed(self, a, A, b, B):
+        """a A + b B."""
+        return self.Symmetric(
+            aa=a * A.aa + b * B.aa,
+            bb=a * A.bb + b * B.bb,
+            cc=a * A.cc + b * B.cc,
+            ab=a * A.ab + b * B.ab,
+            bc=a * A.bc + b * B.bc,
+            ca=a * A.ca + b * B.ca,
+        )
+
+    @ti.func
+    def scaled(self, a, A):
+        """a A."""
+        return self.Symmetric(
+            aa=a * A.aa, bb=a * A.bb, cc=a * A.cc, ab=a * A.ab, bc=a * A.bc, ca=a * A.ca
+        )
+
+    @ti.func
+    def contraction(self, A, B):
+        """A : B, one with lower and one with upper indices."""
+        return (
+            A.aa * B.aa
+            + A.bb * B.bb
+            + A.cc * B.cc
+            + 2.0 * (A.ab * B.ab + A.bc * B.bc + A.ca * B.ca)
+        )
+
+    @ti.func
+    def adjugate(self, A):
+        """The components' determinant times the inverse of A."""
+        return self.Symmetric(
+            aa=A.bb * A.cc - A.bc * A.bc,
+            bb=A.cc * A.aa - A.ca * A.ca,
+            cc=A.aa * A.bb - A.ab * A.ab,
+            ab=A.bc * A.ca - A.ab * A.cc,
+            bc=A.ca * A.ab - A.bc * A.aa,
+            ca=A.ab * A.bc - A.ca * A.bb,
+        )
+
+    @ti.func
+    def determinant(self, A):
+        """Determinant of the components."""
+        return (
+            A.aa * (A.bb * A.cc - A.bc * A.bc)
+            + A.ab * (A.bc * A.ca - A.ab * A.cc)
+            + A.ca * (A.ab * A.bc - A.ca * A.bb)
+        )
+
+    @ti.func
+    def stored(self, fields: ti.template(), s, b):  # type: ignore[valid-type]  # Taichi wants an instance
+        """The tensor in the fields (one a component) at [s, b]."""
+        return self.Symmetric(
+            aa=fields[0][s, b],
+            bb=fields[1][s, b],
+            cc=fields[2][s, b],
+            ab=fields[3][s, b],
+            bc=fields[4][s, b],
+            ca=fields[5][s, b],
+        )
+
+    @ti.func
+    def store(self, fields: ti.template(), s, b, A):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Put a tensor into the fields at [s, b]."""
+        fields[0][s, b] = A.aa
+        fields[1][s, b] = A.bb
+        fields[2][s, b] = A.cc
+        fields[3][s, b] = A.ab
+        fields[4][s, b] = A.bc
+        fields[5][s, b] = A.ca
+
+
+@ti.func
+def inverse_cube_root(J):
+    """J^(-1/3) by three Newton rounds from a quadratic seed.
+
+    Relative error below 1e-11 for 0.6 < J < 1.5 and below 1e-5 for 0.3 < J < 2; outside the latter
+    the guards stop the run. `pow` would cost a quarter of the increment.
+    """
+    d = J - 1.0
+    y = 1.0 + d * (d * (2.0 / 9.0) - 1.0 / 3.0)
+    for _ in ti.static(range(3)):
+        y = y * (4.0 - J * y * y * y) * (1.0 / 3.0)
+    return y
