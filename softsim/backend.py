@@ -135,11 +135,6 @@ def lane_vector() -> type:
     return ti.types.vector(lanes(), real)
 
 
-def lane_field(shape: tuple[int, ...]) -> ti.MatrixField:
-    """Field of lane vectors; `shape` counts lane vectors, not numbers."""
-    return ti.Vector.field(lanes(), real, shape=shape)
-
-
 def lane_blocks(count: int) -> int:
     """Lane vectors that hold `count` elements (the last one may be padded)."""
     return -(-count // lanes())

@@ -9,6 +9,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.fields import index_field, lane_field, real_field, vector_field
 
 
 @ti.data_oriented
@@ -53,7 +54,7 @@ class CornerForces:
         lanes = backend.lanes()
         self.lane_bits = lanes.bit_length() - 1
         self.lane_mask = lanes - 1
-        self.component = [backend.lane_field((scenarios, self.rows)) for _ in range(self.dimension)]
+        self.component = [lane_field((scenarios, self.rows)) for _ in range(self.dimension)]
         owner = np.concatenate(self._nodes).ravel()
         order = np.argsort(owner, kind="stable")
         order = order[owner[order] >= 0]
@@ -103,34 +104,6 @@ def by_lane(corners: np.ndarray, lanes: int) -> np.ndarray:
     )
 
 
-def index_field(values: np.ndarray) -> ti.ScalarField:
-    """An i32 field filled with `values` (at least one entry, so that it can be allocated)."""
-    data = np.asarray(values, dtype=np.int32)
-    field = ti.field(ti.i32, shape=data.shape if data.size else (1,) * data.ndim)
-    if data.size:
-        field.from_numpy(np.ascontiguousarray(data))
-    return field
-
-
-def real_field(values: np.ndarray) -> ti.ScalarField:
-    """A real field filled with `values` (at least one entry, so that it can be allocated)."""
-    data = np.asarray(values, dtype=np.float64)
-    field = ti.field(backend.real, shape=data.shape if data.size else (1,) * data.ndim)
-    if data.size:
-        field.from_numpy(np.ascontiguousarray(data))
-    return field
-
-
-def vector_field(values: np.ndarray) -> ti.MatrixField:
-    """A field of vectors filled with `values` (..., components)."""
-    data = np.asarray(values, dtype=np.float64)
-    shape = data.shape[:-1] if data.size else (1,) * (data.ndim - 1)
-    field = ti.Vector.field(data.shape[-1], backend.real, shape=shape)
-    if data.size:
-        field.from_numpy(np.ascontiguousarray(data))
-    return field
-
-
 @ti.data_oriented
 class Nodes:
     """Positions and half-step velocities of all nodes, and the central-difference update.
@@ -161,6 +134,7 @@ class Nodes:
         self.position = vector_field(position)
         self.velocity = vector_field(velocity)
         self.force = vector_field(np.zeros_like(position))
+        self.lumped_mass = mass
         self.mass = real_field(mass)
         movable = np.where(mass > 0.0, mass, 1.0)[:, None]
         self.inverse_mass = vector_field(np.where(is_free, 1.0 / movable, 0.0))

@@ -10,10 +10,10 @@ import numpy as np
 import taichi as ti
 
 from softsim.elements import geometry as shapes
-from softsim.elements.linear import lane_data
 from softsim.elements.material import Material
 from softsim.elements.tensors import PlaneTensors
 from softsim.elements.triangles import Triangles
+from softsim.fields import lane_data
 from softsim.nodes import Nodes
 
 

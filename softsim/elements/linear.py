@@ -14,7 +14,8 @@ from softsim.elements.material import Material
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.nodal_pressure import NodalPressure
 from softsim.elements.tensors import inverse_cube_root
-from softsim.nodes import Nodes, by_lane, index_field
+from softsim.fields import index_field, lane_data, lane_field
+from softsim.nodes import Nodes, by_lane
 
 
 @ti.data_oriented
@@ -72,9 +73,9 @@ class LinearElements:
         size = measure ** (1.0 / geometry.dimension)
         self.pressure = NodalPressure(cells, volume, size, material, bulk_viscosity, scenarios)
 
-        self.F = [backend.lane_field((scenarios, self.blocks)) for _ in range(F_components)]
-        self.current_volume = backend.lane_field((scenarios, self.blocks))
-        self.element_pressure = backend.lane_field((scenarios, self.blocks))
+        self.F = [lane_field((scenarios, self.blocks)) for _ in range(F_components)]
+        self.current_volume = lane_field((scenarios, self.blocks))
+        self.element_pressure = lane_field((scenarios, self.blocks))
 
     def padded(self, values: np.ndarray) -> np.ndarray:
         """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
@@ -155,11 +156,3 @@ class LinearElements:
         for b in range(self.blocks):
             in_elements += self.points.dissipation[s, b]
         return in_elements.sum() + self.pressure.dissipated_energy(s)
-
-
-def lane_data(values: np.ndarray) -> ti.MatrixField:
-    """Per-element values (whole lane vectors of them) as a lane field."""
-    lanes = backend.lanes()
-    field = backend.lane_field((len(values) // lanes,))
-    field.from_numpy(np.ascontiguousarray(values.reshape(-1, lanes)))
-    return field

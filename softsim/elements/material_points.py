@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.elements.material import Material
-from softsim.nodes import real_field
+from softsim.fields import lane_data, lane_field, real_field
 
 
 @ti.data_oriented
@@ -33,14 +33,13 @@ class MaterialPoints:
         self.relaxation_time = real_field(np.array([b.relaxation_time for b in material.branches]))
         self.decay = real_field(np.ones(self.branch_count))
         self.mean_distance = real_field(np.ones(self.branch_count))
+        at_rest = [float(name[0] == name[1]) for name in tensors.symmetric_names]
+        shape = (scenarios, blocks * backend.lanes())
         self.metric = [
-            [backend.lane_field((scenarios, blocks)) for _ in tensors.symmetric_names]
+            [lane_data(np.full(shape, value)) for value in at_rest]
             for _ in range(self.branch_count)
         ]
-        for metric in self.metric:
-            for name, component in zip(tensors.symmetric_names, metric, strict=True):
-                component.fill(float(name[0] == name[1]))
-        self.dissipation = backend.lane_field((scenarios, blocks))
+        self.dissipation = lane_field((scenarios, blocks))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -52,12 +51,13 @@ class MaterialPoints:
 
     def set_increment(self, dt: float) -> None:
         """Take the time step [s]: exp(-dt / tau) of each branch."""
-        for k, branch in enumerate(self.material.branches):
-            ratio = dt / branch.relaxation_time
-            self.decay[k] = float(np.exp(-ratio))
-            # Dissipation is sampled at the end of an increment; over it the square of the metric's
-            # distance from rest was larger by this factor on the mean.
-            self.mean_distance[k] = float(np.expm1(2.0 * ratio) / (2.0 * ratio))
+        if not self.material.branches:
+            return
+        ratio = dt / np.array([b.relaxation_time for b in self.material.branches])
+        fields.write(self.decay, np.exp(-ratio))
+        # Dissipation is sampled at the end of an increment; over it the square of the metric's
+        # distance from rest was larger by this factor on the mean.
+        fields.write(self.mean_distance, np.expm1(2.0 * ratio) / (2.0 * ratio))
 
     @ti.func
     def stress_metric(self, s, b, C, r2):

@@ -12,7 +12,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements.material import Material
-from softsim.nodes import index_field, real_field
+from softsim.fields import index_field, real_field
 
 
 @ti.data_oriented

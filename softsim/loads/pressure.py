@@ -7,9 +7,11 @@ facets feel.
 
 from typing import Any
 
+import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.fields import real_field
 from softsim.nodes import Nodes
 
 OPEN = -1
@@ -38,12 +40,11 @@ class FollowerPressure:
         self.nodes, self.rigid_bodies, self.body = nodes, rigid_bodies, body
         self.facets, self.lids, self.source = facets, lids, source
         self.count, self.corners = facets.count, facets.corners
-        self.pressure = ti.field(backend.real, shape=nodes.scenarios)
-        self.volume = ti.field(backend.real, shape=nodes.scenarios)
-        self.work = ti.field(backend.real, shape=(nodes.scenarios, self.count))
-        corner_nodes = facets.node.to_numpy()
+        self.pressure = real_field(np.zeros(nodes.scenarios))
+        self.volume = real_field(np.zeros(nodes.scenarios))
+        self.work = real_field(np.zeros((nodes.scenarios, self.count)))
         first, lanes = nodes.corner_forces.rows, backend.lanes()
-        self.first_row = nodes.corner_forces.claim_corners(corner_nodes)
+        self.first_row = nodes.corner_forces.claim_corners(facets.corner_nodes)
         if body != OPEN:
             owner = nodes.corner_forces.owners(first)
             rigid_bodies.react(body, first * lanes + (owner >= 0).nonzero()[0], owner[owner >= 0])

@@ -12,7 +12,8 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.nodes import Nodes, index_field, real_field, vector_field
+from softsim.fields import index_field, matrix_field, real_field, vector_field
+from softsim.nodes import Nodes
 from softsim.rigid.body import RigidBodyData, in_space
 
 
@@ -30,8 +31,7 @@ class RigidBodies:
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
         self.nodes, self.bodies, self.count = nodes, bodies, len(bodies)
         d = self.dimension = nodes.dimension
-        node_mass = nodes.mass.to_numpy()
-        combined = [b.with_tied_mass(points, node_mass) for b in bodies]
+        combined = [b.with_tied_mass(points, nodes.lumped_mass) for b in bodies]
         self.rest_centre = np.array([c for _, c, _ in combined]).reshape(-1, d)
         inertia = np.array([i for _, _, i in combined]).reshape(-1, 3, 3)
         self.rest = vector_field(self.rest_centre)
@@ -241,15 +241,6 @@ class RigidBodies:
             v = self.velocity[s, r] - 0.25 * dt / self.mass[r] * self.force[s, r]
             work += self.applied_work[s, r] - 0.5 * dt * self.applied_force[s, r].dot(v)
         return work
-
-
-def matrix_field(values: np.ndarray) -> ti.MatrixField:
-    """A field of 3 x 3 matrices filled with `values` (..., 3, 3)."""
-    shape = values.shape[:-2] if values.size else (1,) * (values.ndim - 2)
-    field = ti.Matrix.field(3, 3, backend.real, shape=shape)
-    if values.size:
-        field.from_numpy(np.ascontiguousarray(values, dtype=np.float64))
-    return field
 
 
 @ti.func

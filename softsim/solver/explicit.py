@@ -11,7 +11,7 @@ a small mesh. On a GPU each pass of an increment is a launch over scenarios and 
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.errors import OutputError
 from softsim.model import Model
 from softsim.solver.terms import Terms
@@ -31,7 +31,8 @@ class ExplicitSolver:
     def __init__(self, models: list[Model]) -> None:
         self.models = models
         self.scenarios = len(models)
-        self.terms = Terms(models)
+        with fields.together():
+            self.terms = Terms(models)
         terms = self.terms
         self.drift_passes = [p for p in terms.drift_passes() if p.count]
         self.force_passes = [p for p in terms.force_passes() if p.count]
@@ -48,7 +49,7 @@ class ExplicitSolver:
         self._take_increment(increment)
         self.force_kernel(self.time, increment)
         for load in self.terms.working_loads:
-            load.work.fill(0.0)  # no work is done before the first increment
+            fields.write(load.work, 0.0)  # no work is done before the first increment
         self.kick_kernel(self.time, 0.5 * increment)
 
     def change_increment(self, increment: float) -> None:
@@ -128,11 +129,11 @@ class ExplicitSolver:
 
     def positions(self) -> np.ndarray:
         """x (scenarios, nodes, d) [m]."""
-        return self.terms.nodes.position.to_numpy()
+        return fields.read(self.terms.nodes.position)
 
     def memory(self) -> dict[str, np.ndarray]:
         """Everything that must be kept to continue to the same bits."""
-        return {name: field.to_numpy() for name, field in self.terms.memory().items()}
+        return {name: fields.read(field) for name, field in self.terms.memory().items()}
 
     def restore(
         self, memory: dict[str, np.ndarray], time: float, increments: int, increment: float
@@ -141,14 +142,14 @@ class ExplicitSolver:
 
         Raises OutputError if it is the state of another model.
         """
-        fields = self.terms.memory()
-        shapes = {name: field.to_numpy().shape for name, field in fields.items()}
+        kept = self.terms.memory()
+        shapes = {name: fields.shape_of(field) for name, field in kept.items()}
         if shapes != {name: array.shape for name, array in memory.items()}:
             raise OutputError(
                 "the checkpoint holds the state of another mesh or model",
                 hint="the mesh has changed since: run without --resume",
             )
-        for name, field in fields.items():
-            field.from_numpy(memory[name])
+        for name, field in kept.items():
+            fields.write(field, memory[name])
         self.time, self.increments = time, increments
         self._take_increment(increment)
