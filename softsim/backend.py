@@ -18,6 +18,9 @@ os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
 import taichi as ti
 
 from softsim.errors import DeviceError
+from softsim.tracing import remember_sources
+
+remember_sources()
 
 CPU_LANES = 8  # measured: 8 and 16 f64 lanes are equally fast, 4 is slower
 real = ti.f64
