@@ -89,6 +89,8 @@ def start_taichi(name: str, folder: Path, threads: int) -> None:
         default_ip=ti.i32,
         cpu_max_num_threads=threads,
         fast_math=name == "cpu",  # on CUDA it makes the f64 square root single-accurate
+        # LLVM does the same again: 3 times the time to compile, and kernels no faster for it.
+        cfg_optimization=name == "cuda",  # not measured there
         # Taichi 1.7.4 caches a[s, 0] across a store to a[s, r]: wrong inside our serial kernels.
         cache_loop_invariant_global_vars=False,
         offline_cache=True,
