@@ -14,10 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # no news from the network at each start
 
 import taichi as ti
 
 from softsim.errors import DeviceError
+from softsim.tracing import remember_sources
+
+remember_sources()
 
 CPU_LANES = 8  # measured: 8 and 16 f64 lanes are equally fast, 4 is slower
 real = ti.f64
@@ -30,6 +34,7 @@ class Device:
     name: str
     precision: str
     lanes: int
+    threads: int
 
 
 _device: Device | None = None
@@ -73,7 +78,7 @@ def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> 
     remove_stale_lock(folder)
     with contextlib.redirect_stdout(io.StringIO()):  # Taichi announces itself on every start
         start_taichi(name, folder, threads)
-    _device = Device(name, "f64", CPU_LANES if name == "cpu" else 1)
+    _device = Device(name, "f64", CPU_LANES if name == "cpu" else 1, threads)
     return _device
 
 
@@ -85,6 +90,8 @@ def start_taichi(name: str, folder: Path, threads: int) -> None:
         default_ip=ti.i32,
         cpu_max_num_threads=threads,
         fast_math=name == "cpu",  # on CUDA it makes the f64 square root single-accurate
+        # LLVM does the same again: 3 times the time to compile, and kernels no faster for it.
+        cfg_optimization=name == "cuda",  # not measured there
         # Taichi 1.7.4 caches a[s, 0] across a store to a[s, r]: wrong inside our serial kernels.
         cache_loop_invariant_global_vars=False,
         offline_cache=True,
@@ -133,11 +140,6 @@ def lanes() -> int:
 def lane_vector() -> type:
     """Taichi type of one number for each lane."""
     return ti.types.vector(lanes(), real)
-
-
-def lane_field(shape: tuple[int, ...]) -> ti.MatrixField:
-    """Field of lane vectors; `shape` counts lane vectors, not numbers."""
-    return ti.Vector.field(lanes(), real, shape=shape)
 
 
 def lane_blocks(count: int) -> int:

@@ -9,6 +9,11 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.fields import index_field, real_field, vector_field
+
+# A sum over many entries of one thing (a chamber's volume, the force on a rigid body) is made of so
+# many parts, which workers or a GPU's threads sum side by side, in the same order whoever does it.
+PARTS = 64
 
 
 @ti.data_oriented
@@ -119,8 +124,8 @@ class NodeLists:
         return total
 
     def by_block(self, values: np.ndarray) -> np.ndarray:
-        """Per-node values (n,) in the order of the blocks, zero in spare lanes: (blocks, lanes)."""
-        return np.where(self.member >= 0, values[self.member], 0.0)
+        """Per-node values (n,) in the order of the blocks, zero in spare lanes."""
+        return np.where(self.member >= 0, values[self.member], 0.0).ravel()
 
 
 def by_lane(corners: np.ndarray, lanes: int) -> np.ndarray:
@@ -128,34 +133,6 @@ def by_lane(corners: np.ndarray, lanes: int) -> np.ndarray:
     return np.ascontiguousarray(
         corners.reshape(-1, lanes, corners.shape[1]).transpose(0, 2, 1), dtype=np.int32
     )
-
-
-def index_field(values: np.ndarray) -> ti.ScalarField:
-    """An i32 field filled with `values` (at least one entry, so that it can be allocated)."""
-    data = np.asarray(values, dtype=np.int32)
-    field = ti.field(ti.i32, shape=data.shape if data.size else (1,) * data.ndim)
-    if data.size:
-        field.from_numpy(np.ascontiguousarray(data))
-    return field
-
-
-def real_field(values: np.ndarray) -> ti.ScalarField:
-    """A real field filled with `values` (at least one entry, so that it can be allocated)."""
-    data = np.asarray(values, dtype=np.float64)
-    field = ti.field(backend.real, shape=data.shape if data.size else (1,) * data.ndim)
-    if data.size:
-        field.from_numpy(np.ascontiguousarray(data))
-    return field
-
-
-def vector_field(values: np.ndarray) -> ti.MatrixField:
-    """A field of vectors filled with `values` (..., components)."""
-    data = np.asarray(values, dtype=np.float64)
-    shape = data.shape[:-1] if data.size else (1,) * (data.ndim - 1)
-    field = ti.Vector.field(data.shape[-1], backend.real, shape=shape)
-    if data.size:
-        field.from_numpy(np.ascontiguousarray(data))
-    return field
 
 
 @ti.data_oriented
@@ -188,6 +165,7 @@ class Nodes:
         self.position = vector_field(position)
         self.velocity = vector_field(velocity)
         self.force = vector_field(np.zeros_like(position))
+        self.lumped_mass = mass
         self.mass = real_field(mass)
         movable = np.where(mass > 0.0, mass, 1.0)[:, None]
         self.inverse_mass = vector_field(np.where(is_free, 1.0 / movable, 0.0))

@@ -3,7 +3,6 @@
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from softsim.builder.names import Names, in_mm
 from softsim.elements.geometry import Axisymmetric
@@ -96,6 +95,8 @@ def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray)
         starts = np.setdiff1d(facets[:, 0], facets[:, 1])
         ends = np.setdiff1d(facets[:, 1], facets[:, 0])
         ways = np.linalg.norm(points[ends][:, None] - points[starts], axis=2)
+        from scipy.optimize import linear_sum_assignment  # slow to import, and seldom needed
+
         first, second = linear_sum_assignment(ways)
         return np.column_stack([ends[first], starts[second]])
     fans = []

@@ -5,10 +5,11 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.contact.friction import slip
 from softsim.contact.penalty import normal_force
-from softsim.nodes import Nodes, index_field, real_field
+from softsim.fields import index_field, real_field, vector_field
+from softsim.nodes import Nodes
 
 
 @ti.data_oriented
@@ -50,15 +51,14 @@ class SurfaceContact:
 
         shape = (scenarios, self.count, self.surfaces)
         # The tangential stretch is zero while a node is away: its anchor follows it.
-        self.anchor = ti.Vector.field(d, backend.real, shape=shape)
-        self.touching = ti.field(ti.i32, shape=shape)
-        self.dashpot = ti.field(backend.real, shape=shape)  # its force in the last increment
-        self.normal_force = ti.field(backend.real, shape=(scenarios, self.count))
-        self.force = ti.Vector.field(d, backend.real, shape=(scenarios, self.count))
-        self.normal_impulse = ti.field(backend.real, shape=(scenarios, self.count))
-        self.impulse = ti.Vector.field(d, backend.real, shape=(scenarios, self.count))
-        self.friction_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
-        self.damping_dissipation = ti.field(backend.real, shape=(scenarios, self.count))
+        self.anchor = vector_field(np.zeros((*shape, d)))
+        self.touching = index_field(np.zeros(shape))
+        self.dashpot = real_field(np.zeros(shape))  # its force in the last increment
+        numbers, vectors = np.zeros(shape[:2]), np.zeros((*shape[:2], d))
+        self.normal_force, self.force = real_field(numbers), vector_field(vectors)
+        self.normal_impulse, self.impulse = real_field(numbers), vector_field(vectors)
+        self.friction_dissipation = real_field(numbers)
+        self.damping_dissipation = real_field(numbers)
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -76,8 +76,8 @@ class SurfaceContact:
 
     def clear_impulses(self) -> None:
         """Start a new interval over which contact forces are averaged."""
-        self.normal_impulse.fill(0.0)
-        self.impulse.fill(0.0)
+        fields.write(self.normal_impulse, 0.0)
+        fields.write(self.impulse, 0.0)
 
     @ti.func
     def push(self, s, i, t, dt):

@@ -3,7 +3,7 @@
 import numpy as np
 import taichi as ti
 
-from softsim.nodes import real_field, vector_field
+from softsim.fields import real_field, vector_field
 
 
 @ti.data_oriented

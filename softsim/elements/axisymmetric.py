@@ -9,12 +9,11 @@ the gradient of the element's energy. Nodes on the axis stay on it (the builder 
 import numpy as np
 import taichi as ti
 
-from softsim import backend
 from softsim.elements import geometry as shapes
-from softsim.elements.linear import lane_data
 from softsim.elements.material import Material
 from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
+from softsim.fields import lane_data, lane_field
 from softsim.nodes import Nodes
 
 
@@ -35,7 +34,7 @@ class Axisymmetric(Triangles):
         super().__init__(
             nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
         )
-        self.hoop = backend.lane_field((nodes.scenarios, self.blocks))
+        self.hoop = lane_field((nodes.scenarios, self.blocks))
         # d(hoop stretch)/d(radius of a corner): 1 / (3 R).
         self.hoop_gradient = lane_data(self.padded(geometry.hoop_gradient(points, cells)))
 

@@ -15,7 +15,8 @@ from softsim.elements.material import Material
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.metric import inverse_cube_root
 from softsim.elements.nodal_pressure import NodalPressure
-from softsim.nodes import Nodes, by_lane, index_field, real_field
+from softsim.fields import index_field, lane_data, lane_field, real_field
+from softsim.nodes import Nodes, by_lane
 
 
 @ti.data_oriented
@@ -70,10 +71,10 @@ class LinearElements:
 
         d = geometry.dimension
         # Components of the first edge, of the second, ...
-        self.edge = [backend.lane_field((scenarios, self.blocks)) for _ in range(d * d)]
+        self.edge = [lane_field((scenarios, self.blocks)) for _ in range(d * d)]
         # One more than there are elements: it stays zero, for the padding of the nodes' lists.
         self.current_volume = real_field(np.zeros((scenarios, self.blocks * lanes + 1)))
-        self.element_pressure = backend.lane_field((scenarios, self.blocks))
+        self.element_pressure = lane_field((scenarios, self.blocks))
 
     def padded(self, values: np.ndarray) -> np.ndarray:
         """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
@@ -169,11 +170,3 @@ class LinearElements:
         for b in range(self.blocks):
             in_elements += self.points.dissipation[s, b]
         return in_elements.sum() + self.pressure.dissipated_energy(s)
-
-
-def lane_data(values: np.ndarray) -> ti.MatrixField:
-    """Per-element values (whole lane vectors of them) as a lane field."""
-    lanes = backend.lanes()
-    field = backend.lane_field((len(values) // lanes,))
-    field.from_numpy(np.ascontiguousarray(values.reshape(-1, lanes)))
-    return field

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.elements.material import Material
-from softsim.nodes import real_field, vector_field
+from softsim.fields import lane_data, lane_field, real_field
 
 
 @ti.data_oriented
@@ -40,13 +40,12 @@ class MaterialPoints:
         self.relaxation_time = real_field(np.array([b.relaxation_time for b in material.branches]))
         self.decay = real_field(np.ones(self.branch_count))
         self.mean_distance = real_field(np.ones(self.branch_count))
-        by_block = identity.T.reshape(len(metric.components), 1, blocks, backend.lanes())
-        self.identity = [vector_field(component) for component in by_block]
-        at_rest = np.repeat(by_block, scenarios, axis=1)
+        self.identity = [lane_data(component[None]) for component in identity.T]
+        at_rest = np.repeat(identity.T[:, None], scenarios, axis=1)
         self.viscous_metric = [
-            [vector_field(component) for component in at_rest] for _ in range(self.branch_count)
+            [lane_data(component) for component in at_rest] for _ in range(self.branch_count)
         ]
-        self.dissipation = backend.lane_field((scenarios, blocks))
+        self.dissipation = lane_field((scenarios, blocks))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -58,12 +57,13 @@ class MaterialPoints:
 
     def set_increment(self, dt: float) -> None:
         """Take the time step [s]: exp(-dt / tau) of each branch."""
-        for k, branch in enumerate(self.material.branches):
-            ratio = dt / branch.relaxation_time
-            self.decay[k] = float(np.exp(-ratio))
-            # Dissipation is sampled at the end of an increment; over it the square of the metric's
-            # distance from rest was larger by this factor on the mean.
-            self.mean_distance[k] = float(np.expm1(2.0 * ratio) / (2.0 * ratio))
+        if not self.material.branches:
+            return
+        ratio = dt / np.array([b.relaxation_time for b in self.material.branches])
+        fields.write(self.decay, np.exp(-ratio))
+        # Dissipation is sampled at the end of an increment; over it the square of the metric's
+        # distance from rest was larger by this factor on the mean.
+        fields.write(self.mean_distance, np.expm1(2.0 * ratio) / (2.0 * ratio))
 
     @ti.func
     def cofactor(self, b, C):

@@ -12,7 +12,8 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements.material import Material
-from softsim.nodes import NodeLists, real_field, vector_field
+from softsim.fields import lane_data, lane_field, real_field
+from softsim.nodes import NodeLists
 
 
 @ti.data_oriented
@@ -47,13 +48,12 @@ class NodalPressure:
             / material.density
         )
         viscosity = bulk_viscosity * material.density * wave_speed * size
-        self.volume = vector_field(lists.by_block(node_volume))
-        self.share_over_volume = vector_field(lists.by_block(1.0 / (corners * node_volume)))
-        self.bulk_viscosity = vector_field(lists.by_block(viscosity))
+        self.volume = lane_data(lists.by_block(node_volume))
+        self.share_over_volume = lane_data(lists.by_block(1.0 / (corners * node_volume)))
+        self.bulk_viscosity = lane_data(lists.by_block(viscosity))
         self.bulk_modulus = real_field(np.array([material.bulk_modulus]))
-        shape = (scenarios, lists.blocks, backend.lanes())
-        self.J = vector_field(np.ones(shape))
-        self.dissipation = vector_field(np.zeros(shape))
+        self.J = lane_data(np.ones((scenarios, lists.blocks * backend.lanes())))
+        self.dissipation = lane_field((scenarios, lists.blocks))
         self.pressure = real_field(np.zeros((scenarios, self.count)))
 
     def memory(self) -> dict[str, ti.Field]:

@@ -3,9 +3,9 @@
 import numpy as np
 import taichi as ti
 
+from softsim.fields import real_field
 from softsim.loads.drive import AddedGas, AddedVolume, GivenPressure
 from softsim.loads.table import ProfileTable
-from softsim.nodes import real_field
 
 
 @ti.data_oriented

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim.nodes import Nodes, index_field, real_field
+from softsim.fields import index_field, real_field
+from softsim.nodes import Nodes
 
 
 @ti.data_oriented
@@ -21,7 +22,7 @@ class PlaneFacets:
     corners = 2
 
     def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Any) -> None:
-        self.nodes, self.count = nodes, len(facets)
+        self.nodes, self.count, self.corner_nodes = nodes, len(facets), facets
         self.thickness = real_field(np.array([geometry.thickness]))
         self.node = index_field(facets)
 
@@ -49,7 +50,7 @@ class RevolvedFacets:
     corners = 2
 
     def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Any) -> None:
-        self.nodes, self.count = nodes, len(facets)
+        self.nodes, self.count, self.corner_nodes = nodes, len(facets), facets
         self.node = index_field(facets)
 
     @ti.func
@@ -82,7 +83,7 @@ class TriangleFacets:
     corners = 3
 
     def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Any) -> None:
-        self.nodes, self.count = nodes, len(facets)
+        self.nodes, self.count, self.corner_nodes = nodes, len(facets), facets
         self.node = index_field(facets)
 
     @ti.func

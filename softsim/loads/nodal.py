@@ -4,8 +4,9 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.fields import index_field, real_field, vector_field
 from softsim.loads.table import ProfileTable
-from softsim.nodes import Nodes, index_field, real_field, vector_field
+from softsim.nodes import Nodes
 
 
 @ti.data_oriented
@@ -17,10 +18,10 @@ class NodalForce:
     ) -> None:
         self.nodes, self.count, self.table = nodes, len(loaded), table
         self.node = index_field(loaded)
-        mass = nodes.mass.to_numpy()[loaded]
+        mass = nodes.lumped_mass[loaded]
         self.share = real_field(mass / mass.sum())
         self.total = vector_field(forces)
-        self.work = ti.field(backend.real, shape=(nodes.scenarios, self.count))
+        self.work = real_field(np.zeros((nodes.scenarios, self.count)))
         self.first_slot = nodes.corner_forces.claim(loaded)
 
     def memory(self) -> dict[str, ti.Field]:

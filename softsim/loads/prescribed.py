@@ -4,8 +4,9 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.fields import index_field, real_field
 from softsim.loads.table import ProfileTable
-from softsim.nodes import Nodes, index_field
+from softsim.nodes import Nodes
 
 
 @ti.data_oriented
@@ -19,7 +20,7 @@ class PrescribedMotion:
     def __init__(self, nodes: Nodes, moved: np.ndarray, axis: int, table: ProfileTable) -> None:
         self.nodes, self.count, self.axis, self.table = nodes, len(moved), axis, table
         self.node = index_field(moved)
-        self.work = ti.field(backend.real, shape=(nodes.scenarios, self.count))
+        self.work = real_field(np.zeros((nodes.scenarios, self.count)))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""

@@ -7,10 +7,12 @@ facets feel.
 
 from typing import Any
 
+import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.nodes import Nodes
+from softsim.fields import real_field
+from softsim.nodes import PARTS, Nodes
 
 OPEN = -1
 
@@ -38,13 +40,13 @@ class FollowerPressure:
         self.nodes, self.rigid_bodies, self.body = nodes, rigid_bodies, body
         self.facets, self.lids, self.source = facets, lids, source
         self.count, self.corners = facets.count, facets.corners
-        self.pressure = ti.field(backend.real, shape=nodes.scenarios)
-        self.volume = ti.field(backend.real, shape=nodes.scenarios)
-        self.work = ti.field(backend.real, shape=(nodes.scenarios, self.count))
-        corner_nodes = facets.node.to_numpy()
-        self.first_slot = nodes.corner_forces.claim(corner_nodes)
+        self.pressure = real_field(np.zeros(nodes.scenarios))
+        self.volume = real_field(np.zeros(nodes.scenarios))
+        self.volume_part = real_field(np.zeros((nodes.scenarios, PARTS)))
+        self.work = real_field(np.zeros((nodes.scenarios, self.count)))
+        self.first_slot = nodes.corner_forces.claim(facets.corner_nodes)
         if body != OPEN:
-            rigid_bodies.react(body, self.first_slot, corner_nodes.ravel())
+            rigid_bodies.react(body, self.first_slot, facets.corner_nodes.ravel())
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -59,18 +61,23 @@ class FollowerPressure:
         return total
 
     @ti.func
-    def measure_volume(self, s, i, t, dt):
-        """Volume enclosed by the facets and the lids."""
+    def measure_volume(self, s, part, t, dt):
+        """Volume enclosed by a part of the facets and the lids."""
         volume = ti.cast(0.0, backend.real)
-        for k in range(self.facets.count):
+        for k in range(self.facets.count * part // PARTS, self.facets.count * (part + 1) // PARTS):
             volume += self.facets.volume(s, k)
-        for k in range(self.lids.count):
+        for k in range(self.lids.count * part // PARTS, self.lids.count * (part + 1) // PARTS):
             volume += self.lids.volume(s, k)
-        self.volume[s] = volume
+        self.volume_part[s, part] = volume
 
     @ti.func
     def follow_source(self, s, i, t, dt):
-        """Pressure now."""
+        """Pressure now, which may depend on the enclosed volume."""
+        if ti.static(self.source.asks_volume):
+            volume = ti.cast(0.0, backend.real)
+            for part in range(PARTS):
+                volume += self.volume_part[s, part]
+            self.volume[s] = volume
         self.pressure[s] = self.source.pressure(s, t, self.volume[s])
 
     @ti.func

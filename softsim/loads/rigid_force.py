@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.fields import vector_field
 from softsim.loads.table import ProfileTable
-from softsim.nodes import vector_field
 
 
 @ti.data_oriented

@@ -6,8 +6,8 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.fields import real_field, vector_field
 from softsim.loads.vibration import RotorData
-from softsim.nodes import real_field, vector_field
 
 
 @ti.data_oriented

@@ -3,8 +3,8 @@
 import numpy as np
 import taichi as ti
 
+from softsim.fields import index_field, real_field
 from softsim.loads.profile import Profile
-from softsim.nodes import index_field, real_field
 
 
 @ti.data_oriented

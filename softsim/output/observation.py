@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.elements.measures import measure_elements
+from softsim.fields import read
 from softsim.loads.drive import GivenPressure
 from softsim.model import CylinderShape, Model, Probe
 from softsim.scene.outputs import probe_columns
@@ -67,7 +68,7 @@ def probe_values(solver: ExplicitSolver, probe: Probe, x: np.ndarray) -> np.ndar
     # What holds the nodes is the opposite of what the rest does to them, their weight included.
     model = solver.models[0]
     weight = model.mass[probe.members].sum() * model.gravity
-    return -solver.terms.nodes.force.to_numpy()[0, probe.members].sum(axis=0) - weight
+    return -read(solver.terms.nodes.force)[0, probe.members].sum(axis=0) - weight
 
 
 @dataclass(frozen=True)
@@ -125,9 +126,9 @@ def chamber_readings(solver: ExplicitSolver) -> dict[str, float]:
             "section_pressure": float(load.drive.section_profile.at(solver.time)),
         }
     else:
-        now = dict.fromkeys(("pressure", "section_pressure"), float(term.pressure[0]))
+        now = dict.fromkeys(("pressure", "section_pressure"), float(read(term.pressure)[0]))
     if "chamber_volume" in columns(model):
-        now["chamber_volume"] = float(term.volume[0])
+        now["chamber_volume"] = float(read(term.volume)[0])
     return now
 
 
@@ -136,7 +137,7 @@ def rows_in_contact(solver: ExplicitSolver) -> int:
     model = solver.models[0]
     touched = np.zeros(len(model.points), dtype=bool)
     for walls in solver.terms.wall_contacts:
-        touched[model.contact.nodes] |= walls.normal_impulse.to_numpy()[0] > 0.0
+        touched[model.contact.nodes] |= read(walls.normal_impulse)[0] > 0.0
     return sum(bool(touched[nodes].any()) for nodes in model.rows.values())
 
 
@@ -167,11 +168,11 @@ class Pose:
 def frame_pose(solver: ExplicitSolver, body: int) -> Pose:
     """Where a rigid body is now."""
     bodies = solver.terms.rigid_bodies
-    rotation = bodies.rotation.to_numpy()[0, body]
+    rotation = read(bodies.rotation)[0, body]
     d = bodies.dimension
     arm = bodies.bodies[body].centre - bodies.rest_centre[body]
-    centre = bodies.centre.to_numpy()[0, body] + rotation[:d, :d] @ arm
-    return Pose(centre, bodies.orientation.to_numpy()[0, body])
+    centre = read(bodies.centre)[0, body] + rotation[:d, :d] @ arm
+    return Pose(centre, read(bodies.orientation)[0, body])
 
 
 def frame_readings(solver: ExplicitSolver) -> dict[str, float]:

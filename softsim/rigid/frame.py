@@ -12,7 +12,8 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.nodes import Nodes, index_field, real_field, vector_field
+from softsim.fields import index_field, matrix_field, real_field, vector_field
+from softsim.nodes import PARTS, Nodes
 from softsim.rigid.body import RigidBodyData, in_space
 
 
@@ -30,8 +31,7 @@ class RigidBodies:
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
         self.nodes, self.bodies, self.count = nodes, bodies, len(bodies)
         d = self.dimension = nodes.dimension
-        node_mass = nodes.mass.to_numpy()
-        combined = [b.with_tied_mass(points, node_mass) for b in bodies]
+        combined = [b.with_tied_mass(points, nodes.lumped_mass) for b in bodies]
         self.rest_centre = np.array([c for _, c, _ in combined]).reshape(-1, d)
         inertia = np.array([i for _, _, i in combined]).reshape(-1, 3, 3)
         self.rest = vector_field(self.rest_centre)
@@ -56,7 +56,12 @@ class RigidBodies:
         self.torque = vector_field(np.zeros((*shape, 3)))
         self.applied_work, self.damping_work = (real_field(np.zeros(shape)) for _ in range(2))
 
+        parts = (nodes.scenarios, self.count * PARTS)
+        self.force_part = vector_field(np.zeros((*parts, d)))
+        self.torque_part = vector_field(np.zeros((*parts, 3)))
         tied = [b.tied for b in bodies]
+        self.tied_count = sum(map(len, tied))
+        self.body_of_tied = index_field(np.repeat(np.arange(self.count), list(map(len, tied))))
         self.tied_start = index_field(np.cumsum([0, *map(len, tied)]))
         self.tied = index_field(np.concatenate([*tied, np.zeros(0, int)]))
         tied_arms = [points[t] - c for t, c in zip(tied, self.rest_centre, strict=True)]
@@ -132,7 +137,7 @@ class RigidBodies:
 
     @ti.func
     def drift(self, s, r, t, dt):
-        """Move the body by dt and place its tied nodes; forget the last applied forces."""
+        """Move the body by dt; forget the last applied forces."""
         self.centre[s, r] = self.centre[s, r] + dt * self.velocity[s, r]
         q = self.orientation[s, r]
         L = self.angular_momentum[s, r]
@@ -143,11 +148,14 @@ class RigidBodies:
         self.rotation[s, r] = rotation_matrix(q)
         self.angular_velocity[s, r] = omega
         self.applied_force[s, r] = ti.Vector.zero(backend.real, self.dimension)
-        for k in range(self.tied_start[r], self.tied_start[r + 1]):
-            a = self.tied[k]
-            x = self.centre[s, r] + self.to_space(s, r, self.arm[k])
-            self.nodes.position[s, a] = x
-            self.nodes.velocity[s, a] = self.velocity_at(s, r, x)
+
+    @ti.func
+    def place_tied(self, s, k, t, dt):
+        """Place tied node number k."""
+        a, r = self.tied[k], self.body_of_tied[k]
+        x = self.centre[s, r] + self.to_space(s, r, self.arm[k])
+        self.nodes.position[s, a] = x
+        self.nodes.velocity[s, a] = self.velocity_at(s, r, x)
 
     @ti.func
     def apply(self, s, r, force):
@@ -155,21 +163,35 @@ class RigidBodies:
         self.applied_force[s, r] = self.applied_force[s, r] + force
 
     @ti.func
-    def kick(self, s, r, t, dt):
-        """New velocities from the forces on tied nodes, the reactions, loads and gravity."""
+    def collect(self, s, i, t, dt):
+        """Force and torque of the forces on tied nodes and of the reactions, a part of them."""
+        r, part = i // PARTS, i % PARTS
         centre = self.centre[s, r]
-        force = self.applied_force[s, r]
+        force = ti.Vector.zero(backend.real, self.dimension)
         torque = ti.Vector([0.0, 0.0, 0.0])
-        for k in range(self.tied_start[r], self.tied_start[r + 1]):
+        first, count = self.tied_start[r], self.tied_start[r + 1] - self.tied_start[r]
+        for k in range(first + count * part // PARTS, first + count * (part + 1) // PARTS):
             f = self.nodes.force[s, self.tied[k]]
             arm = self.nodes.position[s, self.tied[k]] - centre
             force += f
             torque += self.lifted(arm).cross(self.lifted(f))
-        for k in range(self.reaction_start[r], self.reaction_start[r + 1]):
+        first, count = self.reaction_start[r], self.reaction_start[r + 1] - self.reaction_start[r]
+        for k in range(first + count * part // PARTS, first + count * (part + 1) // PARTS):
             f = -self.nodes.corner_forces.read(s, self.reaction_slot[k])
             arm = self.nodes.position[s, self.reaction_node[k]] - centre
             force += f
             torque += self.lifted(arm).cross(self.lifted(f))
+        self.force_part[s, i] = force
+        self.torque_part[s, i] = torque
+
+    @ti.func
+    def kick(self, s, r, t, dt):
+        """New velocities from the collected forces, loads and gravity."""
+        force = self.applied_force[s, r]
+        torque = ti.Vector([0.0, 0.0, 0.0])
+        for i in range(r * PARTS, (r + 1) * PARTS):
+            force += self.force_part[s, i]
+            torque += self.torque_part[s, i]
         force += self.mass[r] * self.nodes.gravity[s]
         self.force[s, r] = force * self.free[r]
         self.torque[s, r] = torque * self.free_rotation[r]
@@ -243,15 +265,6 @@ class RigidBodies:
             v = self.velocity[s, r] - 0.25 * dt / self.mass[r] * self.force[s, r]
             work += self.applied_work[s, r] - 0.5 * dt * self.applied_force[s, r].dot(v)
         return work
-
-
-def matrix_field(values: np.ndarray) -> ti.MatrixField:
-    """A field of 3 x 3 matrices filled with `values` (..., 3, 3)."""
-    shape = values.shape[:-2] if values.size else (1,) * (values.ndim - 2)
-    field = ti.Matrix.field(3, 3, backend.real, shape=shape)
-    if values.size:
-        field.from_numpy(np.ascontiguousarray(values, dtype=np.float64))
-    return field
 
 
 @ti.func

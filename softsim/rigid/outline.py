@@ -6,7 +6,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.nodes import real_field, vector_field
+from softsim.fields import real_field, vector_field
 from softsim.rigid.frame import RigidBodies
 
 

@@ -67,18 +67,18 @@ class Meter:
         self.solver = solver
         self.terms = solver.terms
         self.dimension = solver.terms.nodes.dimension
-        self.readings = ti.field(backend.real, shape=(solver.scenarios, 8 + 2 * self.dimension))
 
     def read(self, scenario: int = 0) -> tuple[Energies, Grip, np.ndarray]:
         """Energies, grip, and the centre of mass of all nodes (d,) [m] now."""
-        self._read(self.solver.increment)
-        row = self.readings.to_numpy()[scenario]
+        readings = np.empty((self.solver.scenarios, 8 + 2 * self.dimension))
+        self._read(self.solver.increment, readings)
+        row = readings[scenario]
         mass = self.solver.models[scenario].mass.sum()
         impulse, moment = row[8 : 8 + self.dimension], row[8 + self.dimension :]
         return Energies(*row[:6]), Grip(int(row[6]), row[7], impulse), moment / mass
 
     @ti.kernel
-    def _read(self, dt: ti.f64):
+    def _read(self, dt: ti.f64, readings: ti.types.ndarray(ti.f64, ndim=2)):  # type: ignore[valid-type]  # Taichi wants an instance
         ti.loop_config(serialize=True)  # a parallel loop here misses Taichi's kernel cache
         for s in range(self.solver.scenarios):
             internal = ti.cast(0.0, backend.real)
@@ -100,14 +100,14 @@ class Meter:
             if ti.static(self.terms.nodes.local_damping > 0.0):
                 viscous += self.terms.nodes.damped_energy(s)
                 viscous += self.terms.rigid_bodies.damped_energy(s)
-            self.readings[s, 0] = internal
-            self.readings[s, 1] = self.terms.nodes.kinetic_energy(
+            readings[s, 0] = internal
+            readings[s, 1] = self.terms.nodes.kinetic_energy(
                 s, dt
             ) + self.terms.rigid_bodies.kinetic_energy(s, dt)
-            self.readings[s, 2] = contact
-            self.readings[s, 3] = friction
-            self.readings[s, 4] = viscous
-            self.readings[s, 5] = work
+            readings[s, 2] = contact
+            readings[s, 3] = friction
+            readings[s, 4] = viscous
+            readings[s, 5] = work
             touching = 0
             normal_impulse = ti.cast(0.0, backend.real)
             impulse = ti.Vector.zero(backend.real, self.dimension)
@@ -116,11 +116,11 @@ class Meter:
                 normal_impulse += walls.total_normal_impulse(s)
                 impulse += walls.total_impulse(s)
             moment = self.terms.nodes.mass_moment(s)
-            self.readings[s, 6] = touching
-            self.readings[s, 7] = normal_impulse
+            readings[s, 6] = touching
+            readings[s, 7] = normal_impulse
             for i in ti.static(range(self.dimension)):
-                self.readings[s, 8 + i] = impulse[i]
-                self.readings[s, 8 + self.dimension + i] = moment[i]
+                readings[s, 8 + i] = impulse[i]
+                readings[s, 8 + self.dimension + i] = moment[i]
 
 
 class EnergyBalance:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from softsim.fields import read
 from softsim.solver.explicit import ExplicitSolver
 
 
@@ -13,16 +14,16 @@ def unbalanced_share(solver: ExplicitSolver) -> float:
     pressure, loads and contact. Zero where there is no force at all.
     """
     terms, model = solver.terms, solver.models[0]
-    net = terms.nodes.force.to_numpy()[0] + model.mass[:, None] * model.gravity
+    net = read(terms.nodes.force)[0] + model.mass[:, None] * model.gravity
     unbalanced = float((net[model.is_free] ** 2).sum())
     inner = 0.0
     for component in terms.nodes.corner_forces.component:
-        inner += float((component.to_numpy()[0] ** 2).sum())
+        inner += float((read(component)[0] ** 2).sum())
     if terms.rigid_bodies.count:
         bodies = terms.rigid_bodies
-        torque, rotation = bodies.torque.to_numpy()[0], bodies.rotation.to_numpy()[0]
+        torque, rotation = read(bodies.torque)[0], read(bodies.rotation)[0]
         local = np.einsum("bij,bi->bj", rotation, torque)
-        turning = np.einsum("bi,bij,bj->b", local, bodies.inverse_inertia.to_numpy(), local)
-        unbalanced += float((bodies.force.to_numpy()[0] ** 2).sum())
-        unbalanced += float((bodies.mass.to_numpy() * turning).sum())
+        turning = np.einsum("bi,bij,bj->b", local, read(bodies.inverse_inertia), local)
+        unbalanced += float((read(bodies.force)[0] ** 2).sum())
+        unbalanced += float((read(bodies.mass) * turning).sum())
     return float(np.sqrt(unbalanced / inner)) if inner > 0.0 else 0.0

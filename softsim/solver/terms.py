@@ -1,7 +1,7 @@
-"""From the frozen model to Taichi: the ordered list of passes that make one increment.
+"""From the frozen model to Taichi: the stages of passes that make one increment.
 
-A pass is a function of (scenario, index, time, increment) and how many indices it has. An
-increment is the list read from top to bottom: drift, forces, kick.
+A pass is a function of (scenario, index, time, increment) and how many indices it has. They
+come in stages; an increment is the stages read from top to bottom: drift, forces, kick.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import Rotor
 from softsim.loads.table import ProfileTable
 from softsim.model import BallShape, ContactData, CylinderShape, Model
-from softsim.nodes import Nodes
+from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import Ball, Cylinder
 
@@ -47,11 +47,18 @@ LOCAL_DAMPING = 0.8
 
 @dataclass(frozen=True)
 class Pass:
-    """One loop of an increment: `function(s, i, t, dt)` for i < count; `phase` names its cost."""
+    """Work on `count` indices: each of `functions` (s, i, t, dt), in order; `phase` names its cost.
+
+    What a function reads from an earlier one of its pass, it reads at its own index.
+    """
 
     phase: str
     count: int
-    function: Callable[..., None]
+    functions: tuple[Callable[..., None], ...]
+
+
+Stage = list[Pass]
+"""Passes that do not need each other's results: they may run side by side."""
 
 
 class Terms:
@@ -168,54 +175,70 @@ class Terms:
         """Loads on nodes, which book their own work."""
         return [*self.pressures, *self.nodal_forces, *self.prescribed]
 
-    def drift_passes(self) -> list[Pass]:
+    def drift_stages(self) -> list[Stage]:
         """Everything moves by dt times its half-step velocity."""
-        return [
-            *(Pass("loads", motion.count, motion.steer) for motion in self.prescribed),
-            Pass("integration", self.nodes.count, self.nodes.drift),
-            Pass("integration", self.rigid_bodies.count, self.rigid_bodies.drift),
-        ]
+        bodies = self.rigid_bodies
+        return filled(
+            [Pass("loads", motion.count, (motion.steer,)) for motion in self.prescribed],
+            [
+                Pass("integration", self.nodes.count, (self.nodes.drift,)),
+                Pass("integration", bodies.count, (bodies.drift,)),
+            ],
+            [Pass("integration", bodies.tied_count, (bodies.place_tied,))],
+        )
 
-    def force_passes(self) -> list[Pass]:
+    def force_stages(self) -> list[Stage]:
         """Every force at the new positions, each into slots of its own."""
-        passes = []
-        for body in self.bodies:
-            passes += [
-                Pass("elements", body.blocks, body.deform),
-                Pass("elements", body.pressure.cells_of_node.blocks, body.press_nodes),
-                Pass("elements", body.blocks, body.average_pressure),
-                Pass("elements", body.blocks, body.stress_corners),
-            ]
+        moved = [Pass("elements", body.blocks, (body.deform,)) for body in self.bodies]
+        pressed = [
+            Pass("elements", body.pressure.cells_of_node.blocks, (body.press_nodes,))
+            for body in self.bodies
+        ]
+        stressed = [
+            Pass("elements", body.blocks, (body.average_pressure, body.stress_corners))
+            for body in self.bodies
+        ]
         for pressure in self.pressures:
             if pressure.source.asks_volume:
-                passes.append(Pass("loads", 1, pressure.measure_volume))
-            passes.append(Pass("loads", 1, pressure.follow_source))
-            passes.append(Pass("loads", pressure.count, pressure.push_facets))
-        passes += [Pass("loads", rotor.count, rotor.pull) for rotor in self.rotors]
-        passes += [Pass("loads", force.count, force.pull) for force in self.rigid_forces]
-        passes += [Pass("loads", force.count, force.push) for force in self.nodal_forces]
-        passes += [Pass("contact", contact.count, contact.push) for contact in self.contacts]
-        return passes
+                moved.append(Pass("loads", PARTS, (pressure.measure_volume,)))
+            pressed.append(Pass("loads", 1, (pressure.follow_source,)))
+            stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
+        # Loads on rigid bodies add to each other, one after another.
+        pulls = [load.pull for load in (*self.rotors, *self.rigid_forces)]
+        if pulls:
+            moved.append(Pass("loads", 1, tuple(pulls)))
+        moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
+        moved += [Pass("contact", contact.count, (contact.push,)) for contact in self.contacts]
+        return filled(moved, pressed, stressed)
 
-    def kick_passes(self) -> list[Pass]:
+    def kick_stages(self) -> list[Stage]:
         """New half-step velocities from the summed forces."""
-        return [
-            Pass("integration", self.nodes.corner_forces.of_node.blocks, self.nodes.kick),
-            Pass("integration", self.rigid_bodies.count, self.rigid_bodies.kick),
-        ]
+        bodies = self.rigid_bodies
+        blocks = self.nodes.corner_forces.of_node.blocks
+        return filled(
+            [Pass("integration", blocks, (self.nodes.kick,))],
+            [Pass("integration", bodies.count * PARTS, (bodies.collect,))],
+            [Pass("integration", bodies.count, (bodies.kick,))],
+        )
 
-    def shift_passes(self) -> list[Pass]:
+    def shift_stages(self) -> list[Stage]:
         """Move half-step velocities by dt with the last forces: when the step changes."""
-        return [
-            Pass("integration", self.nodes.count, self.nodes.shift),
-            Pass("integration", self.rigid_bodies.count, self.rigid_bodies.shift),
-        ]
+        return filled(
+            [
+                Pass("integration", self.nodes.count, (self.nodes.shift,)),
+                Pass("integration", self.rigid_bodies.count, (self.rigid_bodies.shift,)),
+            ]
+        )
 
-    def sampled_passes(self) -> list[Pass]:
+    def sampled_stages(self) -> list[Stage]:
         """What changes slowly and is booked once in a few increments."""
-        return [
-            Pass("energy", body.blocks, body.dissipate) for body in self.bodies if body.branch_count
-        ]
+        return filled(
+            [
+                Pass("energy", body.blocks, (body.dissipate,))
+                for body in self.bodies
+                if body.branch_count
+            ]
+        )
 
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
@@ -227,3 +250,9 @@ class Terms:
             for owner, term in owners.items()
             for name, field in term.memory().items()
         }
+
+
+def filled(*stages: Stage) -> list[Stage]:
+    """The stages without empty passes, and without those that have no other."""
+    kept = [[p for p in stage if p.count] for stage in stages]
+    return [stage for stage in kept if stage]

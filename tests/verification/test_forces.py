@@ -63,8 +63,7 @@ def forces_at(solver, x):
     nodes = solver.terms.nodes
     nodes.velocity.fill(0.0)
     nodes.position.from_numpy(np.ascontiguousarray(x[None]))
-    solver.force_kernel(solver.time, 1e-9)
-    solver.kick_kernel(solver.time, 0.0)
+    solver.find_forces(1e-9)
     return nodes.force.to_numpy()[0]
 
 

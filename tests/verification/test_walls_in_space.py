@@ -47,7 +47,7 @@ def kernel_gaps(obstacle, places):
     """Gaps (walls, n) and normals (walls, n, 3) that contact computes."""
     import taichi as ti
 
-    from softsim.nodes import real_field, vector_field
+    from softsim.fields import real_field, vector_field
 
     x = vector_field(places)
     gaps = real_field(np.zeros((obstacle.count, len(places))))
