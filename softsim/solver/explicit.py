@@ -26,6 +26,9 @@ SAMPLE_EVERY = 8
 LAUNCHED_TOGETHER = 4
 # Taichi hands neighbouring indices of a parallel loop to a thread in shares of at least so many.
 SHARE = 512
+# Said to the compiler by a mask: it vectorises stores into neighbouring slots only where it can
+# prove that the arithmetic of their indices does not overflow (45 against 26 us an increment).
+LARGEST_INDEX = 2**24 - 1
 
 
 @ti.data_oriented
@@ -148,7 +151,7 @@ class ExplicitSolver:
         for p in ti.static(stage):
             for function in ti.static(p.functions):
                 for i in range(p.count * worker // workers, p.count * (worker + 1) // workers):
-                    function(s, i, t, dt)
+                    function(s, i & LARGEST_INDEX, t, dt)
 
     @ti.func
     def meet(self, met, workers, zero):
