@@ -40,7 +40,7 @@ from softsim.solver.guards import (
     refuse_energy_error,
     strain_warnings,
 )
-from softsim.solver.time_step import stable_increment
+from softsim.solver.time_step import StableStep
 
 # Increments between two stations (output, signals), about 10 ms of wall time, and stations between
 # two inspections of all elements (guards, stable step), which cost about 3 ms.
@@ -140,6 +140,7 @@ class _Simulation:
         self.device = backend.start(device)
         self.solver = ExplicitSolver([model])
         self.meter = Meter(self.solver)
+        self.stable_step = StableStep(model)
         if checkpoint is None:
             self.progress = self._begin()
         else:
@@ -154,7 +155,7 @@ class _Simulation:
         for stale in (files.CHECKPOINT, files.SUMMARY):
             (path / stale).unlink(missing_ok=True)
         self.target.write_text_atomic(files.SCENE, self.loaded.resolved())
-        stable = stable_increment(self.model, self.model.points)
+        stable = self.stable_step.at(self.model.points)
         log.info("stable increment %s", stable.describe())
         increment = self.model.increment or self.model.safety_factor * stable.value
         self.solver.begin(increment)
@@ -288,7 +289,7 @@ class _Simulation:
         solver, model = self.solver, self.model
         self._refuse_broken_elements()
         self._warn_of_strain()
-        stable = stable_increment(model, solver.positions()[0])
+        stable = self.stable_step.at(solver.positions()[0])
         if model.increment is not None:
             if model.increment > stable.value:
                 raise StabilityError(

@@ -1,13 +1,14 @@
 """The stable increment of central differences, and which element limits it.
 
-dt < 2 / omega_max, and omega_max is at most that of the worst element alone (Irons). For a linear
-element with gradients g_a of its corners, lumped mass shares s_a and moduli kappa, mu:
-    omega^2 <= J / (rho min s_a) [ (kappa - 2 mu/3) (tr G + h^2) + 2 mu (lambda_max(G) + h^2) ],
-    G = sum_a g_a (x) g_a now,  h^2 = 3 (1/(3 r))^2 for the hoop strain of a revolved triangle;
-the volumetric term is that of the element without nodal averaging, an upper bound. Penalty
-springs add max k / m, more where they are damped; a chamber whose pressure falls with its volume
-adds (-dp/dV) sum_a |dV/dx_a|^2 / m_a. Linear bulk viscosity b1 takes the factor
-sqrt(1 + b1^2) - b1.
+Velocities lag half a step: M (v+ - v-) = -dt (K x + C v-). As v- = (v+ + v-)/2 - (v+ - v-)/2, that
+is a central difference with the mass M - (dt/2) C and damping at the middle of the step. It is
+stable while M - (dt/2) C - (dt^2/4) K is positive definite (Belytschko, Liu, Moran, Nonlinear
+Finite Elements, ch. 6, by the energy):
+    dt < 2 / sqrt(lambda),  lambda the largest eigenvalue of M^-1 (K + (2 / dt) C);
+of one mode with the damping ratio z that is dt < 2/omega (sqrt(1 + z^2) - z). K is bounded from
+above in solver/stiffness.py, lambda in solver/lanczos.py. Maxwell branches count as springs.
+Local damping (Nodes.shift_damped) enlarges every force that slows its node down: at the limit,
+where nodes pass through their rest in each step, that is all of them.
 """
 
 from dataclasses import dataclass
@@ -19,6 +20,12 @@ from softsim.elements.measures import largest_eigenvalue
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
+from softsim.solver.element_stiffness import ElementStiffness
+from softsim.solver.lanczos import largest_eigenvalue_bound
+from softsim.solver.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
+
+# As solver/terms.py has it, which cannot be imported without Taichi.
+LOCAL_DAMPING = 0.8
 
 
 @dataclass(frozen=True)
@@ -68,70 +75,66 @@ def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
     return stiffness / (material.density * smallest_share)
 
 
-def contact_frequency(model: Model) -> float:
-    """Upper bound of omega^2 [1/s^2] that contact adds: the largest k / m.
-
-    A dashpot of damping ratio z, whose velocity lags half a step, divides the stable step by
-    sqrt(1 + z^2) - z, as bulk viscosity does.
-    """
-    largest = 0.0
-    contacts = [model.contact] if model.walls.count else []
-    contacts += [o.support for o in model.outlines if o.support is not None]
-    for contact in contacts:
-        k = np.maximum(contact.penalty_stiffness, contact.tangential_stiffness)
-        m = contact.effective_mass
-        z = np.where(np.isfinite(m), contact.damping / (2.0 * np.sqrt(k * m)), 0.0)
-        shortened = np.sqrt(1.0 + z * z) - z
-        largest = max(largest, float((k / m / shortened**2).max(initial=0.0)))
-    return largest
-
-
-def chamber_frequency(model: Model, x: np.ndarray) -> float:
-    """Upper bound of omega^2 [1/s^2] that chambers add whose pressure falls with their volume.
-
-    Their stiffness is of rank one, (-dp/dV) dV/dx (x) dV/dx, with the chamber as full as its
-    profile ever makes it.
-    """
-    total = 0.0
-    for load in model.pressures:
-        stiffness = load.drive.stiffness(load.volume(x), load.drive.fullest)
-        if stiffness > 0.0:
-            yielding = volume_yield(load.geometry, load.facets, x, model.mass, model.is_free)
-            total += stiffness * yielding
-    return total
-
-
 def volume_yield(
     geometry: Geometry, facets: np.ndarray, x: np.ndarray, mass: np.ndarray, is_free: np.ndarray
 ) -> float:
     """sum |dV/dx_a|^2 / m_a [m^4/kg] over free components: how fast a chamber's volume
     accelerates under a pressure of 1 Pa on its facets.
     """
-    gradient = np.zeros_like(x)
-    np.add.at(gradient, facets, geometry.volume_gradient(x, facets))
+    gradient = volume_gradient(geometry, facets, x)
     inverse_mass = np.where(is_free, 1.0 / np.maximum(mass, 1e-30)[:, None], 0.0)
     return float((gradient**2 * inverse_mass).sum())
 
 
+class StableStep:
+    """Finds the stable increment of one model, whatever its configuration."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.stiffness = ModelStiffness(model)
+
+    def at(self, x: np.ndarray) -> StableIncrement:
+        """The stable increment with all nodes at x (n, d) [m]."""
+        elements = self.stiffness.elements(x)
+        undamped = self.stiffness.at(elements, x)
+        guess = 2.0 / np.sqrt(undamped.row_sum_bound())
+        matrix = self.stiffness.damped(undamped, x, guess)
+        moving = self.stiffness.moving
+        bound, mode = largest_eigenvalue_bound(matrix.product, moving)
+        bound += self.stiffness.contact.of_bodies(x, guess)
+        if self.model.relaxation is not None:
+            bound *= 1.0 + LOCAL_DAMPING
+        value = 2.0 / np.sqrt(bound)
+        # K + (2/dt) C falls with dt, but no faster than 1/dt: from a guess above the stable step
+        # dt <= 4 / (lambda guess) is stable.
+        value = min(value, value**2 / guess)
+        body, element = self._stiffest(elements, matrix, mode)
+        corners = x[body.nodes][body.cells[element]]
+        alone = Mesh(corners, np.arange(len(corners))[None])
+        return StableIncrement(
+            float(value),
+            body.name,
+            element,
+            corners.mean(axis=0),
+            quality(alone).smallest_altitude,
+        )
+
+    def _stiffest(
+        self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray
+    ) -> tuple[Body, int]:
+        """The body and element that hold the largest share of a mode's energy."""
+        u = (self.stiffness.root_yield * mode).reshape(self.model.points.shape)
+        pressure = self.stiffness.bulk_modulus * (matrix.compression @ mode)
+        most = (-np.inf, self.model.bodies[0], 0)
+        for b, stiffness in zip(self.stiffness.bodies, elements, strict=True):
+            nodes = b.body.nodes
+            energies = stiffness.energies(u[nodes].T[:, b.cells], pressure[nodes][b.cells])
+            element = int(np.argmax(energies))
+            if energies[element] > most[0]:
+                most = (float(energies[element]), b.body, element)
+        return most[1:]
+
+
 def stable_increment(model: Model, x: np.ndarray) -> StableIncrement:
-    """The stable increment with all nodes at x (n, d) [m]."""
-    worst = (-np.inf, model.bodies[0], 0)
-    for body in model.bodies:
-        frequencies = element_frequencies(body, x[body.nodes])
-        element = int(np.argmax(frequencies))
-        if frequencies[element] > worst[0]:
-            worst = (float(frequencies[element]), body, element)
-    omega_squared, body, element = worst
-    b1 = model.bulk_viscosity
-    damping = np.sqrt(1.0 + b1 * b1) - b1
-    omega_squared += contact_frequency(model) + chamber_frequency(model, x)
-    value = 2.0 / np.sqrt(omega_squared) * damping
-    corners = x[body.nodes][body.cells[element]]
-    alone = Mesh(corners, np.arange(len(corners))[None])
-    return StableIncrement(
-        float(value),
-        body.name,
-        element,
-        corners.mean(axis=0),
-        quality(alone).smallest_altitude,
-    )
+    """The stable increment with all nodes at x (n, d) [m]; many x of one model: a StableStep."""
+    return StableStep(model).at(x)

@@ -1,0 +1,111 @@
+"""What contact adds to the stiffness at most: as if every node that may touch did.
+
+A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
+dashpot c_n, whose velocity lags half a step behind, acts on the stable step as a spring 2 c_n / dt
+(solver/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
+most the sum of the squares of what each would have against something fixed.
+"""
+
+import numpy as np
+
+from softsim.model import ContactData, Model, OutlineData, WallsData
+from softsim.solver.rigid_inertia import TIED_SHARE, least_inertia
+
+# Within the increments between two inspections nothing moves by more of the model's size.
+REACH = 0.1
+
+
+class ContactStiffness:
+    """Upper bounds of the stiffness that contact adds to nodes and to rigid bodies."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.tied = np.zeros(len(model.points), dtype=bool)
+        for body in model.rigid_bodies:
+            self.tied[body.tied] = True
+        self.reach = REACH * np.ptp(model.points, axis=0).max()
+        self.supports = [(o, o.support) for o in model.outlines if o.support is not None]
+
+    def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Stiffness (n,) [N/m] against walls and outlines, nodes at x (n, d), at the step dt [s].
+
+        A tied node pushes its rigid body instead. A node that lies on an outline touches a wall at
+        the same time only where a wall is within reach.
+        """
+        walls, supports = np.zeros((2, len(x)))
+        for _, contact in self.supports:
+            supports[contact.nodes] += surface_stiffness(contact, dt)
+        if self.model.walls.count:
+            contact = self.model.contact
+            walls[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
+            walls[self.tied] = 0.0
+            both = np.flatnonzero((walls > 0.0) & (supports > 0.0))
+            gap = np.min(list(self.model.walls.gaps(x[both]).values()), axis=0)
+            far = both[gap > self.reach]
+            larger = np.maximum(walls[far], supports[far])
+            walls[far], supports[far] = larger, 0.0
+        return walls + supports
+
+    def of_bodies(self, x: np.ndarray, dt: float) -> float:
+        """Upper bound of omega^2 [1/s^2] of the rigid bodies alone, held by all their contacts: of
+        tied nodes and corners with walls, of their outline with all that it supports.
+
+        Springs k_a at arms r_a make omega^2 at most sum k_a / M + sum k_a r_a^2 / I.
+        """
+        model = self.model
+        stiffness, moment = np.zeros((2, len(model.rigid_bodies)))
+        if model.walls.count:
+            at_walls = wall_stiffness(model.contact, model.walls, dt)
+            for r, body in enumerate(model.rigid_bodies):
+                own = np.isin(model.contact.nodes, body.tied)
+                arms = model.points[model.contact.nodes[own]] - body.centre
+                stiffness[r] += at_walls[own].sum()
+                moment[r] += (at_walls[own] * (arms**2).sum(axis=1)).sum()
+        for outline, contact in self.supports:
+            k = surface_stiffness(contact, dt)
+            stiffness[outline.body] += k.sum()
+            moment[outline.body] += (k * self._arms(outline, contact.nodes, x) ** 2).sum()
+        largest = 0.0
+        for r, body in enumerate(model.rigid_bodies):
+            mass, inertia = least_inertia(body, model.dimension)
+            largest = max(largest, stiffness[r] / mass + moment[r] / inertia)
+        return largest / (1.0 - TIED_SHARE)
+
+    def _arms(self, outline: OutlineData, nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Distance (k,) [m] of nodes from a body's centre, if they touch its outline."""
+        model, body = self.model, self.model.rigid_bodies[outline.body]
+        corners = body.tied[model.mass[body.tied] == 0.0]
+        centre = x[corners].mean(axis=0)
+        farthest = np.linalg.norm(model.points[corners] - body.centre, axis=1).max()
+        off_centre = float(np.linalg.norm(outline.centre - body.centre))
+        return np.minimum(np.linalg.norm(x[nodes] - centre, axis=1) + off_centre, farthest)
+
+
+def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
+    """Largest stiffness (k,) [N/m] of each node against one surface."""
+    normal = contact.penalty_stiffness + 2.0 * contact.damping / dt
+    return np.maximum(normal, contact.tangential_stiffness)
+
+
+def wall_stiffness(contact: ContactData, walls: WallsData, dt: float) -> np.ndarray:
+    """Largest stiffness (k,) [N/m] of each node against all walls that it can touch at once.
+
+    The sum over their normals n is k_t w I + (k_n - k_t) sum n (x) n for w walls; a round pipe adds
+    at most 1 to the largest eigenvalue of sum n (x) n.
+    """
+    normals = touched_at_once(walls.normals)
+    pipes = len(walls.pipe_names)
+    alike = np.linalg.eigvalsh(normals.T @ normals)[-1] + pipes
+    k_n = contact.penalty_stiffness + 2.0 * contact.damping / dt
+    k_t = contact.tangential_stiffness
+    return (len(normals) + pipes) * k_t + alike * np.maximum(k_n - k_t, 0.0)
+
+
+def touched_at_once(normals: np.ndarray) -> np.ndarray:
+    """Of the unit normals (w, d) of half spaces those that one node can touch: walls that face
+    each other are far apart, so of two opposite sides only the one with more walls counts.
+    """
+    cosines = normals @ normals.T
+    alike, opposite = (cosines > 1.0 - 1e-9).sum(axis=1), (cosines < 1e-9 - 1.0).sum(axis=1)
+    first = np.array([tuple(n) > tuple(-n) for n in normals], dtype=bool)
+    return normals[(alike > opposite) | ((alike == opposite) & first)]

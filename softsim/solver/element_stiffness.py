@@ -1,0 +1,111 @@
+"""What the elements of a body add to the stiffness at most, with their nodes anywhere.
+
+Arrays have the elements last, (..., m): numpy is quick on few long rows.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.elements.geometry import nodal_sizes, nodal_sums, shape_gradients
+from softsim.model import Body
+from softsim.solver.tangent import tangent_bound
+
+
+@dataclass(frozen=True)
+class ElementStiffness:
+    """Of elements (..., m) now.
+
+    volume_gradient (corners, d, m) [m^2]: d(a corner's share of the present volume)/dx of a corner.
+    shape_stiffness (corners, corners, m) [N/m]: between corners, the same for every component.
+    hoop_stiffness (m,) [N/m]: more of it along x, the same between all corners.
+    """
+
+    volume_gradient: np.ndarray
+    shape_stiffness: np.ndarray
+    hoop_stiffness: np.ndarray
+
+    def energies(self, u: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+        """Twice the energy (m,) [J] of corners displaced by u (d, corners, m) [m]; pressure
+        (corners, m) [Pa]: that of the corners under this displacement.
+        """
+        dilation = np.einsum("aim,iam->m", self.volume_gradient, u)
+        shape = np.einsum("abm,iam,ibm->m", self.shape_stiffness, u, u)
+        return dilation * pressure.sum(axis=0) + shape + self.hoop_stiffness * u[0].sum(axis=0) ** 2
+
+
+class BodyStiffness:
+    """The elements of one body, with what does not change as they deform.
+
+    nodal_volumes (n,) [m^3], bulk_modulus [Pa] and bulk_viscosity (n,) [Pa s]: of its averaged
+    nodal pressure (elements/nodal_pressure.py).
+    """
+
+    def __init__(self, body: Body, bulk_viscosity: float) -> None:
+        self.body, self.cells = body, np.ascontiguousarray(body.cells.T)
+        self.corners, self.count = self.cells.shape
+        self.volumes = body.volumes
+        self.gradients = np.ascontiguousarray(
+            shape_gradients(body.points, body.cells).transpose(1, 2, 0)
+        )
+        self.hoop_gradient = body.geometry.hoop_gradient(body.points, body.cells)
+        self.products = gram(self.gradients)
+        share = self.volumes[:, None] / self.corners
+        self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
+        material = body.material
+        self.bulk_modulus = material.bulk_modulus
+        stiffness = material.bulk_modulus + 4.0 / 3.0 * material.instantaneous_shear_modulus
+        impedance = np.sqrt(stiffness * material.density)
+        self.bulk_viscosity = bulk_viscosity * impedance * nodal_sizes(body.points, body.cells)
+
+    def at(self, x: np.ndarray) -> ElementStiffness:
+        """With the body's nodes at x (n, d) [m]."""
+        d = x.shape[1]
+        corners = np.ascontiguousarray(x.T)[:, self.cells]
+        F = np.zeros((3, 3, self.count))
+        F[:d, :d] = (corners[:, :, None] * self.gradients).sum(axis=1)
+        if d == 2:
+            moved = corners[0].sum(axis=0) - self.body.points.T[0, self.cells].sum(axis=0)
+            F[2, 2] = 1.0 + self.hoop_gradient * moved
+        cofactor = cofactors(F)
+        J = (F[0] * cofactor[0]).sum(axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            b_bar = np.abs(J) ** (-2.0 / 3.0) * (F[:, None] * F).sum(axis=2)
+            gradients = (cofactor[:d, :d] * self.gradients[:, None]).sum(axis=2) / J
+            hoop = self.hoop_gradient / F[2, 2]
+        I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
+        e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
+
+        share = J * self.volumes / self.corners
+        present = np.bincount(
+            self.cells.ravel(), np.broadcast_to(share, self.cells.shape).ravel(), len(x)
+        )
+        dilation = present / self.nodal_volumes - 1.0
+        pressure = self.bulk_modulus * dilation[self.cells].mean(axis=0)
+        e_size = np.sqrt(np.maximum(e_squared, 0.0))
+        modulus = tangent_bound(self.body.material, J, I1_bar, e_size, pressure)
+        material, spatial = self.volumes * modulus.material, self.volumes * modulus.spatial
+
+        volume_gradient = share * gradients
+        volume_gradient[:, 0] += share * hoop
+        return ElementStiffness(
+            volume_gradient,
+            material * self.products + spatial * gram(gradients),
+            material * self.hoop_gradient**2 + spatial * hoop**2,
+        )
+
+
+def gram(gradients: np.ndarray) -> np.ndarray:
+    """grad N_a . grad N_b (corners, corners, m) [1/m^2] of gradients (corners, d, m)."""
+    return (gradients[:, None] * gradients).sum(axis=2)
+
+
+def cofactors(F: np.ndarray) -> np.ndarray:
+    """J F^-T (3, 3, m) of F (3, 3, m): cross products of its rows."""
+    result = np.empty_like(F)
+    for i in range(3):
+        a, b = F[(i + 1) % 3], F[(i + 2) % 3]
+        for j in range(3):
+            k, n = (j + 1) % 3, (j + 2) % 3
+            result[i, j] = a[k] * b[n] - a[n] * b[k]
+    return result

@@ -1,0 +1,70 @@
+"""Upper bound of the largest eigenvalue of a large symmetric matrix, from a few products with it.
+
+Lanczos iteration from a random vector. Its estimate lies below the eigenvalue; by how much is known
+(Kuczynski and Wozniakowski 1992, SIAM J. Matrix Anal. Appl. 13:1094-1122, theorem 4.2): of all
+start vectors, evenly distributed over directions, the share that leaves it more than eps lambda
+below after k steps is at most 1.648 sqrt(n) exp(-sqrt(eps) (2 k - 1)), whatever the matrix.
+The start vector is always the same one, and products of vectors are summed by numpy itself
+(einsum), not by BLAS, whose threads change the last bits: the answer depends on the matrix alone.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.linalg import eigh_tridiagonal
+
+# Steps, and the share of start vectors for which the bound may fail. Of 2,000 unknowns the bound
+# then lies 5 % above the estimate, 2.5 % of the time step.
+STEPS = 36
+FAILING_SHARE = 1e-5
+
+
+def largest_eigenvalue_bound(
+    product: Callable[[np.ndarray], np.ndarray], moving: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Upper bound of the largest eigenvalue of a positive semidefinite matrix, and a unit vector
+    (size,) close to its eigenvector.
+
+    product: the matrix times a vector (size,). moving (size,): where it is not zero.
+    """
+    start = np.random.default_rng(0).standard_normal(len(moving)) * moving
+    estimate, vector = lanczos(product, start / length(start), STEPS)
+    return estimate / (1.0 - shortfall(int(moving.sum()), STEPS)), vector
+
+
+def shortfall(size: int, steps: int) -> float:
+    """eps: what the estimate may lack of the eigenvalue, as a share of it."""
+    return float((np.log(1.648 * np.sqrt(size) / FAILING_SHARE) / (2 * steps - 1)) ** 2)
+
+
+def lanczos(
+    product: Callable[[np.ndarray], np.ndarray], start: np.ndarray, steps: int
+) -> tuple[float, np.ndarray]:
+    """Largest Ritz value and its unit vector after `steps` from the unit vector `start`.
+
+    Without reorthogonalisation: directions are lost only when the largest Ritz value has converged
+    (Paige 1976, J. Inst. Math. Appl. 18:341-349).
+    """
+    basis = np.zeros((steps, len(start)))
+    diagonal, beside = np.zeros(steps), np.zeros(steps)
+    vector, previous = start, np.zeros_like(start)
+    for k in range(steps):
+        basis[k] = vector
+        image = product(vector) - beside[k - 1] * previous
+        diagonal[k] = np.einsum("i,i", vector, image)
+        image -= diagonal[k] * vector
+        beside[k] = length(image)
+        # An invariant subspace, which holds the eigenvector: nothing is left to find.
+        if beside[k] <= 1e-10 * diagonal[: k + 1].max():
+            steps = k + 1
+            break
+        vector, previous = image / beside[k], vector
+    values, shares = eigh_tridiagonal(
+        diagonal[:steps], beside[: steps - 1], select="i", select_range=(steps - 1, steps - 1)
+    )
+    return float(values[0]), np.einsum("k,ki", shares[:, 0], basis[:steps])
+
+
+def length(vector: np.ndarray) -> float:
+    """Euclidean norm."""
+    return float(np.sqrt(np.einsum("i,i", vector, vector)))

@@ -1,0 +1,180 @@
+"""Upper bound of the stiffness of a whole model, as the matrix M^-1/2 K M^-1/2 on nodal vectors.
+
+K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: averaged nodal pressure, G_a = dJ_a/dx, with
+                                                its bulk viscosity eta_a
+  + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py
+  + diag(k_a)                                   contact: contact_stiffness.py
+  + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
+Nodes that are tied to a rigid body count as free, with some of its mass (rigid_inertia.py). Fixed
+and prescribed components do not move.
+The load stiffness of a pressure p is left out: some p / kappa of what contact adds.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from softsim.elements.geometry import Geometry
+from softsim.model import Model
+from softsim.solver.contact_stiffness import ContactStiffness
+from softsim.solver.element_stiffness import BodyStiffness, ElementStiffness
+from softsim.solver.rigid_inertia import tied_mass
+
+
+@dataclass(frozen=True)
+class ScaledStiffness:
+    """M^-1/2 K M^-1/2 [1/s^2] at one configuration and one step.
+
+    compression (n, n d), dilation (n d, n): G M^-1/2 and its transpose. bulk_stiffness (n,) [J]:
+    V_a (kappa + 2 eta_a / dt). shape (n d, n d) [1/s^2]. contact (n d,) [1/s^2]. chambers: vectors
+    (n d,) [1/s] whose squares are added.
+    """
+
+    compression: sp.csr_matrix
+    dilation: sp.csr_matrix
+    bulk_stiffness: np.ndarray
+    shape: sp.csr_matrix
+    contact: np.ndarray
+    chambers: list[np.ndarray]
+
+    def product(self, v: np.ndarray) -> np.ndarray:
+        """The matrix times a vector (n d,)."""
+        result = self.dilation @ (self.bulk_stiffness * (self.compression @ v))
+        result += self.shape @ v
+        result += self.contact * v
+        for chamber in self.chambers:
+            result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py
+        return result
+
+    def row_sum_bound(self) -> float:
+        """Upper bound of the largest eigenvalue [1/s^2]: the largest sum of absolute values of a
+        row, and the whole of each chamber.
+        """
+        ones = np.ones(len(self.contact))
+        rows = abs(self.dilation) @ (self.bulk_stiffness * (abs(self.compression) @ ones))
+        rows += abs(self.shape) @ ones + self.contact
+        return float(rows.max() + sum((c**2).sum() for c in self.chambers))
+
+
+class ModelStiffness:
+    """The stiffness of a model in any configuration: its pattern and its masses, once.
+
+    moving (n d,): which components move. root_yield (n d,): 1/sqrt(m) of them, else 0.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.bodies = [BodyStiffness(b, model.bulk_viscosity) for b in model.bodies]
+        n, d = model.points.shape
+        self.contact = ContactStiffness(model)
+        self.root_yield = root_yield(model).ravel()
+        self.moving = self.root_yield > 0.0
+        self.nodal_volumes, self.bulk_modulus, self.bulk_viscosity = np.ones((3, n))
+        for b in self.bodies:
+            nodes = b.body.nodes
+            self.nodal_volumes[nodes] = b.nodal_volumes
+            self.bulk_modulus[nodes] = b.bulk_modulus
+            self.bulk_viscosity[nodes] = b.bulk_viscosity
+
+        cells = np.concatenate([b.cells + b.body.first_node for b in self.bodies], axis=1)
+        # Pairs of nodes that share an element, and which one two corners are (corners, corners, m).
+        pairs, inverse = np.unique(cells[:, None] * n + cells, return_inverse=True)
+        self.pair_count, self.pair_of_corners = len(pairs), inverse.ravel()
+        first, second = np.divmod(pairs, n)
+        first_component = (first[:, None] * d + np.arange(d)).ravel()
+        second_component = (second[:, None] * d + np.arange(d)).ravel()
+        first = np.repeat(first, d)
+        self.compression = numbered(first, second_component, (n, n * d))
+        self.dilation = numbered(second_component, first, (n * d, n))
+        self.shape = numbered(first_component, second_component, (n * d, n * d))
+        self.compression_scale = self.root_yield[second_component] / self.nodal_volumes[first]
+        self.shape_scale = self.root_yield[first_component] * self.root_yield[second_component]
+
+    def elements(self, x: np.ndarray) -> list[ElementStiffness]:
+        """Of each body with all nodes at x (n, d) [m]."""
+        return [b.at(x[b.body.nodes]) for b in self.bodies]
+
+    def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
+        """The matrix without damping, with all nodes at x, where the elements are like this."""
+        d = x.shape[1]
+        gradient = np.concatenate([e.volume_gradient for e in elements], axis=2)
+        shape = np.concatenate([e.shape_stiffness for e in elements], axis=2)
+        hoop = np.concatenate([e.hoop_stiffness for e in elements])
+        corners = len(gradient)
+        per_pair = (corners, *gradient[:, 0].shape)  # d(J of a)/dx of b does not depend on a
+        G = np.stack([self.pair_sums(np.broadcast_to(gradient[:, i], per_pair)) for i in range(d)])
+        K = np.repeat(self.pair_sums(shape)[None], d, axis=0)
+        if hoop.any():
+            K[0] += self.pair_sums(np.broadcast_to(hoop, shape.shape))
+        G_values = G.T.ravel() * self.compression_scale
+        return ScaledStiffness(
+            filled(self.compression, G_values),
+            filled(self.dilation, G_values),
+            self.nodal_volumes * self.bulk_modulus,
+            filled(self.shape, K.T.ravel() * self.shape_scale),
+            self._contact(x, np.inf),
+            chamber_vectors(self.model, x),
+        )
+
+    def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
+        """The matrix with (2 / dt) C of bulk viscosity and dashpots at the step dt [s]."""
+        modulus = self.bulk_modulus + 2.0 * self.bulk_viscosity / dt
+        volume_stiffness = self.nodal_volumes * modulus
+        return replace(undamped, bulk_stiffness=volume_stiffness, contact=self._contact(x, dt))
+
+    def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Stiffness of contact over mass (n d,) [1/s^2]."""
+        return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.root_yield**2
+
+    def pair_sums(self, values: np.ndarray) -> np.ndarray:
+        """Sum over the elements of the values (corners, corners, m) of each pair of nodes."""
+        return np.bincount(self.pair_of_corners, values.ravel(), self.pair_count)
+
+
+def numbered(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sp.csr_matrix:
+    """A sparse pattern whose values are the numbers of the entries in the order given."""
+    matrix = sp.csr_matrix((np.arange(len(rows)), (rows, columns)), shape=shape)
+    matrix.sort_indices()
+    return matrix
+
+
+def filled(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
+    """The matrix of a `numbered` pattern with these values of its entries."""
+    parts = (values[pattern.data], pattern.indices, pattern.indptr)
+    return sp.csr_matrix(parts, shape=pattern.shape)
+
+
+def root_yield(model: Model) -> np.ndarray:
+    """1/sqrt(m) (n, d) of the components that move, 0 of the others; where none does, as if all
+    did, for a step is wanted still.
+    """
+    moves, mass = model.is_free.copy(), model.mass.copy()
+    for body in model.rigid_bodies:
+        tied = body.tied[mass[body.tied] > 0.0]
+        moves[tied] = True
+        mass[tied] += tied_mass(body, model.points, tied)
+    if not moves.any():
+        moves[:] = True
+    mass[mass == 0.0] = np.inf  # corners of outlines
+    return moves / np.sqrt(mass)[:, None]
+
+
+def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
+    """sqrt(-dp/dV) M^-1/2 dV/dx (n d,) [1/s] of each chamber whose pressure falls with its volume,
+    as full as its profile ever makes it.
+    """
+    vectors = []
+    for load in model.pressures:
+        stiffness = load.drive.stiffness(load.volume(x), load.drive.fullest)
+        if stiffness > 0.0:
+            gradient = volume_gradient(load.geometry, load.facets, x)
+            vectors.append(np.sqrt(stiffness) * (gradient * root_yield(model)).ravel())
+    return vectors
+
+
+def volume_gradient(geometry: Geometry, facets: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """dV/dx (n, d) [m^2] of the volume that facets enclose: the forces of a pressure of 1 Pa."""
+    gradient = np.zeros_like(x)
+    np.add.at(gradient, facets, geometry.volume_gradient(x, facets))
+    return gradient
