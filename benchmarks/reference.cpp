@@ -1,6 +1,6 @@
 // The ceiling: softsim's bare explicit increment, written by hand for one processor.
 //
-//     reference INPUT [POSITIONS]
+//     reference INPUT THREADS INCREMENTS REPEATS [POSITIONS]
 //
 // INPUT is written by ceiling.py (layout: `read_problem` below). Prints its rate as JSON; writes
 // the final positions to POSITIONS. One increment is
@@ -202,6 +202,7 @@ class Array {  // zeroed, on huge pages where there are any
 };
 
 class Barrier {  // spins: sleeping threads would wake later than a pass takes
+    static constexpr int PATIENCE = 20000;  // then another process has the core: leave it ours
     std::atomic<int> arrived_{0}, round_{0};
     int threads_;
 
@@ -215,7 +216,8 @@ class Barrier {  // spins: sleeping threads would wake later than a pass takes
             round_.store(round + 1, std::memory_order_release);
             return;
         }
-        while (round_.load(std::memory_order_acquire) == round) {
+        for (int k = 0; round_.load(std::memory_order_acquire) == round; ++k) {
+            if (k > PATIENCE) std::this_thread::yield();
         }
     }
 };
@@ -223,7 +225,7 @@ class Barrier {  // spins: sleeping threads would wake later than a pass takes
 // --- the problem ---------------------------------------------------------------------------------
 
 struct Problem {
-    int64_t dimension, nodes, cells, threads, increments, repeats;
+    int64_t dimension, nodes, cells;
     double thickness, dt, bulk_modulus, C10, C20, C30;
     std::vector<double> gravity;                              // (d)
     std::vector<double> points, position, velocity;           // (nodes, d)
@@ -238,7 +240,7 @@ Problem read_problem(const char* path) {
     auto read = [&](auto* to, size_t count) {
         file.read(reinterpret_cast<char*>(to), std::streamsize(count * sizeof *to));
     };
-    read(&p.dimension, 6);
+    read(&p.dimension, 3);
     read(&p.thickness, 6);
     size_t d = size_t(p.dimension), n = size_t(p.nodes);
     auto numbers = [&](std::vector<double>& to, size_t count) {
@@ -273,10 +275,10 @@ struct Layout {
 
 constexpr long WINDOW = 64;  // nodes sorted by how many elements they have
 
-// Cells and nodes come in a band. Every other thread goes through its share backwards, so that
+// Cells come in the order of their lowest nodes, which are numbered for a narrow band. Every other thread goes through its share backwards, so that
 // two threads meet at their interface at the end.
-Layout lay_out(const Problem& p) {
-    long corners = p.dimension + 1, threads = p.threads;
+Layout lay_out(const Problem& p, long threads) {
+    long corners = p.dimension + 1;
     Layout layout;
     std::vector<long> last(p.nodes, -1), owner(p.nodes, -1), degree(p.nodes, 0);
     std::vector<bool> shared(p.nodes, false);
@@ -364,9 +366,9 @@ class Solver {
     Barrier barrier_;
 
   public:
-    explicit Solver(const Problem& p)
+    Solver(const Problem& p, int threads)
         : problem_(p),
-          layout_(lay_out(p)),
+          layout_(lay_out(p, threads)),
           blocks_(long(layout_.cell_at.size()) / LANES),
           slices_(long(layout_.node_at.size()) / LANES),
           measure_(D == 2 ? 0.5 * p.thickness : 1.0 / 6.0),
@@ -382,7 +384,7 @@ class Solver {
           pressure_(slices_ + 1),
           inverse_node_volume_(slices_),
           viscosity_(slices_),
-          barrier_(int(p.threads)) {
+          barrier_(threads) {
         place_nodes();
         place_elements();
         for (const Part& part : layout_.parts) plan_.push_back(planned(part));
@@ -390,16 +392,16 @@ class Solver {
 
     // Forces at the start and half a kick, then `repeats` times `increments` increments; run by
     // every thread. Takes the seconds of each repeat.
-    void run(int thread, std::vector<double>& seconds) {
-        const Problem& p = problem_;
-        increment(thread, 0.5 * p.dt, 0.0);
-        for (int64_t r = 0; r < p.repeats; ++r) {
+    void run(int thread, long increments, long repeats, std::vector<double>& seconds) {
+        double dt = problem_.dt;
+        increment(thread, 0.5 * dt, 0.0);
+        for (long r = 0; r < repeats; ++r) {
             auto start = std::chrono::steady_clock::now();
-            drift(layout_.parts[thread], p.dt);
+            drift(layout_.parts[thread], dt);
             barrier_.wait();
             // The drift of the next increment rides on the kick.
-            for (int64_t k = 0; k < p.increments; ++k) {
-                increment(thread, p.dt, k + 1 < p.increments ? p.dt : 0.0);
+            for (long k = 0; k < increments; ++k) {
+                increment(thread, dt, k + 1 < increments ? dt : 0.0);
             }
             std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
             if (thread == 0) seconds.push_back(took.count());
@@ -672,40 +674,46 @@ class Solver {
 };
 
 template <int D>
-int solve(const Problem& p, const char* positions) {
-    Solver<D> solver(p);
+void solve(const Problem& p, int threads, long increments, long repeats, const char* positions) {
+    Solver<D> solver(p, threads);
     std::vector<double> seconds;
     std::vector<std::thread> others;
-    for (int t = 1; t < p.threads; ++t) {
-        others.emplace_back([&, t] { solver.run(t, seconds); });
+    for (int t = 1; t < threads; ++t) {
+        others.emplace_back([&, t] { solver.run(t, increments, repeats, seconds); });
     }
-    solver.run(0, seconds);
+    solver.run(0, increments, repeats, seconds);
     for (auto& thread : others) thread.join();
 
     auto x = solver.positions(), v = solver.velocities();
-    double kinetic = 0.0, norm = 0.0;
+    double kinetic = 0.0, squares = 0.0;
     for (size_t i = 0; i < x.size(); ++i) {
-        norm += (x[i] - p.points[i]) * (x[i] - p.points[i]);
+        squares += (x[i] - p.points[i]) * (x[i] - p.points[i]);
         if (p.inverse_mass[i] > 0.0) kinetic += 0.5 * v[i] * v[i] / p.inverse_mass[i];
     }
     std::sort(seconds.begin(), seconds.end());
-    double updates = double(p.cells) * double(p.increments);
+    double updates = double(p.cells) * double(increments);
     std::printf("{\"best\": %.6g, \"median\": %.6g, \"kinetic_energy\": %.17g, ",
                 updates / seconds.front(), updates / seconds[seconds.size() / 2], kinetic);
-    std::printf("\"squared_displacements\": %.17g}\n", norm);
+    std::printf("\"squared_displacements\": %.17g}\n", squares);
     if (positions) {
         std::ofstream file(positions, std::ios::binary);
         file.write(reinterpret_cast<const char*>(x.data()), std::streamsize(x.size() * sizeof x[0]));
     }
-    return 0;
 }
 
 int main(int argc, char** argv) {
-    if (argc < 2) {
-        std::fprintf(stderr, "usage: reference INPUT [POSITIONS]\n");
+    if (argc < 5) {
+        std::fprintf(stderr, "usage: reference INPUT THREADS INCREMENTS REPEATS [POSITIONS]\n");
         return 2;
     }
     Problem problem = read_problem(argv[1]);
-    const char* positions = argc > 2 ? argv[2] : nullptr;
-    return problem.dimension == 2 ? solve<2>(problem, positions) : solve<3>(problem, positions);
+    int threads = std::atoi(argv[2]);
+    long increments = std::atol(argv[3]), repeats = std::atol(argv[4]);
+    const char* positions = argc > 5 ? argv[5] : nullptr;
+    if (threads < 1 || increments < 1 || repeats < 1) {
+        std::fprintf(stderr, "threads, increments and repeats are at least 1\n");
+        return 2;
+    }
+    (problem.dimension == 2 ? solve<2> : solve<3>)(problem, threads, increments, repeats, positions);
+    return 0;
 }
