@@ -42,7 +42,7 @@ def ratio_row(
     """A rate [M/s] that shall reach a share of the ceiling."""
     ratio = None if ceiling is None else rate / ceiling
     met = None if ratio is None else ratio >= target
-    text = f"ratio >= {target:g}"
+    text = f">= {target:g}"
     return Row(name, rate, "M/s", ceiling, ratio, text, met, remark)
 
 
@@ -83,13 +83,13 @@ def show(console: Console, rows: list[Row], about: dict[str, Any]) -> None:
     """Everything, for people."""
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     console.print(f"{about['processor']}, {about['cores']} cores, {about['precision']}; {versions}")
-    table = Table("work", "measured", "unit", "ceiling", "ratio", "target", "", box=SIMPLE)
-    for column in (1, 3, 4):
+    table = Table("work", "measured", "ceiling", "ratio", "target", "", box=SIMPLE)
+    for column in (1, 2, 3):
         table.columns[column].justify = "right"
     for row in rows:
         verdict = {True: "met", False: "missed", None: ""}[row.met]
         table.add_row(
-            row.name, f"{row.rate:.4g}", row.unit, _number(row.ceiling), _number(row.ratio),
+            row.name, f"{row.rate:.4g} {row.unit}", _number(row.ceiling), _number(row.ratio),
             row.target, verdict,
         )  # fmt: skip
     console.print(table)

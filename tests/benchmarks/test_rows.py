@@ -33,7 +33,7 @@ def test_json_and_table_hold_every_row(tmp_path):
     assert "taichi" in written["versions"]
     assert written["rows"][0] == {
         "name": "fast", "rate": 60.0, "unit": "M/s", "ceiling": 100.0, "ratio": 0.6,
-        "target": "ratio >= 0.5", "met": True, "remark": "",
+        "target": ">= 0.5", "met": True, "remark": "",
     }  # fmt: skip
     text = io.StringIO()
     show(Console(file=text, width=100), rows, machine())
