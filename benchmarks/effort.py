@@ -19,4 +19,4 @@ class Effort:
 
 # Short measurements and many: some of them find the machine undisturbed.
 FULL = Effort(rounds=15, seconds=0.4, counts=(20_000, 200_000), starts=3, simulated=None)
-QUICK = Effort(rounds=6, seconds=0.2, counts=(5_000, 20_000), starts=1, simulated=0.2)
+QUICK = Effort(rounds=4, seconds=0.2, counts=(20_000, 200_000), starts=1, simulated=0.2)

@@ -1,7 +1,7 @@
 """Rates of the solver against the ceiling, measured in turn.
 
 The speed of a shared machine drifts. Ours and the ceiling's are measured one after the other in
-several rounds, and the best round of each counts: the one that was disturbed least.
+several rounds of many short pieces, and the best piece of each counts: the one disturbed least.
 """
 
 import functools
@@ -17,6 +17,7 @@ from softsim.scene.loading import load_scene
 from softsim.solver.time_step import stable_increment
 
 MEGA = 1e6
+PIECES = 16  # of a round
 
 
 def bare_problem(scene: Path, folder: Path) -> Problem:
@@ -105,15 +106,15 @@ def _in_turn(
     solver: SolverProcess, ceiling: Ceiling | None, effort: Effort
 ) -> tuple[float, float | None]:
     """Best rates [M element updates/s] of the solver and the ceiling."""
-    count = solver.increments_for(effort.seconds)
-    repeats = 3  # the first one finds cold caches
-    ceiling_count = 1 if ceiling is None else ceiling.increments_for(effort.seconds / repeats)
+    piece = effort.seconds / PIECES
+    count = solver.increments_for(piece)
+    ceiling_count = 1 if ceiling is None else ceiling.increments_for(piece)
     ours, highest = [], []
     for _ in range(effort.rounds):
-        solver.start(count)
+        solver.start(count, PIECES)
         ours.append(solver.rate())
         if ceiling is not None:
-            highest.append(finished(ceiling.started(ceiling_count, repeats))["best"])
+            highest.append(finished(ceiling.started(ceiling_count, PIECES))["best"])
     return max(ours) / MEGA, max(highest) / MEGA if highest else None
 
 

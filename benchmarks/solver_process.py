@@ -36,23 +36,24 @@ class SolverProcess:
             raise RuntimeError(f"a worker ended with exit code {self.process.wait()}")
         return json.loads(line)
 
-    def start(self, increments: int) -> None:
-        """Let it do so many increments; `rate` waits for them."""
+    def start(self, increments: int, times: int = 1) -> None:
+        """Let it do so many increments, so many times; `rate` waits for them."""
         assert self.process.stdin is not None
-        self.process.stdin.write(f"{increments}\n")
+        self.process.stdin.write(f"{increments} {times}\n")
         self.process.stdin.flush()
         self.started = increments
 
     def rate(self) -> float:
-        """Element updates per second, over all scenarios, of the increments just started."""
-        return self.started * self.element_count * self.scenarios / self._answer()["seconds"]
+        """Element updates per second, over all scenarios, in the best of the times started."""
+        updates = self.started * self.element_count * self.scenarios
+        return updates / min(self._answer()["seconds"])
 
     def increments_for(self, seconds: float) -> int:
         """About so many increments take so long."""
         trial = 4
         while True:
             self.start(trial)
-            took = self._answer()["seconds"]
+            (took,) = self._answer()["seconds"]
             if took > 0.1 * seconds:
                 return max(1, int(trial * seconds / took))
             trial *= 4

@@ -93,7 +93,7 @@ def show(console: Console, rows: list[Row], about: dict[str, Any]) -> None:
             row.target, verdict,
         )  # fmt: skip
     console.print(table)
-    console.print("M/s: million element updates a second. Rates: best of several rounds in turn.")
+    console.print("M/s: million element updates a second. Rates: best of several rounds, in turn.")
     for row in rows:
         if row.remark:
             console.print(f"{row.name}: {row.remark}", highlight=False)

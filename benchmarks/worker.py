@@ -1,7 +1,8 @@
 """A solver in a process of its own: `python -m benchmarks.worker SCENE DEVICE THREADS SCENARIOS`.
 
-Prints a line of JSON when it is ready; then does as many increments as each line on its standard
-input says, and prints how long they took. Taichi is global to a process, so is the peak memory.
+Prints a line of JSON when it is ready. For each line "INCREMENTS TIMES" on its standard input it
+does so many increments, so many times, and prints how long each time took. Taichi is global to a
+process, so is the peak memory.
 """
 
 import json
@@ -31,10 +32,16 @@ def main(scene: str, device: str, threads: str, scenarios: str) -> None:
     ti.sync()
     answer(element_count=model.element_count, peak_memory=peak_memory())
     for line in sys.stdin:
-        start = time.perf_counter()
-        solver.advance(int(line))
-        ti.sync()
-        answer(seconds=time.perf_counter() - start)
+        increments, times = map(int, line.split())
+        answer(seconds=[seconds(solver, increments) for _ in range(times)])
+
+
+def seconds(solver: ExplicitSolver, increments: int) -> float:
+    """How long so many increments take."""
+    start = time.perf_counter()
+    solver.advance(increments)
+    ti.sync()
+    return time.perf_counter() - start
 
 
 def answer(**values: Any) -> None:
