@@ -7,6 +7,7 @@ import sys
 
 from rich.console import Console
 
+from benchmarks.gpu import bytes_an_increment
 from benchmarks.scenes import ROOT, triangles
 from benchmarks.solver_process import SolverProcess
 from benchmarks.table import Row, limit_row, machine, ratio_row, show, write_json
@@ -54,3 +55,22 @@ def test_an_unknown_measurement_is_refused():
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 2
     assert "everything" in done.stderr
+
+
+def test_bytes_of_an_increment(build):
+    """Two triangles on four nodes, counted by hand: x, v, J in and out for each scenario; three
+    corners, four gradient components, volume of each triangle, mass and volume of each node once.
+    """
+    model = build(
+        """
+        bodies:
+          block: {mesh: {generator: block, length: 1 mm, height: 1 mm, element_size: 1 mm},
+                  formulation: plane_strain, thickness: 1 mm, material: rubber, fixed: [bottom]}
+        materials:
+          rubber: {law: yeoh, C10: 36 kPa, density: 1000 kg/m^3}
+        time: {end: 1 s}
+        """
+    )
+    each, once = 4 * 5 * 2 * 8, 2 * (3 * 4 + 5 * 8) + 4 * 2 * 8
+    assert bytes_an_increment(model, 1) == each + once
+    assert bytes_an_increment(model, 64) == 64 * each + once
