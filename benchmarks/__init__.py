@@ -1,0 +1,1 @@
+"""How fast softsim is: `python -m benchmarks`. Not part of the installed package."""

@@ -1,0 +1,62 @@
+"""`python -m benchmarks [--json FILE] [--quick]`: the numbers that softsim's speed is judged by."""
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from benchmarks import rates, whole_runs
+from benchmarks.ceiling import compiled
+from benchmarks.effort import FULL, QUICK, Effort
+from benchmarks.gpu import gpu_rows
+from benchmarks.table import Row, machine, show, write_json
+from softsim import backend
+
+Measurement = Callable[[Path, Path | None, Effort], list[Row]]
+ON_THE_CPU: dict[str, Measurement] = {
+    "pfr": rates.one_run,
+    "pair": rates.two_runs,
+    "triangles": rates.triangle_rows,
+    "tetrahedra": rates.tetrahedron_rows,
+    "start": whole_runs.start_rows,
+    "run": whole_runs.whole_run_rows,
+}
+
+
+def main(
+    json: Annotated[Path | None, typer.Option(help="Write the rows to this file too.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer rounds, rougher numbers.")] = False,
+    only: Annotated[
+        list[str] | None, typer.Option(help=f"Of: {', '.join(ON_THE_CPU)}, gpu; repeatable.")
+    ] = None,
+) -> None:
+    """Measure softsim on this machine against a hand-written C++ program."""
+    console = Console()
+    measurements = dict(ON_THE_CPU)
+    if backend.cuda_is_present():
+        measurements["gpu"] = gpu_rows
+    else:
+        console.print("no CUDA device answers: the rows of a GPU are left out")
+    unknown = sorted(set(only or ()) - set(measurements))
+    if unknown:
+        raise typer.BadParameter(f"{', '.join(unknown)}: there is {', '.join(measurements)}")
+    rows = []
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch)
+        program = compiled(folder)
+        if program is None:
+            console.print("no C++ compiler ($CXX, c++, g++, clang++): no ceiling, no ratios")
+        for name in only or measurements:
+            console.print(f"measuring: {name}")
+            rows += measurements[name](folder, program, QUICK if quick else FULL)
+    about = machine()
+    show(console, rows, about)
+    if json is not None:
+        write_json(json, rows, about)
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,103 @@
+"""Rows of measured numbers against their targets, as a table and as JSON."""
+
+import json
+import os
+import platform
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measured number.
+
+    rate: in `unit`; M/s are million element updates a second. ceiling: the same of the reference,
+    or None. ratio: what the target is about, or None. met: None where there is no target, or
+    nothing to hold against it.
+    """
+
+    name: str
+    rate: float
+    unit: str
+    ceiling: float | None = None
+    ratio: float | None = None
+    target: str = ""
+    met: bool | None = None
+    remark: str = ""
+
+
+def ratio_row(
+    name: str,
+    rate: float,
+    ceiling: float | None,
+    target: float,
+    remark: str = "",
+) -> Row:
+    """A rate [M/s] that shall reach a share of the ceiling."""
+    ratio = None if ceiling is None else rate / ceiling
+    met = None if ratio is None else ratio >= target
+    text = f">= {target:g}"
+    return Row(name, rate, "M/s", ceiling, ratio, text, met, remark)
+
+
+def limit_row(name: str, value: float, unit: str, limit: float, remark: str = "") -> Row:
+    """A number that shall stay below a limit."""
+    return Row(name, value, unit, None, None, f"<= {limit:g} {unit}", value <= limit, remark)
+
+
+def machine() -> dict[str, Any]:
+    """Where this was measured."""
+    return {
+        "processor": processor_name(),
+        "cores": os.cpu_count(),
+        "system": platform.platform(),
+        "precision": "f64",
+        "versions": {
+            "python": platform.python_version(),
+            **{name: version(name) for name in ("softsim", "taichi", "numpy")},
+        },
+    }
+
+
+def processor_name() -> str:
+    """As the system calls it."""
+    listed = Path("/proc/cpuinfo")
+    lines = listed.read_text().splitlines() if listed.is_file() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor()
+
+
+def write_json(path: Path, rows: list[Row], about: dict[str, Any]) -> None:
+    """Everything, for programs."""
+    content = about | {"rows": [asdict(row) for row in rows]}
+    path.write_text(json.dumps(content, indent=1) + "\n")
+
+
+def show(console: Console, rows: list[Row], about: dict[str, Any]) -> None:
+    """Everything, for people."""
+    versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
+    console.print(f"{about['processor']}, {about['cores']} cores, {about['precision']}; {versions}")
+    table = Table("work", "measured", "ceiling", "ratio", "target", "", box=SIMPLE)
+    for column in (1, 2, 3):
+        table.columns[column].justify = "right"
+    for row in rows:
+        verdict = {True: "met", False: "missed", None: ""}[row.met]
+        table.add_row(
+            row.name, f"{row.rate:.4g} {row.unit}", _number(row.ceiling), _number(row.ratio),
+            row.target, verdict,
+        )  # fmt: skip
+    console.print(table)
+    console.print("M/s: million element updates a second. Rates: best of several rounds, in turn.")
+    for row in rows:
+        if row.remark:
+            console.print(f"{row.name}: {row.remark}", highlight=False)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"

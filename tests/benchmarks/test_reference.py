@@ -1,0 +1,80 @@
+"""The ceiling computes softsim's increment."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from benchmarks.ceiling import Ceiling, compiled, compiler, write_problem
+from softsim.solver.time_step import stable_increment
+
+RUBBER = """
+materials:
+  rubber: {law: yeoh, C10: 36 kPa, C20: 9 kPa, C30: 2 kPa, density: 1070 kg/m^3}
+environment: {gravity: 500 m/s^2}
+time: {end: 1 s}
+"""
+BLOCKS = {
+    "triangles": """
+bodies:
+  block: {mesh: {generator: block, length: 11 mm, height: 5 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 7 mm, material: rubber, fixed: [left]}
+""",
+    "tetrahedra": """
+bodies:
+  block: {mesh: {generator: box, length: 5 mm, width: 2 mm, height: 3 mm, element_size: 1 mm},
+          formulation: solid, material: rubber, fixed: [left]}
+""",
+}
+INCREMENTS = 100
+
+
+@pytest.fixture(scope="session")
+def program(tmp_path_factory):
+    """The compiled reference."""
+    if compiler() is None:
+        pytest.skip("no C++ compiler on this machine")
+    return compiled(tmp_path_factory.mktemp("reference"))
+
+
+@pytest.fixture
+def block(build, request):
+    """A block of irregular elements whose nodes start with speeds of their own."""
+    model = build(BLOCKS[request.param] + RUBBER)
+    body = model.bodies[0]
+    random = np.random.default_rng(4)
+    points = body.points + 0.15e-3 * random.uniform(-1.0, 1.0, body.points.shape)
+    moved = dataclasses.replace(body, points=points)
+    velocity = np.where(model.is_free, random.uniform(-6.0, 6.0, points.shape), 0.0)
+    return dataclasses.replace(model, bodies=(moved,), points=points, velocity=velocity)
+
+
+@pytest.mark.parametrize("block", BLOCKS, indirect=True)
+def test_reference_computes_the_increment_of_softsim(block, start, program, tmp_path):
+    """After 100 increments the nodes are where softsim has them, on one thread and on two.
+
+    The two add in different orders. A rounding error of 1e-16 in J, times kappa over the shear
+    modulus (20), hundred times over, is 2e-13 of a strain of order one; chaos does not set in.
+    """
+    solver = start(block)
+    dt = solver.increment
+    solver.advance(INCREMENTS)
+    computed = solver.positions()[0]
+    displacement = np.abs(computed - block.points).max()
+    edges = block.points[block.bodies[0].cells]
+    assert displacement > 0.3 * np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).min()
+
+    problem = write_problem(tmp_path / "block.bin", block, dt)
+    for threads in (1, 2):
+        ceiling = Ceiling(program, problem, threads)
+        reference = ceiling.positions(INCREMENTS, tmp_path / "positions.bin")
+        np.testing.assert_allclose(reference, computed, rtol=0.0, atol=1e-9 * displacement)
+
+
+def test_other_laws_are_refused(build, tmp_path):
+    model = build((BLOCKS["triangles"] + RUBBER).replace("yeoh", "neo_hooke").replace(
+        ", C20: 9 kPa, C30: 2 kPa", ""
+    ))  # fmt: skip
+    dt = stable_increment(model, model.points).value
+    with pytest.raises(ValueError, match="Yeoh"):
+        write_problem(tmp_path / "block.bin", model, dt)
