@@ -25,11 +25,15 @@ real = ti.f64
 
 @dataclass(frozen=True)
 class Device:
-    """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector."""
+    """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector.
+
+    threads: CPU threads that share an increment; 1 on a GPU.
+    """
 
     name: str
     precision: str
     lanes: int
+    threads: int = 1
 
 
 _device: Device | None = None
@@ -73,7 +77,8 @@ def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> 
     remove_stale_lock(folder)
     with contextlib.redirect_stdout(io.StringIO()):  # Taichi announces itself on every start
         start_taichi(name, folder, threads)
-    _device = Device(name, "f64", CPU_LANES if name == "cpu" else 1)
+    on_cpu = name == "cpu"
+    _device = Device(name, "f64", CPU_LANES if on_cpu else 1, threads if on_cpu else 1)
     return _device
 
 
