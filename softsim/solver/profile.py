@@ -1,0 +1,122 @@
+"""Where an increment's time goes: each of its passes alone, many times over.
+
+Taichi has no clock inside a kernel, so a pass is repeated by itself until that takes long enough
+to measure. It then finds its data nearer than in a whole increment: the passes need not add up to
+one, and what is missing (or too much) is reported as such.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import taichi as ti
+
+from softsim import backend
+from softsim.solver.explicit import SAMPLE_EVERY, ExplicitSolver
+from softsim.solver.terms import Pass
+
+# A pass is repeated for so long [s], the best of so many times: ten passes take a second.
+MEASURED_TIME = 0.02
+TRIES = 4
+MOST_REPEATS = 5_000
+# While passes repeat, the step is this share of the real one. Nothing may move meanwhile, yet zero
+# would divide the bulk viscosity's dJ/dt by zero. All repeats together stay below a hundredth of
+# an increment, and no product with it comes near subnormal numbers, which are slow.
+REPEATED_STEP = 1e-6
+# Launches in one kernel call where passes run in parallel: the call itself costs some 20 us.
+UNROLLED = 4
+
+
+@dataclass(frozen=True)
+class PassCost:
+    """What one pass costs: `seconds` an increment, `count` its indices."""
+
+    phase: str
+    name: str
+    count: int
+    seconds: float
+
+
+def pass_costs(solver: ExplicitSolver) -> list[PassCost]:
+    """Time of every pass of an increment, in order; the solver goes on as if nothing had been."""
+    memory = solver.memory()
+    measured = [(p, 1.0) for p in solver.passes]
+    measured += [(p, 1.0 / SAMPLE_EVERY) for p in solver.sampled_passes]
+    repeat = _repetition(solver, [p for p, _ in measured])
+    costs = []
+    for number, (p, share) in enumerate(measured):
+        seconds = share * _seconds_each(lambda count, number=number: repeat(number, count))  # type: ignore[misc]
+        costs.append(PassCost(p.phase, _name(p), p.count, seconds))
+    solver.restore(memory, solver.time, solver.increments, solver.increment)
+    return costs
+
+
+def phase_shares(costs: list[PassCost]) -> dict[str, float]:
+    """Phase -> its share of the time of all passes, the largest first."""
+    whole = sum(c.seconds for c in costs)
+    shares = dict.fromkeys((c.phase for c in costs), 0.0)
+    for c in costs:
+        shares[c.phase] += c.seconds / whole
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def _name(p: Pass) -> str:
+    """The function's name with its class, such as "Nodes.drift"."""
+    return str(getattr(p.function, "__qualname__", p.function))
+
+
+def _seconds_each(repeat: Callable[[int], None]) -> float:
+    """Time of one repeat [s]; `repeat(count)` does that many."""
+    repeat(1)  # compiles
+    count, elapsed = 1, 0.0
+    while elapsed < 0.5 * MEASURED_TIME and count < MOST_REPEATS:
+        grown = MEASURED_TIME / elapsed if elapsed > 0.0 else 10.0
+        count = min(MOST_REPEATS, int(count * min(max(2.0, grown), 10.0)))
+        elapsed = _elapsed(repeat, count)
+    return min(elapsed, *(_elapsed(repeat, count) for _ in range(TRIES - 1))) / count
+
+
+def _elapsed(repeat: Callable[[int], None], count: int) -> float:
+    began = time.perf_counter()
+    repeat(count)
+    ti.sync()
+    return time.perf_counter() - began
+
+
+def _repetition(solver: ExplicitSolver, passes: list[Pass]) -> Callable[[int, int], None]:
+    """repeat(number of the pass, count), in the form in which the solver runs its passes."""
+    repeated = _RepeatedPasses(passes, solver.scenarios)
+    t, dt = solver.time, REPEATED_STEP * solver.increment
+    device = backend.device()
+    if device.name == "cpu" and device.threads == 1:
+        return lambda number, count: repeated.serially(number, count, t, dt)
+
+    def launch(number: int, count: int) -> None:
+        for _ in range(-(-count // UNROLLED)):
+            repeated.by_launches(number, t, dt)
+
+    return launch
+
+
+@ti.data_oriented
+class _RepeatedPasses:
+    """Kernels that run one pass of a list again and again."""
+
+    def __init__(self, passes: list[Pass], scenarios: int) -> None:
+        self.passes, self.scenarios = passes, scenarios
+
+    @ti.kernel
+    def serially(self, number: ti.i32, count: ti.i32, t: ti.f64, dt: ti.f64):
+        ti.loop_config(serialize=True)
+        for s in range(self.scenarios):
+            for n in ti.static(range(len(self.passes))):
+                if number == n:
+                    for _ in range(count):
+                        for i in range(self.passes[n].count):
+                            self.passes[n].function(s, i, t, dt)
+
+    @ti.kernel
+    def by_launches(self, number: ti.template(), t: ti.f64, dt: ti.f64):  # type: ignore[valid-type]  # Taichi wants an instance
+        for _ in ti.static(range(UNROLLED)):
+            for s, i in ti.ndrange(self.scenarios, self.passes[number].count):
+                self.passes[number].function(s, i, t, dt)
