@@ -32,7 +32,7 @@ from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.footprint import refuse_too_large
 from softsim.solver.guards import refuse_broken_elements, refuse_energy_error, strain_warnings
-from softsim.solver.profile import pass_costs, phase_shares
+from softsim.solver.profile import measured_profile
 from softsim.solver.time_step import stable_increment
 
 # Increments between two stations (output, signals), about 10 ms of wall time, and stations between
@@ -383,9 +383,8 @@ class Simulation:
 
     def _write_summary(self, status: str, failure: str | None = None) -> None:
         solver, model, progress = self.solver, self.model, self.progress
-        self.loop_time = time.monotonic() - self.loop_began
-        self.increments_done = solver.increments - self.increments_before
-        rate = model.element_count * self.increments_done / self.loop_time
+        done = solver.increments - self.increments_before
+        rate = model.element_count * done / (time.monotonic() - self.loop_began)
         summary: dict[str, Any] = {
             "status": status,
             "scene": str(self.loaded.path),
@@ -413,12 +412,11 @@ class Simulation:
         self.target.write_json_atomic(files.SUMMARY, summary)
 
     def _add_profile(self) -> None:
-        """What each pass costs, and the share of each phase, into the summary."""
-        costs = pass_costs(self.solver)
+        """What an increment and its passes cost, and the share of each phase, into the summary."""
+        profile = measured_profile(self.solver)
         self.summary |= {
-            "seconds_per_increment": self.loop_time / max(1, self.increments_done),
-            "phases": phase_shares(costs),
-            "profile": [asdict(cost) for cost in costs],
+            "phases": profile.shares(),
+            "profile": asdict(profile) | {"unexplained": profile.unexplained},
         }
         self.target.write_json_atomic(files.SUMMARY, self.summary)
 

@@ -8,11 +8,13 @@ one, and what is missing (or too much) is reported as such.
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import taichi as ti
 
 from softsim import backend
 from softsim.solver.explicit import SAMPLE_EVERY, ExplicitSolver
+from softsim.solver.rate import increment_time
 from softsim.solver.terms import Pass
 
 # A pass is repeated for so long [s], the best of so many times: ten passes take a second.
@@ -27,6 +29,9 @@ REPEATED_STEP = 1e-6
 UNROLLED = 4
 
 
+INCREMENTS_TIME = 0.5  # seconds of whole increments measured
+
+
 @dataclass(frozen=True)
 class PassCost:
     """What one pass costs: `seconds` an increment, `count` its indices."""
@@ -37,27 +42,40 @@ class PassCost:
     seconds: float
 
 
-def pass_costs(solver: ExplicitSolver) -> list[PassCost]:
-    """Time of every pass of an increment, in order; the solver goes on as if nothing had been."""
-    memory = solver.memory()
+@dataclass(frozen=True)
+class Profile:
+    """Passes in their order; `increment`: the time of a whole one, measured as such [s]."""
+
+    passes: list[PassCost]
+    increment: float
+
+    @property
+    def unexplained(self) -> float:
+        """What a whole increment takes beside its passes, each measured alone [s]; or less."""
+        return self.increment - sum(cost.seconds for cost in self.passes)
+
+    def shares(self) -> dict[str, float]:
+        """Phase -> its share of the time of all passes, the largest first."""
+        whole = sum(cost.seconds for cost in self.passes)
+        shares = dict.fromkeys((cost.phase for cost in self.passes), 0.0)
+        for cost in self.passes:
+            shares[cost.phase] += cost.seconds / whole
+        return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def measured_profile(solver: ExplicitSolver) -> Profile:
+    """Time of an increment and of every pass; the solver goes on as if nothing had been."""
+    memory, then, increments = solver.memory(), solver.time, solver.increments
+    increment = increment_time(solver, INCREMENTS_TIME)
     measured = [(p, 1.0) for p in solver.passes]
     measured += [(p, 1.0 / SAMPLE_EVERY) for p in solver.sampled_passes]
     repeat = _repetition(solver, [p for p, _ in measured])
-    costs = []
-    for number, (p, share) in enumerate(measured):
-        seconds = share * _seconds_each(lambda count, number=number: repeat(number, count))  # type: ignore[misc]
-        costs.append(PassCost(p.phase, _name(p), p.count, seconds))
-    solver.restore(memory, solver.time, solver.increments, solver.increment)
-    return costs
-
-
-def phase_shares(costs: list[PassCost]) -> dict[str, float]:
-    """Phase -> its share of the time of all passes, the largest first."""
-    whole = sum(c.seconds for c in costs)
-    shares = dict.fromkeys((c.phase for c in costs), 0.0)
-    for c in costs:
-        shares[c.phase] += c.seconds / whole
-    return dict(sorted(shares.items(), key=lambda item: -item[1]))
+    passes = [
+        PassCost(p.phase, _name(p), p.count, share * _seconds_each(partial(repeat, number)))
+        for number, (p, share) in enumerate(measured)
+    ]
+    solver.restore(memory, then, increments, solver.increment)
+    return Profile(passes, increment)
 
 
 def _name(p: Pass) -> str:
