@@ -6,8 +6,8 @@ Nothing here starts Taichi, so a command refuses at once what this machine canno
 import ctypes
 import os
 import platform
-from contextlib import contextmanager
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol

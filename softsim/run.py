@@ -20,11 +20,11 @@ from softsim.model import Model
 from softsim.output import folder as files
 from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from softsim.output.console import ProgressReport
+from softsim.output.expectations import failed_expectations
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import RunFolder
 from softsim.output.history import History, read_history
 from softsim.output.measures import measures
-from softsim.output.expectations import failed_expectations
 from softsim.output.observation import columns, description, frame, mesh_of, observe
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
@@ -127,6 +127,7 @@ class Simulation:
         self.console = console
         self.began = time.monotonic()
         self.finished = False
+        self.energy_error, self.contact_count = 0.0, 0
         self.warned: set[str] = set()
         path = target.path
         checkpoint = read_checkpoint(path / files.CHECKPOINT) if resume else None
@@ -221,10 +222,10 @@ class Simulation:
         self.log_file.close()
 
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
-        progress, solver = self.progress, self.solver
+        solver = self.solver
         self.loop_began = last_checkpoint = time.monotonic()
         self.finished = self._is_done()
-        error, contacts = self._look()
+        self.look()
         while not self.finished:
             if asked:
                 self.checkpoint()
@@ -233,21 +234,26 @@ class Simulation:
                     f"stopped by {name} at t = {solver.time:.6g} s; checkpoint written",
                     hint="continue with --resume",
                 )
-            if progress.stations % INSPECT_EVERY == 0:
-                self.inspect()
-            solver.advance(self._increments_to_station())
-            progress.stations += 1
-            if self.first_increment_after == 0.0:
-                self.first_increment_after = time.monotonic() - self.began
-            progress.time, progress.increments = solver.time, solver.increments
-            self.finished = self._is_done()
-            error, contacts = self._look(error, contacts)
-            report.update(solver.time, error, contacts)
+            self.go_to_station()
+            report.update(solver.time, self.energy_error, self.contact_count)
             if time.monotonic() - last_checkpoint >= self.output.checkpoint_interval:
                 self.checkpoint()
                 last_checkpoint = time.monotonic()
-        self.inspect()
+        self._inspect()
         self.checkpoint()
+
+    def go_to_station(self) -> None:
+        """Advance to the next station, and do what is due: guards, a history row, a frame."""
+        progress, solver = self.progress, self.solver
+        if progress.stations % INSPECT_EVERY == 0:
+            self._inspect()
+        solver.advance(self._increments_to_station())
+        progress.stations += 1
+        if self.first_increment_after == 0.0:
+            self.first_increment_after = time.monotonic() - self.began
+        progress.time, progress.increments = solver.time, solver.increments
+        self.finished = self._is_done()
+        self.look()
 
     def _is_done(self) -> bool:
         """At the end time; a static run goes on until forces balance, within its limit."""
@@ -291,7 +297,7 @@ class Simulation:
         solver.change_increment(left / to_end)
         return to_end
 
-    def inspect(self) -> None:
+    def _inspect(self) -> None:
         """Guards, and the stable increment, which changes as the elements deform."""
         solver, model = self.solver, self.model
         self._refuse_broken_elements()
@@ -315,7 +321,7 @@ class Simulation:
         try:
             refuse_broken_elements(self.model, self.solver.positions()[0], self.solver.time)
         except StabilityError:
-            self.write_frame()
+            self._write_frame()
             raise
 
     def _warn_of_strain(self) -> None:
@@ -327,20 +333,18 @@ class Simulation:
                 log.warning(text)
                 self.console.print(f"warning: {text}", highlight=False)
 
-    def _look(self, error: float = 0.0, contacts: int = 0) -> tuple[float, int]:
-        """Write history and frames that are due; the newest energy error and contact count."""
+    def look(self) -> None:
+        """Write the history row and the frame that are due."""
         solver, progress = self.solver, self.progress
         if solver.time > progress.last_history and (
             self.finished or solver.time >= progress.next_history
         ):
-            error, contacts = self.write_row()
+            self._write_row()
         if solver.time >= progress.next_frame or self.finished:
-            self.write_frame()
+            self._write_frame()
             progress.next_frame = _next_multiple(self.output.frame_interval, solver.time)
-        return error, contacts
 
-    def write_row(self) -> tuple[float, int]:
-        """Append a row of the history; its energy error and contact count."""
+    def _write_row(self) -> None:
         solver, progress = self.solver, self.progress
         interval = solver.time - max(progress.last_history, 0.0)
         seen = observe(solver, self.meter, self.balance, interval)
@@ -350,18 +354,17 @@ class Simulation:
         progress.largest_turnover = self.balance.largest_turnover
         for walls in solver.terms.wall_contacts:
             walls.clear_impulses()
-        error, contacts = seen.row["energy_error"], int(seen.row["contact_count"])
+        error = self.energy_error = seen.row["energy_error"]
+        self.contact_count = int(seen.row["contact_count"])
         progress.largest_energy_error = max(progress.largest_energy_error, error)
         if not error <= self.model.energy_error_limit:
             energies = asdict(seen.energies)
             largest = max(energies, key=lambda k: abs(energies[k]))
             self._refuse_broken_elements()  # a cause says more than a symptom
-            self.write_frame()
+            self._write_frame()
             refuse_energy_error(self.model, error, solver.time, largest)
-        return error, contacts
 
-    def write_frame(self) -> None:
-        """Append the fields of this moment, unless they are there."""
+    def _write_frame(self) -> None:
         if self.solver.time > self.fields.last_time:
             now = frame(self.solver)
             self.fields.append(self.solver.time, now.point_data, now.cell_data, now.extra)

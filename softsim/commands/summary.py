@@ -41,7 +41,9 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
         table.add_column(heading, justify="right")
 
     def row(phase: str, name: str, indices: str, seconds: float) -> None:
-        table.add_row(phase, name, indices, f"{seconds * 1e6:.2f}", f"{100 * seconds / whole:.1f} %")
+        table.add_row(
+            phase, name, indices, f"{seconds * 1e6:.2f}", f"{100 * seconds / whole:.1f} %"
+        )
 
     for cost in sorted(profile["passes"], key=lambda cost: -cost["seconds"]):
         row(cost["phase"], cost["name"], f"{cost['count']:,}", cost["seconds"])

@@ -11,11 +11,14 @@ BLOCK_TIME = 0.02  # seconds of one measurement, so that the call itself does no
 
 
 def increment_time(solver: ExplicitSolver, seconds: float) -> float:
-    """Median time of an increment [s], of real ones done for about `seconds`; the first compile."""
+    """Median time of an increment [s], of real ones done for about `seconds`.
+
+    The step stays what it is. The first increment, which compiles, is not among them.
+    """
     _time_of(solver, 1)
-    count, elapsed = 8, _time_of(solver, 8)
-    while elapsed < BLOCK_TIME:
-        count = int(count * min(10.0, 1.0 + 1.2 * BLOCK_TIME / elapsed))
+    count, elapsed = 1, _time_of(solver, 1)
+    while elapsed < 0.5 * BLOCK_TIME:
+        count = int(count * min(10.0, 1.0 + BLOCK_TIME / elapsed))
         elapsed = _time_of(solver, count)
     blocks = [elapsed]
     while sum(blocks) < seconds:
