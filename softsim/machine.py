@@ -66,10 +66,20 @@ class GraphicsCard:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a run takes: `device` is "cpu" or "cuda", `threads` a number or None for `auto`."""
+    """What a run takes: `device` is "cpu" or "cuda", `threads` a number or None for `auto`.
+
+    Raises DeviceError: several threads on the GPU.
+    """
 
     device: str
     threads: int | None
+
+    def __post_init__(self) -> None:
+        if self.device == "cuda" and self.threads not in (None, 1):
+            raise DeviceError(
+                f"--threads {self.threads} counts processors, and this run takes the GPU",
+                hint=f"--device cpu --threads {self.threads}, or leave --threads out",
+            )
 
     def threads_for(self, element_count: int) -> int:
         """CPU threads for a model of so many elements."""
@@ -87,14 +97,7 @@ def choose(device: str = AUTO, threads: int | str = AUTO) -> Choice:
 
     Raises DeviceError for what is not there, and says what is.
     """
-    name = chosen_device(device)
-    number = asked_threads(threads)
-    if name == "cuda" and number not in (None, 1):
-        raise DeviceError(
-            f"--threads {number} counts processors of the CPU, and this run takes the GPU",
-            hint=f"--device cpu --threads {number}, or leave --threads out",
-        )
-    return Choice(name, number)
+    return Choice(chosen_device(device), asked_threads(threads))
 
 
 def chosen_device(device: str) -> str:

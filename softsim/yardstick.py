@@ -45,10 +45,14 @@ def measured_rate(device: str, threads: int, work: Workload, seconds: float) -> 
         raise DeviceError(str(fault)) from fault
 
 
-def _rate(device: str, threads: int, work: Workload, seconds: float) -> float:
+def yardstick(work: Workload) -> tuple[Path, list[str]]:
+    """The scene and its overrides."""
     scene = Path(str(resources.files("softsim").joinpath("yardstick.yaml")))
-    size = f"bodies.skin.mesh.element_size={work.element_size}"
-    model = build_model(load_scene(scene, [size]))
+    return scene, [f"bodies.skin.mesh.element_size={work.element_size}"]
+
+
+def _rate(device: str, threads: int, work: Workload, seconds: float) -> float:
+    model = build_model(load_scene(*yardstick(work)))
     backend.start(device, threads=threads)
     solver = ExplicitSolver([model])
     solver.begin(model.safety_factor * stable_increment(model, model.points).value)

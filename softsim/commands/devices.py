@@ -21,11 +21,10 @@ def print_devices(console: Console, seconds: float) -> None:
     described = {"cpu": _cpu()}
     if cuda_device_count():
         described["cuda"] = _cuda(faults)
-    table = Table("device", "what", "memory", box=None)
+    table = Table("device", "what", "memory free", box=None)
     rates: dict[str, list[str]] = {name: [] for name in described}
     if seconds > 0.0:
         console.print("measuring; the first time kernels are compiled, for a minute or so")
-        rates = {name: [] for name in described}
         for heading, measured in _rates(list(described), seconds, faults).items():
             table.add_column(heading, justify="right")
             for name, rate in measured.items():
@@ -92,4 +91,4 @@ def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, d
 
 
 def _free(memory: Memory) -> str:
-    return f"{memory.free / 1e9:.1f} of {memory.total / 1e9:.1f} GB free"
+    return f"{memory.free / 1e9:.1f} of {memory.total / 1e9:.1f} GB"

@@ -1,0 +1,46 @@
+"""Costs of passes: everything is measured, and the solver goes on as if nothing had been."""
+
+import numpy as np
+import pytest
+
+STRIP = """
+bodies:
+  strip: {mesh: {generator: block, length: 10 mm, height: 1 mm, element_size: 0.5 mm},
+          formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10, fixed: [left]}
+environment: {walls: {floor: {kind: plane, point: [0 mm, -0.2 mm]}}}
+time: {end: 1 s}
+"""
+
+
+def test_the_solver_goes_on_to_the_same_bits(build, start):
+    """Everything a checkpoint keeps: contact anchors, branches, energies, half-step velocities."""
+    from softsim.solver.profile import measured_profile
+
+    model = build(STRIP)
+    undisturbed = start(model)
+    undisturbed.advance(3000)
+    solver = start(model)
+    solver.advance(1500)
+    measured_profile(solver)
+    assert solver.increments == 1500
+    solver.advance(1500)
+    assert solver.time == pytest.approx(undisturbed.time, rel=1e-12)
+    expected = undisturbed.memory()
+    assert expected["contacts/0/touching"].any()  # it lies on the floor by then
+    for name, array in solver.memory().items():
+        np.testing.assert_array_equal(array, expected[name], err_msg=name)
+
+
+def test_every_pass_has_its_cost(build, start):
+    from softsim.solver.profile import measured_profile
+
+    solver = start(build(STRIP))
+    profile = measured_profile(solver)
+    assert len(profile.passes) == len(solver.passes) + len(solver.sampled_passes)
+    assert all(cost.seconds > 0.0 for cost in profile.passes)
+    assert profile.passes[0].name == "Nodes.drift"
+    shares = profile.shares()
+    assert set(shares) == {"integration", "elements", "contact", "energy"}
+    assert sum(shares.values()) == pytest.approx(1.0, rel=1e-12)
+    whole = sum(cost.seconds for cost in profile.passes) + profile.unexplained
+    assert whole == pytest.approx(profile.increment, rel=1e-12)
