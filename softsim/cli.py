@@ -92,7 +92,7 @@ def check(
     device: Annotated[DeviceName, typer.Option(help="Where it would run.")] = DeviceName.auto,
     threads: Threads = "auto",
     duration: Annotated[
-        bool, typer.Option(help="Predict how long the run takes, from a second or two of it.")
+        bool, typer.Option(help="Predict how long the run takes, from a few seconds of it.")
     ] = True,
 ) -> None:
     """Check a scene and say how large it is, its stable step, and how long it will take."""

@@ -27,6 +27,17 @@ time: {end: 50 ms}
 output: {history_interval: 1 ms}
 """
 
+FALL = """
+title: A strip falls on a floor
+bodies:
+  strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+          position: [0 mm, 1 mm]}
+environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
+time: {end: 60 ms}
+output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 ms}
+"""
+
 
 def test_hastened_loads_are_the_same_at_an_earlier_time(build):
     model = build(BLOCK)
@@ -66,7 +77,7 @@ def test_increments_of_a_short_run_are_foreseen(write_scene, tmp_path, kernel_ca
     from softsim.builder import build_model
     from softsim.run import run
 
-    loaded = load_scene(write_scene(BLOCK))
+    loaded = load_scene(write_scene(FALL))
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
     done = run(loaded, out=tmp_path / "out", device="cpu", threads=1).summary
     assert foreseen.increments == pytest.approx(done["increments"], abs=2)
