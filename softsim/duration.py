@@ -34,7 +34,7 @@ PILOT_INCREMENTS = 20_000  # at the step of rest
 # A pilot gets so long [s]. A large model, or one whose step shrinks a lot, is then on its way
 # still, and the rest is taken at the pace of the pilot's last part.
 PILOT_TIME = 4.0
-LAST_PART = 0.5
+LAST_PART = 0.25
 # A start that took longer [s] compiled kernels; the run finds them in the cache, so that it is
 # measured once more. Only very large models are read and built in this time.
 COLD_START = 6.0

@@ -149,8 +149,9 @@ class Simulation:
             self.progress = self._resume(checkpoint)
         self.wall_before = self.progress.wall_time
         self.first_increment_after = 0.0
+        # The rate counts from the first station on, which compiles.
         self.increments_before = self.solver.increments
-        self.loop_began = time.monotonic()
+        self.loop_began = self.steady_since = time.monotonic()
 
     def _begin(self) -> Progress:
         path = self.target.path
@@ -250,7 +251,8 @@ class Simulation:
         solver.advance(self._increments_to_station())
         progress.stations += 1
         if self.first_increment_after == 0.0:
-            self.first_increment_after = time.monotonic() - self.began
+            self.steady_since, self.increments_before = time.monotonic(), solver.increments
+            self.first_increment_after = self.steady_since - self.began
         progress.time, progress.increments = solver.time, solver.increments
         self.finished = self._is_done()
         self.look()
@@ -387,7 +389,7 @@ class Simulation:
     def _write_summary(self, status: str, failure: str | None = None) -> None:
         solver, model, progress = self.solver, self.model, self.progress
         done = solver.increments - self.increments_before
-        rate = model.element_count * done / (time.monotonic() - self.loop_began)
+        rate = model.element_count * done / (time.monotonic() - self.steady_since)
         summary: dict[str, Any] = {
             "status": status,
             "scene": str(self.loaded.path),
@@ -403,7 +405,7 @@ class Simulation:
             "simulated_time": solver.time,
             "wall_time": self._wall_time(),
             "first_increment_after": self.first_increment_after,
-            "element_updates_per_second": rate,
+            "element_updates_per_second": rate if done else None,
             "energy_error": float(progress.largest_energy_error),
         }
         if status != "running":

@@ -61,12 +61,12 @@ def test_a_pilot_at_its_end_is_counted_as_it_was():
 
 
 def test_a_pilot_that_was_stopped_goes_on_at_its_last_pace():
-    """It saw 0.4 s in all, and its last half of the wall time made 0.1 s of it: the 0.6 s left
+    """It saw 0.4 s in all, and its last quarter of the wall time made 0.1 s of it: the 0.6 s left
     take six times that.
     """
-    marks = [Mark(0.0, 0.0, 0), Mark(2.0, 0.3, 100), Mark(4.0, 0.4, 300)]
+    marks = [Mark(0.0, 0.0, 0), Mark(3.0, 0.3, 100), Mark(4.0, 0.4, 300)]
     wall, increments, covered = extrapolated(marks, 1.0)
-    assert wall == pytest.approx(4.0 + 6.0 * 2.0)
+    assert wall == pytest.approx(4.0 + 6.0 * 1.0)
     assert increments == pytest.approx(300 + 6.0 * 200)
     assert covered == pytest.approx(0.4)
 

@@ -17,9 +17,11 @@ REAL, INTEGER = 8, 4  # bytes
 # Components stored of F and of a symmetric tensor, by the kind of element.
 F_COMPONENTS: dict[type[Geometry], int] = {PlaneStrain: 4, Axisymmetric: 5, Solid: 9}
 SYMMETRIC_COMPONENTS: dict[type[Geometry], int] = {PlaneStrain: 4, Axisymmetric: 4, Solid: 6}
-# What a process takes beside its fields [bytes]. CPU: Python, Taichi and compiled kernels,
-# measured. CUDA: a context of some 0.5 GB and Taichi's own pool of 1 GiB (its device_memory_GB).
-RESERVES = {"cpu": 300e6, "cuda": 1.6e9}
+# What a process takes beside its fields: bytes, and bytes an element. CPU: Python, Taichi and
+# compiled kernels; working arrays of the start, the guards and frames (both measured, the second at
+# 208,000 triangles). CUDA: a context of some 0.5 GB and Taichi's own pool of 1 GiB (its
+# device_memory_GB); working arrays live in the CPU's memory.
+BESIDE = {"cpu": (300e6, 1000.0), "cuda": (1.6e9, 0.0)}
 
 
 @dataclass(frozen=True)
@@ -84,15 +86,17 @@ def refuse_too_large(model: Model, scenarios: int, device: str, place: Place | N
     if place is None:
         return
     size, free = footprint(model), place.memory.free
-    need = size.of(scenarios) + RESERVES[device]
+    fixed, an_element = BESIDE[device]
+    working = an_element * model.element_count
+    need = fixed + working + size.of(scenarios)
     if need <= free:
         return
-    room = max(0.0, free - RESERVES[device])
-    fitting = int((room - size.shared) // size.each)
+    fitting = int((free - fixed - working - size.shared) // size.each)
     if scenarios > 1 and fitting >= 1:
         way_out = f"at most {fitting} scenarios of this model"
     else:
-        elements = int(model.element_count * room / size.of(1))
+        share = max(0.0, free - fixed) / (working + size.of(1))
+        elements = int(model.element_count * share)
         way_out = f"at most {elements:,} elements of this kind" if elements else "free some memory"
     if device == "cuda":
         way_out += ", or --device cpu"

@@ -7,7 +7,7 @@ import pytest
 
 from softsim.errors import DeviceError
 from softsim.machine import Memory
-from softsim.solver.footprint import RESERVES, footprint, refuse_too_large
+from softsim.solver.footprint import BESIDE, footprint, refuse_too_large
 
 SECTION = """
 bodies:
@@ -87,7 +87,7 @@ class Card:
 
 def test_what_fits_is_let_through_and_one_byte_less_is_not(build):
     model = build(SECTION)
-    need = int(footprint(model).of(1) + RESERVES["cuda"])
+    need = int(footprint(model).of(1) + BESIDE["cuda"][0])
     refuse_too_large(model, 1, "cuda", Card(need))
     with pytest.raises(DeviceError, match="are free on card"):
         refuse_too_large(model, 1, "cuda", Card(need - 1))
@@ -96,16 +96,18 @@ def test_what_fits_is_let_through_and_one_byte_less_is_not(build):
 def test_the_scenarios_named_as_fitting_fit(build):
     """In a memory for ten scenarios, ten fit and eleven are refused with that number."""
     model = build(SECTION)
-    card = Card(int(footprint(model).of(10) + RESERVES["cuda"]))
+    card = Card(int(footprint(model).of(10) + BESIDE["cuda"][0]))
     refuse_too_large(model, 10, "cuda", card)
     with pytest.raises(DeviceError, match="at most 10 scenarios of this model, or --device cpu"):
         refuse_too_large(model, 11, "cuda", card)
 
 
 def test_the_elements_named_as_fitting(build):
-    """In half of the memory for its fields, half of a model's elements are said to fit."""
+    """In half of the memory that grows with its elements, half of them are said to fit."""
     model = build(SECTION)
-    card = Card(int(0.5 * footprint(model).of(1) + RESERVES["cpu"]))
+    fixed, an_element = BESIDE["cpu"]
+    growing = footprint(model).of(1) + an_element * model.element_count
+    card = Card(int(0.5 * growing + fixed))
     with pytest.raises(DeviceError) as caught:
         refuse_too_large(model, 1, "cpu", card)
     # Rounded down, of a count whose half is a whole number or not.
