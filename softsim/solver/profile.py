@@ -20,7 +20,7 @@ from softsim.solver.terms import Pass
 # A pass is repeated for so long [s], the best of so many times: ten passes take a second.
 MEASURED_TIME = 0.02
 TRIES = 4
-MOST_REPEATS = 5_000
+MOST_REPEATS = 5_000  # a multiple of UNROLLED
 # While passes repeat, the step is this share of the real one. Nothing may move meanwhile, yet zero
 # would divide the bulk viscosity's dJ/dt by zero. All repeats together stay below a hundredth of
 # an increment, and no product with it comes near subnormal numbers, which are slow.
@@ -84,12 +84,12 @@ def _name(p: Pass) -> str:
 
 
 def _seconds_each(repeat: Callable[[int], None]) -> float:
-    """Time of one repeat [s]; `repeat(count)` does that many."""
-    repeat(1)  # compiles
-    count, elapsed = 1, 0.0
+    """Time of one repeat [s]; `repeat(count)` does that many, a multiple of UNROLLED."""
+    repeat(UNROLLED)  # compiles
+    count, elapsed = UNROLLED, _elapsed(repeat, UNROLLED)
     while elapsed < 0.5 * MEASURED_TIME and count < MOST_REPEATS:
-        grown = MEASURED_TIME / elapsed if elapsed > 0.0 else 10.0
-        count = min(MOST_REPEATS, int(count * min(max(2.0, grown), 10.0)))
+        grown = min(10.0, max(2.0, MEASURED_TIME / elapsed))
+        count = min(MOST_REPEATS, UNROLLED * int(count / UNROLLED * grown))
         elapsed = _elapsed(repeat, count)
     return min(elapsed, *(_elapsed(repeat, count) for _ in range(TRIES - 1))) / count
 
@@ -110,7 +110,7 @@ def _repetition(solver: ExplicitSolver, passes: list[Pass]) -> Callable[[int, in
         return lambda number, count: repeated.serially(number, count, t, dt)
 
     def launch(number: int, count: int) -> None:
-        for _ in range(-(-count // UNROLLED)):
+        for _ in range(count // UNROLLED):
             repeated.by_launches(number, t, dt)
 
     return launch
