@@ -6,7 +6,6 @@ are the lanes, it has length one. The physics is the same text for both.
 """
 
 import contextlib
-import ctypes
 import io
 import os
 import time
@@ -19,6 +18,7 @@ os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # no news from the network
 import taichi as ti
 
 from softsim.errors import DeviceError
+from softsim.machine import chosen_device
 from softsim.tracing import remember_sources
 
 remember_sources()
@@ -29,24 +29,18 @@ real = ti.f64
 
 @dataclass(frozen=True)
 class Device:
-    """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector."""
+    """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector.
+
+    threads: CPU threads that share an increment; 1 on a GPU.
+    """
 
     name: str
     precision: str
     lanes: int
-    threads: int
+    threads: int = 1
 
 
 _device: Device | None = None
-
-
-def cuda_is_present() -> bool:
-    """Whether a CUDA driver answers on this machine."""
-    try:
-        ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
-    except OSError:  # no driver: Taichi would find the same, with a warning
-        return False
-    return bool(ti._lib.core.with_cuda())
 
 
 def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> Device:
@@ -56,29 +50,27 @@ def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> 
     ----------
     device: "auto" (CUDA where present, else the CPU), "cpu" or "cuda".
     cache: folder of compiled kernels; the user's cache folder by default.
-    threads: CPU threads; increments run inside one serial kernel, so one is right for small meshes.
+    threads: CPU threads that share an increment; see `softsim.machine.choose`.
 
     Raises
     ------
-    DeviceError: "cuda" was asked for and no CUDA device answers (Taichi alone would only warn).
+    DeviceError: "cuda" was asked for and none answers or starts (Taichi alone would only warn).
     """
     global _device
-    if device not in ("auto", "cpu", "cuda"):
-        raise DeviceError(f"unknown device '{device}'", hint="one of: auto, cpu, cuda")
-    name = device
-    if device == "auto":
-        name = "cuda" if cuda_is_present() else "cpu"
-    elif device == "cuda" and not cuda_is_present():
-        raise DeviceError(
-            "no CUDA device answers on this machine",
-            hint="run with --device cpu, or --device auto to take what is there",
-        )
+    name = chosen_device(device)
     folder = cache or default_cache_folder()
     folder.mkdir(parents=True, exist_ok=True)
     remove_stale_lock(folder)
     with contextlib.redirect_stdout(io.StringIO()):  # Taichi announces itself on every start
         start_taichi(name, folder, threads)
-    _device = Device(name, "f64", CPU_LANES if name == "cpu" else 1, threads)
+    if name == "cuda" and ti.cfg.arch != ti.cuda:
+        raise DeviceError(
+            "there is a CUDA device, but Taichi could not start on it",
+            hint="a driver too old for it, or a card without free memory: see `softsim devices`, "
+            "or run with --device cpu",
+        )
+    on_cpu = name == "cpu"
+    _device = Device(name, "f64", CPU_LANES if on_cpu else 1, threads if on_cpu else 1)
     return _device
 
 
@@ -145,8 +137,3 @@ def lane_vector() -> type:
 def lane_blocks(count: int) -> int:
     """Lane vectors that hold `count` elements (the last one may be padded)."""
     return -(-count // lanes())
-
-
-def processor_count() -> int:
-    """Processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -2,11 +2,11 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -25,9 +25,9 @@ Overrides = Annotated[
     typer.Option("--set", metavar="PATH=VALUE", help="Override a value, such as time.end='2 s'."),
 ]
 
-# Element updates a second assumed by `check` for the predicted duration, until a later version
-# measures it: what a two-core machine of 2024 does with the whole increment.
-ASSUMED_RATE = 35e6
+Threads = Annotated[
+    str, typer.Option(metavar="N|auto", help="CPU threads; auto: 1 for a small model, else all.")
+]
 
 
 class DeviceName(str, Enum):
@@ -57,62 +57,61 @@ def run(
     overrides: Overrides = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; default: runs/SCENE.")] = None,
     device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    threads: Threads = "auto",
     precision: Annotated[Precision, typer.Option(help="Number format.")] = Precision.f64,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="End with what each pass of an increment costs.")
+    ] = False,
 ) -> None:
     """Run a scene: numbers, curves and pictures into a run folder."""
     with _explained() as console:
-        from softsim.run import run as run_scene  # Taichi starts here, not for --help
+        from softsim.commands.summary import profile_table, summary_table
+        from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
+        from softsim.run import run as run_scene
 
         folder = out or Path("runs") / scene.stem
         try:
-            run_scene(scene, overrides or [], folder, device.value, resume, console)
+            results = run_scene(
+                scene, overrides or [], folder, device.value, resume, console, threads,
+                profile_after=0.0 if profile else PROFILE_AFTER,
+            )  # fmt: skip
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
             _draw(folder, console)
-        _print_summary(console, folder)
+        if profile:
+            console.print(profile_table(results.summary["profile"]))
+        console.print(summary_table(results.summary))
+        console.print(f"results in {folder}", highlight=False)
 
 
 @app.command()
-def check(scene: ScenePath, overrides: Overrides = None) -> None:
+def check(
+    scene: ScenePath,
+    overrides: Overrides = None,
+    device: Annotated[DeviceName, typer.Option(help="Where it would run.")] = DeviceName.auto,
+    threads: Threads = "auto",
+    duration: Annotated[
+        bool, typer.Option(help="Predict how long the run takes, from a few seconds of it.")
+    ] = True,
+) -> None:
     """Check a scene and say how large it is, its stable step, and how long it will take."""
     with _explained() as console:
         from softsim.builder import build_model
-        from softsim.mesh.mesh import Mesh
-        from softsim.mesh.quality import quality
+        from softsim.commands.check import model_table
+        from softsim.machine import choose, memory_of
         from softsim.scene.loading import load_scene
-        from softsim.solver.time_step import stable_increment
+        from softsim.solver.footprint import refuse_too_large
 
+        choice = choose(device.value, threads)
         loaded = load_scene(scene, overrides or [])
         model = build_model(loaded)
-        stable = stable_increment(model, model.points)
-        increment = model.increment or model.safety_factor * stable.value
-        increments = model.end_time / increment
-        table = Table(show_header=False, box=None)
-        shape = {2: "triangles", 3: "tetrahedra"}[model.dimension]
-        for body in model.bodies:
-            q = quality(Mesh(body.points, body.cells))
-            table.add_row(
-                f"body '{body.name}'",
-                f"{q.node_count} nodes, {q.cell_count} {shape}, smallest altitude "
-                f"{q.smallest_altitude * 1e3:.3g} mm, angles {_degrees(q.smallest_angle)} to "
-                f"{_degrees(q.largest_angle)}, {body.volumes.sum() * 1e6:.4g} ml, "
-                f"{body.volumes.sum() * body.material.density * 1e3:.4g} g"
-                + (f", {q.piece_count} unconnected pieces" if q.piece_count > 1 else ""),
-            )
-            for remark in body.remarks:
-                table.add_row("  from its file", remark)
-            sets = ", ".join(f"{k} ({len(v)})" for k, v in sorted(body.node_sets.items()))
-            table.add_row("  node sets", sets)
-            sets = ", ".join(f"{k} ({len(v)})" for k, v in sorted(body.facet_sets.items()))
-            table.add_row("  facet sets", sets)
-        table.add_row("stable step", stable.describe())
-        table.add_row("time step", f"{increment * 1e6:.3g} us, {increments:.3g} increments")
-        seconds = increments * model.element_count / ASSUMED_RATE
-        table.add_row(
-            "expected", f"about {_duration(seconds)} at {ASSUMED_RATE / 1e6:g} M element updates/s"
-        )
-        console.print(table)
+        refuse_too_large(model, 1, choice.device, memory_of(choice.device))
+        console.print(model_table(model))
+        if duration:
+            from softsim.commands.expectation import expected  # Taichi is imported here
+
+            console.print(expected(loaded, model, choice))
         console.print(f"{scene}: fine")
 
 
@@ -166,15 +165,16 @@ def schema() -> None:
 
 
 @app.command()
-def devices() -> None:
-    """Say which devices there are and which one `auto` takes."""
+def devices(
+    seconds: Annotated[
+        float, typer.Option(min=0.0, help="Time of all measurements; 0 leaves them out.")
+    ] = 10.0,
+) -> None:
+    """Say which devices there are, how fast they are, and which one `auto` takes."""
     with _explained() as console:
-        from softsim import backend
+        from softsim.commands.devices import print_devices
 
-        has_cuda = backend.cuda_is_present()
-        console.print(f"cpu   {backend.processor_count()} cores")
-        console.print(f"cuda  {'present' if has_cuda else 'none answers'}")
-        console.print(f"auto takes {'cuda' if has_cuda else 'cpu'}")
+        print_devices(console, seconds)
 
 
 def _draw(folder: Path, console: Console) -> None:
@@ -191,27 +191,6 @@ def _draw(folder: Path, console: Console) -> None:
         console.print(f"figure  {figure}", highlight=False)
 
 
-def _print_summary(console: Console, folder: Path) -> None:
-    summary = json.loads((folder / "summary.json").read_text("utf-8"))
-    table = Table(show_header=False, box=None)
-    shown: dict[str, Callable[[Any], str]] = {
-        "simulated_time": lambda v: f"{v:.4g} s",
-        "wall_time": _duration,
-        "element_count": str,
-        "increments": str,
-        "element_updates_per_second": lambda v: f"{v / 1e6:.1f} M",
-        "energy_error": lambda v: f"{100.0 * v:.3f} %",
-        "rows_in_contact": lambda v: f"at most {v:g}",
-        "frame_displacement": lambda v: f"{v * 1e3:.4g} mm",
-        "displacement_per_cycle": lambda v: ", ".join(f"{x * 1e3:.4g} mm" for x in v),
-    }
-    for name, write in shown.items():
-        if summary.get(name) is not None:
-            table.add_row(name.replace("_", " "), write(summary[name]))
-    console.print(table)
-    console.print(f"results in {folder}", highlight=False)
-
-
 @contextmanager
 def _explained() -> Iterator[Console]:
     """A console for the command; an error for the user ends it with its exit code."""
@@ -221,16 +200,6 @@ def _explained() -> Iterator[Console]:
     except SoftsimError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(error.exit_code) from error
-
-
-def _degrees(angle: float) -> str:
-    return f"{angle * 57.29577951308232:.0f} deg"
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90.0:
-        return f"{seconds:.1f} s"
-    return f"{int(seconds // 60)} min {int(seconds % 60)} s"
 
 
 def main() -> None:

@@ -89,18 +89,16 @@ class NodeLists:
 
     WINDOW = 64
 
-    def __init__(
-        self, owner: np.ndarray, entry: np.ndarray, node_count: int, nothing: int
-    ) -> None:
+    def __init__(self, owner: np.ndarray, entry: np.ndarray, node_count: int, nothing: int) -> None:
         """Node owner[k] (-1: none) gets entry[k]; `nothing` is an entry whose value is zero."""
         lanes, self.lane = backend.lanes(), backend.lane_vector()
         order = np.argsort(owner, kind="stable")
         first = np.searchsorted(owner[order], np.arange(node_count))
         degree = np.bincount(owner[owner >= 0], minlength=node_count)
         self.blocks = backend.lane_blocks(node_count)
-        member = np.full(self.blocks * lanes, -1)
-        member[:node_count] = np.lexsort((degree, np.arange(node_count) // self.WINDOW))
-        self.member = member = member.reshape(-1, lanes)
+        listed_nodes = np.full(self.blocks * lanes, -1)
+        listed_nodes[:node_count] = np.lexsort((degree, np.arange(node_count) // self.WINDOW))
+        self.member = member = listed_nodes.reshape(-1, lanes)
         entries = np.where(member >= 0, degree[member], 0)
         rows = entries.max(axis=1)
         start = np.concatenate([[0], np.cumsum(rows)])

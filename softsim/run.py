@@ -2,10 +2,8 @@
 
 import logging
 import signal
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -16,30 +14,25 @@ from rich.console import Console
 from softsim import backend
 from softsim.builder import build_model
 from softsim.errors import ExpectationError, Interrupted, OutputError, SoftsimError, StabilityError
+from softsim.interruption import stop_signals
+from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
 from softsim.output import folder as files
 from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from softsim.output.console import ProgressReport
+from softsim.output.expectations import failed_expectations
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import RunFolder
 from softsim.output.history import History, read_history
 from softsim.output.measures import measures
-from softsim.output.observation import (
-    columns,
-    description,
-    frame,
-    mesh_of,
-    observe,
-)
+from softsim.output.observation import columns, description, frame, mesh_of, observe
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.guards import (
-    refuse_broken_elements,
-    refuse_energy_error,
-    strain_warnings,
-)
+from softsim.solver.footprint import refuse_too_large
+from softsim.solver.guards import refuse_broken_elements, refuse_energy_error, strain_warnings
+from softsim.solver.profile import measured_profile
 from softsim.solver.time_step import StableStep
 
 # Increments between two stations (output, signals), about 10 ms of wall time, and stations between
@@ -48,6 +41,9 @@ STATION = 256
 INSPECT_EVERY = 8
 # The step may grow when the stable one has grown by this factor; it shrinks at once.
 GROWTH = 1.05
+# Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
+# or two to trace, ten or twenty to compile the first time.
+PROFILE_AFTER = 60.0
 
 log = logging.getLogger("softsim")
 
@@ -82,9 +78,11 @@ def run(
     scene: Path | str | LoadedScene,
     overrides: Sequence[str] = (),
     out: Path | None = None,
-    device: str = "auto",
+    device: str = AUTO,
     resume: bool = False,
     console: Console | None = None,
+    threads: int | str = AUTO,
+    profile_after: float = PROFILE_AFTER,
 ) -> Results:
     """Run a scene to its end and return what it found.
 
@@ -93,6 +91,8 @@ def run(
     scene: path of a scene file, or a loaded scene. overrides: "a.b.c=value".
     out: run folder, `runs/<scene's name>` by default. device: auto, cpu, cuda.
     resume: go on from the checkpoint in the run folder.
+    threads: CPU threads, a number or auto: one for a small model, else all processors.
+    profile_after: a run whose loop took longer [s] ends with measuring what each pass costs.
 
     Raises
     ------
@@ -101,14 +101,16 @@ def run(
     too. Interrupted: SIGINT or SIGTERM came; a checkpoint is written.
     ExpectationError: the run ended outside the scene's `expect` block.
     """
+    choice = choose(device, threads)
     loaded = scene if isinstance(scene, LoadedScene) else load_scene(scene, overrides)
     model = build_model(loaded)
+    refuse_too_large(model, 1, choice.device, memory_of(choice.device))
     target = RunFolder(out or Path("runs") / loaded.path.stem)
-    simulation = _Simulation(loaded, model, target, device, resume, console or Console())
-    return simulation.run()
+    simulation = Simulation(loaded, model, target, choice, resume, console or Console())
+    return simulation.run(profile_after)
 
 
-class _Simulation:
+class Simulation:
     """One run: the loop over stations and what is looked at there."""
 
     def __init__(
@@ -116,7 +118,7 @@ class _Simulation:
         loaded: LoadedScene,
         model: Model,
         target: RunFolder,
-        device: str,
+        choice: Choice,
         resume: bool,
         console: Console,
     ) -> None:
@@ -125,6 +127,7 @@ class _Simulation:
         self.console = console
         self.began = time.monotonic()
         self.finished = False
+        self.energy_error, self.contact_count = 0.0, 0
         self.warned: set[str] = set()
         path = target.path
         checkpoint = read_checkpoint(path / files.CHECKPOINT) if resume else None
@@ -137,7 +140,7 @@ class _Simulation:
         self.log_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
         log.addHandler(self.log_file)
         log.setLevel(logging.INFO)
-        self.device = backend.start(device)
+        self.device = backend.start(choice.device, threads=choice.threads_for(model.element_count))
         self.solver = ExplicitSolver([model])
         self.meter = Meter(self.solver)
         self.stable_step = StableStep(model)
@@ -147,8 +150,9 @@ class _Simulation:
             self.progress = self._resume(checkpoint)
         self.wall_before = self.progress.wall_time
         self.first_increment_after = 0.0
+        # The rate counts from the first station on, which compiles.
         self.increments_before = self.solver.increments
-        self.loop_began = time.monotonic()
+        self.loop_began = self.steady_since = time.monotonic()
 
     def _begin(self) -> Progress:
         path = self.target.path
@@ -183,13 +187,13 @@ class _Simulation:
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increments)
         return progress
 
-    def run(self) -> Results:
-        """The loop, and a summary whatever ends it."""
+    def run(self, profile_after: float) -> Results:
+        """The loop, a summary whatever ends it, and the costs of a long one's passes."""
         self._write_summary("running")
         report = ProgressReport(self.console, self.model.end_time, self.progress.time)
         status, failure = "aborted", None
         try:
-            with _signals() as asked:
+            with stop_signals() as asked:
                 self._loop(report, asked)
             status = "done"
         except Interrupted:
@@ -201,46 +205,58 @@ class _Simulation:
             raise
         finally:
             report.close()
-            self.history.close()
             if status == "done":
                 failure = self._failed_expectations()
             self._write_summary(status, failure)
-            log.removeHandler(self.log_file)
-            self.log_file.close()
+            self.close()
+        if time.monotonic() - self.loop_began > profile_after:
+            self._add_profile()
         history = read_history(self.target.path / files.HISTORY)
         results = Results(self.target.path, self.summary, history)
         if failure is not None:
             raise ExpectationError(failure, hint=f"the run itself is done: {self.target.path}")
         return results
 
+    def close(self) -> None:
+        """Let go of the run's files."""
+        self.history.close()
+        log.removeHandler(self.log_file)
+        self.log_file.close()
+
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
-        progress, solver = self.progress, self.solver
+        solver = self.solver
         self.loop_began = last_checkpoint = time.monotonic()
         self.finished = self._is_done()
-        error, contacts = self._look()
+        self.look()
         while not self.finished:
             if asked:
-                self._checkpoint()
+                self.checkpoint()
                 name = signal.Signals(asked[0]).name
                 raise Interrupted(
                     f"stopped by {name} at t = {solver.time:.6g} s; checkpoint written",
                     hint="continue with --resume",
                 )
-            if progress.stations % INSPECT_EVERY == 0:
-                self._inspect()
-            solver.advance(self._increments_to_station())
-            progress.stations += 1
-            if self.first_increment_after == 0.0:
-                self.first_increment_after = time.monotonic() - self.began
-            progress.time, progress.increments = solver.time, solver.increments
-            self.finished = self._is_done()
-            error, contacts = self._look(error, contacts)
-            report.update(solver.time, error, contacts)
+            self.go_to_station()
+            report.update(solver.time, self.energy_error, self.contact_count)
             if time.monotonic() - last_checkpoint >= self.output.checkpoint_interval:
-                self._checkpoint()
+                self.checkpoint()
                 last_checkpoint = time.monotonic()
         self._inspect()
-        self._checkpoint()
+        self.checkpoint()
+
+    def go_to_station(self) -> None:
+        """Advance to the next station, and do what is due: guards, a history row, a frame."""
+        progress, solver = self.progress, self.solver
+        if progress.stations % INSPECT_EVERY == 0:
+            self._inspect()
+        solver.advance(self._increments_to_station())
+        progress.stations += 1
+        if self.first_increment_after == 0.0:
+            self.steady_since, self.increments_before = time.monotonic(), solver.increments
+            self.first_increment_after = self.steady_since - self.began
+        progress.time, progress.increments = solver.time, solver.increments
+        self.finished = self._is_done()
+        self.look()
 
     def _is_done(self) -> bool:
         """At the end time; a static run goes on until forces balance, within its limit."""
@@ -320,39 +336,44 @@ class _Simulation:
                 log.warning(text)
                 self.console.print(f"warning: {text}", highlight=False)
 
-    def _look(self, error: float = 0.0, contacts: int = 0) -> tuple[float, int]:
-        """Write history and frames that are due; the newest energy error and contact count."""
+    def look(self) -> None:
+        """Write the history row and the frame that are due."""
         solver, progress = self.solver, self.progress
         if solver.time > progress.last_history and (
             self.finished or solver.time >= progress.next_history
         ):
-            interval = solver.time - max(progress.last_history, 0.0)
-            seen = observe(solver, self.meter, self.balance, interval)
-            self.history.append(seen.row)
-            progress.last_history = solver.time
-            progress.next_history = _next_multiple(self.output.history_interval, solver.time)
-            progress.largest_turnover = self.balance.largest_turnover
-            for walls in solver.terms.wall_contacts:
-                walls.clear_impulses()
-            error, contacts = seen.row["energy_error"], int(seen.row["contact_count"])
-            progress.largest_energy_error = max(progress.largest_energy_error, error)
-            energies = asdict(seen.energies)
-            largest = max(energies, key=lambda k: abs(energies[k]))
-            if not error <= self.model.energy_error_limit:
-                self._refuse_broken_elements()  # a cause says more than a symptom
-                self._write_frame()
-                refuse_energy_error(self.model, error, solver.time, largest)
+            self._write_row()
         if solver.time >= progress.next_frame or self.finished:
             self._write_frame()
             progress.next_frame = _next_multiple(self.output.frame_interval, solver.time)
-        return error, contacts
+
+    def _write_row(self) -> None:
+        solver, progress = self.solver, self.progress
+        interval = solver.time - max(progress.last_history, 0.0)
+        seen = observe(solver, self.meter, self.balance, interval)
+        self.history.append(seen.row)
+        progress.last_history = solver.time
+        progress.next_history = _next_multiple(self.output.history_interval, solver.time)
+        progress.largest_turnover = self.balance.largest_turnover
+        for walls in solver.terms.wall_contacts:
+            walls.clear_impulses()
+        error = self.energy_error = seen.row["energy_error"]
+        self.contact_count = int(seen.row["contact_count"])
+        progress.largest_energy_error = max(progress.largest_energy_error, error)
+        if not error <= self.model.energy_error_limit:
+            energies = asdict(seen.energies)
+            largest = max(energies, key=lambda k: abs(energies[k]))
+            self._refuse_broken_elements()  # a cause says more than a symptom
+            self._write_frame()
+            refuse_energy_error(self.model, error, solver.time, largest)
 
     def _write_frame(self) -> None:
         if self.solver.time > self.fields.last_time:
             now = frame(self.solver)
             self.fields.append(self.solver.time, now.point_data, now.cell_data, now.extra)
 
-    def _checkpoint(self) -> None:
+    def checkpoint(self) -> None:
+        """Write the full state, from which --resume goes on."""
         self.progress.wall_time = self._wall_time()
         self.progress.increment = self.solver.increment
         content = Checkpoint(
@@ -369,13 +390,14 @@ class _Simulation:
     def _write_summary(self, status: str, failure: str | None = None) -> None:
         solver, model, progress = self.solver, self.model, self.progress
         done = solver.increments - self.increments_before
-        rate = model.element_count * done / (time.monotonic() - self.loop_began)
+        rate = model.element_count * done / (time.monotonic() - self.steady_since)
         summary: dict[str, Any] = {
             "status": status,
             "scene": str(self.loaded.path),
             "title": self.loaded.scene.title,
             "snapshot_field": self.output.snapshot_field,
             "device": self.device.name,
+            "threads": self.device.threads,
             "precision": self.device.precision,
             "node_count": len(model.points),
             "element_count": model.element_count,
@@ -384,7 +406,7 @@ class _Simulation:
             "simulated_time": solver.time,
             "wall_time": self._wall_time(),
             "first_increment_after": self.first_increment_after,
-            "element_updates_per_second": rate,
+            "element_updates_per_second": rate if done else None,
             "energy_error": float(progress.largest_energy_error),
         }
         if status != "running":
@@ -395,45 +417,22 @@ class _Simulation:
         self.summary = summary
         self.target.write_json_atomic(files.SUMMARY, summary)
 
+    def _add_profile(self) -> None:
+        """What an increment and its passes cost, and the share of each phase, into the summary."""
+        profile = measured_profile(self.solver)
+        self.summary |= {
+            "phases": profile.shares(),
+            "profile": asdict(profile) | {"unexplained": profile.unexplained},
+        }
+        self.target.write_json_atomic(files.SUMMARY, self.summary)
+
     def _failed_expectations(self) -> str | None:
         """What the scene's `expect` block demands and the run did not do, or None."""
         history = read_history(self.target.path / files.HISTORY)
         found = measures(self.model, history) | {"energy_error": self.progress.largest_energy_error}
-        wrong = []
-        for name, limits in self.loaded.scene.expect:
-            if limits is None:
-                continue
-            value = found.get(name)
-            values = value if isinstance(value, list) else [value]
-            for v in values:
-                low = -np.inf if limits.min is None else limits.min
-                high = np.inf if limits.max is None else limits.max
-                if v is None or not low <= v <= high:
-                    wrong.append(f"{name}: {v} is outside [{low:g}, {high:g}]")
-        return "not as the scene expects: " + "; ".join(wrong) if wrong else None
+        return failed_expectations(self.loaded.scene.expect, found)
 
 
 def _next_multiple(interval: float, time: float) -> float:
     """The first whole multiple of `interval` after `time` [s]."""
     return (np.floor(time / interval * (1.0 + 1e-12)) + 1.0) * interval
-
-
-@contextmanager
-def _signals() -> Iterator[list[int]]:
-    """Collect SIGINT and SIGTERM instead of dying of them; a second one acts at once."""
-    asked: list[int] = []
-    previous: dict[int, Any] = {}
-
-    def remember(number: int, _: Any) -> None:
-        asked.append(number)
-        signal.signal(number, previous[number])
-
-    # In another thread signals cannot be caught: whoever started the thread handles them.
-    if threading.current_thread() is threading.main_thread():
-        for wanted in (signal.SIGINT, signal.SIGTERM):
-            previous[wanted] = signal.signal(wanted, remember)
-    try:
-        yield asked
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)

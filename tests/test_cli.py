@@ -33,10 +33,12 @@ def test_run_and_report(write_scene, tmp_path):
 
 
 def test_check_says_size_step_and_duration(write_scene):
-    done = softsim("check", write_scene(SCENE))
+    done = softsim("check", write_scene(SCENE), "--device", "cpu", "--threads", "1")
     assert done.returncode == 0, done.stderr
-    for word in ("8 triangles", "stable step", "limited by element", "expected", "fine"):
-        assert word in done.stdout, word
+    said = re.sub(r"\s+", " ", done.stdout)
+    for word in ("8 triangles", "stable step", "limited by element", "expected about",
+                 "M element updates/s (cpu, 1 thread)", "fine"):  # fmt: skip
+        assert word in said, word
 
 
 def test_check_prints_every_set_of_a_mesh_file_and_what_reading_changed(write_scene, tmp_path):
@@ -48,7 +50,7 @@ def test_check_prints_every_set_of_a_mesh_file_and_what_reading_changed(write_sc
     text = SCENE.replace("{generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm}",
                          "{file: ring.inp}")  # fmt: skip
     text = text.replace("plane_strain, thickness: 1 mm", "axisymmetric")
-    done = softsim("check", write_scene(text))
+    done = softsim("check", write_scene(text), "--no-duration")
     assert done.returncode == 0, done.stderr
     said = re.sub(r"\s+", " ", done.stdout)
     for words in ("foot (2)", "bore (2)", "half (4)", "surface (4)", "bore (1)",
@@ -117,10 +119,19 @@ def test_a_missing_file(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_an_absent_gpu_is_no_silent_fallback(write_scene, tmp_path):
-    from softsim import backend
+@pytest.mark.parametrize("command", ["run", "check"])
+@pytest.mark.parametrize("threads", ["0", "many", "10000"])
+def test_threads_that_do_not_fit_exit_with_2(write_scene, tmp_path, command, threads):
+    done = softsim(command, write_scene(SCENE), "--threads", threads)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert f"--threads {threads}" in done.stderr
+    assert re.search(r"fit this machine|at most", done.stderr)
 
-    if backend.cuda_is_present():
+
+def test_an_absent_gpu_is_no_silent_fallback(write_scene, tmp_path):
+    from softsim import machine
+
+    if machine.cuda_device_count():
         pytest.skip("this machine has a CUDA device")
     done = softsim("run", write_scene(SCENE), "--device", "cuda", "--out", tmp_path / "out")
     assert done.returncode == 2
@@ -133,12 +144,30 @@ def test_schema_is_json():
 
 
 def test_devices():
-    assert "auto takes" in softsim("devices").stdout
+    from softsim.machine import processor
+
+    said = softsim("devices", "--seconds", "0").stdout
+    assert "auto takes" in said
+    assert processor().name in re.sub(r"\s+", " ", said)
+    assert "M/s" not in said
 
 
-@pytest.mark.parametrize("command", ["--help", "check"])
+@pytest.mark.slow
+def test_devices_measures_the_processor():
+    done = softsim("devices", "--seconds", "1")
+    assert done.returncode == 0, done.stderr
+    assert len(re.findall(r"\d M/s", done.stdout)) >= 2
+
+
+@pytest.mark.parametrize(
+    "command",
+    [["--help"], ["check", "--no-duration"], ["check", "--set", "time.end=-1 s"],
+     ["check", "--threads", "0"], ["devices", "--seconds", "0"]],
+)  # fmt: skip
 def test_light_commands_do_not_import_taichi(write_scene, command):
-    arguments = [command] if command == "--help" else [command, str(write_scene(SCENE))]
+    """Nor does anything that ends with an error in the scene or the options."""
+    name, *options = command
+    arguments = [name, *([str(write_scene(SCENE))] if name == "check" else []), *options]
     code = (
         "import sys; from softsim.cli import app\n"
         f"try: app({arguments!r})\nexcept SystemExit: pass\n"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from softsim.errors import ExpectationError, OutputError, SceneError, StabilityError
+from softsim.errors import DeviceError, ExpectationError, OutputError, SceneError, StabilityError
 from softsim.output.fields import read_frames
 from softsim.output.history import read_history
 
@@ -63,6 +63,34 @@ def test_the_run_folder(write_scene, tmp_path, run):
     frames = read_frames(tmp_path / "out" / "results.vtkhdf")
     assert len(frames) >= 6
     assert results.summary["energy_error"] < 0.05
+
+
+def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
+    scene = write_scene(SCENE)
+    run(scene, "time.end=10 ms", out=tmp_path / "plain")
+    summary = run(scene, "time.end=10 ms", out=tmp_path / "out", profile_after=0.0).summary
+    same_files(tmp_path / "plain", tmp_path / "out")
+    plain = json.loads((tmp_path / "plain" / "summary.json").read_text())
+    assert "phases" not in plain  # too short a run to spend seconds on it
+    written = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert written["phases"] == summary["phases"]
+    assert sum(written["phases"].values()) == pytest.approx(1.0)
+    assert {"elements", "integration", "contact"} <= set(written["phases"])
+    assert {"phase", "name", "count", "seconds"} == set(written["profile"]["passes"][0])
+
+
+def test_threads_asked_for_are_threads_used(write_scene, tmp_path, run):
+    from softsim.machine import processor_count
+
+    everything = processor_count()
+    done = run(write_scene(SCENE), "time.end=1 ms", out=tmp_path / "out", threads=everything)
+    assert done.summary["threads"] == everything
+
+
+def test_threads_that_do_not_fit_start_nothing(write_scene, tmp_path, run):
+    with pytest.raises(DeviceError, match="--threads 0"):
+        run(write_scene(SCENE), out=tmp_path / "out", threads=0)
+    assert not (tmp_path / "out").exists()
 
 
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):

@@ -67,7 +67,9 @@ class LinearElements:
             self.corners * (2.0 if geometry.dimension == 2 else 6.0)
         )
         size = measure ** (1.0 / geometry.dimension)
-        self.pressure = NodalPressure(cells, volume, size, material, bulk_viscosity, scenarios, self.blocks * lanes)
+        self.pressure = NodalPressure(
+            cells, volume, size, material, bulk_viscosity, scenarios, self.blocks * lanes
+        )
 
         d = geometry.dimension
         # Components of the first edge, of the second, ...

@@ -204,7 +204,7 @@ class Terms:
             pressed.append(Pass("loads", 1, (pressure.follow_source,)))
             stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
         # Loads on rigid bodies add to each other, one after another.
-        pulls = [load.pull for load in (*self.rotors, *self.rigid_forces)]
+        pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
         if pulls:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]

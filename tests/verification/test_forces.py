@@ -47,9 +47,7 @@ def freeze_metric(solver):
     positions alone.
     """
     for body in solver.terms.bodies:
-        metric = dict(
-            zip(body.metric.components, body.points.viscous_metric[0], strict=True)
-        )
+        metric = dict(zip(body.metric.components, body.points.viscous_metric[0], strict=True))
         at_rest = {name: field.to_numpy() for name, field in metric.items()}
         shear = 0.05 * np.sqrt(at_rest["aa"] * at_rest["bb"])
         metric["aa"].from_numpy(1.1 * at_rest["aa"])

@@ -1,0 +1,41 @@
+"""What `softsim check` says of a model and of the run to come."""
+
+from rich.table import Table
+
+from softsim.commands.wording import degrees
+from softsim.mesh.mesh import Mesh
+from softsim.mesh.quality import quality
+from softsim.model import Body, Model
+from softsim.solver.time_step import stable_increment
+
+
+def model_table(model: Model) -> Table:
+    """Size and sets of each body, the stable step and what limits it."""
+    table = Table(show_header=False, box=None)
+    for body in model.bodies:
+        table.add_row(f"body '{body.name}'", _size(body, model.dimension))
+        for remark in body.remarks:
+            table.add_row("  from its file", remark)
+        for kind, sets in (("node", body.node_sets), ("facet", body.facet_sets)):
+            listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
+            table.add_row(f"  {kind} sets", listed)
+    stable = stable_increment(model, model.points)
+    increment = model.increment or model.safety_factor * stable.value
+    table.add_row("stable step", stable.describe())
+    table.add_row(
+        "time step", f"{increment * 1e6:.3g} us, {model.end_time / increment:.3g} increments"
+    )
+    return table
+
+
+def _size(body: Body, dimension: int) -> str:
+    q = quality(Mesh(body.points, body.cells))
+    shape = {2: "triangles", 3: "tetrahedra"}[dimension]
+    volume = body.volumes.sum()
+    return (
+        f"{q.node_count} nodes, {q.cell_count} {shape}, smallest altitude "
+        f"{q.smallest_altitude * 1e3:.3g} mm, angles {degrees(q.smallest_angle)} to "
+        f"{degrees(q.largest_angle)}, {volume * 1e6:.4g} ml, "
+        f"{volume * body.material.density * 1e3:.4g} g"
+        + (f", {q.piece_count} unconnected pieces" if q.piece_count > 1 else "")
+    )

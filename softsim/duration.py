@@ -1,0 +1,190 @@
+"""How long a run will take, told by a pilot: the run itself with its loads played faster.
+
+The time step follows the deformation, so the step at rest says little about a skin that balloons:
+it may shrink tenfold. The pilot passes through the whole course of the loads in some 20,000
+increments, with the run's own mesh, guards, history and frames. If its loads are k times as fast,
+    time of the run's loop = k x time of the pilot's loop,
+because an increment costs the same and the step shrinks by as much at the same load. Assumed: the
+body follows its loads closely enough for that, and nothing else keeps the machine busy. A static
+run goes on past its end time until forces balance, which nobody knows beforehand: left out.
+"""
+
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TypeVar
+
+import psutil
+from rich.console import Console
+
+from softsim.errors import StabilityError
+from softsim.loads.drive import Drive, GivenPressure
+from softsim.loads.profile import Profile
+from softsim.machine import Choice
+from softsim.model import Model, NodalLoad, RigidLoad
+from softsim.output.folder import RunFolder
+from softsim.run import Simulation
+from softsim.scene.loading import LoadedScene
+from softsim.solver.time_step import stable_increment
+
+Load = TypeVar("Load", NodalLoad, RigidLoad)
+
+PILOT_INCREMENTS = 20_000  # at the step of rest
+# A pilot gets so long [s]. A large model, or one whose step shrinks a lot, is then on its way
+# still, and the rest is taken at the pace of the pilot's last part.
+PILOT_TIME = 4.0
+LAST_PART = 0.25
+# A start that took longer [s] compiled kernels; the run finds them in the cache, so that it is
+# measured once more. Only very large models are read and built in this time.
+COLD_START = 6.0
+FIGURES_TIME = 2.5  # [s]: matplotlib's import and some four pictures, measured
+
+
+@dataclass(frozen=True)
+class Duration:
+    """The parts of a run [s]: `start` up to the first increment, `loop`, `figures`.
+
+    increments: to be done. rate: element updates a second in the loop. threads: CPU threads that
+    share them. covered: share of the loads' course that the pilot saw.
+    """
+
+    start: float
+    loop: float
+    figures: float
+    increments: float
+    rate: float
+    threads: int
+    covered: float
+
+    @property
+    def total(self) -> float:
+        """All of it [s]."""
+        return self.start + self.loop + self.figures
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Where a pilot is: wall time [s], simulated time [s], increments."""
+
+    wall: float
+    simulated: float
+    increments: int
+
+
+def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Duration:
+    """Run the pilot in a folder that goes away again.
+
+    Raises DeviceError where the device does not start, StabilityError where a guard stops the very
+    first increments.
+    """
+    built_after = time.time() - psutil.Process().create_time()
+    factor = hastening(model)
+    pilot_model = hastened(model, factor)
+    with tempfile.TemporaryDirectory() as folder:
+        target = RunFolder(Path(folder))
+        pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
+        if started_in > COLD_START:
+            pilot.close()
+            pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
+        marks = _marks(pilot)
+        loop, increments, covered = extrapolated(marks, pilot_model.end_time)
+        loop, increments = loop * factor, increments * factor
+        began = time.perf_counter()
+        pilot.checkpoint()
+        checkpoint = time.perf_counter() - began
+        pilot.close()
+    loop += checkpoint * (1.0 + loop // loaded.scene.output.checkpoint_interval)
+    rate = increments * model.element_count / loop
+    start = built_after + started_in
+    return Duration(start, loop, FIGURES_TIME, increments, rate, pilot.device.threads, covered)
+
+
+def hastening(model: Model) -> float:
+    """How much faster the pilot plays the loads: 1 for a run no longer than a pilot."""
+    increment = model.increment or (
+        model.safety_factor * stable_increment(model, model.points).value
+    )
+    return max(1.0, model.end_time / increment / PILOT_INCREMENTS)
+
+
+def hastened(model: Model, factor: float) -> Model:
+    """The model with its loads and prescribed motions played `factor` times as fast.
+
+    Motors keep their frequency: it is the loads that deform the body most.
+    """
+    return replace(
+        model,
+        end_time=model.end_time / factor,
+        pressures=tuple(replace(p, drive=_faster(p.drive, factor)) for p in model.pressures),
+        nodal_loads=tuple(_faster_share(load, factor) for load in model.nodal_loads),
+        rigid_loads=tuple(_faster_share(load, factor) for load in model.rigid_loads),
+        prescribed=tuple(
+            replace(motion, profile=_sooner(motion.profile, factor)) for motion in model.prescribed
+        ),
+    )
+
+
+def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
+    """Wall time [s] and increments of a whole pilot, and the share of its `end` [s] that it saw.
+
+    What is missing goes on as the last LAST_PART of the wall time did.
+    """
+    first, last = marks[0], marks[-1]
+    wall = last.wall - first.wall
+    late = next(m for m in reversed(marks[:-1]) if m.wall <= last.wall - LAST_PART * wall)
+    missing = max(0.0, (end - last.simulated) / (last.simulated - late.simulated))
+    return (
+        wall + missing * (last.wall - late.wall),
+        last.increments + missing * (last.increments - late.increments),
+        min(1.0, last.simulated / end),
+    )
+
+
+def _first_increment(
+    loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice
+) -> tuple[Simulation, float]:
+    """The pilot after an increment, which compiles, and how long that took [s]."""
+    began = time.perf_counter()
+    pilot = Simulation(loaded, model, target, choice, False, Console(quiet=True))
+    pilot.look()
+    pilot.solver.advance(1)
+    return pilot, time.perf_counter() - began
+
+
+def _marks(pilot: Simulation) -> list[Mark]:
+    """Run the pilot to its end, its time, or to where a guard stops it.
+
+    Raises StabilityError if a guard stops it before there is anything to measure.
+    """
+
+    def mark() -> Mark:
+        return Mark(time.perf_counter(), pilot.solver.time, pilot.solver.increments)
+
+    marks = [mark()]
+    while pilot.solver.time < pilot.model.end_time * (1.0 - 1e-12):
+        try:
+            pilot.go_to_station()
+        except StabilityError:  # too fast for this body: the share that it saw says so
+            if len(marks) == 1:
+                raise
+            break
+        marks.append(mark())
+        if marks[-1].wall - marks[0].wall > PILOT_TIME:
+            break
+    return marks
+
+
+def _sooner(profile: Profile, factor: float) -> Profile:
+    return replace(profile, times=profile.times / factor)
+
+
+def _faster(drive: Drive, factor: float) -> Drive:
+    sooner = replace(drive, profile=_sooner(drive.profile, factor))
+    if isinstance(sooner, GivenPressure):
+        return replace(sooner, section_profile=_sooner(sooner.section_profile, factor))
+    return sooner
+
+
+def _faster_share(load: Load, factor: float) -> Load:
+    return replace(load, share=_sooner(load.share, factor))

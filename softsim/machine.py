@@ -1,0 +1,233 @@
+"""The machine: processors, memory, graphics card; and the choice of what a run takes of it.
+
+Nothing here starts Taichi, so a command refuses at once what this machine cannot do.
+"""
+
+import ctypes
+import os
+import platform
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import psutil
+import pynvml
+
+from softsim.errors import DeviceError
+
+AUTO = "auto"
+DEVICES = (AUTO, "cpu", "cuda")
+
+# From so many elements on `auto` takes every processor. Sharing a pass out among two threads costs
+# 10 to 15 us (measured, of a pass over one index), and an increment has about ten passes; 1,700
+# triangles take 35 us an increment on one thread, 20,000 take 450.
+ELEMENTS_FOR_THREADS = 5_000
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Bytes free now, and bytes in all."""
+
+    free: int
+    total: int
+
+
+class Place(Protocol):
+    """Something with a name and a memory of its own, where fields can live."""
+
+    @property
+    def name(self) -> str:
+        """Name of the make."""
+
+    @property
+    def memory(self) -> Memory:
+        """Its memory now."""
+
+
+@dataclass(frozen=True)
+class Processor:
+    """The CPU: its name, the cores this process may use, the machine's memory."""
+
+    name: str
+    cores: int
+    memory: Memory
+
+
+@dataclass(frozen=True)
+class GraphicsCard:
+    """The first NVIDIA card this process may use."""
+
+    name: str
+    driver: str
+    memory: Memory
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a run takes: `device` is "cpu" or "cuda", `threads` a number or None for `auto`.
+
+    Raises DeviceError: several threads on the GPU.
+    """
+
+    device: str
+    threads: int | None
+
+    def __post_init__(self) -> None:
+        if self.device == "cuda" and self.threads not in (None, 1):
+            raise DeviceError(
+                f"--threads {self.threads} counts processors, and this run takes the GPU",
+                hint=f"--device cpu --threads {self.threads}, or leave --threads out",
+            )
+
+    def threads_for(self, element_count: int) -> int:
+        """CPU threads for a model of so many elements."""
+        if self.threads is not None:
+            return self.threads
+        is_large = element_count >= ELEMENTS_FOR_THREADS
+        return processor_count() if is_large and self.device == "cpu" else 1
+
+
+def choose(device: str = AUTO, threads: int | str = AUTO) -> Choice:
+    """What a run takes of this machine.
+
+    device: "auto" (CUDA where a card answers, else the CPU), "cpu" or "cuda".
+    threads: a number, or "auto".
+
+    Raises DeviceError for what is not there, and says what is.
+    """
+    return Choice(chosen_device(device), asked_threads(threads))
+
+
+def chosen_device(device: str) -> str:
+    """ "cpu" or "cuda", whichever `device` (one of DEVICES) means here.
+
+    Raises DeviceError: no such device.
+    """
+    if device not in DEVICES:
+        raise DeviceError(f"unknown device '{device}'", hint=f"one of: {', '.join(DEVICES)}")
+    if device == "cuda" and cuda_device_count() == 0:
+        cpu = processor()
+        raise DeviceError(
+            "no CUDA device answers on this machine",
+            hint=f"there is the CPU, {cores(cpu.cores)} of {cpu.name}: --device cpu, or "
+            "--device auto to take what is there",
+        )
+    if device == AUTO:
+        return "cuda" if cuda_device_count() else "cpu"
+    return device
+
+
+def asked_threads(threads: int | str) -> int | None:
+    """The number of threads asked for, None for "auto".
+
+    Raises DeviceError: no whole number, less than one, or more than there are processors.
+    """
+    if threads == AUTO:
+        return None
+    try:
+        number = int(threads)
+    except ValueError:
+        raise DeviceError(
+            f"--threads {threads}: a whole number is due, or auto",
+            hint=f"1 to {processor_count()} fit this machine",
+        ) from None
+    available = processor_count()
+    if number < 1:
+        raise DeviceError(
+            f"--threads {number}: at least one thread does the work",
+            hint=f"1 to {available} fit this machine",
+        )
+    if number > available:
+        there_are = "there is 1" if available == 1 else f"there are {available}"
+        raise DeviceError(
+            f"--threads {number} is more than the processors this process may use",
+            hint=f"{there_are}; --threads {available} at most",
+        )
+    return number
+
+
+def processor_count() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def cores(count: int) -> str:
+    """ "1 core", "2 cores"."""
+    return f"{count} core{'s' if count != 1 else ''}"
+
+
+def processor() -> Processor:
+    """The CPU of this machine."""
+    memory = psutil.virtual_memory()
+    return Processor(processor_name(), processor_count(), Memory(memory.available, memory.total))
+
+
+def processor_name() -> str:
+    """The make of the CPU, as far as the operating system tells."""
+    facts = Path("/proc/cpuinfo")  # Linux, where `platform` knows the architecture only
+    if facts.is_file():
+        for line in facts.read_text("utf-8", errors="replace").splitlines():
+            key, _, value = line.partition(":")
+            if key.strip() == "model name":
+                return value.strip()
+    return platform.processor() or platform.machine()
+
+
+def cuda_device_count() -> int:
+    """Cards that the CUDA driver offers this process; zero without a driver."""
+    try:
+        driver = ctypes.CDLL("nvcuda.dll" if os.name == "nt" else "libcuda.so.1")
+    except OSError:  # no driver: Taichi would find the same, with a mere warning
+        return 0
+    count = ctypes.c_int(0)
+    answers = driver.cuInit(0) == 0 and driver.cuDeviceGetCount(ctypes.byref(count)) == 0
+    return count.value if answers else 0
+
+
+def graphics_card() -> GraphicsCard | None:
+    """The first NVIDIA card this process may use; None where there is no driver.
+
+    Raises DeviceError: there is a driver, and it reports a fault.
+    """
+    try:
+        with _management_library():
+            handle = _first_visible_card()
+            memory = pynvml.nvmlDeviceGetMemoryInfo(handle)
+            return GraphicsCard(
+                pynvml.nvmlDeviceGetName(handle),
+                pynvml.nvmlSystemGetDriverVersion(),
+                Memory(memory.free, memory.total),
+            )
+    except (pynvml.NVMLError_LibraryNotFound, pynvml.NVMLError_DriverNotLoaded):
+        return None
+    except pynvml.NVMLError as fault:
+        raise DeviceError(f"the NVIDIA driver reports: {fault}") from fault
+
+
+def _first_visible_card() -> object:
+    """NVML's handle of CUDA's device 0: it obeys CUDA_VISIBLE_DEVICES, which NVML does not know.
+
+    Without that variable CUDA puts the fastest card first and NVML the lowest slot: on a machine
+    with different cards the two may differ.
+    """
+    visible = os.environ.get("CUDA_VISIBLE_DEVICES", "").split(",")[0].strip() or "0"
+    if visible.isdecimal():
+        return pynvml.nvmlDeviceGetHandleByIndex(int(visible))
+    return pynvml.nvmlDeviceGetHandleByUUID(visible)
+
+
+@contextmanager
+def _management_library() -> Iterator[None]:
+    """NVML, NVIDIA's management library, open for the block."""
+    pynvml.nvmlInit()
+    try:
+        yield
+    finally:
+        pynvml.nvmlShutdown()
+
+
+def memory_of(device: str) -> Place | None:
+    """The place whose memory fields take on "cpu" or "cuda"; None if the driver does not tell."""
+    return processor() if device == "cpu" else graphics_card()

@@ -1,0 +1,113 @@
+"""Memory that the fields of a model take on a device, told from the model before anything starts.
+
+Fields are counted per element, node, touching node and facet, as the classes that own them make
+them (elements/linear.py, nodes.py, contact/surface_contact.py, loads/pressure.py). What several
+scenarios of one mesh share is counted once. Left out: what does not grow with the mesh (rigid
+bodies, tables), and the padding of the last lane vector.
+"""
+
+from dataclasses import dataclass
+
+from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, Solid
+from softsim.errors import DeviceError
+from softsim.machine import Place
+from softsim.model import ContactData, Model
+
+REAL, INTEGER = 8, 4  # bytes
+# Components stored of the edges (with the hoop stretch) and of a tensor, by the kind of element.
+EDGE_COMPONENTS: dict[type[Geometry], int] = {PlaneStrain: 4, Axisymmetric: 5, Solid: 9}
+SYMMETRIC_COMPONENTS: dict[type[Geometry], int] = {PlaneStrain: 4, Axisymmetric: 4, Solid: 6}
+# What a process takes beside its fields: bytes, and bytes an element. CPU: Python, Taichi and
+# compiled kernels; working arrays of the start, the guards and frames (both measured, the second at
+# 208,000 triangles). CUDA: a context of some 0.5 GB and Taichi's own pool of 1 GiB (its
+# device_memory_GB); working arrays live in the CPU's memory.
+BESIDE = {"cpu": (300e6, 1000.0), "cuda": (1.6e9, 0.0)}
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """Bytes: `shared` by all scenarios, and `each` scenario's own."""
+
+    shared: int
+    each: int
+
+    def of(self, scenarios: int) -> int:
+        """Bytes that so many scenarios of one mesh take."""
+        return self.shared + scenarios * self.each
+
+
+def footprint(model: Model) -> Footprint:
+    """Memory of all fields that grow with the mesh."""
+    d, nodes = model.dimension, len(model.points)
+    # Mass, 1/mass, rest position; its place in the lists of slots.
+    shared = nodes * (REAL * (1 + 2 * d) + INTEGER)
+    # Position, velocity, force; work of local damping.
+    each = nodes * REAL * (3 * d + 1)
+    for body in model.bodies:
+        corners = body.cells.shape[1]
+        components = SYMMETRIC_COMPONENTS[type(body.geometry)]
+        # Corner nodes, slots in the nodes' order, cells in the nodes' order; identity, volume and
+        # determinant at rest.
+        shared += len(body.cells) * (3 * INTEGER * corners + REAL * (components + 2))
+        # Corner forces; edges, present volume, pressure; branches, what they dissipated.
+        branches = len(body.material.branches) * components
+        tensors = EDGE_COMPONENTS[type(body.geometry)] + branches
+        each += len(body.cells) * REAL * (corners * d + tensors + 3)
+        # Nodal volume and its inverse, viscosity, place in the list; J, pressure, dissipation.
+        shared += len(body.points) * (3 * REAL + INTEGER)
+        each += len(body.points) * 3 * REAL
+    for contact, surfaces in _contacts(model):
+        # Node, slot; three constants.
+        shared += len(contact.nodes) * (2 * INTEGER + 3 * REAL)
+        # A surface: anchor, dashpot, whether it touches. Force, impulse and slot; normal force and
+        # impulse, two dissipations.
+        at_surface = REAL * (d + 1) + INTEGER
+        each += len(contact.nodes) * (surfaces * at_surface + REAL * (3 * d + 4))
+    for load in model.pressures:
+        shared += load.facets.size * 2 * INTEGER  # nodes and slots
+        each += load.facets.size * REAL * d + len(load.facets) * REAL  # forces, work
+    return Footprint(shared, each)
+
+
+def _contacts(model: Model) -> list[tuple[ContactData, int]]:
+    """Each list of nodes with the number of surfaces that it is held against."""
+    half_spaces, pipes = len(model.walls.names), len(model.walls.pipe_names)
+    against_walls = [(model.contact, count) for count in (half_spaces, pipes) if count]
+    supports = [(o.support, 1) for o in model.outlines if o.support is not None]
+    return against_walls + supports
+
+
+def refuse_too_large(model: Model, scenarios: int, device: str, place: Place | None) -> None:
+    """Refuse a model that does not fit the free memory of the place where it is to run.
+
+    device: "cpu" or "cuda". place: its memory, None where nobody tells; then nothing is refused.
+
+    Raises DeviceError saying how many scenarios or elements would fit.
+    """
+    if place is None:
+        return
+    size, free = footprint(model), place.memory.free
+    fixed, an_element = BESIDE[device]
+    working = an_element * model.element_count
+    need = fixed + working + size.of(scenarios)
+    if need <= free:
+        return
+    fitting = int((free - fixed - working - size.shared) // size.each)
+    if scenarios > 1 and fitting >= 1:
+        way_out = f"at most {fitting} scenarios of this model"
+    else:
+        share = max(0.0, free - fixed) / (working + size.of(1))
+        elements = int(model.element_count * share)
+        way_out = f"at most {elements:,} elements of this kind" if elements else "free some memory"
+    if device == "cuda":
+        way_out += ", or --device cpu"
+    times = f"{scenarios} x " if scenarios > 1 else ""
+    raise DeviceError(
+        f"{times}{model.element_count:,} elements need {_gigabytes(need)}, "
+        f"{_gigabytes(free)} are free on {place.name}",
+        hint=way_out,
+    )
+
+
+def _gigabytes(size: float) -> str:
+    return f"{size / 1e9:.3g} GB"

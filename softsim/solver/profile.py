@@ -1,0 +1,140 @@
+"""Where an increment's time goes: each of its passes alone, many times over.
+
+Taichi has no clock inside a kernel, so a pass is repeated by itself until that takes long enough
+to measure. It then finds its data nearer than in a whole increment: the passes need not add up to
+one, and what is missing (or too much) is reported as such.
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import taichi as ti
+
+from softsim import backend
+from softsim.solver.explicit import LARGEST_INDEX, SAMPLE_EVERY, ExplicitSolver
+from softsim.solver.rate import increment_time
+
+# A pass is repeated for so long [s], the best of so many times: ten passes take a second.
+MEASURED_TIME = 0.02
+TRIES = 4
+MOST_REPEATS = 5_000  # a multiple of UNROLLED
+# While passes repeat, the step is this share of the real one. Nothing may move meanwhile, yet zero
+# would divide the bulk viscosity's dJ/dt by zero. All repeats together stay below a hundredth of
+# an increment, and no product with it comes near subnormal numbers, which are slow.
+REPEATED_STEP = 1e-6
+# Launches in one kernel call where passes run in parallel: the call itself costs some 20 us.
+UNROLLED = 4
+INCREMENTS_TIME = 0.5  # seconds of whole increments measured
+
+Loop = tuple[int, Callable[..., None]]
+"""A number of indices and the function called at each."""
+
+
+@dataclass(frozen=True)
+class PassCost:
+    """What one pass costs: `seconds` an increment, `count` its indices."""
+
+    phase: str
+    name: str
+    count: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Passes in their order; `increment`: the time of a whole one, measured as such [s]."""
+
+    passes: list[PassCost]
+    increment: float
+
+    @property
+    def unexplained(self) -> float:
+        """What a whole increment takes beside its passes, each measured alone [s]; or less."""
+        return self.increment - sum(cost.seconds for cost in self.passes)
+
+    def shares(self) -> dict[str, float]:
+        """Phase -> its share of the time of all passes, the largest first."""
+        whole = sum(cost.seconds for cost in self.passes)
+        shares = dict.fromkeys((cost.phase for cost in self.passes), 0.0)
+        for cost in self.passes:
+            shares[cost.phase] += cost.seconds / whole
+        return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def measured_profile(solver: ExplicitSolver) -> Profile:
+    """Time of an increment and of every pass; the solver goes on as if nothing had been."""
+    memory, then, increments = solver.memory(), solver.time, solver.increments
+    increment = increment_time(solver, INCREMENTS_TIME)
+    sampled = [p for stage in solver.sampled_stages for p in stage]
+    loops = [(p, f, 1.0) for p in solver.passes for f in p.functions]
+    loops += [(p, f, 1.0 / SAMPLE_EVERY) for p in sampled for f in p.functions]
+    repeat = _repetition(solver, [(p.count, f) for p, f, _ in loops])
+    passes = [
+        PassCost(p.phase, _name(f), p.count, share * _seconds_each(partial(repeat, number)))
+        for number, (p, f, share) in enumerate(loops)
+    ]
+    solver.restore(memory, then, increments, solver.increment)
+    return Profile(passes, increment)
+
+
+def _name(function: Callable[..., None]) -> str:
+    """The function's name with its class, such as "Nodes.drift"."""
+    return str(getattr(function, "__qualname__", function))
+
+
+def _seconds_each(repeat: Callable[[int], None]) -> float:
+    """Time of one repeat [s]; `repeat(count)` does that many, a multiple of UNROLLED."""
+    repeat(UNROLLED)  # compiles
+    count, elapsed = UNROLLED, _elapsed(repeat, UNROLLED)
+    while elapsed < 0.5 * MEASURED_TIME and count < MOST_REPEATS:
+        grown = min(10.0, max(2.0, MEASURED_TIME / elapsed))
+        count = min(MOST_REPEATS, UNROLLED * int(count / UNROLLED * grown))
+        elapsed = _elapsed(repeat, count)
+    return min(elapsed, *(_elapsed(repeat, count) for _ in range(TRIES - 1))) / count
+
+
+def _elapsed(repeat: Callable[[int], None], count: int) -> float:
+    began = time.perf_counter()
+    repeat(count)
+    ti.sync()
+    return time.perf_counter() - began
+
+
+def _repetition(solver: ExplicitSolver, loops: list[Loop]) -> Callable[[int, int], None]:
+    """repeat(number of the loop, count): on a CPU by one thread, on a GPU by launches."""
+    repeated = _RepeatedLoops(loops, solver.scenarios)
+    t, dt = solver.time, REPEATED_STEP * solver.increment
+    if backend.device().name == "cpu":
+        return lambda number, count: repeated.serially(number, count, t, dt)
+
+    def launch(number: int, count: int) -> None:
+        for _ in range(count // UNROLLED):
+            repeated.by_launches(number, t, dt)
+
+    return launch
+
+
+@ti.data_oriented
+class _RepeatedLoops:
+    """Kernels that run one loop of a list again and again."""
+
+    def __init__(self, loops: list[Loop], scenarios: int) -> None:
+        self.loops, self.scenarios = loops, scenarios
+
+    @ti.kernel
+    def serially(self, number: ti.i32, count: ti.i32, t: ti.f64, dt: ti.f64):
+        ti.loop_config(serialize=True)
+        for s in range(self.scenarios):
+            for n in ti.static(range(len(self.loops))):
+                if number == n:
+                    for _ in range(count):
+                        for i in range(self.loops[n][0]):
+                            self.loops[n][1](s, i & LARGEST_INDEX, t, dt)
+
+    @ti.kernel
+    def by_launches(self, number: ti.template(), t: ti.f64, dt: ti.f64):  # type: ignore[valid-type]  # Taichi wants an instance
+        for _ in ti.static(range(UNROLLED)):
+            for s, i in ti.ndrange(self.scenarios, self.loops[number][0]):
+                self.loops[number][1](s, i, t, dt)

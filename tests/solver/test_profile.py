@@ -1,0 +1,69 @@
+"""Costs of passes: everything is measured, and the solver goes on as if nothing had been."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+STRIP = """
+bodies:
+  strip: {mesh: {generator: block, length: 10 mm, height: 1 mm, element_size: 0.5 mm},
+          formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10, fixed: [left]}
+environment: {walls: {floor: {kind: plane, point: [0 mm, -0.01 mm]}}}
+time: {end: 1 s}
+"""
+
+
+@pytest.mark.slow
+def test_launched_passes_leave_the_solver_as_it_was(build, kernel_cache):
+    """With several threads, as on a GPU, passes are repeated launch by launch."""
+    from softsim import backend
+    from softsim.machine import processor_count
+    from softsim.solver.explicit import ExplicitSolver
+    from softsim.solver.profile import measured_profile
+
+    if processor_count() == 1:
+        pytest.skip("one processor")
+    backend.start("cpu", cache=Path(kernel_cache), threads=2)
+    solver = ExplicitSolver([build(STRIP)])
+    solver.begin(1e-6)
+    solver.advance(100)
+    before = solver.memory()
+    profile = measured_profile(solver)
+    assert all(cost.seconds > 0.0 for cost in profile.passes)
+    for name, array in solver.memory().items():
+        np.testing.assert_array_equal(array, before[name], err_msg=name)
+
+
+def test_the_solver_goes_on_to_the_same_bits(build, start):
+    """Everything a checkpoint keeps: contact anchors, branches, energies, half-step velocities."""
+    from softsim.solver.profile import measured_profile
+
+    model = build(STRIP)
+    undisturbed = start(model)
+    undisturbed.advance(3000)
+    solver = start(model)
+    solver.advance(1500)
+    measured_profile(solver)
+    assert solver.increments == 1500
+    solver.advance(1500)
+    assert solver.time == pytest.approx(undisturbed.time, rel=1e-12)
+    expected = undisturbed.memory()
+    assert expected["contacts/0/damping_dissipation"].any()  # it has hit the floor
+    for name, array in solver.memory().items():
+        np.testing.assert_array_equal(array, expected[name], err_msg=name)
+
+
+def test_every_pass_has_its_cost(build, start):
+    from softsim.solver.profile import measured_profile
+
+    solver = start(build(STRIP))
+    profile = measured_profile(solver)
+    assert len(profile.passes) == len(solver.passes) + len(solver.sampled_passes)
+    assert all(cost.seconds > 0.0 for cost in profile.passes)
+    assert profile.passes[0].name == "Nodes.drift"
+    shares = profile.shares()
+    assert set(shares) == {"integration", "elements", "contact", "energy"}
+    assert sum(shares.values()) == pytest.approx(1.0, rel=1e-12)
+    whole = sum(cost.seconds for cost in profile.passes) + profile.unexplained
+    assert whole == pytest.approx(profile.increment, rel=1e-12)

@@ -1,0 +1,67 @@
+"""What this machine has, and what a run may take of it."""
+
+import pytest
+
+from softsim.errors import DeviceError
+from softsim.machine import (
+    ELEMENTS_FOR_THREADS,
+    Choice,
+    asked_threads,
+    choose,
+    cuda_device_count,
+    graphics_card,
+    processor,
+    processor_count,
+)
+
+
+@pytest.mark.parametrize("asked", ["0", "-1", "two", "1.5", 0])
+def test_threads_that_are_no_number_of_workers_are_refused(asked):
+    with pytest.raises(DeviceError, match=f"--threads {asked}") as caught:
+        asked_threads(asked)
+    assert f"1 to {processor_count()} fit" in caught.value.hint
+
+
+def test_more_threads_than_processors_are_refused_with_what_fits():
+    there = processor_count()
+    with pytest.raises(DeviceError) as caught:
+        asked_threads(there + 1)
+    assert f"--threads {there} at most" in caught.value.hint
+    assert asked_threads(str(there)) == there
+
+
+def test_several_threads_on_the_gpu_are_refused():
+    with pytest.raises(DeviceError, match="takes the GPU") as caught:
+        Choice("cuda", 2)
+    assert "--device cpu --threads 2" in caught.value.hint
+    assert Choice("cuda", 1).threads_for(10**6) == 1
+
+
+def test_auto_takes_every_processor_for_a_large_model_only():
+    choice = choose("cpu", "auto")
+    assert choice.threads_for(ELEMENTS_FOR_THREADS - 1) == 1
+    assert choice.threads_for(ELEMENTS_FOR_THREADS) == processor_count()
+    assert choose("cpu", 1).threads_for(10**6) == 1
+    assert Choice("cuda", None).threads_for(10**6) == 1
+
+
+def test_a_missing_gpu_is_refused_with_what_there_is():
+    if cuda_device_count():
+        pytest.skip("this machine has a CUDA device")
+    with pytest.raises(DeviceError, match="no CUDA device answers") as caught:
+        choose("cuda")
+    assert processor().name in caught.value.hint
+    assert choose("auto").device == "cpu"
+
+
+def test_a_machine_without_a_driver_has_no_graphics_card():
+    if cuda_device_count():
+        pytest.skip("this machine has a CUDA device")
+    assert graphics_card() is None
+
+
+def test_the_processor_has_a_name_and_memory():
+    cpu = processor()
+    assert cpu.name
+    assert cpu.cores >= 1
+    assert 0 < cpu.memory.free <= cpu.memory.total
