@@ -13,7 +13,7 @@ from benchmarks.ceiling import compiled
 from benchmarks.effort import FULL, QUICK, Effort
 from benchmarks.gpu import gpu_rows
 from benchmarks.table import Row, machine, show, write_json
-from softsim import backend
+from softsim.machine import cuda_device_count
 
 Measurement = Callable[[Path, Path | None, Effort], list[Row]]
 ON_THE_CPU: dict[str, Measurement] = {
@@ -36,7 +36,7 @@ def main(
     """Measure softsim on this machine against a hand-written C++ program."""
     console = Console()
     measurements = dict(ON_THE_CPU)
-    if backend.cuda_is_present():
+    if cuda_device_count() > 0:
         measurements["gpu"] = gpu_rows
     else:
         console.print("no CUDA device answers: the rows of a GPU are left out")
