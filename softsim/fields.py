@@ -59,6 +59,8 @@ def together() -> Iterator[None]:
     """Give the fields made inside one block of memory, and their values, when it closes.
 
     Until then Taichi refuses to run any kernel: "These field(s) are not placed".
+
+    Raises DeviceError where the block would be larger than its words can be numbered (8 GiB).
     """
     global _waiting
     outer, _waiting = _waiting, []
