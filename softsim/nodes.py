@@ -16,6 +16,15 @@ from softsim.fields import index_field, real_field, vector_field
 PARTS = 64
 
 
+def parts_of(counts: list[int]) -> np.ndarray:
+    """Where each part of each thing's entries starts, `counts` of them one after another, and where
+    the last one ends: (PARTS len(counts) + 1,).
+    """
+    first = np.cumsum([0, *counts])
+    starts = [a + n * np.arange(PARTS) // PARTS for a, n in zip(first[:-1], counts, strict=True)]
+    return np.concatenate([*starts, first[-1:]])
+
+
 @ti.data_oriented
 class CornerForces:
     """Slots of corner forces: per component a field (scenarios, slots) [N].

@@ -11,8 +11,8 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.fields import real_field
-from softsim.nodes import PARTS, Nodes
+from softsim.fields import index_field, real_field
+from softsim.nodes import PARTS, Nodes, parts_of
 
 OPEN = -1
 
@@ -43,6 +43,8 @@ class FollowerPressure:
         self.pressure = real_field(np.zeros(nodes.scenarios))
         self.volume = real_field(np.zeros(nodes.scenarios))
         self.volume_part = real_field(np.zeros((nodes.scenarios, PARTS)))
+        self.facet_part = index_field(parts_of([facets.count]))
+        self.lid_part = index_field(parts_of([lids.count]))
         self.work = real_field(np.zeros((nodes.scenarios, self.count)))
         self.first_slot = nodes.corner_forces.claim(facets.corner_nodes)
         if body != OPEN:
@@ -64,9 +66,9 @@ class FollowerPressure:
     def measure_volume(self, s, part, t, dt):
         """Volume enclosed by a part of the facets and the lids."""
         volume = ti.cast(0.0, backend.real)
-        for k in range(self.facets.count * part // PARTS, self.facets.count * (part + 1) // PARTS):
+        for k in range(self.facet_part[part], self.facet_part[part + 1]):
             volume += self.facets.volume(s, k)
-        for k in range(self.lids.count * part // PARTS, self.lids.count * (part + 1) // PARTS):
+        for k in range(self.lid_part[part], self.lid_part[part + 1]):
             volume += self.lids.volume(s, k)
         self.volume_part[s, part] = volume
 

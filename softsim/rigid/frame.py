@@ -13,7 +13,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.fields import index_field, matrix_field, real_field, vector_field
-from softsim.nodes import PARTS, Nodes
+from softsim.nodes import PARTS, Nodes, parts_of
 from softsim.rigid.body import RigidBodyData, in_space
 
 
@@ -62,7 +62,7 @@ class RigidBodies:
         tied = [b.tied for b in bodies]
         self.tied_count = sum(map(len, tied))
         self.body_of_tied = index_field(np.repeat(np.arange(self.count), list(map(len, tied))))
-        self.tied_start = index_field(np.cumsum([0, *map(len, tied)]))
+        self.tied_part = index_field(parts_of([len(t) for t in tied]))
         self.tied = index_field(np.concatenate([*tied, np.zeros(0, int)]))
         tied_arms = [points[t] - c for t, c in zip(tied, self.rest_centre, strict=True)]
         self.arm = vector_field(np.concatenate([*tied_arms, np.zeros((0, d))]))
@@ -79,7 +79,7 @@ class RigidBodies:
         none = np.zeros(0, int)
         slots = [np.concatenate([none, *(s for s, _ in r)]) for r in self._reactions]
         at = [np.concatenate([none, *(n for _, n in r)]) for r in self._reactions]
-        self.reaction_start = index_field(np.cumsum([0, *map(len, slots)]))
+        self.reaction_part = index_field(parts_of([len(s) for s in slots]))
         self.reaction_slot = index_field(np.concatenate([none, *slots]))
         self.reaction_node = index_field(np.concatenate([none, *at]))
 
@@ -165,18 +165,16 @@ class RigidBodies:
     @ti.func
     def collect(self, s, i, t, dt):
         """Force and torque of the forces on tied nodes and of the reactions, a part of them."""
-        r, part = i // PARTS, i % PARTS
+        r = i // PARTS
         centre = self.centre[s, r]
         force = ti.Vector.zero(backend.real, self.dimension)
         torque = ti.Vector([0.0, 0.0, 0.0])
-        first, count = self.tied_start[r], self.tied_start[r + 1] - self.tied_start[r]
-        for k in range(first + count * part // PARTS, first + count * (part + 1) // PARTS):
+        for k in range(self.tied_part[i], self.tied_part[i + 1]):
             f = self.nodes.force[s, self.tied[k]]
             arm = self.nodes.position[s, self.tied[k]] - centre
             force += f
             torque += self.lifted(arm).cross(self.lifted(f))
-        first, count = self.reaction_start[r], self.reaction_start[r + 1] - self.reaction_start[r]
-        for k in range(first + count * part // PARTS, first + count * (part + 1) // PARTS):
+        for k in range(self.reaction_part[i], self.reaction_part[i + 1]):
             f = -self.nodes.corner_forces.read(s, self.reaction_slot[k])
             arm = self.nodes.position[s, self.reaction_node[k]] - centre
             force += f
