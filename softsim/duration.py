@@ -128,14 +128,16 @@ def hastened(model: Model, factor: float) -> Model:
 def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
     """Wall time [s] and increments of a whole pilot, and the share of its `end` [s] that it saw.
 
-    What is missing goes on as the last LAST_PART of the wall time did.
+    Its first station, which does much for the first time, is taken to be as fast as those that
+    follow. What is missing at the end goes on as the last LAST_PART of the wall time did.
     """
-    first, last = marks[0], marks[-1]
-    wall = last.wall - first.wall
+    second, last = marks[min(1, len(marks) - 2)], marks[-1]
+    wall = last.wall - second.wall
     late = next(m for m in reversed(marks[:-1]) if m.wall <= last.wall - LAST_PART * wall)
     missing = max(0.0, (end - last.simulated) / (last.simulated - late.simulated))
     return (
-        wall + missing * (last.wall - late.wall),
+        wall * last.increments / (last.increments - second.increments)
+        + missing * (last.wall - late.wall),
         last.increments + missing * (last.increments - late.increments),
         min(1.0, last.simulated / end),
     )

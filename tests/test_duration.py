@@ -56,15 +56,20 @@ def test_hastened_loads_are_the_same_at_an_earlier_time(build):
 
 
 def test_a_pilot_at_its_end_is_counted_as_it_was():
-    marks = [Mark(100.0, 0.0, 1), Mark(101.0, 0.4, 300), Mark(103.0, 1.0, 1000)]
-    assert extrapolated(marks, 1.0) == (3.0, 1000, 1.0)
+    """But for its first station, which took 7 s for 100 increments: 900 took 3 s."""
+    marks = [Mark(90.0, 0.0, 0), Mark(97.0, 0.1, 100), Mark(99.0, 0.4, 300), Mark(100.0, 1.0, 1000)]
+    assert extrapolated(marks, 1.0) == (pytest.approx(3.0 / 0.9), 1000, 1.0)
+
+
+def test_a_pilot_of_one_station_is_taken_as_it_is():
+    assert extrapolated([Mark(5.0, 0.0, 0), Mark(7.0, 1.0, 40)], 1.0) == (2.0, 40, 1.0)
 
 
 def test_a_pilot_that_was_stopped_goes_on_at_its_last_pace():
     """It saw 0.4 s in all, and its last quarter of the wall time made 0.1 s of it: the 0.6 s left
     take six times that.
     """
-    marks = [Mark(0.0, 0.0, 0), Mark(3.0, 0.3, 100), Mark(4.0, 0.4, 300)]
+    marks = [Mark(0.0, 0.0, 0), Mark(0.0, 0.0, 0), Mark(3.0, 0.3, 100), Mark(4.0, 0.4, 300)]
     wall, increments, covered = extrapolated(marks, 1.0)
     assert wall == pytest.approx(4.0 + 6.0 * 1.0)
     assert increments == pytest.approx(300 + 6.0 * 200)
