@@ -11,8 +11,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import taichi as ti
-
 from softsim import backend
 from softsim.builder import build_model
 from softsim.scene.loading import load_scene
@@ -29,7 +27,7 @@ def main(scene: str, device: str, threads: str, scenarios: str) -> None:
     solver = ExplicitSolver([model] * int(scenarios))
     solver.begin(model.safety_factor * stable_increment(model, model.points).value)
     solver.advance(WARM_UP)
-    ti.sync()
+    backend.ti.sync()
     answer(element_count=model.element_count, peak_memory=peak_memory())
     for line in sys.stdin:
         increments, times = map(int, line.split())
@@ -40,7 +38,7 @@ def seconds(solver: ExplicitSolver, increments: int) -> float:
     """How long so many increments take."""
     start = time.perf_counter()
     solver.advance(increments)
-    ti.sync()
+    backend.ti.sync()
     return time.perf_counter() - start
 
 
