@@ -19,7 +19,7 @@ from softsim.solver.time_step import stable_increment
 MEGA = 1e6
 # Of a round [s]. Other processes interrupt every few milliseconds; the ceiling's pieces can be
 # shorter, as no call from Python starts them. That it is disturbed less does not flatter us.
-PIECE = 10e-3
+PIECE = 4e-3
 CEILING_PIECE = 2e-3
 
 
