@@ -43,7 +43,7 @@ def main(
     unknown = sorted(set(only or ()) - set(measurements))
     if unknown:
         raise typer.BadParameter(f"{', '.join(unknown)}: there is {', '.join(measurements)}")
-    rows = []
+    about, rows = machine(), []
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         program = compiled(folder)
@@ -52,7 +52,6 @@ def main(
         for name in only or measurements:
             console.print(f"measuring: {name}")
             rows += measurements[name](folder, program, QUICK if quick else FULL)
-    about = machine()
     show(console, rows, about)
     if json is not None:
         write_json(json, rows, about)

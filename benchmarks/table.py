@@ -57,6 +57,7 @@ def machine() -> dict[str, Any]:
         "processor": processor_name(),
         "cores": os.cpu_count(),
         "system": platform.platform(),
+        "load_average": os.getloadavg()[0],
         "precision": "f64",
         "versions": {
             "python": platform.python_version(),
@@ -83,6 +84,9 @@ def show(console: Console, rows: list[Row], about: dict[str, Any]) -> None:
     """Everything, for people."""
     versions = ", ".join(f"{name} {number}" for name, number in about["versions"].items())
     console.print(f"{about['processor']}, {about['cores']} cores, {about['precision']}; {versions}")
+    console.print(
+        f"load before: {about['load_average']:.2g}; rates on two threads need both cores free"
+    )
     table = Table("work", "measured", "ceiling", "ratio", "target", "", box=SIMPLE)
     for column in (1, 2, 3):
         table.columns[column].justify = "right"
