@@ -1,6 +1,6 @@
 """What all linear elements share: lanes of corners, one material point, averaged nodal pressure.
 
-An increment asks for four passes: `deform`, `press_nodes`, `average_pressure`, `stress_corners`.
+An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`.
 Tensors are written in the basis of each element's edges, see elements/metric.py.
 """
 
@@ -76,7 +76,6 @@ class LinearElements:
         self.edge = [lane_field((scenarios, self.blocks)) for _ in range(d * d)]
         # One more than there are elements: it stays zero, for the padding of the nodes' lists.
         self.current_volume = real_field(np.zeros((scenarios, self.blocks * lanes + 1)))
-        self.element_pressure = lane_field((scenarios, self.blocks))
 
     def padded(self, values: np.ndarray) -> np.ndarray:
         """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
@@ -117,13 +116,13 @@ class LinearElements:
         self.pressure.press(s, b, dt, self.current_volume)
 
     @ti.func
-    def average_pressure(self, s, b, t, dt):
+    def average_pressure(self, s, b):
         """Element pressure: the mean of its nodes (positive in tension)."""
         p = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
             for c in ti.static(range(self.corners)):
                 p[lane] += self.pressure.pressure[s, self.corner[b, c, lane] - self.first_node]
-        self.element_pressure[s, b] = p * (1.0 / self.corners)
+        return p * (1.0 / self.corners)
 
     @ti.func
     def stress(self, s, b):
@@ -135,7 +134,7 @@ class LinearElements:
         J2_inverse_C = self.points.cofactor(b, C)  # J^2 C^-1
         M = self.points.stress_metric(s, b, C, J2_inverse_C, r2)
         trace = self.metric.contraction(C, M) * (1.0 / 3.0)
-        h = r3 * (self.element_pressure[s, b] - trace * (r3 * r2))
+        h = r3 * (self.average_pressure(s, b) - trace * (r3 * r2))
         volume = self.volume[b]
         return self.metric.mixed(volume * r2, M, volume * h, J2_inverse_C)
 

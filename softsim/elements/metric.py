@@ -174,13 +174,15 @@ class SpaceMetric:
 
 @ti.func
 def inverse_cube_root(J):
-    """J^(-1/3) by three Newton rounds from a quadratic seed.
+    """J^(-1/3) by two rounds of Halley's kind from a quadratic seed: with e = 1 - J y^3 the exact
+    value is y (1 - e)^(-1/3) = y (1 + e/3 + 2 e^2/9 + 14 e^3/81 ...).
 
     Relative error below 1e-11 for 0.6 < J < 1.5 and below 1e-5 for 0.3 < J < 2; outside the latter
     the guards stop the run. `pow` would cost a quarter of the increment.
     """
     d = J - 1.0
     y = 1.0 + d * (d * (2.0 / 9.0) - 1.0 / 3.0)
-    for _ in ti.static(range(3)):
-        y = y * (4.0 - J * y * y * y) * (1.0 / 3.0)
+    for _ in ti.static(range(2)):
+        e = 1.0 - J * (y * y * y)
+        y = y + y * (e * (e * (2.0 / 9.0) + 1.0 / 3.0))
     return y

@@ -195,7 +195,7 @@ class Terms:
             for body in self.bodies
         ]
         stressed = [
-            Pass("elements", body.blocks, (body.average_pressure, body.stress_corners))
+            Pass("elements", body.blocks, (body.stress_corners,))
             for body in self.bodies
         ]
         for pressure in self.pressures:
