@@ -24,6 +24,9 @@ from softsim.solver.element_stiffness import ElementStiffness
 from softsim.solver.lanczos import largest_eigenvalue_bound
 from softsim.solver.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
 
+# omega dt of what hits a penalty spring: within a step it gets as deep as v dt and is thrown back
+# with up to (omega^2 dt^2 - 1) v, which must not be more than it came with.
+LONGEST_HIT = np.sqrt(2.0)
 # omega dt of the swing of what fills a chamber. The whole skin swings with it, so it shows in the
 # books, whose error goes with the square: a pump that starts at full speed is off by 4 % at first.
 RESOLVED = 0.8
@@ -109,6 +112,9 @@ class StableStep:
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         value = min(value, value**2 / guess)
+        hit = max(float(matrix.contact.max()), bodies(x, guess))
+        if hit > 0.0:
+            value = min(value, LONGEST_HIT / np.sqrt(hit))
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
             value = min(value, RESOLVED / np.sqrt(swing))
