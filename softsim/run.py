@@ -30,15 +30,22 @@ from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
+<<<<<<< HEAD
 from softsim.solver.footprint import refuse_too_large
 from softsim.solver.guards import refuse_broken_elements, refuse_energy_error, strain_warnings
 from softsim.solver.profile import measured_profile
+=======
+from softsim.solver.guards import (
+    refuse_broken_elements,
+    refuse_energy_error,
+    strain_warnings,
+)
+from softsim.solver.inspection import FIRST_INTERVAL, next_interval
+>>>>>>> 17c3246efd5858fe682302547dd8eaf437436627
 from softsim.solver.time_step import StableStep
 
-# Increments between two stations (output, signals), about 10 ms of wall time, and stations between
-# two inspections of all elements (guards, stable step), which cost about 3 ms.
+# Increments between two stations (output, signals) at most, about 10 ms of wall time.
 STATION = 256
-INSPECT_EVERY = 8
 # The step may grow when the stable one has grown by this factor; it shrinks at once.
 GROWTH = 1.05
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
@@ -71,7 +78,9 @@ class Progress:
     largest_turnover: float = 0.0
     largest_energy_error: float = 0.0
     wall_time: float = 0.0
-    stations: int = 0
+    next_inspection: int = 0  # counted in increments, as the interval from the last one
+    inspection_interval: int = FIRST_INTERVAL
+    stable_increment: float = 0.0  # at the last inspection
 
 
 def run(
@@ -236,8 +245,20 @@ class Simulation:
                     f"stopped by {name} at t = {solver.time:.6g} s; checkpoint written",
                     hint="continue with --resume",
                 )
+<<<<<<< HEAD
             self.go_to_station()
             report.update(solver.time, self.energy_error, self.contact_count)
+=======
+            if solver.increments >= progress.next_inspection:
+                self._inspect()
+            solver.advance(self._increments_to_station())
+            if self.first_increment_after == 0.0:
+                self.first_increment_after = time.monotonic() - self.began
+            progress.time, progress.increments = solver.time, solver.increments
+            self.finished = self._is_done()
+            error, contacts = self._look(error, contacts)
+            report.update(solver.time, error, contacts)
+>>>>>>> 17c3246efd5858fe682302547dd8eaf437436627
             if time.monotonic() - last_checkpoint >= self.output.checkpoint_interval:
                 self.checkpoint()
                 last_checkpoint = time.monotonic()
@@ -284,14 +305,16 @@ class Simulation:
         return False
 
     def _increments_to_station(self) -> int:
-        """Increments to the next station: as soon as a history row is due, or at the end.
+        """Increments to the next station: as soon as a history row or an inspection is due, or at
+        the end.
 
         The last ones are shortened so that the run ends exactly at its end time.
         """
         solver = self.solver
         left = self.model.end_time - solver.time
         to_row = np.ceil((self.progress.next_history - solver.time) / solver.increment - 1e-9)
-        count = min(STATION, max(1, int(to_row)))
+        to_inspection = self.progress.next_inspection - solver.increments
+        count = min(STATION, to_inspection, max(1, int(to_row)))
         if left <= 0.0:  # a static run settles
             return count
         to_end = max(1, int(np.ceil(left / solver.increment - 1e-9)))
@@ -306,6 +329,7 @@ class Simulation:
         self._refuse_broken_elements()
         self._warn_of_strain()
         stable = self.stable_step.at(solver.positions()[0])
+        self._plan_inspection(stable.value)
         if model.increment is not None:
             if model.increment > stable.value:
                 raise StabilityError(
@@ -318,6 +342,16 @@ class Simulation:
         if solver.increment > allowed or solver.increment * GROWTH < allowed:
             solver.change_increment(allowed)
             self.progress.increment = allowed
+
+    def _plan_inspection(self, stable: float) -> None:
+        """Say when to inspect again, the stable increment [s] being this one now."""
+        progress, solver = self.progress, self.solver
+        before = progress.stable_increment or stable
+        progress.inspection_interval = next_interval(
+            progress.inspection_interval, before, stable, self.model.end_time / solver.increment
+        )
+        progress.next_inspection = solver.increments + progress.inspection_interval
+        progress.stable_increment = stable
 
     def _refuse_broken_elements(self) -> None:
         """Stop at a broken element, with the failed frame kept."""

@@ -18,8 +18,10 @@ def tied_mass(body: RigidBodyData, points: np.ndarray, tied: np.ndarray) -> floa
     """Mass [kg] that each of the nodes `tied` gets of the body; infinite where it cannot move."""
     mass, inertia = least_inertia(body, points.shape[1])
     spread = ((points[tied] - body.centre) ** 2).sum()
-    with np.errstate(divide="ignore"):
-        return 0.5 * TIED_SHARE * float(min(mass / len(tied), inertia / spread))
+    if len(tied) == 0:
+        return np.inf
+    turning = inertia / spread if spread > 0.0 else np.inf
+    return 0.5 * TIED_SHARE * min(mass / len(tied), turning)
 
 
 def least_inertia(body: RigidBodyData, dimension: int) -> tuple[float, float]:

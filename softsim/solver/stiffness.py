@@ -47,6 +47,10 @@ class ScaledStiffness:
             result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py
         return result
 
+    def chamber_frequency(self) -> float:
+        """Upper bound of omega^2 [1/s^2] of the chambers alone."""
+        return float(sum((c**2).sum() for c in self.chambers))
+
     def row_sum_bound(self) -> float:
         """Upper bound of the largest eigenvalue [1/s^2]: the largest sum of absolute values of a
         row, and the whole of each chamber.
@@ -54,7 +58,7 @@ class ScaledStiffness:
         ones = np.ones(len(self.contact))
         rows = abs(self.dilation) @ (self.bulk_stiffness * (abs(self.compression) @ ones))
         rows += abs(self.shape) @ ones + self.contact
-        return float(rows.max() + sum((c**2).sum() for c in self.chambers))
+        return float(rows.max() + self.chamber_frequency())
 
 
 class ModelStiffness:

@@ -194,10 +194,7 @@ class Terms:
             Pass("elements", body.pressure.cells_of_node.blocks, (body.press_nodes,))
             for body in self.bodies
         ]
-        stressed = [
-            Pass("elements", body.blocks, (body.stress_corners,))
-            for body in self.bodies
-        ]
+        stressed = [Pass("elements", body.blocks, (body.stress_corners,)) for body in self.bodies]
         for pressure in self.pressures:
             if pressure.source.asks_volume:
                 moved.append(Pass("loads", PARTS, (pressure.measure_volume,)))

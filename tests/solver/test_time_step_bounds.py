@@ -103,13 +103,13 @@ def largest_energies(cpu):
 
 @pytest.mark.parametrize("formulation", list(TYPES))
 def test_at_rest(build, write_mesh, largest_energies, formulation):
-    """A free block with bulk viscosity, which shortens the step: 0.99 of the bound is stable,
-    three times it is not.
+    """A free block with bulk viscosity, which shortens the step: 0.99 of the bound is stable, 1.3
+    times it is not.
     """
     write_mesh(formulation)
     model = build(scene(formulation, ""), "solver.bulk_viscosity=0.06")
     bound = stable_increment(model, model.points).value
-    steps = [0.99 * bound, 3.0 * bound]
+    steps = [0.99 * bound, 1.3 * bound]
     energies = largest_energies(model, model.points, steps, 1e-3)
     assert energies[0] < STABLE
     assert energies[1] > UNSTABLE
@@ -139,7 +139,9 @@ def test_stretched(build, write_mesh, largest_energies, formulation):
 @pytest.mark.parametrize("formulation", list(TYPES))
 def test_with_a_stiff_chamber(build, write_mesh, largest_energies, formulation):
     """Gas in a dead volume so small that its stiffness, not that of the elements, sets the limit:
-    the bound knows, and the step of the elements alone would be unstable.
+    the bound knows, and the step of the elements alone would be unstable. The bound is 2.5 times
+    lower than stability asks, to resolve the swing of the gas, and takes the chamber as full as it
+    will get, five times its first mass: eight times the bound is unstable.
     """
     write_mesh(formulation)
     rim = {
@@ -156,7 +158,7 @@ def test_with_a_stiff_chamber(build, write_mesh, largest_energies, formulation):
     alone = stable_increment(dataclasses.replace(model, pressures=()), model.points).value
     assert bound < 0.35 * alone
     energies = largest_energies(
-        model, model.points, [0.99 * bound, 3.0 * bound, 0.99 * alone], 1e-6
+        model, model.points, [0.99 * bound, 8.0 * bound, 0.99 * alone], 1e-6
     )
     assert energies[0] < STABLE
     assert energies[1] > UNSTABLE

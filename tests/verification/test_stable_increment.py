@@ -1,0 +1,181 @@
+"""The stable increment against the eigenvalues of the real tangent.
+
+The tangent is the central difference of the forces that the kernels compute, a column for each free
+component: its error, h^2 f'''/6 + eps f / h with h = 1e-8 m in elements of 1e-3 m, is under 1e-6 of
+its largest entry. 2/omega of its largest frequency is the exact limit; the bound must be below it,
+by no more than a given factor: at rest 1.03 of the Lanczos iteration and what |sym dev h|^2 <=
+|h|^2 gives away; under strain the stiffest directions of the parts no longer are the same.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from softsim.solver.time_step import StableStep, stable_increment
+
+BLOCK = "{generator: block, length: 3 mm, height: 2 mm, element_size: 1 mm}"
+BOX = "{generator: box, length: 2 mm, height: 2 mm, width: 2 mm, element_size: 1 mm}"
+KINDS = {
+    "plane_strain": f"mesh: {BLOCK}, formulation: plane_strain, thickness: 5 mm",
+    "axisymmetric": f"mesh: {BLOCK}, formulation: axisymmetric, position: [2 mm, 0 mm]",
+    "solid": f"mesh: {BOX}, formulation: solid",
+}
+SCENE = """
+bodies: {b: {KIND, material: soft}}
+materials:
+  soft: {law: yeoh, C10: 36 kPa, C20: 5 kPa, C30: 1 kPa, density: 1000 kg/m^3,
+         prony: [{g: 0.3, relaxation_time: 1 ms}]}
+environment: {gravity: 0 m/s^2}
+loads: {p: {kind: follower_pressure, facets: [b.surface], profile: {kind: constant, value: 0 Pa}}}
+solver: {bulk_viscosity: 0}
+time: {end: 1 s}
+"""
+# Every node of a body that has moved far down is inside the floor.
+FLOOR = (
+    "environment.walls={floor: {kind: plane, point: [0 mm, -50 mm]}}",
+    "contact={friction_coefficient: 1e6, damping_ratio: 0}",
+)
+
+
+@pytest.fixture
+def limits(build, cpu):
+    """The exact stable step and the bound [s] with the nodes at x, the metric of the Maxwell branch
+    unrelaxed (as at rest) or relaxed to the present strain.
+    """
+    from softsim import backend
+    from softsim.solver.explicit import ExplicitSolver
+
+    def start(formulation, *overrides):
+        model = build(SCENE.replace("KIND", KINDS[formulation]), *overrides)
+        solver = ExplicitSolver([model])
+        solver.begin(1e-9)
+        step, body = StableStep(model), model.bodies[0]
+        points = solver.terms.bodies[0].points
+        points.decay.fill(1.0)  # the metric stays
+
+        def forces(x):
+            nodes = solver.terms.nodes
+            nodes.position.from_numpy(np.ascontiguousarray(x[None]))
+            solver.force_kernel(0.0, 1e-9)
+            solver.kick_kernel(0.0, 0.0)
+            return nodes.force.to_numpy()[0]
+
+        def relax(x):
+            F = body.geometry.deformation(body.points, body.cells, x)
+            C_bar = np.linalg.det(F)[:, None, None] ** (-2 / 3) * (F.transpose(0, 2, 1) @ F)
+            A = np.linalg.inv(C_bar)
+            for name, field in zip(points.tensors.symmetric_names, points.metric[0], strict=True):
+                i, j = ("xyz".index(letter) for letter in name)
+                blocks = -(-len(A) // backend.lanes())
+                padded = np.full(blocks * backend.lanes(), A[-1, i, j])
+                padded[: len(A)] = A[:, i, j]
+                field.from_numpy(padded.reshape(1, blocks, -1))
+
+        def exact_and_bound(x, relaxed=False):
+            if relaxed:
+                relax(x)
+            forces(x)  # the anchors of friction are set here
+            size, h = x.size, 1e-8
+            K = np.zeros((size, size))
+            for c in range(size):
+                ends = []
+                for sign in (1.0, -1.0):
+                    moved = x.copy()
+                    moved.flat[c] += sign * h
+                    ends.append(forces(moved).ravel())
+                K[:, c] = (ends[1] - ends[0]) / (2.0 * h)
+            root = 1.0 / np.sqrt(np.repeat(model.mass, x.shape[1]))
+            D = root[:, None] * K * root
+            omega_squared = np.linalg.eigvalsh(0.5 * (D + D.T))[-1]
+            return 2.0 / np.sqrt(omega_squared), step.at(x).value
+
+        return model, solver, exact_and_bound
+
+    return start
+
+
+STRAINS = {
+    "plane_strain": {
+        "stretched": [[1.8, 0.0], [0.0, 1 / 1.8]],
+        "squeezed": [[0.9, 0.0], [0.0, 0.9]],
+        "sheared": [[1.0, 0.8], [0.0, 1.0]],
+    },
+    "axisymmetric": {
+        "stretched": [[1.8, 0.0], [0.0, 1 / 1.8**2]],  # the radius: a skin that is blown up
+        "squeezed": [[0.93, 0.0], [0.0, 0.93]],
+        "sheared": [[1.0, 0.0], [0.8, 1.0]],
+    },
+    "solid": {
+        "stretched": np.diag([1.8, 1.8, 1 / 1.8**2]),
+        "squeezed": 0.93 * np.eye(3),
+        "sheared": [[1.0, 0.8, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    },
+}
+
+
+@pytest.mark.parametrize("formulation", list(KINDS))
+def test_under_strain(limits, record_verification, formulation):
+    """At rest, under uniform strain with the Maxwell branch fresh and relaxed, and under a pressure
+    of a quarter of the shear modulus all around, in equilibrium: initial stress and the load's own
+    stiffness, which the bound leaves out, are in the tangent.
+    """
+    model, solver, exact_and_bound = limits(formulation)
+    places = {"at rest": model.points}
+    for name, F in STRAINS[formulation].items():
+        places[name] = model.points @ np.transpose(F)
+    J = 1.0 - 18e3 / model.bodies[0].material.bulk_modulus
+    places["pressed"] = model.points * J ** (1.0 / (2 if formulation == "plane_strain" else 3))
+    for name, x in places.items():
+        solver.terms.pressures[0].source.table.value.fill(18e3 if name == "pressed" else 0.0)
+        exact, bound = exact_and_bound(x)
+        record_verification(f"stable step [s], {formulation}, {name}", exact, bound)
+        assert bound < exact
+        assert bound > exact / (1.1 if name == "at rest" else 1.35)
+    exact, bound = exact_and_bound(places["stretched"], relaxed=True)
+    assert exact / 1.35 < bound < exact
+
+
+@pytest.mark.parametrize("formulation", ["plane_strain", "solid"])
+def test_in_contact(limits, record_verification, formulation):
+    """Every node of the surface sticks to a floor; of the boxes' 27 nodes all but one."""
+    model, _, exact_and_bound = limits(formulation, *FLOOR)
+    exact, bound = exact_and_bound(model.points - 60e-3 * np.eye(model.dimension)[1])
+    record_verification(f"stable step [s], {formulation}, in contact", exact, bound)
+    assert exact < 0.9 * exact_and_bound(model.points)[0]  # contact is in the tangent
+    assert exact / 1.35 < bound < exact
+
+
+@pytest.mark.parametrize("formulation", list(KINDS))
+def test_any_strain(limits, formulation):
+    """Nodes off their places at random, after a random uniform strain: no element looks alike."""
+    model, _, exact_and_bound = limits(formulation)
+    d = model.dimension
+
+    @settings(max_examples=4, deadline=None, derandomize=True, database=None)
+    @given(
+        stretch=st.floats(0.7, 1.6),
+        shear=st.floats(-0.5, 0.5),
+        scatter=st.floats(0.0, 0.08e-3),
+        seed=st.integers(0, 99),
+    )
+    def check(stretch, shear, scatter, seed):
+        F = np.eye(d)
+        F[0, 0], F[1, 1] = (stretch, 1.0 / stretch)
+        F[1, 0] = shear
+        if formulation == "axisymmetric":
+            F[1, 1] /= stretch  # a ring of another radius
+        x = model.points @ F.T
+        x = x + scatter * np.random.default_rng(seed).standard_normal(x.shape)
+        exact, bound = exact_and_bound(x)
+        assert exact / 1.6 < bound < exact
+
+    check()
+
+
+def test_one_model_many_configurations(build):
+    """An object that is kept answers as one made anew: nothing depends on what it saw before."""
+    model = build(SCENE.replace("KIND", KINDS["plane_strain"]))
+    step, x = StableStep(model), model.points * 1.1
+    step.at(model.points)
+    assert step.at(x).value == stable_increment(model, x).value
