@@ -30,22 +30,14 @@ from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
-<<<<<<< HEAD
 from softsim.solver.footprint import refuse_too_large
 from softsim.solver.guards import refuse_broken_elements, refuse_energy_error, strain_warnings
-from softsim.solver.profile import measured_profile
-=======
-from softsim.solver.guards import (
-    refuse_broken_elements,
-    refuse_energy_error,
-    strain_warnings,
-)
 from softsim.solver.inspection import FIRST_INTERVAL, next_interval
->>>>>>> 17c3246efd5858fe682302547dd8eaf437436627
+from softsim.solver.profile import measured_profile
 from softsim.solver.time_step import StableStep
 
 # Increments between two stations (output, signals) at most, about 10 ms of wall time.
-STATION = 256
+STATION = 512
 # The step may grow when the stable one has grown by this factor; it shrinks at once.
 GROWTH = 1.05
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
@@ -245,20 +237,8 @@ class Simulation:
                     f"stopped by {name} at t = {solver.time:.6g} s; checkpoint written",
                     hint="continue with --resume",
                 )
-<<<<<<< HEAD
             self.go_to_station()
             report.update(solver.time, self.energy_error, self.contact_count)
-=======
-            if solver.increments >= progress.next_inspection:
-                self._inspect()
-            solver.advance(self._increments_to_station())
-            if self.first_increment_after == 0.0:
-                self.first_increment_after = time.monotonic() - self.began
-            progress.time, progress.increments = solver.time, solver.increments
-            self.finished = self._is_done()
-            error, contacts = self._look(error, contacts)
-            report.update(solver.time, error, contacts)
->>>>>>> 17c3246efd5858fe682302547dd8eaf437436627
             if time.monotonic() - last_checkpoint >= self.output.checkpoint_interval:
                 self.checkpoint()
                 last_checkpoint = time.monotonic()
@@ -268,10 +248,9 @@ class Simulation:
     def go_to_station(self) -> None:
         """Advance to the next station, and do what is due: guards, a history row, a frame."""
         progress, solver = self.progress, self.solver
-        if progress.stations % INSPECT_EVERY == 0:
+        if solver.increments >= progress.next_inspection:
             self._inspect()
         solver.advance(self._increments_to_station())
-        progress.stations += 1
         if self.first_increment_after == 0.0:
             self.steady_since, self.increments_before = time.monotonic(), solver.increments
             self.first_increment_after = self.steady_since - self.began
