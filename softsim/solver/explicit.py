@@ -174,27 +174,27 @@ class ExplicitSolver:
         """`count` increments, a launch a stage."""
         for k in ti.static(range(count)):
             for stage in ti.static(self.drift_stages):
-                for s, i in ti.ndrange(self.scenarios, size(stage)):
+                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
                     if drift > 0.0:
                         self.work_at(stage, s, i, start + (k + 1) * dt, drift)
             for stage in ti.static(self.force_stages):
-                for s, i in ti.ndrange(self.scenarios, size(stage)):
+                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
                     self.work_at(stage, s, i, start + (k + 1) * dt, dt)
             for stage in ti.static(self.kick_stages):
-                for s, i in ti.ndrange(self.scenarios, size(stage)):
+                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
                     self.work_at(stage, s, i, start + (k + 1) * dt, kick)
 
     @ti.kernel
     def launch_sampled(self, t: ti.f64, dt: ti.f64):
         """The sampled stages, a launch each."""
         for stage in ti.static(self.sampled_stages):
-            for s, i in ti.ndrange(self.scenarios, size(stage)):
+            for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
                 self.work_at(stage, s, i, t, dt)
 
     @ti.kernel
     def shift_kernel(self, t: ti.f64, dt: ti.f64):
         for stage in ti.static(self.shift_stages):
-            for s, i in ti.ndrange(self.scenarios, size(stage)):
+            for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
                 self.work_at(stage, s, i, t, dt)
 
     @ti.func
