@@ -26,26 +26,32 @@ from softsim.solver.rigid_inertia import tied_mass
 class ScaledStiffness:
     """M^-1/2 K M^-1/2 [1/s^2] at one configuration and one step.
 
-    compression (n, n d), dilation (n d, n): G M^-1/2 and its transpose. bulk_stiffness (n,) [J]:
-    V_a (kappa + 2 eta_a / dt). shape (n d, n d) [1/s^2]. contact (n d,) [1/s^2]. chambers: vectors
-    (n d,) [1/s] whose squares are added.
+    strain (n + n d, n d): G M^-1/2 above M^-1/2 (shape and initial stress) M^-1/2 [1/s^2], for one
+    product takes less time than two. dilation (n d, n): the transpose of G M^-1/2. bulk_stiffness
+    (n,) [J]: V_a (kappa + 2 eta_a / dt). contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s]
+    whose squares are added.
     """
 
-    compression: sp.csr_matrix
+    strain: sp.csr_matrix
     dilation: sp.csr_matrix
     bulk_stiffness: np.ndarray
-    shape: sp.csr_matrix
     contact: np.ndarray
     chambers: list[np.ndarray]
 
     def product(self, v: np.ndarray) -> np.ndarray:
         """The matrix times a vector (n d,)."""
-        result = self.dilation @ (self.bulk_stiffness * (self.compression @ v))
-        result += self.shape @ v
+        n = len(self.bulk_stiffness)
+        strained = self.strain @ v
+        result = self.dilation @ (self.bulk_stiffness * strained[:n])
+        result += strained[n:]
         result += self.contact * v
         for chamber in self.chambers:
             result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py
         return result
+
+    def dilations(self, v: np.ndarray) -> np.ndarray:
+        """dJ_a (n,) of the displacement M^-1/2 v."""
+        return (self.strain @ v)[: len(self.bulk_stiffness)]
 
     def chamber_frequency(self) -> float:
         """Upper bound of omega^2 [1/s^2] of the chambers alone."""
@@ -55,9 +61,10 @@ class ScaledStiffness:
         """Upper bound of the largest eigenvalue [1/s^2]: the largest sum of absolute values of a
         row, and the whole of each chamber.
         """
-        ones = np.ones(len(self.contact))
-        rows = abs(self.dilation) @ (self.bulk_stiffness * (abs(self.compression) @ ones))
-        rows += abs(self.shape) @ ones + self.contact
+        n = len(self.bulk_stiffness)
+        strained = abs(self.strain) @ np.ones(len(self.contact))
+        rows = abs(self.dilation) @ (self.bulk_stiffness * strained[:n])
+        rows += strained[n:] + self.contact
         return float(rows.max() + self.chamber_frequency())
 
 
@@ -89,9 +96,12 @@ class ModelStiffness:
         first_component = (first[:, None] * d + np.arange(d)).ravel()
         second_component = (second[:, None] * d + np.arange(d)).ravel()
         first = np.repeat(first, d)
-        self.compression = numbered(first, second_component, (n, n * d))
+        self.strain = numbered(
+            np.concatenate([first, n + first_component]),
+            np.concatenate([second_component, second_component]),
+            (n + n * d, n * d),
+        )
         self.dilation = numbered(second_component, first, (n * d, n))
-        self.shape = numbered(first_component, second_component, (n * d, n * d))
         self.compression_scale = self.root_yield[second_component] / self.nodal_volumes[first]
         self.shape_scale = self.root_yield[first_component] * self.root_yield[second_component]
 
@@ -113,10 +123,9 @@ class ModelStiffness:
             K[0] += self.pair_sums(np.broadcast_to(hoop, shape.shape))
         G_values = G.T.ravel() * self.compression_scale
         return ScaledStiffness(
-            filled(self.compression, G_values),
+            filled(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
             filled(self.dilation, G_values),
             self.nodal_volumes * self.bulk_modulus,
-            filled(self.shape, K.T.ravel() * self.shape_scale),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
         )

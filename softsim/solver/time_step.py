@@ -17,8 +17,6 @@ import numpy as np
 
 from softsim.elements.geometry import Geometry, shape_gradients
 from softsim.elements.measures import largest_eigenvalue
-from softsim.mesh.mesh import Mesh
-from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.solver.element_stiffness import ElementStiffness
 from softsim.solver.lanczos import largest_eigenvalue_bound
@@ -108,11 +106,12 @@ class StableStep:
         guess = 2.0 / np.sqrt(slowed * (undamped.row_sum_bound() + bodies(x, np.inf)))
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, mode = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
-        value = 2.0 / np.sqrt(slowed * (bound + bodies(x, guess)))
+        of_bodies = bodies(x, guess)
+        value = 2.0 / np.sqrt(slowed * (bound + of_bodies))
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         value = min(value, value**2 / guess)
-        hit = max(float(matrix.contact.max()), bodies(x, guess))
+        hit = max(float(matrix.contact.max()), of_bodies)
         if hit > 0.0:
             value = min(value, LONGEST_HIT / np.sqrt(hit))
         swing = matrix.chamber_frequency()
@@ -120,13 +119,13 @@ class StableStep:
             value = min(value, RESOLVED / np.sqrt(swing))
         body, element = self._stiffest(elements, matrix, mode)
         corners = x[body.nodes][body.cells[element]]
-        alone = Mesh(corners, np.arange(len(corners))[None])
+        gradients = shape_gradients(corners, np.arange(len(corners))[None])
         return StableIncrement(
             float(value),
             body.name,
             element,
             corners.mean(axis=0),
-            quality(alone).smallest_altitude,
+            1.0 / float(np.linalg.norm(gradients, axis=2).max()),  # N_a falls from 1 to 0 over it
         )
 
     def _stiffest(
@@ -134,7 +133,7 @@ class StableStep:
     ) -> tuple[Body, int]:
         """The body and element that hold the largest share of a mode's energy."""
         u = (self.stiffness.root_yield * mode).reshape(self.model.points.shape)
-        pressure = self.stiffness.bulk_modulus * (matrix.compression @ mode)
+        pressure = self.stiffness.bulk_modulus * matrix.dilations(mode)
         most = (-np.inf, self.model.bodies[0], 0)
         for b, stiffness in zip(self.stiffness.bodies, elements, strict=True):
             nodes = b.body.nodes
