@@ -10,12 +10,15 @@ On a GPU each stage of an increment is a launch over scenarios and indices. Ever
 in the same order in all three, so one worker, many, and launches give the same.
 """
 
+import time
+
 import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
 from softsim.errors import DeviceError, OutputError
 from softsim.model import Model
+from softsim.solver.crew import Crew
 from softsim.solver.terms import Pass, Stage, Terms
 
 # Dissipation of the Maxwell branches is booked once in so many increments: it changes over
@@ -36,8 +39,8 @@ LARGEST_INDEX = 2**22 - 1
 class ExplicitSolver:
     """Advances one model, or several scenarios of it side by side.
 
-    time [s], increments done, increment [s]: the step in use. workers: threads that share the
-    work on a CPU, at most those that Taichi was started with.
+    time [s], increments done, increment [s]: the step in use. crew: the threads that share the work
+    on a CPU.
     """
 
     def __init__(self, models: list[Model]) -> None:
@@ -52,7 +55,7 @@ class ExplicitSolver:
         self.sampled_stages = self.terms.sampled_stages()
         self.shift_stages = self.terms.shift_stages()
         refuse_uncountable(self.passes)
-        self.workers = backend.device().threads
+        self.crew = Crew(backend.device().threads)
         self.time = 0.0
         self.increments = 0
         self.increment = 0.0
@@ -87,8 +90,9 @@ class ExplicitSolver:
 
     def advance(self, count: int) -> None:
         """Do `count` increments."""
-        dt = self.increment
+        dt, began = self.increment, time.perf_counter()
         self._increments(self.increments, count, self.time, dt, dt, dt)
+        self.crew.note(count, time.perf_counter() - began)
         self.increments += count
         self.time += count * dt
 
@@ -97,7 +101,7 @@ class ExplicitSolver:
     ) -> None:
         """`count` increments after `first`, from time `start` on, that drift and kick so far."""
         if backend.device().name == "cpu":
-            self.run_together(first, count, start, dt, drift, kick, self.workers, 0)
+            self.run_together(first, count, start, dt, drift, kick, self.crew.workers, 0)
         else:
             self.run_by_launches(first, count, start, dt, drift, kick)
 

@@ -28,6 +28,9 @@ LONGEST_HIT = np.sqrt(2.0)
 # omega dt of the swing of what fills a chamber. The whole skin swings with it, so it shows in the
 # books, whose error goes with the square: a pump that starts at full speed is off by 4 % at first.
 RESOLVED = 0.8
+# The step over that of the stiffest element alone at rest, at most. Averaged pressure makes it some
+# 1.5 to 2; where every node is held or tied nothing else would limit it.
+LONGEST_OVER_ELEMENT = 4.0
 # As solver/terms.py has it, which cannot be imported without Taichi.
 LOCAL_DAMPING = 0.8
 
@@ -96,6 +99,10 @@ class StableStep:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.stiffness = ModelStiffness(model)
+        highest_alone = max(
+            float(element_frequencies(b, model.points[b.nodes]).max()) for b in model.bodies
+        )
+        self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(highest_alone)
 
     def at(self, x: np.ndarray) -> StableIncrement:
         """The stable increment with all nodes at x (n, d) [m]."""
@@ -117,6 +124,7 @@ class StableStep:
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
             value = min(value, RESOLVED / np.sqrt(swing))
+        value = min(value, self.longest)
         body, element = self._stiffest(elements, matrix, mode)
         corners = x[body.nodes][body.cells[element]]
         gradients = shape_gradients(corners, np.arange(len(corners))[None])
