@@ -72,7 +72,7 @@ class Progress:
     wall_time: float = 0.0
     next_inspection: int = 0  # counted in increments, as the interval from the last one
     inspection_interval: int = FIRST_INTERVAL
-    stable_increment: float = 0.0  # at the last inspection
+    lowest_stable_increment: float = 0.0  # since it last grew by GROWTH
 
 
 def run(
@@ -306,7 +306,6 @@ class Simulation:
         """Guards, and the stable increment, which changes as the elements deform."""
         solver, model = self.solver, self.model
         self._refuse_broken_elements()
-        self._warn_of_strain()
         stable = self.stable_step.at(solver.positions()[0])
         self._plan_inspection(stable.value)
         if model.increment is not None:
@@ -325,12 +324,13 @@ class Simulation:
     def _plan_inspection(self, stable: float) -> None:
         """Say when to inspect again, the stable increment [s] being this one now."""
         progress, solver = self.progress, self.solver
-        before = progress.stable_increment or stable
+        lowest = progress.lowest_stable_increment or stable
         progress.inspection_interval = next_interval(
-            progress.inspection_interval, before, stable, self.model.end_time / solver.increment
+            progress.inspection_interval, lowest, stable, self.model.end_time / solver.increment
         )
         progress.next_inspection = solver.increments + progress.inspection_interval
-        progress.stable_increment = stable
+        grown = stable > GROWTH * lowest
+        progress.lowest_stable_increment = stable if grown else min(lowest, stable)
 
     def _refuse_broken_elements(self) -> None:
         """Stop at a broken element, with the failed frame kept."""
@@ -384,6 +384,7 @@ class Simulation:
         if self.solver.time > self.fields.last_time:
             now = frame(self.solver)
             self.fields.append(self.solver.time, now.point_data, now.cell_data, now.extra)
+            self._warn_of_strain()
 
     def checkpoint(self) -> None:
         """Write the full state, from which --resume goes on."""

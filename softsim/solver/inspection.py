@@ -14,11 +14,14 @@ LEAST_INSPECTIONS = 32
 ALLOWED_CHANGE = 0.01
 
 
-def next_interval(interval: int, before: float, now: float, run_length: float) -> int:
-    """Increments to the next inspection, after `interval` of them in which the stable step went
-    from `before` to `now` [s]; run_length: increments of the whole run.
+def next_interval(interval: int, lowest: float, now: float, run_length: float) -> int:
+    """Increments to the next inspection, after `interval` of them.
+
+    lowest: the smallest stable increment [s] lately, from which the step in use was taken; `now`:
+    that of now. While a body only swings, the lowest is soon known and nothing falls below it.
+    run_length: increments of the whole run.
     """
-    change = abs(np.log(now / before))
-    factor = min(2.0, ALLOWED_CHANGE / change) if change > 0.0 else 2.0
+    fall = max(0.0, float(np.log(lowest / now)))
+    factor = min(2.0, ALLOWED_CHANGE / fall) if fall > 0.0 else 2.0
     longest = min(LONGEST_INTERVAL, run_length / LEAST_INSPECTIONS)
     return int(max(FIRST_INTERVAL // 2, min(interval * factor, longest)))

@@ -1,0 +1,36 @@
+"""When the elements are looked at again."""
+
+import pytest
+
+from softsim.solver.inspection import (
+    ALLOWED_CHANGE,
+    FIRST_INTERVAL,
+    LEAST_INSPECTIONS,
+    LONGEST_INTERVAL,
+    next_interval,
+)
+
+LONG = 1e9
+
+
+def test_nothing_changes_so_the_interval_doubles_to_its_longest():
+    interval, seen = FIRST_INTERVAL, []
+    for _ in range(12):
+        interval = next_interval(interval, 5e-6, 5e-6, LONG)
+        seen.append(interval)
+    assert seen[:3] == [2 * FIRST_INTERVAL, 4 * FIRST_INTERVAL, 8 * FIRST_INTERVAL]
+    assert seen[-1] == LONGEST_INTERVAL
+
+
+def test_a_fall_beyond_what_is_allowed_shortens_it():
+    assert next_interval(1000, 5e-6, 5e-6 * (1.0 - 10.0 * ALLOWED_CHANGE), LONG) == pytest.approx(
+        1000 / 10.0, rel=0.1
+    )
+
+
+def test_a_stable_step_that_grows_needs_no_haste():
+    assert next_interval(100, 5e-6, 7e-6, LONG) == 200
+
+
+def test_a_short_run_is_looked_at_often_enough():
+    assert next_interval(2000, 5e-6, 5e-6, 3200.0) == 3200 // LEAST_INSPECTIONS
