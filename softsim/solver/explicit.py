@@ -100,10 +100,12 @@ class ExplicitSolver:
         self, first: int, count: int, start: float, dt: float, drift: float, kick: float
     ) -> None:
         """`count` increments after `first`, from time `start` on, that drift and kick so far."""
-        if backend.device().name == "cpu":
-            self.run_together(first, count, start, dt, drift, kick, self.crew.workers, 0)
-        else:
+        if backend.device().name != "cpu":
             self.run_by_launches(first, count, start, dt, drift, kick)
+        elif self.crew.size == 1:
+            self.run_alone(first, count, start, dt, drift, kick, 1)
+        else:
+            self.run_together(first, count, start, dt, drift, kick, self.crew.workers, 0)
 
     def run_by_launches(
         self, first: int, count: int, start: float, dt: float, drift: float, kick: float
@@ -123,6 +125,16 @@ class ExplicitSolver:
             body.set_increment(increment)
 
     @ti.kernel
+    def run_alone(
+        self, first: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
+        kick: ti.f64, workers: ti.i32,
+    ):  # fmt: skip
+        """Increments in one loop, by the thread that calls: it has what it reads in its cache."""
+        ti.loop_config(serialize=True)
+        for worker in range(workers):
+            self.run(first, count, start, dt, drift, kick, worker, workers, 0)
+
+    @ti.kernel
     def run_together(
         self, first: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
         kick: ti.f64, workers: ti.i32, zero: ti.i32,
@@ -131,25 +143,29 @@ class ExplicitSolver:
         self.arrived[0] = 0
         for share in range(workers * SHARE):
             if share % SHARE == 0:
-                worker = share // SHARE
-                met = 0
-                for s in range(self.scenarios):
-                    for k in range(count):
-                        t = start + (k + 1) * dt
-                        if drift > 0.0:
-                            for stage in ti.static(self.drift_stages):
-                                self.work(stage, s, worker, workers, t, drift)
-                                met = self.meet(met, workers, zero)
-                        for stage in ti.static(self.force_stages):
-                            self.work(stage, s, worker, workers, t, dt)
-                            met = self.meet(met, workers, zero)
-                        for stage in ti.static(self.kick_stages):
-                            self.work(stage, s, worker, workers, t, kick)
-                            met = self.meet(met, workers, zero)
-                        if (first + k + 1) % SAMPLE_EVERY == 0:
-                            for stage in ti.static(self.sampled_stages):
-                                self.work(stage, s, worker, workers, t, SAMPLE_EVERY * dt)
-                                met = self.meet(met, workers, zero)
+                self.run(first, count, start, dt, drift, kick, share // SHARE, workers, zero)
+
+    @ti.func
+    def run(self, first, count, start, dt, drift, kick, worker, workers, zero):
+        """A worker's part of the increments."""
+        met = 0
+        for s in range(self.scenarios):
+            for k in range(count):
+                t = start + (k + 1) * dt
+                if drift > 0.0:
+                    for stage in ti.static(self.drift_stages):
+                        self.work(stage, s, worker, workers, t, drift)
+                        met = self.meet(met, workers, zero)
+                for stage in ti.static(self.force_stages):
+                    self.work(stage, s, worker, workers, t, dt)
+                    met = self.meet(met, workers, zero)
+                for stage in ti.static(self.kick_stages):
+                    self.work(stage, s, worker, workers, t, kick)
+                    met = self.meet(met, workers, zero)
+                if (first + k + 1) % SAMPLE_EVERY == 0:
+                    for stage in ti.static(self.sampled_stages):
+                        self.work(stage, s, worker, workers, t, SAMPLE_EVERY * dt)
+                        met = self.meet(met, workers, zero)
 
     @ti.func
     def work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance

@@ -90,24 +90,27 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
 
 @pytest.mark.parametrize("text", [STRIP, SPACE, RING], ids=["plane", "space", "ring, static"])
 def test_workers_give_the_bits_of_one(build, kernel_cache, text):
-    """Two or five threads side by side, more than there may be cores: whoever does the work, each
-    number is summed in the same order.
+    """One thread by itself, two or five side by side, more than there may be cores: whoever does the
+    work, each number is summed in the same order.
     """
     from softsim import backend
     from softsim.solver.explicit import ExplicitSolver
 
     backend.start("cpu", cache=Path(kernel_cache), threads=5)
     model = build(text)
+    dt = 0.9 * stable_increment(model, model.points).value
     found = []
-    for workers in (1, 2, 5):
+    for workers in (0, 1, 2, 5):
         solver = ExplicitSolver([model])
-        solver.begin(0.9 * stable_increment(model, model.points).value)
-        dt = solver.increment
-        solver.run_together(0, 40, solver.time, dt, dt, dt, workers, 0)
+        solver.begin(dt)
+        if workers:
+            solver.run_together(0, 40, solver.time, dt, dt, dt, workers, 0)
+        else:
+            solver.run_alone(0, 40, solver.time, dt, dt, dt, 1)
         found.append(solver.memory())
-    for name, array in found[0].items():
-        np.testing.assert_array_equal(found[1][name], array, err_msg=name)
-        np.testing.assert_array_equal(found[2][name], array, err_msg=name)
+    for other in found[1:]:
+        for name, array in found[0].items():
+            np.testing.assert_array_equal(other[name], array, err_msg=name)
 
 
 def test_period_error_is_of_second_order(build, start):
