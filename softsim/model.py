@@ -195,6 +195,10 @@ class Probe:
     geometry: Geometry
 
 
+# Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
+LOCAL_DAMPING = 0.8
+
+
 @dataclass(frozen=True)
 class Relaxation:
     """Dynamic relaxation to equilibrium, after the loads' time: within `longest` [s], until the

@@ -10,7 +10,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.geometry import Geometry, nodal_sums
+from softsim.elements.geometry import Geometry, nodal_sizes
 from softsim.elements.material import Material
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.metric import inverse_cube_root
@@ -63,10 +63,7 @@ class LinearElements:
         self.first_slot = nodes.corner_forces.claim(by_lane(owner, lanes))
 
         self.points = MaterialPoints(material, metric, metric.identity(rest_edges), scenarios)
-        measure = nodal_sums(cells, np.abs(determinant)[: len(cells), None], len(points)) / (
-            self.corners * (2.0 if geometry.dimension == 2 else 6.0)
-        )
-        size = measure ** (1.0 / geometry.dimension)
+        size = nodal_sizes(points, cells)
         self.pressure = NodalPressure(
             cells, volume, size, material, bulk_viscosity, scenarios, self.blocks * lanes
         )

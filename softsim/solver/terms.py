@@ -25,7 +25,7 @@ from softsim.loads.pressure import OPEN, FollowerPressure
 from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import Rotor
 from softsim.loads.table import ProfileTable
-from softsim.model import BallShape, ContactData, CylinderShape, Model
+from softsim.model import LOCAL_DAMPING, BallShape, ContactData, CylinderShape, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import Ball, Cylinder
@@ -41,8 +41,6 @@ FACETS: dict[type, Any] = {
     geometry.Solid: TriangleFacets,
 }
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
-# Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
-LOCAL_DAMPING = 0.8
 
 
 @dataclass(frozen=True)

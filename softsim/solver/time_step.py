@@ -17,7 +17,7 @@ import numpy as np
 
 from softsim.elements.geometry import Geometry, shape_gradients
 from softsim.elements.measures import largest_eigenvalue
-from softsim.model import Body, Model
+from softsim.model import LOCAL_DAMPING, Body, Model
 from softsim.solver.element_stiffness import ElementStiffness
 from softsim.solver.lanczos import largest_eigenvalue_bound
 from softsim.solver.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
@@ -31,8 +31,6 @@ RESOLVED = 0.8
 # The step over that of the stiffest element alone at rest, at most. Averaged pressure makes it some
 # 1.5 to 2; where every node is held or tied nothing else would limit it.
 LONGEST_OVER_ELEMENT = 4.0
-# As solver/terms.py has it, which cannot be imported without Taichi.
-LOCAL_DAMPING = 0.8
 
 
 @dataclass(frozen=True)

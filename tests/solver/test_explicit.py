@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from softsim.solver.increments import Span
 from softsim.solver.time_step import stable_increment
 
 STRIP = """
@@ -82,7 +83,7 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     x = serial.positions()
     launched = start(model)
     dt = launched.increment
-    launched.run_by_launches(0, 163, launched.time, dt, dt, dt)
+    launched.work.by_launches(Span(0, 163, launched.time, dt, drift=dt, kick=dt))
     size = np.ptp(model.points, axis=0).max()
     np.testing.assert_allclose(x, launched.positions(), rtol=0.0, atol=1e-12 * size)
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
@@ -90,8 +91,8 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
 
 @pytest.mark.parametrize("text", [STRIP, SPACE, RING], ids=["plane", "space", "ring, static"])
 def test_workers_give_the_bits_of_one(build, kernel_cache, text):
-    """One thread by itself, two or five side by side, more than there may be cores: whoever does the
-    work, each number is summed in the same order.
+    """One thread by itself, two or five side by side, more than there may be cores: each number is
+    summed in the same order, whoever does it.
     """
     from softsim import backend
     from softsim.solver.explicit import ExplicitSolver
@@ -103,10 +104,11 @@ def test_workers_give_the_bits_of_one(build, kernel_cache, text):
     for workers in (0, 1, 2, 5):
         solver = ExplicitSolver([model])
         solver.begin(dt)
+        span = Span(0, 40, solver.time, dt, drift=dt, kick=dt)
         if workers:
-            solver.run_together(0, 40, solver.time, dt, dt, dt, workers, 0)
+            solver.work.together(span, workers)
         else:
-            solver.run_alone(0, 40, solver.time, dt, dt, dt, 1)
+            solver.work.alone(span)
         found.append(solver.memory())
     for other in found[1:]:
         for name, array in found[0].items():

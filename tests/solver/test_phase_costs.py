@@ -36,8 +36,8 @@ def test_every_pass_has_its_cost(build, start):
 
     solver = start(build(STRIP))
     profile = measured_profile(solver)
-    sampled = [p for stage in solver.sampled_stages for p in stage]
-    assert len(profile.passes) == sum(len(p.functions) for p in solver.passes + sampled)
+    passes = solver.work.passes + solver.work.sampled_passes
+    assert len(profile.passes) == sum(len(p.functions) for p in passes)
     assert all(cost.seconds > 0.0 for cost in profile.passes)
     assert profile.passes[0].name == "Nodes.drift"
     shares = profile.shares()

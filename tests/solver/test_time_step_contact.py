@@ -5,7 +5,6 @@ import pytest
 
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
-from softsim.solver import time_step
 from softsim.solver.contact_stiffness import touched_at_once
 from softsim.solver.time_step import stable_increment
 
@@ -140,10 +139,3 @@ def write_mesh_with_a_sliver(tmp_path):
         text += f"{e + 1}, " + ", ".join(str(a + 1) for a in cell) + "\n"
     (tmp_path / "mesh.inp").write_text(text)
     return mesh
-
-
-def test_local_damping_is_that_of_the_solver():
-    """Written twice, as the terms cannot be imported without Taichi."""
-    from softsim.solver import terms
-
-    assert time_step.LOCAL_DAMPING == terms.LOCAL_DAMPING

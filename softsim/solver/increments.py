@@ -1,0 +1,221 @@
+"""Runs increments, stage by stage: by one thread, by several side by side, or by launches.
+
+On a CPU a block of increments runs inside one kernel call: waking threads would cost more than a
+small mesh. Each worker thread does its share of every pass and meets the others after each stage.
+On a GPU each stage is a launch over scenarios and indices. Every number is summed in the same order
+in all three, so they give the same.
+"""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+from softsim.errors import DeviceError
+from softsim.fields import index_field
+from softsim.solver.crew import Crew
+from softsim.solver.terms import Pass, Stage, Terms
+
+# Dissipation of the Maxwell branches is booked once in so many increments: it changes over
+# milliseconds, an increment takes microseconds.
+SAMPLE_EVERY = 8
+# Increments in one call on a GPU, a divisor of SAMPLE_EVERY: a call costs as much as a few
+# launches, and each of these is traced and compiled.
+LAUNCHED_TOGETHER = 4
+# Taichi hands neighbouring indices of a parallel loop to a thread in shares of at least so many.
+SHARE = 512
+# Said to the compiler by a mask: it vectorises stores into neighbouring slots only where it can
+# prove that their addresses, of 32 bits within a field, do not overflow (26 against 45 us an
+# increment of the robot's section, and twice as fast for tetrahedra).
+LARGEST_INDEX = 2**22 - 1
+
+
+@dataclass(frozen=True)
+class Span:
+    """`count` increments of dt [s] after the first `done`, from the time `start` [s] on.
+
+    drift, kick: how far places and velocities are moved in each [s]. Without drift the forces are
+    those at the places where everything is.
+    """
+
+    done: int
+    count: int
+    start: float
+    dt: float
+    drift: float
+    kick: float
+
+
+@ti.data_oriented
+class Increments:
+    """The stages of an increment, and who does them. crew: the threads of a CPU."""
+
+    def __init__(self, terms: Terms, scenarios: int) -> None:
+        self.scenarios = scenarios
+        self.drift_stages = terms.drift_stages()
+        self.force_stages = terms.force_stages()
+        self.kick_stages = terms.kick_stages()
+        self.sampled_stages = terms.sampled_stages()
+        refuse_uncountable(self.passes)
+        self.crew = Crew(backend.device().threads)
+        self.arrived = index_field(np.zeros(1, dtype=int))
+
+    @property
+    def passes(self) -> list[Pass]:
+        """The passes of an increment, in order."""
+        stages = self.drift_stages + self.force_stages + self.kick_stages
+        return [p for stage in stages for p in stage]
+
+    @property
+    def sampled_passes(self) -> list[Pass]:
+        """The passes done once in SAMPLE_EVERY increments."""
+        return [p for stage in self.sampled_stages for p in stage]
+
+    def do(self, span: Span) -> None:
+        """Do them in the way that suits the device."""
+        if backend.device().name != "cpu":
+            self.by_launches(span)
+        elif self.crew.size == 1:
+            self.alone(span)
+        else:
+            began = time.perf_counter()
+            self.together(span, self.crew.workers)
+            if span.drift > 0.0:  # the first call, which compiles, has none
+                self.crew.note(span.count, time.perf_counter() - began)
+
+    def alone(self, span: Span) -> None:
+        """By the thread that calls: it has in its cache what it looks at between two calls."""
+        self._alone(span.done, span.count, span.start, span.dt, span.drift, span.kick, 1)
+
+    def together(self, span: Span, workers: int) -> None:
+        """By so many of Taichi's threads side by side."""
+        self._together(
+            span.done, span.count, span.start, span.dt, span.drift, span.kick, workers, 0
+        )
+
+    def by_launches(self, span: Span) -> None:
+        """A launch a stage: what a GPU does, on any device."""
+        k = 0
+        while k < span.count:
+            aligned = (span.done + k) % LAUNCHED_TOGETHER == 0
+            count = LAUNCHED_TOGETHER if aligned and span.count - k >= LAUNCHED_TOGETHER else 1
+            self._launch(span.start + k * span.dt, span.dt, span.drift, span.kick, count)
+            k += count
+            if (span.done + k) % SAMPLE_EVERY == 0:
+                self._launch_sampled(span.start + k * span.dt, SAMPLE_EVERY * span.dt)
+
+    @ti.kernel
+    def _alone(
+        self, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
+        kick: ti.f64, workers: ti.i32,
+    ):  # fmt: skip
+        ti.loop_config(serialize=True)
+        for worker in range(workers):
+            self._work_through(done, count, start, dt, drift, kick, worker, workers, 0)
+
+    @ti.kernel
+    def _together(
+        self, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
+        kick: ti.f64, workers: ti.i32, zero: ti.i32,
+    ):  # fmt: skip
+        self.arrived[0] = 0
+        for share in range(workers * SHARE):
+            if share % SHARE == 0:
+                self._work_through(
+                    done, count, start, dt, drift, kick, share // SHARE, workers, zero
+                )
+
+    @ti.func
+    def _work_through(self, done, count, start, dt, drift, kick, worker, workers, zero):
+        """One worker's part of all the increments."""
+        met = 0
+        for s in range(self.scenarios):
+            for k in range(count):
+                t = start + (k + 1) * dt
+                if drift > 0.0:
+                    for stage in ti.static(self.drift_stages):
+                        self._work(stage, s, worker, workers, t, drift)
+                        met = self._meet(met, workers, zero)
+                for stage in ti.static(self.force_stages):
+                    self._work(stage, s, worker, workers, t, dt)
+                    met = self._meet(met, workers, zero)
+                for stage in ti.static(self.kick_stages):
+                    self._work(stage, s, worker, workers, t, kick)
+                    met = self._meet(met, workers, zero)
+                if (done + k + 1) % SAMPLE_EVERY == 0:
+                    for stage in ti.static(self.sampled_stages):
+                        self._work(stage, s, worker, workers, t, SAMPLE_EVERY * dt)
+                        met = self._meet(met, workers, zero)
+
+    @ti.func
+    def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
+        """One worker's share of a stage."""
+        for p in ti.static(stage):
+            for function in ti.static(p.functions):
+                for i in range(p.count * worker // workers, p.count * (worker + 1) // workers):
+                    function(s, i & LARGEST_INDEX, t, dt)
+
+    @ti.func
+    def _meet(self, met, workers, zero):
+        """Wait for all workers, who have met `met` times before; returns met + 1.
+
+        Taichi has no barrier on a CPU: each worker counts itself in and reads the count until all
+        have. Only an atomic operation reads it anew each time, and only one that the compiler
+        cannot simplify: it adds a `zero` that is not known before the run.
+        """
+        if workers > 1:
+            ti.atomic_add(self.arrived[0], 1)
+            while ti.atomic_add(self.arrived[0], zero) < workers * (met + 1):
+                pass
+        return met + 1
+
+    @ti.kernel
+    def _launch(
+        self, start: ti.f64, dt: ti.f64, drift: ti.f64, kick: ti.f64, count: ti.template(),  # type: ignore[valid-type]  # Taichi wants an instance
+    ):  # fmt: skip
+        for k in ti.static(range(count)):
+            for stage in ti.static(self.drift_stages):
+                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
+                    if drift > 0.0:
+                        work_at(stage, s, i, start + (k + 1) * dt, drift)
+            for stage in ti.static(self.force_stages):
+                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
+                    work_at(stage, s, i, start + (k + 1) * dt, dt)
+            for stage in ti.static(self.kick_stages):
+                for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
+                    work_at(stage, s, i, start + (k + 1) * dt, kick)
+
+    @ti.kernel
+    def _launch_sampled(self, t: ti.f64, dt: ti.f64):
+        for stage in ti.static(self.sampled_stages):
+            for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
+                work_at(stage, s, i, t, dt)
+
+
+@ti.func
+def work_at(stage: ti.template(), s, i, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
+    """Index i of a stage whose passes are numbered through, one after another."""
+    first = 0
+    for p in ti.static(stage):
+        if first <= i < first + p.count:
+            for function in ti.static(p.functions):
+                function(s, i - first, t, dt)
+        first += p.count
+
+
+def size(stage: Stage) -> int:
+    """Indices of all passes of a stage."""
+    return sum(p.count for p in stage)
+
+
+def refuse_uncountable(passes: list[Pass]) -> None:
+    """Raise DeviceError where a pass has more indices than a kernel counts."""
+    largest = max(passes, key=lambda p: p.count)
+    if largest.count > LARGEST_INDEX:
+        raise DeviceError(
+            f"the model has {largest.count:,} nodes, facets or blocks of elements in one loop, "
+            f"{LARGEST_INDEX:,} can be counted",
+            hint="use a coarser mesh",
+        )
