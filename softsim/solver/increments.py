@@ -121,11 +121,12 @@ class Increments:
         kick: ti.f64, workers: ti.i32, zero: ti.i32,
     ):  # fmt: skip
         self.arrived[0] = 0
-        for share in range(workers * SHARE):
-            if share % SHARE == 0:
-                self._work_through(
-                    done, count, start, dt, drift, kick, share // SHARE, workers, zero
-                )
+        # The crew's size is written into the kernel: Taichi's cache of kernels would else give one
+        # that was compiled for fewer threads, and these would wait for ever for the others.
+        for share in range(self.crew.size * SHARE):
+            worker = share // SHARE
+            if share % SHARE == 0 and worker < workers:
+                self._work_through(done, count, start, dt, drift, kick, worker, workers, zero)
 
     @ti.func
     def _work_through(self, done, count, start, dt, drift, kick, worker, workers, zero):

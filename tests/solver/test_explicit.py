@@ -91,20 +91,20 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
 
 @pytest.mark.parametrize("text", [STRIP, SPACE, RING], ids=["plane", "space", "ring, static"])
 def test_workers_give_the_bits_of_one(build, kernel_cache, text):
-    """One thread by itself, two or five side by side, more than there may be cores: each number is
+    """One thread by itself, two or three side by side, more than there may be cores: each number is
     summed in the same order, whoever does it.
     """
     from softsim import backend
     from softsim.solver.explicit import ExplicitSolver
 
-    backend.start("cpu", cache=Path(kernel_cache), threads=5)
+    backend.start("cpu", cache=Path(kernel_cache), threads=3)
     model = build(text)
     dt = 0.9 * stable_increment(model, model.points).value
     found = []
-    for workers in (0, 1, 2, 5):
+    for workers in (0, 1, 2, 3):
         solver = ExplicitSolver([model])
         solver.begin(dt)
-        span = Span(0, 40, solver.time, dt, drift=dt, kick=dt)
+        span = Span(0, 16, solver.time, dt, drift=dt, kick=dt)
         if workers:
             solver.work.together(span, workers)
         else:

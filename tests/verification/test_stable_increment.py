@@ -43,7 +43,7 @@ def limits(build, cpu):
     """The exact stable step and the bound [s] with the nodes at x, the metric of the Maxwell branch
     unrelaxed (as at rest) or relaxed to the present strain.
     """
-    from softsim import backend
+    from softsim import backend, fields
     from softsim.solver.explicit import ExplicitSolver
 
     def start(formulation, *overrides):
@@ -56,21 +56,26 @@ def limits(build, cpu):
 
         def forces(x):
             nodes = solver.terms.nodes
-            nodes.position.from_numpy(np.ascontiguousarray(x[None]))
-            solver.force_kernel(0.0, 1e-9)
-            solver.kick_kernel(0.0, 0.0)
-            return nodes.force.to_numpy()[0]
+            fields.write(nodes.position, x[None])
+            solver.find_forces(1e-9)
+            return fields.read(nodes.force)[0]
 
         def relax(x):
             F = body.geometry.deformation(body.points, body.cells, x)
             C_bar = np.linalg.det(F)[:, None, None] ** (-2 / 3) * (F.transpose(0, 2, 1) @ F)
             A = np.linalg.inv(C_bar)
-            for name, field in zip(points.tensors.symmetric_names, points.metric[0], strict=True):
-                i, j = ("xyz".index(letter) for letter in name)
-                blocks = -(-len(A) // backend.lanes())
-                padded = np.full(blocks * backend.lanes(), A[-1, i, j])
-                padded[: len(A)] = A[:, i, j]
-                field.from_numpy(padded.reshape(1, blocks, -1))
+            cells, d = body.cells, body.points.shape[1]
+            inverse = np.linalg.inv(body.points[cells[:, 1:]] - body.points[cells[:, :1]])
+            plane = inverse.transpose(0, 2, 1) @ A[:, :d, :d] @ inverse
+            for name, field in zip(points.metric.components, points.viscous_metric[0], strict=True):
+                if name == "zz":
+                    values = A[:, 2, 2]
+                else:
+                    i, j = ("abc".index(letter) for letter in name)
+                    values = plane[:, i, j]
+                fields.write(
+                    field, solver.terms.bodies[0].padded(values).reshape(1, -1, backend.lanes())
+                )
 
         def exact_and_bound(x, relaxed=False):
             if relaxed:
