@@ -1,9 +1,7 @@
 """Linear triangles revolved about the y axis; x is the radius, forces are those of whole rings.
 
-F as in the plane, and the hoop stretch F_zz = r / R of the centroid, whose radius is the mean of
-the corners'. With the ring's volume V = 2 pi R A the corner forces are
-    f_a = -V (P grad N_a + F_zz S_zz / (3 R) e_r),
-the gradient of the element's energy. Nodes on the axis stay on it (the builder holds their x).
+In the plane as elements/triangles.py says, and the hoop stretch F_zz = r / R of the centroid, whose
+radius is the mean of the corners', so dF_zz/dr_a = 1 / (3 R). V = 2 pi R A is the ring's volume. Nodes on the axis stay on it (the builder holds their x).
 """
 
 import numpy as np

@@ -53,14 +53,14 @@ class LinearElements:
         volume = geometry.volumes(points, cells)
         padded_volume = self.padded(volume)
         padded_volume[len(cells) :] = 0.0
-        self.corner = index_field(by_lane(padded + first_node, lanes))
+        self.corner = index_field(by_lane(padded + first_node))
         rest_edges = points[padded[:, 1:]] - points[padded[:, :1]]
         determinant = np.linalg.det(rest_edges)
         self.inverse_determinant = lane_data(1.0 / determinant)  # of the edges at rest
         self.volume = lane_data(padded_volume)
         owner = np.where(np.arange(len(padded))[:, None] < len(cells), padded + first_node, -1)
         # Slots of a block: its lanes for corner 0, for corner 1, ...
-        self.first_slot = nodes.corner_forces.claim(by_lane(owner, lanes))
+        self.first_slot = nodes.corner_forces.claim(by_lane(owner))
 
         self.points = MaterialPoints(material, metric, metric.identity(rest_edges), scenarios)
         size = nodal_sizes(points, cells)

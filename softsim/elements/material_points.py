@@ -49,11 +49,11 @@ class MaterialPoints:
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        fields = {"branch_dissipation": self.dissipation}
+        kept = {"branch_dissipation": self.dissipation}
         for k, metric in enumerate(self.viscous_metric):
             for name, component in zip(self.metric.components, metric, strict=True):
-                fields[f"metric_{k}_{name}"] = component
-        return fields
+                kept[f"metric_{k}_{name}"] = component
+        return kept
 
     def set_increment(self, dt: float) -> None:
         """Take the time step [s]: exp(-dt / tau) of each branch."""

@@ -75,7 +75,7 @@ class RigidBodies:
         self._reactions[body].append((first_slot + np.arange(len(slot_nodes)), slot_nodes))
 
     def allocate(self) -> None:
-        """Make the lists of reaction slots, once every term has claimed its rows."""
+        """Make the lists of reaction slots, once every term has claimed its slots."""
         none = np.zeros(0, int)
         slots = [np.concatenate([none, *(s for s, _ in r)]) for r in self._reactions]
         at = [np.concatenate([none, *(n for _, n in r)]) for r in self._reactions]

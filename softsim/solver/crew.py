@@ -2,36 +2,46 @@
 
 Workers wait for each other by looking again and again, many times an increment. That is quick while
 each has a core of its own; when another program takes one, the others wait for it to be scheduled,
-and together they can be many times slower than one alone. So they are timed.
+and together they can be many times slower than one alone. So both are timed, in turns.
 """
 
-# Calls that one worker does alone before all are tried again: a try that fails may cost as much as
-# ten calls.
-RETRY_AFTER = 100
-# Shorter calls [s] say nothing about the pace.
-SHORTEST = 1e-3
+# Turns in a row together, or alone after that was faster: a look at the other way may be slow.
+MANY_TURNS = 100
+# Calls make up a turn once they took so long [s]; less says nothing about the pace.
+TURN = 2e-3
 
 
 class Crew:
-    """`size` workers."""
+    """`size` workers. workers: how many take the next call; increments_together: done by all."""
 
     def __init__(self, size: int) -> None:
         self.size = size
-        self._alone = 0.0  # seconds an increment of one worker, when it was last seen
-        self._calls_alone = 1 if size > 1 else 0  # still to come
-
-    @property
-    def workers(self) -> int:
-        """Workers for the next call."""
-        return 1 if self._calls_alone else self.size
+        self.workers = 1
+        self.increments_together = 0
+        self._turns_left = 1
+        self._alone = 0.0  # seconds an increment of one worker, when last seen
+        self._increments, self._seconds = 0, 0.0  # of this turn
 
     def note(self, increments: int, seconds: float) -> None:
-        """The last call, of `workers`, did so many increments in so many seconds."""
-        if self.size == 1 or seconds < SHORTEST:
+        """The last call did so many increments in so many seconds."""
+        if self.size == 1:
             return
-        pace = seconds / increments
-        if self._calls_alone:
+        if self.workers > 1:
+            self.increments_together += increments
+        self._increments += increments
+        self._seconds += seconds
+        if self._seconds >= TURN:
+            self._end_turn(self._seconds / self._increments)
+            self._increments, self._seconds = 0, 0.0
+
+    def _end_turn(self, pace: float) -> None:
+        """A turn at `pace` [s an increment] is over."""
+        self._turns_left -= 1
+        if self.workers == 1:
             self._alone = pace
-            self._calls_alone -= 1
+            if self._turns_left == 0:
+                self.workers, self._turns_left = self.size, MANY_TURNS
         elif pace > self._alone:
-            self._calls_alone = RETRY_AFTER
+            self.workers, self._turns_left = 1, MANY_TURNS
+        elif self._turns_left == 0:
+            self.workers, self._turns_left = 1, 1

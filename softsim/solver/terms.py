@@ -151,10 +151,11 @@ class Terms:
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
         supports = []
-        for outline in models[0].outlines:
+        for outlines in zip(*(m.outlines for m in models), strict=True):
+            outline = outlines[0]
             if outline.support is None:
                 continue
-            friction = [outline.support.friction_coefficient] * len(models)
+            friction = [o.support.friction_coefficient for o in outlines if o.support is not None]
             centre = outline.centre - self.rigid_bodies.rest_centre[outline.body]
             kind = OUTLINES[type(outline.shape)]
             obstacle = kind(self.rigid_bodies, outline.body, centre, outline.shape)

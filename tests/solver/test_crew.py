@@ -1,34 +1,47 @@
 """A crew: together while that is faster, one alone while it is not."""
 
-from softsim.solver.crew import RETRY_AFTER, SHORTEST, Crew
+from softsim.solver.crew import MANY_TURNS, TURN, Crew
 
 
-def paces(crew, calls, alone, together):
-    """Workers of each of so many calls whose paces [s an increment] are these."""
-    workers = []
+def workers_of(crew, calls, alone, together):
+    """Workers of each of so many calls, a turn each, at these paces [s an increment]."""
+    found = []
     for _ in range(calls):
-        workers.append(crew.workers)
+        found.append(crew.workers)
         crew.note(1000, 1000 * (alone if crew.workers == 1 else together))
-    return workers
+    return found
 
 
-def test_together_after_one_look_at_one_alone():
-    assert paces(Crew(2), 50, alone=100e-6, together=55e-6) == [1] + 49 * [2]
+def test_together_with_a_look_at_one_alone_now_and_then():
+    found = workers_of(Crew(2), 2 * MANY_TURNS + 3, alone=100e-6, together=55e-6)
+    assert found == 2 * ([1] + MANY_TURNS * [2]) + [1]
 
 
 def test_alone_while_together_is_slower_then_tried_again():
     crew = Crew(4)
-    found = paces(crew, RETRY_AFTER + 4, alone=100e-6, together=500e-6)
-    assert found == [1, 4] + RETRY_AFTER * [1] + [4, 1]
-    found = paces(crew, RETRY_AFTER + 4, alone=100e-6, together=30e-6)
-    assert found[-4:] == [4, 4, 4, 4]
+    found = workers_of(crew, MANY_TURNS + 3, alone=100e-6, together=500e-6)
+    assert found == [1, 4] + MANY_TURNS * [1] + [4]
+    found = workers_of(crew, MANY_TURNS + 3, alone=100e-6, together=30e-6)
+    assert found == MANY_TURNS * [1] + [4, 4, 4]
 
 
-def test_short_calls_say_nothing():
+def test_a_first_look_at_a_busy_moment_is_forgotten():
     crew = Crew(2)
-    crew.note(1, 0.5 * SHORTEST)
+    workers_of(crew, 1, alone=5000e-6, together=0.0)
+    found = workers_of(crew, MANY_TURNS + 3, alone=100e-6, together=400e-6)
+    assert found == MANY_TURNS * [2] + [1, 2, 1]
+
+
+def test_short_calls_add_up_to_a_turn():
+    crew = Crew(2)
+    for _ in range(3):
+        crew.note(1, 0.3 * TURN)
     assert crew.workers == 1
+    crew.note(1, 0.3 * TURN)
+    assert crew.workers == 2
+    crew.note(7, 0.1 * TURN)
+    assert crew.increments_together == 7
 
 
 def test_one_stays_one():
-    assert set(paces(Crew(1), 20, alone=1e-4, together=1e-4)) == {1}
+    assert set(workers_of(Crew(1), 20, alone=1e-4, together=1e-4)) == {1}
