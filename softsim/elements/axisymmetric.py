@@ -1,7 +1,8 @@
 """Linear triangles revolved about the y axis; x is the radius, forces are those of whole rings.
 
 In the plane as elements/triangles.py says, and the hoop stretch F_zz = r / R of the centroid, whose
-radius is the mean of the corners', so dF_zz/dr_a = 1 / (3 R). V = 2 pi R A is the ring's volume. Nodes on the axis stay on it (the builder holds their x).
+radius is the mean of the corners', so dF_zz/dr_a = 1 / (3 R). V = 2 pi R A is the ring's volume.
+Nodes on the axis stay on it (the builder holds their x).
 """
 
 import numpy as np

@@ -3,8 +3,8 @@
 On a CPU a block of increments runs inside one kernel call: waking threads would cost more than a
 small mesh. Each worker thread does its share of every pass and meets the others after each stage.
 On a GPU each stage is a launch over scenarios and indices. Every number is summed in the same order
-in all three: workers give the same bits, launches the same to round-off (they are other kernels, and
-fast_math lets the compiler order the arithmetic of each).
+in all three: workers give the same bits, launches the same to round-off (they are other kernels,
+and fast_math lets the compiler order the arithmetic of each).
 """
 
 import time

@@ -36,12 +36,12 @@ def test_scenarios_side_by_side_are_those_alone(build, start):
     """
     models = [build(STRIP, f"contact.friction_coefficient={mu}") for mu in (0.0, 0.4, 0.8)]
     batch = start(*models)
-    batch.advance(3000)
+    batch.advance(1000)
     together = batch.positions()
     assert not np.array_equal(together[0], together[2])
     for k, model in enumerate(models):
         alone = start(model)
-        alone.advance(3000)
+        alone.advance(1000)
         size = np.ptp(model.points, axis=0).max()
         np.testing.assert_allclose(alone.positions()[0], together[k], rtol=0.0, atol=1e-12 * size)
 
