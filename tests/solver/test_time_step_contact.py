@@ -104,6 +104,28 @@ def test_a_light_plate_on_the_end(build, start, mass, inertia):
     assert meter.read()[0].kinetic < 10.0 * before
 
 
+ALONE = """
+bodies:
+  b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 2 mm},
+      formulation: plane_strain, thickness: 5 mm, material: rubber FIXED}
+materials:
+  rubber: {law: yeoh, C10: 36 kPa, density: 1000 kg/m^3}
+time: {end: 1 s}
+"""
+HOLDER = """
+rigid_bodies:
+  plate: {mass: 1 g, inertia: 1 g*mm^2, center: [1.5 mm, 1 mm], tied: [b.right], free: []}
+"""
+
+
+def test_nothing_can_move(build):
+    """Every node is fixed or tied to a body that is held: the step is that of the free block."""
+    free = build(ALONE.replace("FIXED", ""))
+    held = build(ALONE.replace("FIXED", ", fixed: [left]") + HOLDER)
+    found = stable_increment(held, held.points)
+    assert found.value == stable_increment(free, free.points).value
+
+
 def test_the_bad_element_is_named(build, write_mesh_with_a_sliver):
     """One flat element among good ones limits the step, and the message points at it."""
     flattest = quality(write_mesh_with_a_sliver).smallest_altitude_cell
