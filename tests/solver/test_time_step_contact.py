@@ -53,7 +53,22 @@ def test_contact_limits_the_step(build):
     expected = np.sqrt(2.0 * model.mass[model.contact.nodes].min() / stiff)
     # The dashpot counts as a spring 2 c / dt, at a step of at least 0.7 / omega: 2 * 2 * 0.3 / 0.7.
     least = expected / np.sqrt(1.0 + 1.8)
-    assert least < stable_increment(model, model.points).value < expected
+    found = stable_increment(model, model.points)
+    assert least < found.value < expected
+    assert (
+        f"limited by contact that would throw back; stable up to {found.stable * 1e6:.3g} us"
+        in (found.describe())
+    )
+    assert found.stable == pytest.approx(np.sqrt(2.0) * found.value, rel=0.05)
+
+
+def test_a_light_rigid_body_in_a_static_run_is_named(build):
+    """There stability asks for less than a hit does, and no element is to blame."""
+    text = LIGHT.replace("MASS", "1 ug").replace("INERTIA", "1e-9 kg*mm^2")
+    model = build(text.replace("end: 1 s", "end: 1 s, procedure: static"))
+    found = stable_increment(model, model.points)
+    assert found.limit == "contact of a rigid body"
+    assert found.value == found.stable
 
 
 def test_walls_that_are_touched_at_once():
@@ -124,6 +139,7 @@ def test_nothing_can_move(build):
     held = build(ALONE.replace("FIXED", ", fixed: [left]") + HOLDER)
     found = stable_increment(held, held.points)
     assert found.value == stable_increment(free, free.points).value
+    assert found.value <= found.stable
 
 
 def test_the_bad_element_is_named(build, write_mesh_with_a_sliver):
@@ -141,6 +157,7 @@ def test_the_bad_element_is_named(build, write_mesh_with_a_sliver):
     np.testing.assert_allclose(corners, np.sort(expected, axis=0), atol=1e-12)
     assert found.altitude < 0.1e-3
     assert f"element {found.element} of 'b'" in found.describe()
+    assert found.value == found.stable
 
 
 @pytest.fixture
