@@ -99,10 +99,12 @@ class StableStep:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.stiffness = ModelStiffness(model)
-        highest_alone = max(
-            float(element_frequencies(b, model.points[b.nodes]).max()) for b in model.bodies
-        )
-        self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(highest_alone)
+        alone = [element_frequencies(b, model.points[b.nodes]) for b in model.bodies]
+        stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
+        self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(alone[stiffest].max())
+        element = int(np.argmax(alone[stiffest]))
+        name = element_name(model.bodies[stiffest], element, model.points)
+        self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the step that fits {name}"
 
     def at(self, x: np.ndarray) -> StableIncrement:
         """The stable increment with all nodes at x (n, d) [m]."""
@@ -119,14 +121,8 @@ class StableStep:
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         stable = min(stable, stable**2 / guess)
         body, element = self._stiffest(elements, matrix, mode)
-        corners = x[body.nodes][body.cells[element]]
-        gradients = shape_gradients(corners, np.arange(len(corners))[None])
-        altitude = 1.0 / float(np.linalg.norm(gradients, axis=2).max())  # N_a falls from 1 to 0
-        place = ", ".join(f"{c * 1e3:.2f}" for c in corners.mean(axis=0))
         shares = other_shares(matrix, mode) | {"contact of a rigid body": of_bodies}
-        name = (
-            f"element {element} of '{body.name}' at ({place}) mm, altitude {altitude * 1e3:.3g} mm"
-        )
+        name = element_name(body, element, x)
         shares[name] = bound + of_bodies - sum(shares.values())
         limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(float(matrix.contact.max()), of_bodies)
@@ -135,9 +131,11 @@ class StableStep:
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
             limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)
-        limits[f"{LONGEST_OVER_ELEMENT:g} times the step of the stiffest element"] = self.longest
+        limits[self.longest_limit] = self.longest
         limit = min(limits, key=lambda cause: limits[cause])
-        return StableIncrement(float(limits[limit]), float(stable), limit, element, altitude)
+        return StableIncrement(
+            float(limits[limit]), float(stable), limit, element, altitude(body, element, x)
+        )
 
     def _stiffest(
         self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray
@@ -153,6 +151,23 @@ class StableStep:
             if energies[element] > most[0]:
                 most = (float(energies[element]), b.body, element)
         return most[1:]
+
+
+def element_name(body: Body, element: int, x: np.ndarray) -> str:
+    """An element, where it is with all nodes at x (n, d) [m], and its smallest altitude."""
+    centre = x[body.nodes][body.cells[element]].mean(axis=0)
+    place = ", ".join(f"{c * 1e3:.2f}" for c in centre)
+    height = f"{altitude(body, element, x) * 1e3:.3g} mm"
+    return f"element {element} of '{body.name}' at ({place}) mm, altitude {height}"
+
+
+def altitude(body: Body, element: int, x: np.ndarray) -> float:
+    """The smallest altitude [m] of an element with all nodes at x (n, d) [m]: there N_a falls from
+    1 to 0 over the shortest way.
+    """
+    corners = x[body.nodes][body.cells[element]]
+    gradients = shape_gradients(corners, np.arange(len(corners))[None])
+    return 1.0 / float(np.linalg.norm(gradients, axis=2).max())
 
 
 def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
