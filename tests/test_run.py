@@ -80,7 +80,7 @@ def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
 
 
 def test_stations_follow_the_size_of_the_model():
-    """A second of the loop at most lies between two, at ten million element updates a second."""
+    """A million element updates lie between two, within 16 to 512 increments."""
     from softsim.run import station_length
 
     assert station_length(40) == 512
