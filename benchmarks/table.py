@@ -12,6 +12,8 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
+from softsim.machine import processor_name
+
 
 @dataclass(frozen=True)
 class Row:
@@ -64,14 +66,6 @@ def machine() -> dict[str, Any]:
             **{name: version(name) for name in ("softsim", "taichi", "numpy")},
         },
     }
-
-
-def processor_name() -> str:
-    """As the system calls it."""
-    listed = Path("/proc/cpuinfo")
-    lines = listed.read_text().splitlines() if listed.is_file() else []
-    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
-    return names[0] if names else platform.processor()
 
 
 def write_json(path: Path, rows: list[Row], about: dict[str, Any]) -> None:

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
-from softsim.errors import SoftsimError
+from softsim.errors import ExpectationError, SoftsimError
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
@@ -76,6 +76,10 @@ def run(
                 scene, overrides or [], folder, device.value, resume, console, threads,
                 profile_after=0.0 if profile else PROFILE_AFTER,
             )  # fmt: skip
+        except ExpectationError:  # the run is done all the same, and measured
+            if profile:
+                console.print(profile_table(_summary(folder)["profile"]))
+            raise
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
             _draw(folder, console)
@@ -109,9 +113,9 @@ def check(
         refuse_too_large(model, 1, choice.device, memory_of(choice.device))
         console.print(model_table(model))
         if duration:
-            from softsim.commands.expectation import expected  # Taichi is imported here
+            from softsim.commands.duration import duration_table  # Taichi is imported here
 
-            console.print(expected(loaded, model, choice))
+            console.print(duration_table(loaded, model, choice))
         console.print(f"{scene}: fine")
 
 
@@ -183,12 +187,16 @@ def _draw(folder: Path, console: Console) -> None:
         return
     from softsim.report.figures import draw_all
 
-    summary_file = folder / "summary.json"
-    field = "stretch"
-    if summary_file.is_file():
-        field = json.loads(summary_file.read_text("utf-8")).get("snapshot_field", field)
+    field = _summary(folder).get("snapshot_field", "stretch")
     for figure in draw_all(folder, field):
         console.print(f"figure  {figure}", highlight=False)
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    """What summary.json of a run folder holds; nothing where there is none."""
+    file = folder / "summary.json"
+    found: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.is_file() else {}
+    return found
 
 
 @contextmanager

@@ -229,5 +229,12 @@ def _management_library() -> Iterator[None]:
 
 
 def memory_of(device: str) -> Place | None:
-    """The place whose memory fields take on "cpu" or "cuda"; None if the driver does not tell."""
-    return processor() if device == "cpu" else graphics_card()
+    """The place whose memory fields take on "cpu" or "cuda"; None if the driver does not tell, for
+    want of NVML, of permission or of support: CUDA may work all the same.
+    """
+    if device == "cpu":
+        return processor()
+    try:
+        return graphics_card()
+    except DeviceError:
+        return None

@@ -26,20 +26,28 @@ from softsim.output.folder import RunFolder
 from softsim.output.history import History, read_history
 from softsim.output.measures import measures
 from softsim.output.observation import columns, description, frame, mesh_of, observe
+from softsim.output.progress import Progress
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.footprint import refuse_too_large
-from softsim.solver.guards import refuse_broken_elements, refuse_energy_error, strain_warnings
-from softsim.solver.inspection import FIRST_INTERVAL, next_interval
+from softsim.solver.guards import (
+    refuse_broken_elements,
+    refuse_energy_error,
+    refuse_no_equilibrium,
+    refuse_unstable_step,
+    step_warnings,
+    strain_warnings,
+)
+from softsim.solver.inspection import GROWTH, InspectionPlan
 from softsim.solver.profile import measured_profile
 from softsim.solver.time_step import StableStep
 
-# Increments between two stations (output, signals) at most, about 10 ms of wall time.
-STATION = 512
-# The step may grow when the stable one has grown by this factor; it shrinks at once.
-GROWTH = 1.05
+# Element updates between two stations (output, signals): 20 ms at 50 M/s. Of a million elements
+# the shortest takes 0.3 s. It depends on the model only, so that every run has the same stations.
+STATION_UPDATES = 1_000_000
+SHORTEST_STATION, LONGEST_STATION = 16, 512
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
 # or two to trace, ten or twenty to compile the first time.
 PROFILE_AFTER = 60.0
@@ -54,25 +62,6 @@ class Results:
     folder: Path
     summary: dict[str, Any]
     history: dict[str, np.ndarray]
-
-
-@dataclass
-class Progress:
-    """Where a run is, beside the solver's memory; all that a checkpoint keeps."""
-
-    time: float = 0.0
-    increments: int = 0
-    increment: float = 0.0
-    next_history: float = 0.0
-    next_frame: float = 0.0
-    last_history: float = -1.0  # before the first row
-    initial_balance: float = 0.0
-    largest_turnover: float = 0.0
-    largest_energy_error: float = 0.0
-    wall_time: float = 0.0
-    next_inspection: int = 0  # counted in increments, as the interval from the last one
-    inspection_interval: int = FIRST_INTERVAL
-    lowest_stable_increment: float = 0.0  # since it last grew by GROWTH
 
 
 def run(
@@ -162,13 +151,15 @@ class Simulation:
         self.target.write_text_atomic(files.SCENE, self.loaded.resolved())
         stable = self.stable_step.at(self.model.points)
         log.info("stable increment %s", stable.describe())
+        self._warn(step_warnings(self.model, stable))
         increment = self.model.increment or self.model.safety_factor * stable.value
         self.solver.begin(increment)
         self.balance = EnergyBalance.starting(self.meter.read()[0], self.model)
         self.history = History(path / files.HISTORY, columns(self.model))
         self.fields = FieldWriter(path / files.RESULTS, *mesh_of(self.model))
         self.fields.describe(**description(self.model, self.loaded.scene.title))
-        return Progress(increment=increment, initial_balance=self.balance.initial)
+        inspections = InspectionPlan(stable.value)
+        return Progress(inspections, increment=increment, initial_balance=self.balance.initial)
 
     def _resume(self, checkpoint: Checkpoint) -> Progress:
         path = self.target.path
@@ -178,7 +169,7 @@ class Simulation:
                 f"{self.device.name}: the run would not go on to the same bits",
                 hint=f"resume with --device {checkpoint.device}",
             )
-        progress = Progress(**checkpoint.progress)
+        progress = Progress.written(checkpoint.progress)
         self.solver.restore(
             checkpoint.memory, progress.time, progress.increments, progress.increment
         )
@@ -248,7 +239,7 @@ class Simulation:
     def go_to_station(self) -> None:
         """Advance to the next station, and do what is due: guards, a history row, a frame."""
         progress, solver = self.progress, self.solver
-        if solver.increments >= progress.next_inspection:
+        if solver.increments >= progress.inspections.due:
             self._inspect()
         solver.advance(self._increments_to_station())
         if self.first_increment_after == 0.0:
@@ -274,13 +265,7 @@ class Simulation:
         if share <= tolerance and not moving:
             return True
         if solver.time > model.end_time + model.relaxation.longest:
-            raise StabilityError(
-                f"no equilibrium was found within {model.relaxation.longest:g} s after the loads' "
-                f"time: the unbalanced force is {share:.3g} of the inner forces, wanted "
-                f"{tolerance:g}",
-                "the body may be free to move away, balloon or slide; hold it, lower the load, "
-                "drive the chamber by volume, or give time.settle more time",
-            )
+            refuse_no_equilibrium(share, model.relaxation)
         return False
 
     def _increments_to_station(self) -> int:
@@ -292,8 +277,9 @@ class Simulation:
         solver = self.solver
         left = self.model.end_time - solver.time
         to_row = np.ceil((self.progress.next_history - solver.time) / solver.increment - 1e-9)
-        to_inspection = self.progress.next_inspection - solver.increments
-        count = min(STATION, to_inspection, max(1, int(to_row)))
+        to_inspection = self.progress.inspections.due - solver.increments
+        longest = station_length(self.model.element_count)
+        count = min(longest, to_inspection, max(1, int(to_row)))
         if left <= 0.0:  # a static run settles
             return count
         to_end = max(1, int(np.ceil(left / solver.increment - 1e-9)))
@@ -307,30 +293,16 @@ class Simulation:
         solver, model = self.solver, self.model
         self._refuse_broken_elements()
         stable = self.stable_step.at(solver.positions()[0])
-        self._plan_inspection(stable.value)
+        run_length = model.end_time / solver.increment
+        self.progress.inspections.go_on(stable.value, solver.increments, run_length)
         if model.increment is not None:
-            if model.increment > stable.value:
-                raise StabilityError(
-                    f"the time step {model.increment * 1e6:.3g} us is no longer stable at "
-                    f"t = {solver.time:.6g} s: {stable.describe()}",
-                    'write time.increment: "auto", or a smaller one',
-                )
+            refuse_unstable_step(model, stable, solver.time)
+            self._warn(step_warnings(model, stable))
             return
         allowed = model.safety_factor * stable.value
         if solver.increment > allowed or solver.increment * GROWTH < allowed:
             solver.change_increment(allowed)
             self.progress.increment = allowed
-
-    def _plan_inspection(self, stable: float) -> None:
-        """Say when to inspect again, the stable increment [s] being this one now."""
-        progress, solver = self.progress, self.solver
-        lowest = progress.lowest_stable_increment or stable
-        progress.inspection_interval = next_interval(
-            progress.inspection_interval, lowest, stable, self.model.end_time / solver.increment
-        )
-        progress.next_inspection = solver.increments + progress.inspection_interval
-        grown = stable > GROWTH * lowest
-        progress.lowest_stable_increment = stable if grown else min(lowest, stable)
 
     def _refuse_broken_elements(self) -> None:
         """Stop at a broken element, with the failed frame kept."""
@@ -340,9 +312,8 @@ class Simulation:
             self._write_frame()
             raise
 
-    def _warn_of_strain(self) -> None:
-        """Say once a body and kind that a law is used where it was not fitted, or is unstable."""
-        warnings = strain_warnings(self.model, self.solver.positions()[0], self.solver.time)
+    def _warn(self, warnings: dict[str, str]) -> None:
+        """Into the log and onto the console, each kind once."""
         for kind, text in warnings.items():
             if kind not in self.warned:
                 self.warned.add(kind)
@@ -384,7 +355,7 @@ class Simulation:
         if self.solver.time > self.fields.last_time:
             now = frame(self.solver)
             self.fields.append(self.solver.time, now.point_data, now.cell_data, now.extra)
-            self._warn_of_strain()
+            self._warn(strain_warnings(self.model, self.solver.positions()[0], self.solver.time))
 
     def checkpoint(self) -> None:
         """Write the full state, from which --resume goes on."""
@@ -445,6 +416,12 @@ class Simulation:
         history = read_history(self.target.path / files.HISTORY)
         found = measures(self.model, history) | {"energy_error": self.progress.largest_energy_error}
         return failed_expectations(self.loaded.scene.expect, found)
+
+
+def station_length(element_count: int) -> int:
+    """Increments between two stations at most, of a model of so many elements."""
+    wanted = STATION_UPDATES // max(1, element_count)
+    return min(max(SHORTEST_STATION, wanted), LONGEST_STATION)
 
 
 def _next_multiple(interval: float, time: float) -> float:

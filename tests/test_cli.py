@@ -32,6 +32,17 @@ def test_run_and_report(write_scene, tmp_path):
     assert (tmp_path / "out" / "energies.png").exists()
 
 
+@pytest.mark.parametrize(
+    "expect, exit_code", [("", 0), ("expect: {body_displacement: {min: 1 m}}\n", 5)]
+)
+def test_a_profile_is_printed_whatever_the_scene_expects(write_scene, tmp_path, expect, exit_code):
+    scene = write_scene(SCENE + expect)
+    done = softsim("run", scene, "--profile", "--out", tmp_path / "out", "--device", "cpu")
+    assert done.returncode == exit_code, done.stderr
+    for word in ("elements", "not in any pass alone", "measured as a whole"):
+        assert word in done.stdout, word
+
+
 def test_check_says_size_step_and_duration(write_scene):
     done = softsim("check", write_scene(SCENE), "--device", "cpu", "--threads", "1")
     assert done.returncode == 0, done.stderr

@@ -1,6 +1,10 @@
 """What this machine has, and what a run may take of it."""
 
+import io
+
+import pynvml
 import pytest
+from rich.console import Console
 
 from softsim.errors import DeviceError
 from softsim.machine import (
@@ -10,6 +14,7 @@ from softsim.machine import (
     choose,
     cuda_device_count,
     graphics_card,
+    memory_of,
     processor,
     processor_count,
 )
@@ -65,3 +70,41 @@ def test_the_processor_has_a_name_and_memory():
     assert cpu.name
     assert cpu.cores >= 1
     assert 0 < cpu.memory.free <= cpu.memory.total
+
+
+FAULTS = {
+    "not supported": pynvml.NVML_ERROR_NOT_SUPPORTED,
+    "no permission": pynvml.NVML_ERROR_NO_PERMISSION,
+    "not found": pynvml.NVML_ERROR_NOT_FOUND,
+}
+
+
+@pytest.fixture(params=list(FAULTS))
+def faulty_driver(request, monkeypatch):
+    """A driver that opens and then answers every question about a card with a fault."""
+    fault = pynvml.NVMLError(FAULTS[request.param])
+
+    def refuse(*_):
+        raise fault
+
+    for name in ("nvmlInit", "nvmlShutdown"):
+        monkeypatch.setattr(pynvml, name, lambda: None)
+    for name in ("nvmlDeviceGetHandleByIndex", "nvmlDeviceGetHandleByUUID"):
+        monkeypatch.setattr(pynvml, name, lambda _: object())
+    monkeypatch.setattr(pynvml, "nvmlDeviceGetMemoryInfo", refuse)
+    return str(fault)
+
+
+def test_memory_that_the_driver_does_not_tell_is_unknown(faulty_driver):
+    assert memory_of("cuda") is None
+
+
+def test_devices_shows_what_the_driver_reports(faulty_driver, monkeypatch):
+    from softsim.commands import devices
+
+    monkeypatch.setattr(devices, "cuda_device_count", lambda: 1)
+    console = Console(file=io.StringIO(), width=200)
+    devices.print_devices(console, 0.0)
+    said = console.file.getvalue()
+    assert f"the NVIDIA driver reports: {faulty_driver}" in said
+    assert "of which the driver tells no name" in said

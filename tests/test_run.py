@@ -79,6 +79,53 @@ def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
     assert {"phase", "name", "count", "seconds"} == set(written["profile"]["passes"][0])
 
 
+def test_stations_follow_the_size_of_the_model():
+    """A million element updates lie between two, within 16 to 512 increments."""
+    from softsim.run import station_length
+
+    assert station_length(40) == 512
+    assert station_length(10_000) == 100
+    assert station_length(1_000_000) == 16
+
+
+def test_the_first_inspection_comes_after_the_first_interval(
+    write_scene, tmp_path, run, monkeypatch
+):
+    """The step at the start is known from taking it."""
+    from softsim.run import Simulation
+    from softsim.solver.inspection import FIRST_INTERVAL
+
+    done_at, inspect = [], Simulation._inspect
+
+    def watched(simulation):
+        done_at.append(simulation.solver.increments)
+        inspect(simulation)
+
+    monkeypatch.setattr(Simulation, "_inspect", watched)
+    run(write_scene(SCENE), "time.end=1 ms", out=tmp_path / "out")
+    assert done_at[0] == FIRST_INTERVAL
+
+
+STIFF = "contact.penalty_stiffness=1000 kN/m"
+
+
+def test_a_step_longer_than_advised_is_said_once(write_scene, tmp_path, run, build):
+    """Contact asks for a shorter step than stability: a run goes on, and says it once."""
+    from softsim.solver.time_step import stable_increment
+
+    model = build(SCENE, STIFF)
+    found = stable_increment(model, model.points)
+    step = 0.5 * (found.value + found.stable)
+    assert step > found.value
+    run(
+        write_scene(SCENE), STIFF, f"time.increment={step} s", f"time.end={100 * step} s",
+        out=tmp_path / "out",
+    )  # fmt: skip
+    log = (tmp_path / "out" / "run.log").read_text()
+    assert log.count("longer than advised") == 1
+    assert "contact that would throw back" in log
+
+
 def test_threads_asked_for_are_threads_used(write_scene, tmp_path, run):
     from softsim.machine import processor_count
 

@@ -145,10 +145,10 @@ def refuse_unstable_increment(names: Names, model: Model) -> None:
     if model.increment is None:
         return
     stable = stable_increment(model, model.points)
-    if model.increment > stable.value:
+    if model.increment > stable.stable:
         raise names.loaded.error(
             ("time", "increment"),
-            f"the time step {model.increment * 1e6:.3g} us is above the stable one, "
+            f"the time step {model.increment * 1e6:.3g} us is above the stable one: "
             f"{stable.describe()}",
             f'write "auto", or at most {np.floor(model.safety_factor * stable.value * 1e9):g} ns',
         )

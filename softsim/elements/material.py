@@ -46,4 +46,5 @@ class Material(Protocol):
     def branches(self) -> Sequence[Branch]: ...
 
     @property
-    def instantaneous_shear_modulus(self) -> float: ...
+    def impedance(self) -> float:
+        """rho c_d [Pa s/m] of compression waves."""

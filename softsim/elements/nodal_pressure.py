@@ -43,11 +43,7 @@ class NodalPressure:
         node_volume = np.bincount(
             cells.ravel(), np.repeat(volume / corners, corners), minlength=self.count
         )
-        wave_speed = np.sqrt(
-            (material.bulk_modulus + 4.0 / 3.0 * material.instantaneous_shear_modulus)
-            / material.density
-        )
-        viscosity = bulk_viscosity * material.density * wave_speed * size
+        viscosity = bulk_viscosity * material.impedance * size
         self.volume = lane_data(lists.by_block(node_volume))
         self.share_over_volume = lane_data(lists.by_block(1.0 / (corners * node_volume)))
         self.bulk_viscosity = lane_data(lists.by_block(viscosity))

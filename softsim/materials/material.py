@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from softsim.materials.laws import Law
 
 # ABAQUS/Explicit takes this ratio kappa / mu0 where no compressibility is given.
@@ -35,6 +37,14 @@ class Material:
     def instantaneous_shear_modulus(self) -> float:
         """Shear modulus at rest under a sudden load [Pa]: the law's and that of all branches."""
         return self.law.initial_shear_modulus + sum(b.shear_modulus for b in self.branches)
+
+    @property
+    def impedance(self) -> float:
+        """rho c_d [Pa s/m], the stress of a compression wave over its velocity: at rest, under a
+        sudden load.
+        """
+        modulus = self.bulk_modulus + 4.0 / 3.0 * self.instantaneous_shear_modulus
+        return float(np.sqrt(modulus * self.density))
 
 
 def bulk_modulus_from_poisson_ratio(shear_modulus: float, poisson_ratio: float) -> float:

@@ -54,9 +54,8 @@ class BodyStiffness:
         self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
         material = body.material
         self.bulk_modulus = material.bulk_modulus
-        stiffness = material.bulk_modulus + 4.0 / 3.0 * material.instantaneous_shear_modulus
-        impedance = np.sqrt(stiffness * material.density)
-        self.bulk_viscosity = bulk_viscosity * impedance * nodal_sizes(body.points, body.cells)
+        sizes = nodal_sizes(body.points, body.cells)
+        self.bulk_viscosity = bulk_viscosity * material.impedance * sizes
 
     def at(self, x: np.ndarray) -> ElementStiffness:
         """With the body's nodes at x (n, d) [m]."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from softsim.elements.measures import measure_elements
 from softsim.errors import StabilityError
-from softsim.model import Model
+from softsim.model import Model, Relaxation
+from softsim.solver.time_step import StableIncrement
 
 # Beyond these volume ratios the element's J^(-1/3) loses accuracy and the solid its meaning.
 SMALLEST_J = 0.3
@@ -69,6 +70,40 @@ def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
                 f"material '{body.material.name}' was fitted up to {1.0 + fitted:.3g}"
             )
     return warnings
+
+
+def refuse_unstable_step(model: Model, stable: StableIncrement, time: float) -> None:
+    """Stop at `time` [s] where the step given by the user is above the stable one.
+
+    Raises StabilityError.
+    """
+    if model.increment is not None and model.increment > stable.stable:
+        raise StabilityError(
+            f"the time step {model.increment * 1e6:.3g} us is no longer stable at "
+            f"t = {time:.6g} s: {stable.describe()}",
+            'write time.increment: "auto", or a smaller one',
+        )
+
+
+def step_warnings(model: Model, stable: StableIncrement) -> dict[str, str]:
+    """What is doubtful about the step given by the user: stable, but longer than `auto` takes."""
+    if model.increment is None or model.increment <= stable.value:
+        return {}
+    step = f"the time step {model.increment * 1e6:.3g} us"
+    return {"time step": f"{step} is longer than advised: {stable.describe()}"}
+
+
+def refuse_no_equilibrium(share: float, relaxation: Relaxation) -> NoReturn:
+    """Stop a static run that took its time to settle in vain.
+
+    share: the unbalanced force over the inner forces. Raises StabilityError.
+    """
+    raise StabilityError(
+        f"no equilibrium was found within {relaxation.longest:g} s after the loads' time: the "
+        f"unbalanced force is {share:.3g} of the inner forces, wanted {relaxation.tolerance:g}",
+        "the body may be free to move away, balloon or slide; hold it, lower the load, drive the "
+        "chamber by volume, or give time.settle more time",
+    )
 
 
 def refuse_energy_error(model: Model, error: float, time: float, largest: str) -> NoReturn:

@@ -5,6 +5,8 @@ that starts grows with the square or the cube of time, so from one interval to t
 long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then is 8/100.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 
 FIRST_INTERVAL = 16
@@ -12,6 +14,31 @@ LONGEST_INTERVAL = 2048
 # A run is looked at so many times at least: what its loads do takes a share of its time.
 LEAST_INSPECTIONS = 32
 ALLOWED_CHANGE = 0.01
+# The step may grow when the stable one has grown by this factor; it shrinks at once.
+GROWTH = 1.05
+
+
+@dataclass
+class InspectionPlan:
+    """When the elements are looked at next, of a run whose stable step is known at its start.
+
+    lowest: the smallest stable increment [s] since it last grew by GROWTH. due: at so many
+    increments. interval: increments between the last inspection and that one.
+    """
+
+    lowest: float
+    due: int = FIRST_INTERVAL
+    interval: int = FIRST_INTERVAL
+
+    def go_on(self, stable: float, increments: int, run_length: float) -> None:
+        """Plan the next inspection after one that found the stable increment `stable` [s].
+
+        increments: done so far. run_length: of the whole run, in increments.
+        """
+        self.interval = next_interval(self.interval, self.lowest, stable, run_length)
+        self.due = increments + self.interval
+        grown = stable > GROWTH * self.lowest
+        self.lowest = stable if grown else min(self.lowest, stable)
 
 
 def next_interval(interval: int, lowest: float, now: float, run_length: float) -> int:

@@ -123,8 +123,8 @@ class ModelStiffness:
             K[0] += self.pair_sums(np.broadcast_to(hoop, shape.shape))
         G_values = G.T.ravel() * self.compression_scale
         return ScaledStiffness(
-            filled(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
-            filled(self.dilation, G_values),
+            with_values(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
+            with_values(self.dilation, G_values),
             self.nodal_volumes * self.bulk_modulus,
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
@@ -152,7 +152,7 @@ def numbered(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> s
     return matrix
 
 
-def filled(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
+def with_values(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
     """The matrix of a `numbered` pattern with these values of its entries."""
     parts = (values[pattern.data], pattern.indices, pattern.indptr)
     return sp.csr_matrix(parts, shape=pattern.shape)
@@ -162,15 +162,14 @@ def root_yield(model: Model) -> np.ndarray:
     """1/sqrt(m) (n, d) of the components that move, 0 of the others; where none does, as if all
     did, for a step is wanted still.
     """
-    moves, mass = model.is_free.copy(), model.mass.copy()
+    own_mass = np.where(model.mass > 0.0, model.mass, np.inf)  # corners of outlines have none
+    moves, mass = model.is_free.copy(), own_mass.copy()
     for body in model.rigid_bodies:
-        tied = body.tied[mass[body.tied] > 0.0]
+        tied = body.tied[model.mass[body.tied] > 0.0]
         moves[tied] = True
-        mass[tied] += tied_mass(body, model.points, tied)
-    if not moves.any():
-        moves[:] = True
-    mass[mass == 0.0] = np.inf  # corners of outlines
-    return moves / np.sqrt(mass)[:, None]
+        mass[tied] += tied_mass(body, model.points, tied)  # infinite if the body is held
+    found = moves / np.sqrt(mass)[:, None]
+    return found if found.any() else np.ones_like(found) / np.sqrt(own_mass)[:, None]
 
 
 def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:

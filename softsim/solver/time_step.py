@@ -1,4 +1,4 @@
-"""The stable increment of central differences, and which element limits it.
+"""The stable increment of central differences, and what limits it.
 
 Velocities lag half a step: M (v+ - v-) = -dt (K x + C v-). As v- = (v+ + v-)/2 - (v+ - v-)/2, that
 is a central difference with the mass M - (dt/2) C and damping at the middle of the step. It is
@@ -35,21 +35,23 @@ LONGEST_OVER_ELEMENT = 4.0
 
 @dataclass(frozen=True)
 class StableIncrement:
-    """The stable increment [s], without safety factor, and the element that limits it."""
+    """The increment to take [s], without safety factor, and what limits it.
+
+    value: what is taken, for accuracy less than stability asks where that is named in `limit`.
+    stable: up to here no mode grows [s]. limit: what sets `value`, in words. element: the one that
+    holds most of the fastest mode, numbered within its body. altitude: its smallest [m].
+    """
 
     value: float
-    body: str
+    stable: float
+    limit: str
     element: int
-    place: np.ndarray
     altitude: float
 
     def describe(self) -> str:
         """One line for people."""
-        place = ", ".join(f"{c * 1e3:.2f}" for c in self.place)
-        return (
-            f"{self.value * 1e6:.3g} us, limited by element {self.element} of '{self.body}' "
-            f"at ({place}) mm, altitude {self.altitude * 1e3:.3g} mm"
-        )
+        beyond = f"; stable up to {self.stable * 1e6:.3g} us" if self.stable > self.value else ""
+        return f"{self.value * 1e6:.3g} us, limited by {self.limit}{beyond}"
 
 
 def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
@@ -97,10 +99,12 @@ class StableStep:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.stiffness = ModelStiffness(model)
-        highest_alone = max(
-            float(element_frequencies(b, model.points[b.nodes]).max()) for b in model.bodies
-        )
-        self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(highest_alone)
+        alone = [element_frequencies(b, model.points[b.nodes]) for b in model.bodies]
+        stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
+        self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(alone[stiffest].max())
+        element = int(np.argmax(alone[stiffest]))
+        name = element_name(model.bodies[stiffest], element, model.points)
+        self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the step that fits {name}"
 
     def at(self, x: np.ndarray) -> StableIncrement:
         """The stable increment with all nodes at x (n, d) [m]."""
@@ -112,26 +116,25 @@ class StableStep:
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, mode = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
         of_bodies = bodies(x, guess)
-        value = 2.0 / np.sqrt(slowed * (bound + of_bodies))
+        stable = 2.0 / np.sqrt(slowed * (bound + of_bodies))
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
-        value = min(value, value**2 / guess)
+        stable = min(stable, stable**2 / guess)
+        body, element = self._stiffest(elements, matrix, mode)
+        shares = other_shares(matrix, mode) | {"contact of a rigid body": of_bodies}
+        name = element_name(body, element, x)
+        shares[name] = bound + of_bodies - sum(shares.values())
+        limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(float(matrix.contact.max()), of_bodies)
         if hit > 0.0:
-            value = min(value, LONGEST_HIT / np.sqrt(hit))
+            limits["contact that would throw back"] = LONGEST_HIT / np.sqrt(hit)
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
-            value = min(value, RESOLVED / np.sqrt(swing))
-        value = min(value, self.longest)
-        body, element = self._stiffest(elements, matrix, mode)
-        corners = x[body.nodes][body.cells[element]]
-        gradients = shape_gradients(corners, np.arange(len(corners))[None])
+            limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)
+        limits[self.longest_limit] = self.longest
+        limit = min(limits, key=lambda cause: limits[cause])
         return StableIncrement(
-            float(value),
-            body.name,
-            element,
-            corners.mean(axis=0),
-            1.0 / float(np.linalg.norm(gradients, axis=2).max()),  # N_a falls from 1 to 0 over it
+            float(limits[limit]), float(stable), limit, element, altitude(body, element, x)
         )
 
     def _stiffest(
@@ -148,6 +151,33 @@ class StableStep:
             if energies[element] > most[0]:
                 most = (float(energies[element]), b.body, element)
         return most[1:]
+
+
+def element_name(body: Body, element: int, x: np.ndarray) -> str:
+    """An element, where it is with all nodes at x (n, d) [m], and its smallest altitude."""
+    centre = x[body.nodes][body.cells[element]].mean(axis=0)
+    place = ", ".join(f"{c * 1e3:.2f}" for c in centre)
+    height = f"{altitude(body, element, x) * 1e3:.3g} mm"
+    return f"element {element} of '{body.name}' at ({place}) mm, altitude {height}"
+
+
+def altitude(body: Body, element: int, x: np.ndarray) -> float:
+    """The smallest altitude [m] of an element with all nodes at x (n, d) [m]: there N_a falls from
+    1 to 0 over the shortest way.
+    """
+    corners = x[body.nodes][body.cells[element]]
+    gradients = shape_gradients(corners, np.arange(len(corners))[None])
+    return 1.0 / float(np.linalg.norm(gradients, axis=2).max())
+
+
+def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
+    """What contact and chambers add to omega^2 [1/s^2] of a unit mode (n d,), by name."""
+    return {
+        "contact": float((matrix.contact * mode**2).sum()),
+        "the content of a chamber": float(
+            sum(np.einsum("i,i", chamber, mode) ** 2 for chamber in matrix.chambers)
+        ),
+    }
 
 
 def stable_increment(model: Model, x: np.ndarray) -> StableIncrement:

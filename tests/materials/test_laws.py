@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from softsim.builder import library_material, library_names
 from softsim.materials.laws import LAWS
-from softsim.materials.material import bulk_modulus_from_poisson_ratio, maxwell_branches
+from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio, maxwell_branches
 from softsim.materials.neo_hooke import NeoHooke
 from softsim.materials.stability import first_unstable_I1, instability_stretch
 from softsim.materials.yeoh import Yeoh
@@ -127,3 +127,11 @@ def test_prony_shares_are_of_the_instantaneous_modulus():
 
 def test_an_unknown_material_is_none():
     assert library_material("granite") is None
+
+
+def test_the_impedance_is_that_of_a_sudden_load():
+    """kappa + 4/3 (mu0 + branches) = 4 MPa at 1000 kg/m^3: c_d = 63.2 m/s."""
+    branches = maxwell_branches(1e6, [(1.0 / 3.0, 0.1)])  # 0.5 MPa
+    material = Material("m", NeoHooke(5e5), 2e6, 1000.0, branches)
+    assert material.law.initial_shear_modulus == pytest.approx(1e6)
+    assert material.impedance == pytest.approx(1000.0 * math.sqrt(4e6 / 1000.0))

@@ -1,8 +1,13 @@
-"""Warnings about laws that are used where they were not fitted, or where they have no stiffness."""
+"""Warnings about laws outside their range, and about steps given by the user."""
+
+import dataclasses
 
 import numpy as np
+import pytest
 
-from softsim.solver.guards import strain_warnings
+from softsim.errors import StabilityError
+from softsim.solver.guards import refuse_unstable_step, step_warnings, strain_warnings
+from softsim.solver.time_step import StableIncrement
 
 BLOCK = """\
 bodies:
@@ -39,3 +44,22 @@ def test_a_lost_stiffness_is_named(build):
     assert "b unstable" not in strain_warnings(model, stretched(model, just_below), 0.0)
     found = strain_warnings(model, stretched(model, just_below / 0.998), 0.0)
     assert "has lost its stiffness: I1 = 6" in found["b unstable"]
+
+
+FOUND = StableIncrement(5e-6, 7e-6, "contact that would throw back", 0, 1e-3)
+
+
+def test_a_step_is_refused_only_where_it_is_unstable(build):
+    model = build(BLOCK)
+    refuse_unstable_step(model, FOUND, 0.0)
+    refuse_unstable_step(dataclasses.replace(model, increment=6.9e-6), FOUND, 0.0)
+    with pytest.raises(StabilityError, match=r"7.1 us.*t = 0.25 s.*stable up to 7 us"):
+        refuse_unstable_step(dataclasses.replace(model, increment=7.1e-6), FOUND, 0.25)
+
+
+def test_a_step_longer_than_taken_is_doubtful(build):
+    model = build(BLOCK)
+    assert step_warnings(model, FOUND) == {}
+    assert step_warnings(dataclasses.replace(model, increment=4.9e-6), FOUND) == {}
+    said = step_warnings(dataclasses.replace(model, increment=5.1e-6), FOUND)["time step"]
+    assert "5.1 us is longer than advised" in said and "limited by contact" in said

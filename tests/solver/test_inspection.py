@@ -5,8 +5,10 @@ import pytest
 from softsim.solver.inspection import (
     ALLOWED_CHANGE,
     FIRST_INTERVAL,
+    GROWTH,
     LEAST_INSPECTIONS,
     LONGEST_INTERVAL,
+    InspectionPlan,
     next_interval,
 )
 
@@ -34,3 +36,17 @@ def test_a_stable_step_that_grows_needs_no_haste():
 
 def test_a_short_run_is_looked_at_often_enough():
     assert next_interval(2000, 5e-6, 5e-6, 3200.0) == 3200 // LEAST_INSPECTIONS
+
+
+def test_the_plan_starts_from_the_step_found_at_the_start():
+    plan = InspectionPlan(5e-6)
+    assert plan.due == FIRST_INTERVAL
+    plan.go_on(5e-6, FIRST_INTERVAL, LONG)
+    assert plan.due == FIRST_INTERVAL + 2 * FIRST_INTERVAL
+
+
+def test_the_plan_keeps_the_lowest_step_until_it_has_grown():
+    plan = InspectionPlan(5e-6)
+    for now, lowest in ((4e-6, 4e-6), (0.99 * GROWTH * 4e-6, 4e-6), (5e-6, 5e-6)):
+        plan.go_on(now, 100, LONG)
+        assert plan.lowest == lowest

@@ -154,7 +154,10 @@ def test_with_a_stiff_chamber(build, write_mesh, largest_energies, formulation):
         "        profile: {kind: ramp, value: 1e-12 kg, duration: 1 s}}}\n"
     )
     model = build(text, "solver.bulk_viscosity=0")
-    bound = stable_increment(model, model.points).value
+    found = stable_increment(model, model.points)
+    assert found.limit == "the swing of a chamber"
+    assert found.stable == pytest.approx(2.5 * found.value, rel=0.1)
+    bound = found.value
     alone = stable_increment(dataclasses.replace(model, pressures=()), model.points).value
     assert bound < 0.35 * alone
     energies = largest_energies(

@@ -53,7 +53,21 @@ def test_contact_limits_the_step(build):
     expected = np.sqrt(2.0 * model.mass[model.contact.nodes].min() / stiff)
     # The dashpot counts as a spring 2 c / dt, at a step of at least 0.7 / omega: 2 * 2 * 0.3 / 0.7.
     least = expected / np.sqrt(1.0 + 1.8)
-    assert least < stable_increment(model, model.points).value < expected
+    found = stable_increment(model, model.points)
+    assert least < found.value < expected
+    assert found.limit == "contact that would throw back"
+    both = f"limited by {found.limit}; stable up to {found.stable * 1e6:.3g} us"
+    assert both in found.describe()
+    assert found.value < found.stable < np.sqrt(2.0) * found.value
+
+
+def test_a_light_rigid_body_in_a_static_run_is_named(build):
+    """There stability asks for less than a hit does, and no element is to blame."""
+    text = LIGHT.replace("MASS", "1 ug").replace("INERTIA", "1e-9 kg*mm^2")
+    model = build(text.replace("end: 1 s", "end: 1 s, procedure: static"))
+    found = stable_increment(model, model.points)
+    assert found.limit == "contact of a rigid body"
+    assert found.value == found.stable
 
 
 def test_walls_that_are_touched_at_once():
@@ -104,6 +118,29 @@ def test_a_light_plate_on_the_end(build, start, mass, inertia):
     assert meter.read()[0].kinetic < 10.0 * before
 
 
+ALONE = """
+bodies:
+  b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 2 mm},
+      formulation: plane_strain, thickness: 5 mm, material: rubber FIXED}
+materials:
+  rubber: {law: yeoh, C10: 36 kPa, density: 1000 kg/m^3}
+time: {end: 1 s}
+"""
+HOLDER = """
+rigid_bodies:
+  plate: {mass: 1 g, inertia: 1 g*mm^2, center: [1.5 mm, 1 mm], tied: [b.right], free: []}
+"""
+
+
+def test_nothing_can_move(build):
+    """Every node is fixed or tied to a body that is held: the step is that of the free block."""
+    free = build(ALONE.replace("FIXED", ""))
+    held = build(ALONE.replace("FIXED", ", fixed: [left]") + HOLDER)
+    found = stable_increment(held, held.points)
+    assert found.value == stable_increment(free, free.points).value
+    assert found.value <= found.stable
+
+
 def test_the_bad_element_is_named(build, write_mesh_with_a_sliver):
     """One flat element among good ones limits the step, and the message points at it."""
     flattest = quality(write_mesh_with_a_sliver).smallest_altitude_cell
@@ -119,6 +156,7 @@ def test_the_bad_element_is_named(build, write_mesh_with_a_sliver):
     np.testing.assert_allclose(corners, np.sort(expected, axis=0), atol=1e-12)
     assert found.altitude < 0.1e-3
     assert f"element {found.element} of 'b'" in found.describe()
+    assert "altitude 0.0344 mm" in found.describe()
 
 
 @pytest.fixture

@@ -9,8 +9,8 @@ from softsim.model import Model
 from softsim.scene.loading import LoadedScene
 
 
-def expected(loaded: LoadedScene, model: Model, choice: Choice) -> Table:
-    """The expected duration, measured rates behind it, and what it is made of."""
+def duration_table(loaded: LoadedScene, model: Model, choice: Choice) -> Table:
+    """The predicted duration, measured rates behind it, and what it is made of."""
     predicted = predicted_duration(loaded, model, choice)
     table = Table(show_header=False, box=None)
     workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
