@@ -18,7 +18,7 @@ os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # no news from the network
 import taichi as ti
 
 from softsim.errors import DeviceError
-from softsim.machine import chosen_device
+from softsim.machine import chosen_device, processor_count
 from softsim.tracing import remember_sources
 
 remember_sources()
@@ -58,6 +58,11 @@ def start(device: str = "auto", cache: Path | None = None, threads: int = 1) -> 
     """
     global _device
     name = chosen_device(device)
+    if threads > processor_count():  # Taichi would start fewer, and these wait for the others
+        raise DeviceError(
+            f"{threads} threads were asked for, there are {processor_count()} processors",
+            hint=f"at most {processor_count()} threads",
+        )
     folder = cache or default_cache_folder()
     folder.mkdir(parents=True, exist_ok=True)
     remove_stale_lock(folder)

@@ -20,9 +20,9 @@ from softsim.errors import DeviceError
 AUTO = "auto"
 DEVICES = (AUTO, "cpu", "cuda")
 
-# From so many elements on `auto` takes every processor. Two threads are 1.1 times as fast as one
-# for the robot's section (1,654 triangles and contact), 1.4 times for 2,600 triangles, 1.9 times for
-# 20,000 (measured): below, the other core does more good in a second run.
+# From so many elements on `auto` takes every processor. Two threads are hardly faster than one for
+# the robot's section (1,654 triangles and contact), 1.4 times as fast for 2,600 triangles, 1.9
+# times for 20,000 (measured): below, the other core does more good in a second run.
 ELEMENTS_FOR_THREADS = 5_000
 
 

@@ -31,6 +31,8 @@ SHARE = 512
 # prove that their addresses, of 32 bits within a field, do not overflow (26 against 45 us an
 # increment of the robot's section, and twice as fast for tetrahedra).
 LARGEST_INDEX = 2**22 - 1
+# Looks at the others before a worker gives them up: more than ten seconds.
+MOST_LOOKS = 500_000_000
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Increments:
         if backend.device().name == "cpu":
             refuse_uncountable(self.passes)
         self.crew = Crew(backend.device().threads)
-        self.arrived = index_field(np.zeros(1, dtype=int))
+        self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
 
     @property
     def passes(self) -> list[Pass]:
@@ -96,9 +98,14 @@ class Increments:
 
     def together(self, span: Span, workers: int) -> None:
         """By so many of Taichi's threads side by side."""
-        self._together(
+        lost = self._together(
             span.done, span.count, span.start, span.dt, span.drift, span.kick, workers, 0
         )
+        if lost:
+            raise DeviceError(
+                f"{workers} threads were started, and not all of them run",
+                hint="run with --threads 1, or with as many as there are free processors",
+            )
 
     def by_launches(self, span: Span) -> None:
         """A launch a stage: what a GPU does, on any device."""
@@ -124,14 +131,16 @@ class Increments:
     def _together(
         self, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
         kick: ti.f64, workers: ti.i32, zero: ti.i32,
-    ):  # fmt: skip
+    ) -> ti.i32:  # fmt: skip
         self.arrived[0] = 0
+        self.lost[0] = 0
         # The crew's size is written into the kernel: Taichi's cache of kernels would else give one
         # that was compiled for fewer threads, and these would wait for ever for the others.
         for share in range(self.crew.size * SHARE):
             worker = share // SHARE
             if share % SHARE == 0 and worker < workers:
                 self._work_through(done, count, start, dt, drift, kick, worker, workers, zero)
+        return self.lost[0]
 
     @ti.func
     def _work_through(self, done, count, start, dt, drift, kick, worker, workers, zero):
@@ -173,8 +182,12 @@ class Increments:
         """
         if workers > 1:
             ti.atomic_add(self.arrived[0], 1)
+            looks = 0
             while ti.atomic_add(self.arrived[0], zero) < workers * (met + 1):
-                pass
+                looks += 1
+                if looks > MOST_LOOKS or self.lost[0] == 1:
+                    self.lost[0] = 1
+                    break
         return met + 1
 
     @ti.kernel

@@ -91,17 +91,18 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
 
 @pytest.mark.parametrize("text", [STRIP, SPACE, RING], ids=["plane", "space", "ring, static"])
 def test_workers_give_the_bits_of_one(build, kernel_cache, text):
-    """One thread by itself, two or three side by side, more than there may be cores: each number is
-    summed in the same order, whoever does it.
-    """
+    """One thread by itself or two side by side: each number is summed in the same order."""
     from softsim import backend
+    from softsim.machine import processor_count
     from softsim.solver.explicit import ExplicitSolver
 
-    backend.start("cpu", cache=Path(kernel_cache), threads=3)
+    if processor_count() == 1:
+        pytest.skip("one processor")
+    backend.start("cpu", cache=Path(kernel_cache), threads=2)
     model = build(text)
     dt = 0.9 * stable_increment(model, model.points).value
     found = []
-    for workers in (0, 1, 2, 3):
+    for workers in (0, 1, 2):
         solver = ExplicitSolver([model])
         solver.begin(dt)
         span = Span(0, 16, solver.time, dt, drift=dt, kick=dt)
