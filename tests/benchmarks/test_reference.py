@@ -45,7 +45,7 @@ def block(build, request):
     random = np.random.default_rng(4)
     points = body.points + 0.15e-3 * random.uniform(-1.0, 1.0, body.points.shape)
     moved = dataclasses.replace(body, points=points)
-    velocity = np.where(model.is_free, random.uniform(-6.0, 6.0, points.shape), 0.0)
+    velocity = np.where(model.is_free, random.uniform(-3.0, 3.0, points.shape), 0.0)
     return dataclasses.replace(model, bodies=(moved,), points=points, velocity=velocity)
 
 
