@@ -127,6 +127,8 @@ def refuse_instant_relaxation(names: Names, model: Model) -> None:
     """A branch that relaxes within a hundredth of an increment carries no load, yet its dissipation
     could no longer be computed.
     """
+    if not any(body.material.branches for body in model.bodies):
+        return
     step = stable_increment(model, model.points).value
     for body in model.bodies:
         for branch in body.material.branches:

@@ -11,6 +11,9 @@ from softsim.elements.geometry import nodal_sizes, nodal_sums, shape_gradients
 from softsim.model import Body
 from softsim.solver.tangent import tangent_bound
 
+# Elements treated at a time: what is computed on the way would else take a kilobyte an element.
+BATCH = 16_384
+
 
 @dataclass(frozen=True)
 class ElementStiffness:
@@ -42,14 +45,13 @@ class BodyStiffness:
     """
 
     def __init__(self, body: Body, bulk_viscosity: float) -> None:
-        self.body, self.cells = body, np.ascontiguousarray(body.cells.T)
+        self.body, self.cells = body, np.ascontiguousarray(body.cells.T, dtype=np.int32)
         self.corners, self.count = self.cells.shape
         self.volumes = body.volumes
         self.gradients = np.ascontiguousarray(
             shape_gradients(body.points, body.cells).transpose(1, 2, 0)
         )
         self.hoop_gradient = body.geometry.hoop_gradient(body.points, body.cells)
-        self.products = gram(self.gradients)
         share = self.volumes[:, None] / self.corners
         self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
         material = body.material
@@ -59,44 +61,64 @@ class BodyStiffness:
 
     def at(self, x: np.ndarray) -> ElementStiffness:
         """With the body's nodes at x (n, d) [m]."""
-        d = x.shape[1]
-        corners = np.ascontiguousarray(x.T)[:, self.cells]
-        F = np.zeros((3, 3, self.count))
-        F[:d, :d] = (corners[:, :, None] * self.gradients).sum(axis=1)
-        if d == 2:
-            moved = corners[0].sum(axis=0) - self.body.points.T[0, self.cells].sum(axis=0)
-            F[2, 2] = 1.0 + self.hoop_gradient * moved
-        cofactor = cofactors(F)
-        J = (F[0] * cofactor[0]).sum(axis=0)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            b_bar = np.abs(J) ** (-2.0 / 3.0) * (F[:, None] * F).sum(axis=2)
-            gradients = (cofactor[:d, :d] * self.gradients[:, None]).sum(axis=2) / J
-            hoop = self.hoop_gradient / F[2, 2]
-        I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
-        e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
-
-        share = J * self.volumes / self.corners
+        batches = [slice(k, min(k + BATCH, self.count)) for k in range(0, self.count, BATCH)]
+        F = [self.deformation(x, batch) for batch in batches]
+        J = np.concatenate([(f[0] * cofactors(f)[0]).sum(axis=0) for f in F])
         present = np.bincount(
-            self.cells.ravel(), np.broadcast_to(share, self.cells.shape).ravel(), len(x)
+            self.cells.ravel(),
+            np.broadcast_to(J * self.volumes / self.corners, self.cells.shape).ravel(),
+            len(x),
         )
         dilation = present / self.nodal_volumes - 1.0
         pressure = self.bulk_modulus * dilation[self.cells].mean(axis=0)
+        parts = [
+            self.stiffness(f, J[batch], pressure[batch], batch)
+            for f, batch in zip(F, batches, strict=True)
+        ]
+        return ElementStiffness(*(np.concatenate(p, axis=-1) for p in zip(*parts, strict=True)))
+
+    def deformation(self, x: np.ndarray, batch: slice) -> np.ndarray:
+        """F (3, 3, batch) with the body's nodes at x (n, d) [m]."""
+        d, cells = x.shape[1], self.cells[:, batch]
+        corners = np.ascontiguousarray(x.T)[:, cells]
+        F = np.zeros((3, 3, cells.shape[1]))
+        F[:d, :d] = (corners[:, :, None] * self.gradients[:, :, batch]).sum(axis=1)
+        if d == 2:
+            moved = corners[0].sum(axis=0) - self.body.points.T[0, cells].sum(axis=0)
+            F[2, 2] = 1.0 + self.hoop_gradient[batch] * moved
+        return F
+
+    def stiffness(
+        self, F: np.ndarray, J: np.ndarray, pressure: np.ndarray, batch: slice
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """What ElementStiffness holds, of a batch deformed by F under this pressure [Pa]."""
+        gradients, volumes = self.gradients[:, :, batch], self.volumes[batch]
+        d = gradients.shape[1]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            b_bar = np.abs(J) ** (-2.0 / 3.0) * (F[:, None] * F).sum(axis=2)
+            present = (cofactors(F)[:d, :d] * gradients[:, None]).sum(axis=2) / J
+            hoop = self.hoop_gradient[batch] / F[2, 2]
+        I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
+        e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
         e_size = np.sqrt(np.maximum(e_squared, 0.0))
         modulus = tangent_bound(self.body.material, J, I1_bar, e_size, pressure)
-        material, spatial = self.volumes * modulus.material, self.volumes * modulus.spatial
+        material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
-        volume_gradient = share * gradients
+        share = J * volumes / self.corners
+        volume_gradient = share * present
         volume_gradient[:, 0] += share * hoop
-        return ElementStiffness(
+        return (
             volume_gradient,
-            material * self.products + spatial * gram(gradients),
-            material * self.hoop_gradient**2 + spatial * hoop**2,
+            gram(gradients, material) + gram(present, spatial),
+            material * self.hoop_gradient[batch] ** 2 + spatial * hoop**2,
         )
 
 
-def gram(gradients: np.ndarray) -> np.ndarray:
-    """grad N_a . grad N_b (corners, corners, m) [1/m^2] of gradients (corners, d, m)."""
-    return (gradients[:, None] * gradients).sum(axis=2)
+def gram(gradients: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """grad N_a . grad N_b (corners, corners, m) [1/m^2] of gradients (corners, d, m), times the
+    weight of each element (m,).
+    """
+    return weight * (gradients[:, None] * gradients).sum(axis=2)
 
 
 def cofactors(F: np.ndarray) -> np.ndarray:

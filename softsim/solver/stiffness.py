@@ -91,7 +91,8 @@ class ModelStiffness:
         cells = np.concatenate([b.cells + b.body.first_node for b in self.bodies], axis=1)
         # Pairs of nodes that share an element, and which one two corners are (corners, corners, m).
         pairs, inverse = np.unique(cells[:, None] * n + cells, return_inverse=True)
-        self.pair_count, self.pair_of_corners = len(pairs), inverse.ravel()
+        self.pair_count = len(pairs)
+        self.pair_of_corners = inverse.ravel().astype(np.int32)
         first, second = np.divmod(pairs, n)
         first_component = (first[:, None] * d + np.arange(d)).ravel()
         second_component = (second[:, None] * d + np.arange(d)).ravel()
