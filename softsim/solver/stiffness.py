@@ -89,11 +89,8 @@ class ModelStiffness:
             self.bulk_viscosity[nodes] = b.bulk_viscosity
 
         cells = np.concatenate([b.cells + b.body.first_node for b in self.bodies], axis=1)
-        # Pairs of nodes that share an element, and which one two corners are (corners, corners, m).
-        pairs, inverse = np.unique(cells[:, None] * n + cells, return_inverse=True)
-        self.pair_count = len(pairs)
-        self.pair_of_corners = inverse.ravel().astype(np.int32)
-        first, second = np.divmod(pairs, n)
+        first, second, self.pair_of_corners = node_pairs(cells, n)
+        self.pair_count = len(first)
         first_component = (first[:, None] * d + np.arange(d)).ravel()
         second_component = (second[:, None] * d + np.arange(d)).ravel()
         first = np.repeat(first, d)
@@ -144,6 +141,16 @@ class ModelStiffness:
     def pair_sums(self, values: np.ndarray) -> np.ndarray:
         """Sum over the elements of the values (corners, corners, m) of each pair of nodes."""
         return np.bincount(self.pair_of_corners, values.ravel(), self.pair_count)
+
+
+def node_pairs(cells: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of `count` nodes that share an element of `cells` (corners, m): their first nodes,
+    their second ones, and which pair two corners are (corners corners m,).
+    """
+    wide = cells.astype(np.int64)  # for the square of the number of nodes
+    pairs, inverse = np.unique(wide[:, None] * count + wide, return_inverse=True)
+    first, second = np.divmod(pairs, count)
+    return first, second, inverse.ravel().astype(np.int32)
 
 
 def numbered(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sp.csr_matrix:
