@@ -8,7 +8,7 @@ def workers_of(crew, calls, alone, together):
     found = []
     for _ in range(calls):
         found.append(crew.workers)
-        crew.note(1000, 1000 * (alone if crew.workers == 1 else together))
+        crew.note(10_000, 10_000 * (alone if crew.workers == 1 else together))
     return found
 
 
