@@ -44,9 +44,9 @@ from softsim.solver.inspection import GROWTH, InspectionPlan
 from softsim.solver.profile import measured_profile
 from softsim.solver.time_step import StableStep
 
-# Element updates between two stations (output, signals): 20 ms at 50 M/s. Of a million elements
+# Element updates between two stations (output, signals): 80 ms at 50 M/s. Of a million elements
 # the shortest takes 0.3 s. It depends on the model only, so that every run has the same stations.
-STATION_UPDATES = 1_000_000
+STATION_UPDATES = 4_000_000
 SHORTEST_STATION, LONGEST_STATION = 16, 512
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
 # or two to trace, ten or twenty to compile the first time.

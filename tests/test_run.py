@@ -84,7 +84,7 @@ def test_stations_follow_the_size_of_the_model():
     from softsim.run import station_length
 
     assert station_length(40) == 512
-    assert station_length(10_000) == 100
+    assert station_length(10_000) == 400
     assert station_length(1_000_000) == 16
 
 

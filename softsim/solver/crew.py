@@ -10,6 +10,9 @@ MANY_TURNS = 50
 # Calls make up a turn once they took so long [s]: a processor that is away for some milliseconds,
 # as those of virtual machines are, must not decide.
 TURN = 20e-3
+# So many turns in a row slower than alone, or one that took so many times as long, are enough.
+SLOW_TURNS = 3
+MUCH_SLOWER = 2.0
 
 
 class Crew:
@@ -20,6 +23,7 @@ class Crew:
         self.workers = 1
         self.increments_together = 0
         self._turns_left = 1
+        self._slow_turns = 0
         self._alone = 0.0  # seconds an increment of one worker, when last seen
         self._increments, self._seconds = 0, 0.0  # of this turn
 
@@ -42,7 +46,9 @@ class Crew:
             self._alone = pace
             if self._turns_left == 0:
                 self.workers, self._turns_left = self.size, MANY_TURNS
-        elif pace > self._alone:
-            self.workers, self._turns_left = 1, MANY_TURNS
+            return
+        self._slow_turns = self._slow_turns + 1 if pace > self._alone else 0
+        if self._slow_turns == SLOW_TURNS or pace > MUCH_SLOWER * self._alone:
+            self.workers, self._turns_left, self._slow_turns = 1, MANY_TURNS, 0
         elif self._turns_left == 0:
             self.workers, self._turns_left = 1, 1

@@ -25,6 +25,14 @@ def test_alone_while_together_is_slower_then_tried_again():
     assert found == MANY_TURNS * [1] + [4, 4, 4]
 
 
+def test_a_slow_moment_is_borne():
+    crew = Crew(2)
+    workers_of(crew, 2, alone=100e-6, together=60e-6)
+    assert workers_of(crew, 2, alone=100e-6, together=150e-6) == [2, 2]
+    assert workers_of(crew, 4, alone=100e-6, together=60e-6) == [2, 2, 2, 2]
+    assert workers_of(crew, 4, alone=100e-6, together=150e-6) == [2, 2, 2, 1]
+
+
 def test_a_first_look_at_a_busy_moment_is_forgotten():
     crew = Crew(2)
     workers_of(crew, 1, alone=5000e-6, together=0.0)
