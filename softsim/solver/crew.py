@@ -16,12 +16,11 @@ MUCH_SLOWER = 2.0
 
 
 class Crew:
-    """`size` workers. workers: how many take the next call; increments_together: done by all."""
+    """`size` workers. workers: how many take the next call."""
 
     def __init__(self, size: int) -> None:
         self.size = size
         self.workers = 1
-        self.increments_together = 0
         self._turns_left = 1
         self._slow_turns = 0
         self._alone = 0.0  # seconds an increment of one worker, when last seen
@@ -31,8 +30,6 @@ class Crew:
         """The last call did so many increments in so many seconds."""
         if self.size == 1:
             return
-        if self.workers > 1:
-            self.increments_together += increments
         self._increments += increments
         self._seconds += seconds
         if self._seconds >= TURN:

@@ -25,7 +25,7 @@ MOST_REPEATS = 5_000  # a multiple of UNROLLED
 # would divide the bulk viscosity's dJ/dt by zero. All repeats together stay below a hundredth of
 # an increment, and no product with it comes near subnormal numbers, which are slow.
 REPEATED_STEP = 1e-6
-# Launches in one kernel call where passes run in parallel: the call itself costs some 20 us.
+# Launches in one kernel call on a GPU: the call itself costs some 20 us (measured on a CPU).
 UNROLLED = 4
 INCREMENTS_TIME = 0.5  # seconds of whole increments measured
 

@@ -47,8 +47,6 @@ def test_short_calls_add_up_to_a_turn():
     assert crew.workers == 1
     crew.note(1, 0.3 * TURN)
     assert crew.workers == 2
-    crew.note(7, 0.1 * TURN)
-    assert crew.increments_together == 7
 
 
 def test_one_stays_one():
