@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import yaml
 from pydantic import TypeAdapter
+from scipy.spatial import cKDTree
 
-from softsim.builder.names import MeshedBody, Names, close_names
-from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, Solid
+from softsim.builder.names import MeshedBody, Names, close_names, in_mm
+from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import MeshError
 from softsim.materials.laws import LAWS
 from softsim.materials.material import (
@@ -70,8 +71,8 @@ def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
     first_node = 0
     for name, data in loaded.scene.bodies.items():
         refuse_other_formulation(loaded, name)
-        geometry = kinematics(data)
-        mesh, remarks = placed_mesh(loaded, name, data, geometry)
+        mesh, remarks = placed_mesh(loaded, name, data)
+        geometry = kinematics(loaded, name, data, mesh)
         result[name] = MeshedBody(mesh, first_node, geometry, remarks)
         first_node += len(mesh.points)
     return result
@@ -89,18 +90,46 @@ def refuse_other_formulation(loaded: LoadedScene, name: str) -> None:
         )
 
 
-def kinematics(data: scene_bodies.Body) -> Geometry:
+def kinematics(loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Mesh) -> Geometry:
     """The geometry of a body's elements."""
     made: dict[str, Callable[[], Geometry]] = {
         "plane_strain": lambda: PlaneStrain(data.thickness or 0.0),
         "axisymmetric": Axisymmetric,
+        "ring_section": lambda: ring_section(loaded, name, data, mesh),
         "solid": Solid,
     }
     return made[data.formulation]()
 
 
+def ring_section(
+    loaded: LoadedScene, name: str, data: scene_bodies.Body, mesh: Mesh
+) -> RingSection:
+    """Which of a mesh's cells go around, and which nodes lie opposite each other."""
+    keys = ("bodies", name)
+    assert data.thickness is not None and data.sector is not None and data.rings is not None
+    if data.rings not in mesh.cell_sets:
+        raise loaded.error(
+            (*keys, "rings"),
+            f"there is no cell set '{data.rings}' in the mesh of '{name}'",
+            close_names(data.rings, list(mesh.cell_sets), "cell sets"),
+        )
+    mirrored = mesh.points * np.array([1.0, -1.0]) + np.array([0.0, 2.0 * data.position[1]])
+    distance, opposite = cKDTree(mesh.points).query(mirrored)
+    worst = int(np.argmax(distance))
+    if data.rotation != 0.0 or distance[worst] > 1e-6 * np.ptp(mesh.points, axis=0).max():
+        raise loaded.error(
+            (*keys, "mesh"),
+            f"the node at {in_mm(mesh.points[worst])} has none opposite it: a ring_section is its "
+            f"own mirror image about its axis, y = {data.position[1] * 1e3:g} mm",
+            "mesh both strips alike, above and below the axis, without a rotation",
+        )
+    is_ring = np.zeros(len(mesh.cells), dtype=bool)
+    is_ring[mesh.cell_sets[data.rings]] = True
+    return RingSection(data.thickness, data.sector, opposite, is_ring)
+
+
 def placed_mesh(
-    loaded: LoadedScene, name: str, data: scene_bodies.Body, geometry: Geometry
+    loaded: LoadedScene, name: str, data: scene_bodies.Body
 ) -> tuple[Mesh, tuple[str, ...]]:
     """The mesh of a body, checked and moved to its place, and remarks on how it was read."""
     keys = ("bodies", name, "mesh")
@@ -109,22 +138,22 @@ def placed_mesh(
         check(mesh)
     except MeshError as error:
         raise loaded.error(keys, error.message, error.hint) from None
-    if mesh.dimension != geometry.dimension:
+    dimension = 3 if data.formulation == "solid" else 2
+    if mesh.dimension != dimension:
         needed = {2: "triangles", 3: "tetrahedra"}
         raise loaded.error(
             keys,
-            f"{data.formulation} needs {needed[geometry.dimension]}; this mesh has "
-            f"{needed[mesh.dimension]}",
+            f"{data.formulation} needs {needed[dimension]}; this mesh has {needed[mesh.dimension]}",
             "sections are meshed with linear triangles, solids with linear tetrahedra",
         )
-    if len(data.position) > geometry.dimension:
+    if len(data.position) > dimension:
         raise loaded.error(
             ("bodies", name, "position"), "a section has two coordinates", "leave z out"
         )
-    shift = np.zeros(geometry.dimension)
+    shift = np.zeros(dimension)
     shift[: len(data.position)] = data.position
     mesh = transformed(mesh, data.rotation, shift)
-    if isinstance(geometry, Axisymmetric):
+    if data.formulation == "axisymmetric":
         inside = np.flatnonzero(mesh.points[:, 0] < -1e-12)
         if len(inside):
             raise loaded.error(

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from softsim.builder.names import Names, in_mm
-from softsim.elements.geometry import Axisymmetric
+from softsim.elements.geometry import Axisymmetric, Geometry
 from softsim.mesh.mesh import open_rim
 from softsim.scene.tree import Keys
 
@@ -109,10 +109,10 @@ def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray)
     return np.array(fans).reshape(-1, 3)
 
 
-def smallest_volume(names: Names, facets: np.ndarray, points: np.ndarray) -> float:
+def smallest_volume(geometry: Geometry, facets: np.ndarray, points: np.ndarray) -> float:
     """What counts as no volume [m^3]: 1e-9 of the facets' area times the extent of their nodes."""
     size = np.ptp(points[np.unique(facets)], axis=0).max()
-    area = np.linalg.norm(names.geometry.volume_gradient(points, facets), axis=2).sum()
+    area = np.linalg.norm(geometry.volume_gradient(points, facets), axis=2).sum()
     return float(1e-9 * area * size)
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
 from softsim.builder.profiles import rising_profile
-from softsim.elements.geometry import Axisymmetric, PlaneStrain, nodal_sums
+from softsim.elements.geometry import Axisymmetric, PlaneStrain, RingSection, nodal_sums
 from softsim.model import Body, PrescribedData, Probe
 from softsim.scene import conditions, outputs
 from softsim.scene.tree import Keys
@@ -105,10 +105,12 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe
         keys = ("output", "probes", name)
         if isinstance(probe, outputs.VolumeProbe):
             facets = joined_facets(names, probe.facets, keys)
-            geometry = names.bodies[probe.facets[0].partition(".")[0]].geometry
+            body = names.bodies[probe.facets[0].partition(".")[0]]
+            geometry = body.geometry
             remedy = "hold the rim (bodies.NAME.fixed)"
             refuse_open_chamber(names, facets, points, ~is_free, remedy, keys)
-            members = np.concatenate([facets, lids(names, facets, points, ~is_free)])
+            closed = np.concatenate([facets, lids(names, facets, points, ~is_free)])
+            members = geometry.pressed(closed, body.first_node)
         else:
             members = names.node_set(probe.nodes, (*keys, "nodes"))
             geometry = names.geometry
@@ -119,9 +121,9 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe
 
 def refuse_radius_without_axis(names: Names, kind: str, keys: Keys) -> None:
     """A plane section has no axis to measure a radius from."""
-    if kind == "radius" and isinstance(names.geometry, PlaneStrain):
+    if kind == "radius" and isinstance(names.geometry, PlaneStrain | RingSection):
         raise names.loaded.error(
             (*keys, "kind"),
-            "a plane_strain model has no axis to measure a radius from",
+            f"a {names.geometry.name} model has no fixed axis to measure a radius from",
             "record the displacement",
         )

@@ -52,11 +52,11 @@ def pressures(
         asks_volume = not isinstance(load, scene_loads.FollowerPressure)
         if asks_volume or body is not None:
             refuse_open_chamber(names, facets, points, held, remedy, keys)
-        closing = np.zeros((0, facets.shape[1]), dtype=int)
-        if asks_volume:
-            closing = lids(names, facets, points, held)
+        edges = lids(names, facets, points, held) if asks_volume else facets[:0]
+        first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
+        facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
         volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
-        nothing = smallest_volume(names, facets, points)
+        nothing = smallest_volume(geometry, facets, points)
         yielding = volume_yield(geometry, facets, points, mass, is_free)
         drive = built_drive(names, load, volume, nothing, stiffest, yielding, keys)
         result.append(PressureData(name, facets, closing, geometry, drive, body))

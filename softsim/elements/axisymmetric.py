@@ -38,7 +38,7 @@ class Axisymmetric(Triangles):
         self.hoop_gradient = lane_data(self.padded(geometry.hoop_gradient(points, cells)))
 
     @ti.func
-    def stretch_across(self, s, b, x_sum):
+    def stretch_across(self, s, b, x_sum, y_sum):
         """Store F_zz = r / R from the sum of the corners' radii."""
         self.hoop[s, b] = x_sum * self.hoop_gradient[b]
 
@@ -49,5 +49,9 @@ class Axisymmetric(Triangles):
 
     @ti.func
     def force_across(self, s, b, S):
-        """-V F_zz S_zz / (3 R) on each corner; S comes times V."""
-        return -(self.hoop[s, b] * S.zz) * self.hoop_gradient[b]
+        """-V F_zz S_zz / (3 R) along x on each corner; S comes times V."""
+        return -(self.hoop[s, b] * S.zz) * self.hoop_gradient[b], self.metric.lane(0.0)
+
+    @ti.func
+    def push_opposite(self, s, b, y):
+        """Nothing lies opposite."""

@@ -29,17 +29,34 @@ def _embedded(F: np.ndarray, out_of_plane: np.ndarray) -> np.ndarray:
     return result
 
 
-def _plane_gradient(points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-    return np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
+class _Section:
+    """What sections share. A geometry says what is stretched around (`hoop_stretch`), along which
+    component it moves outward (`radial`), and which nodes a pressure on an edge acts on.
+    """
+
+    dimension = 2
+    radial = 0
+
+    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F_zz (m,) of the elements with their nodes now at x."""
+        raise NotImplementedError
+
+    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F (m, 3, 3) of the elements with their nodes now at x; zz lies across the section."""
+        plane = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
+        return _embedded(plane, self.hoop_stretch(points, cells, x))
+
+    def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
+        """Nodes (k, corners) that a pressure on edges (k, 2) acts on: their ends."""
+        return edges
 
 
 @dataclass(frozen=True)
-class PlaneStrain:
+class PlaneStrain(_Section):
     """Triangles of a plate of given thickness [m] that cannot strain across it."""
 
     thickness: float
     name = "plane_strain"
-    dimension = 2
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]."""
@@ -49,9 +66,9 @@ class PlaneStrain:
         """Share (m, corners) of an element's mass that each corner carries."""
         return np.full(cells.shape, 1.0 / 3.0)
 
-    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F (m, 3, 3) of the elements with their nodes now at x."""
-        return _embedded(_plane_gradient(points, cells, x), np.ones(len(cells)))
+    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F_zz (m,): one."""
+        return np.ones(len(cells))
 
     def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: none here."""
@@ -70,14 +87,13 @@ class PlaneStrain:
 
 
 @dataclass(frozen=True)
-class Axisymmetric:
+class Axisymmetric(_Section):
     """Triangles revolved about the y axis: x is the radius. Whole rings, 2 pi around.
 
     One integration point, the centroid, whose radius is the mean of the corners'.
     """
 
     name = "axisymmetric"
-    dimension = 2
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each ring (m,) [m^3], exact (Pappus): 2 pi r A."""
@@ -92,10 +108,9 @@ class Axisymmetric:
         total = radius.sum(axis=1, keepdims=True)
         return (radius + total) / (4.0 * total)
 
-    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F (m, 3, 3), zz being the hoop direction: present over reference radius."""
-        hoop = x[cells][:, :, 0].sum(axis=1) / points[cells][:, :, 0].sum(axis=1)
-        return _embedded(_plane_gradient(points, cells, x), hoop)
+    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F_zz (m,): present over reference radius."""
+        return x[cells][:, :, 0].sum(axis=1) / points[cells][:, :, 0].sum(axis=1)
 
     def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: 1 / (3 r)."""
@@ -116,12 +131,93 @@ class Axisymmetric:
         return np.pi / 3.0 * np.stack([first, second], axis=1)
 
 
+@dataclass(frozen=True, eq=False)
+class RingSection(_Section):
+    """A section of a robot that is round about its axis x: two strips, opposite sides of the same
+    rings of skin, with single fins on them.
+
+    What a full ring has and a plane section lacks is its tension around. An opposite pair of places
+    is a diameter apart, so of a ring cell, whose corners c have the opposite nodes c',
+        F_zz = sum_c (y_c - y_c') / sum_c (Y_c - Y_c'),
+    whatever the ring does as a whole: moved across the axis it is not stretched. That it stays
+    round, with this diameter, is the assumption. A strip stands for `sector` [rad] of the ring's
+    circumference; of what stands singly on it, for a `thickness` [m] of that, in plane strain.
+
+    opposite: node across the axis of each node (n,), numbered within the body. is_ring: (m,) cells
+    that go around. Not for parts of a body: cells are all of them, in their order.
+    """
+
+    thickness: float
+    sector: float
+    opposite: np.ndarray
+    is_ring: np.ndarray
+    name = "ring_section"
+    radial = 1
+
+    def _diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Signed sum of the corners' diameters (m,): positive of the upper strip."""
+        return (x[cells] - x[self.opposite[cells]])[:, :, 1].sum(axis=1)
+
+    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Volume of each element (m,) [m^3]: sector r A (Pappus), or thickness A."""
+        radius = np.abs(self._diameters(points, cells)) / 6.0
+        depth = np.where(self.is_ring, self.sector * radius, self.thickness)
+        return depth * signed_volumes(points, cells)
+
+    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Share (m, corners) of an element's mass that each corner carries: of a ring cell as
+        `Axisymmetric` has it.
+        """
+        radius = np.abs((points[cells] - points[self.opposite[cells]])[:, :, 1])
+        total = radius.sum(axis=1, keepdims=True)
+        return np.where(self.is_ring[:, None], (radius + total) / (4.0 * total), 1.0 / 3.0)
+
+    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F_zz (m,): present over reference diameter; of single parts one."""
+        stretch = self._diameters(x, cells) / self._diameters(points, cells)
+        return np.where(self.is_ring, stretch, 1.0)
+
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """d(hoop strain)/dy of a corner (m,) [1/m], where its opposite moves as far the other way,
+        as it does when the ring breathes.
+        """
+        return np.where(self.is_ring, 2.0 / self._diameters(x, cells), 0.0)
+
+    def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
+        """Nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the opposite ones,
+        with which it has to do because the radius is half the way between them.
+        """
+        return np.column_stack([edges, first_node + self.opposite[edges - first_node]])
+
+    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
+        """Volume [m^3] between edges and the axis over the sector; facets: of `pressed`."""
+        (rise, _), (first, second) = self._frusta(x, facets)
+        return self.sector / 6.0 * float((rise * (first**2 + first * second + second**2)).sum())
+
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """d(enclosed volume)/dx of the nodes (k, 4, d) [m^2]: forces of a pressure of 1 Pa."""
+        (rise, side), (a, b) = self._frusta(x, facets)
+        squares = 2.0 * side * (a**2 + a * b + b**2)
+        first, second = side * rise * (2.0 * a + b), side * rise * (a + 2.0 * b)
+        none = np.zeros_like(a)
+        corners = [(-squares, first), (squares, second), (none, -first), (none, -second)]
+        return self.sector / 12.0 * np.stack([np.stack(c, axis=1) for c in corners], axis=1)
+
+    def _frusta(self, x: np.ndarray, facets: np.ndarray) -> tuple[tuple, tuple]:
+        """Of facets (k, 4): length along the axis [m], side (+1 upper), radii [m] of the ends."""
+        a, b, opposite_a, opposite_b = x[facets].transpose(1, 0, 2)
+        side = np.sign(a[:, 1] + b[:, 1] - opposite_a[:, 1] - opposite_b[:, 1])
+        radii = side * (a - opposite_a)[:, 1] / 2.0, side * (b - opposite_b)[:, 1] / 2.0
+        return (side * (b - a)[:, 0], side), radii
+
+
 @dataclass(frozen=True)
 class Solid:
     """Tetrahedra in space."""
 
     name = "solid"
     dimension = 3
+    radial = 0
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]."""
@@ -134,6 +230,14 @@ class Solid:
     def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F (m, 3, 3) of the elements with their nodes now at x."""
         return np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
+
+    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Nothing goes around here (m,): one."""
+        return np.ones(len(cells))
+
+    def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
+        """Nodes (k, 3) that a pressure on facets acts on: their corners."""
+        return facets
 
     def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: none here."""
@@ -150,7 +254,7 @@ class Solid:
         return np.repeat(np.cross(c - a, b - a)[:, None] / 6.0, 3, axis=1)
 
 
-Geometry = PlaneStrain | Axisymmetric | Solid
+Geometry = PlaneStrain | Axisymmetric | RingSection | Solid
 
 
 def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np.ndarray:

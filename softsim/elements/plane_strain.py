@@ -33,7 +33,7 @@ class PlaneStrain(Triangles):
         )
 
     @ti.func
-    def stretch_across(self, s, b, x_sum):
+    def stretch_across(self, s, b, x_sum, y_sum):
         """F_zz needs no storing."""
 
     @ti.func
@@ -44,4 +44,8 @@ class PlaneStrain(Triangles):
     @ti.func
     def force_across(self, s, b, S):
         """The stress across the section does no work."""
-        return self.metric.lane(0.0)
+        return self.metric.lane(0.0), self.metric.lane(0.0)
+
+    @ti.func
+    def push_opposite(self, s, b, y):
+        """Nothing lies opposite."""

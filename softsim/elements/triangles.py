@@ -4,8 +4,8 @@ Edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; across it F_zz is the el
 forces
     f_1 = -V (S^aa d_a + S^ab d_b),  f_2 = -V (S^ab d_a + S^bb d_b),  f_0 = -f_1 - f_2,
 each with -V F_zz S_zz dF_zz/dx more. An element of this kind says what F_zz is (`stretch_across`,
-which stores what is needed to find it again in `stored_stretch_across`) and what force F_zz S_zz
-puts on each corner along x (`force_across`).
+which stores what is needed to find it again in `stored_stretch_across`), what force F_zz S_zz
+puts on each corner (`force_across`), and on what else (`push_opposite`).
 """
 
 from typing import Any
@@ -23,6 +23,7 @@ class Triangles(LinearElements):
     stretch_across: Any
     stored_stretch_across: Any
     force_across: Any
+    push_opposite: Any
 
     @ti.func
     def deform(self, s, b, t, dt):
@@ -48,7 +49,7 @@ class Triangles(LinearElements):
         ay[s, b] = y1 - y0
         bx[s, b] = x2 - x0
         by[s, b] = y2 - y0
-        self.stretch_across(s, b, x0 + x1 + x2)
+        self.stretch_across(s, b, x0 + x1 + x2, y0 + y1 + y2)
         self.keep_volume(s, b, self.volume_ratio(s, b))
 
     @ti.func
@@ -80,10 +81,11 @@ class Triangles(LinearElements):
         y1 = -(S.aa * ay[s, b] + S.ab * by[s, b])
         x2 = -(S.ab * ax[s, b] + S.bb * bx[s, b])
         y2 = -(S.ab * ay[s, b] + S.bb * by[s, b])
-        across = self.force_across(s, b, S)
-        self.push_corner(s, b, 0, 0, across - x1 - x2)
-        self.push_corner(s, b, 0, 1, -y1 - y2)
-        self.push_corner(s, b, 1, 0, across + x1)
-        self.push_corner(s, b, 1, 1, y1)
-        self.push_corner(s, b, 2, 0, across + x2)
-        self.push_corner(s, b, 2, 1, y2)
+        x, y = self.force_across(s, b, S)
+        self.push_corner(s, b, 0, 0, x - x1 - x2)
+        self.push_corner(s, b, 0, 1, y - y1 - y2)
+        self.push_corner(s, b, 1, 0, x + x1)
+        self.push_corner(s, b, 1, 1, y + y1)
+        self.push_corner(s, b, 2, 0, x + x2)
+        self.push_corner(s, b, 2, 1, y + y2)
+        self.push_opposite(s, b, y)

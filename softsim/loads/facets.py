@@ -77,6 +77,46 @@ class RevolvedFacets:
 
 
 @ti.data_oriented
+class RingFacets:
+    """Edges of a section with the nodes opposite their ends (k, 4), over `geometry.sector` of the
+    ring: parts of frusta whose radii are half the diameters. See elements/geometry.py.
+    """
+
+    corners = 4
+
+    def __init__(self, nodes: Nodes, facets: np.ndarray, geometry: Any) -> None:
+        self.nodes, self.count, self.corner_nodes = nodes, len(facets), facets
+        self.sector = real_field(np.array([geometry.sector]))
+        self.node = index_field(facets)
+
+    @ti.func
+    def frustum(self, s, i):
+        """Length along the axis, side (1 upper strip, -1 lower one), radii of the ends."""
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        across_a = 0.5 * (a[1] - self.nodes.position[s, self.node[i, 2]][1])
+        across_b = 0.5 * (b[1] - self.nodes.position[s, self.node[i, 3]][1])
+        side = ti.math.sign(across_a + across_b)
+        return side * (b[0] - a[0]), side, side * across_a, side * across_b
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces of a pressure of 1 Pa on facet i [m^2]: the gradient of `volume`."""
+        rise, side, a, b = self.frustum(s, i)
+        part = self.sector[0] / 12.0
+        square = part * 2.0 * side * (a * a + a * b + b * b)
+        first = part * side * rise * (2.0 * a + b)
+        second = part * side * rise * (a + 2.0 * b)
+        return ti.Matrix([[-square, first], [square, second], [0.0, -first], [0.0, -second]])
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3], down to the axis."""
+        rise, _side, a, b = self.frustum(s, i)
+        return self.sector[0] / 6.0 * rise * (a * a + a * b + b * b)
+
+
+@ti.data_oriented
 class TriangleFacets:
     """Triangles (k, 3) in space, outward normal of the material by the right-hand rule."""
 

@@ -20,7 +20,7 @@ from softsim.scene.quantities import (
     written,
 )
 
-Formulation = Literal["plane_strain", "axisymmetric", "solid"]
+Formulation = Literal["plane_strain", "axisymmetric", "ring_section", "solid"]
 Freedom = Literal["x", "y", "z", "rotation", "rotation_x", "rotation_y", "rotation_z"]
 
 
@@ -29,11 +29,25 @@ class Body(Part):
 
     mesh: MeshSource = Field(description="From a generator, or from a file.")
     formulation: Formulation = Field(
-        description="Kinematics of the elements: plane_strain and axisymmetric (x is the radius, y "
-        "the axis) take triangles, solid takes tetrahedra."
+        description="Kinematics of the elements: plane_strain, axisymmetric (x is the radius, y "
+        "the axis) and ring_section (x is the axis; two strips, opposite sides of the same rings) "
+        "take triangles, solid takes tetrahedra."
     )
     thickness: PositiveLength | None = Field(
-        default=None, validate_default=True, description="Depth of a plane_strain model."
+        default=None,
+        validate_default=True,
+        description="Depth of a plane_strain model; in a ring_section of what does not go around.",
+    )
+    sector: Angle | None = Field(
+        default=None,
+        validate_default=True,
+        gt=0.0,
+        description="Part of the circumference that each strip of a ring_section stands for.",
+    )
+    rings: Text | None = Field(
+        default=None,
+        validate_default=True,
+        description="Cell set of a ring_section that goes around the axis.",
     )
     material: Text = Field(description="A name of the scene's materials or of the library.")
     position: Point = Field(default=ORIGIN, description="Where the mesh's origin is placed.")
@@ -45,13 +59,15 @@ class Body(Part):
         default=(), description="Its node sets held in place, in every direction."
     )
 
-    @field_validator("thickness")
+    @field_validator("thickness", "sector", "rings")
     @classmethod
-    def _only_a_section_is_thick(cls, value: float | None, info: ValidationInfo) -> float | None:
+    def _given_where_it_means_something(cls, value: Any, info: ValidationInfo) -> Any:
         formulation = info.data.get("formulation")
-        if formulation == "plane_strain" and value is None:
-            raise ValueError("a plane_strain body needs a thickness")
-        if formulation in ("axisymmetric", "solid") and value is not None:
+        meant = {"thickness": ("plane_strain", "ring_section")}
+        having = meant.get(info.field_name or "", ("ring_section",))
+        if formulation in having and value is None:
+            raise ValueError(f"a {formulation} body needs a {info.field_name}")
+        if formulation not in (*having, None) and value is not None:
             raise ValueError(f"has no meaning for a body that is {formulation}: leave it out")
         return value
 

@@ -21,12 +21,13 @@ class ElementStiffness:
 
     volume_gradient (corners, d, m) [m^2]: d(a corner's share of the present volume)/dx of a corner.
     shape_stiffness (corners, corners, m) [N/m]: between corners, the same for every component.
-    hoop_stiffness (m,) [N/m]: more of it along x, the same between all corners.
+    hoop_stiffness (m,) [N/m]: more of it along component `radial`, the same between all corners.
     """
 
     volume_gradient: np.ndarray
     shape_stiffness: np.ndarray
     hoop_stiffness: np.ndarray
+    radial: int
 
     def energies(self, u: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Twice the energy (m,) [J] of corners displaced by u (d, corners, m) [m]; pressure
@@ -34,7 +35,8 @@ class ElementStiffness:
         """
         dilation = np.einsum("aim,iam->m", self.volume_gradient, u)
         shape = np.einsum("abm,iam,ibm->m", self.shape_stiffness, u, u)
-        return dilation * pressure.sum(axis=0) + shape + self.hoop_stiffness * u[0].sum(axis=0) ** 2
+        hoop = self.hoop_stiffness * u[self.radial].sum(axis=0) ** 2
+        return dilation * pressure.sum(axis=0) + shape + hoop
 
 
 class BodyStiffness:
@@ -51,6 +53,7 @@ class BodyStiffness:
         self.gradients = np.ascontiguousarray(
             shape_gradients(body.points, body.cells).transpose(1, 2, 0)
         )
+        self.radial = body.geometry.radial
         self.hoop_gradient = body.geometry.hoop_gradient(body.points, body.cells)
         share = self.volumes[:, None] / self.corners
         self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
@@ -62,7 +65,8 @@ class BodyStiffness:
     def at(self, x: np.ndarray) -> ElementStiffness:
         """With the body's nodes at x (n, d) [m]."""
         batches = [slice(k, min(k + BATCH, self.count)) for k in range(0, self.count, BATCH)]
-        F = [self.deformation(x, batch) for batch in batches]
+        hoop_stretch = self.body.geometry.hoop_stretch(self.body.points, self.body.cells, x)
+        F = [self.deformation(x, hoop_stretch, batch) for batch in batches]
         J = np.concatenate([(f[0] * cofactors(f)[0]).sum(axis=0) for f in F])
         present = np.bincount(
             self.cells.ravel(),
@@ -75,17 +79,17 @@ class BodyStiffness:
             self.stiffness(f, J[batch], pressure[batch], batch)
             for f, batch in zip(F, batches, strict=True)
         ]
-        return ElementStiffness(*(np.concatenate(p, axis=-1) for p in zip(*parts, strict=True)))
+        gradient, shape, hoop = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+        return ElementStiffness(gradient, shape, hoop, self.radial)
 
-    def deformation(self, x: np.ndarray, batch: slice) -> np.ndarray:
-        """F (3, 3, batch) with the body's nodes at x (n, d) [m]."""
+    def deformation(self, x: np.ndarray, hoop_stretch: np.ndarray, batch: slice) -> np.ndarray:
+        """F (3, 3, batch) with the body's nodes at x (n, d) [m]; hoop_stretch (m,): of sections."""
         d, cells = x.shape[1], self.cells[:, batch]
         corners = np.ascontiguousarray(x.T)[:, cells]
         F = np.zeros((3, 3, cells.shape[1]))
         F[:d, :d] = (corners[:, :, None] * self.gradients[:, :, batch]).sum(axis=1)
         if d == 2:
-            moved = corners[0].sum(axis=0) - self.body.points.T[0, cells].sum(axis=0)
-            F[2, 2] = 1.0 + self.hoop_gradient[batch] * moved
+            F[2, 2] = hoop_stretch[batch]
         return F
 
     def stiffness(
@@ -106,7 +110,7 @@ class BodyStiffness:
 
         share = J * volumes / self.corners
         volume_gradient = share * present
-        volume_gradient[:, 0] += share * hoop
+        volume_gradient[:, self.radial] += share * hoop
         return (
             volume_gradient,
             gram(gradients, material) + gram(present, spatial),

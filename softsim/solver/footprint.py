@@ -8,15 +8,19 @@ bodies, tables), and the padding of the last lane vector.
 
 from dataclasses import dataclass
 
-from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, Solid
+from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import DeviceError
 from softsim.machine import Place
 from softsim.model import ContactData, Model
 
 REAL, INTEGER = 8, 4  # bytes
 # Components stored of the edges (with the hoop stretch) and of a tensor, by the kind of element.
-EDGE_COMPONENTS: dict[type[Geometry], int] = {PlaneStrain: 4, Axisymmetric: 5, Solid: 9}
-SYMMETRIC_COMPONENTS: dict[type[Geometry], int] = {PlaneStrain: 4, Axisymmetric: 4, Solid: 6}
+EDGE_COMPONENTS: dict[type[Geometry], int] = {
+    PlaneStrain: 4, Axisymmetric: 5, RingSection: 5, Solid: 9,
+}  # fmt: skip
+SYMMETRIC_COMPONENTS: dict[type[Geometry], int] = {
+    PlaneStrain: 4, Axisymmetric: 4, RingSection: 4, Solid: 6,
+}  # fmt: skip
 # What a process takes beside its fields: bytes, and bytes an element. CPU: Python, Taichi and
 # compiled kernels; working arrays of the start, the guards and frames (both measured, the second at
 # 208,000 triangles). CUDA: a context of some 0.5 GB and Taichi's own pool of 1 GiB (its

@@ -118,7 +118,7 @@ class ModelStiffness:
         G = np.stack([self.pair_sums(np.broadcast_to(gradient[:, i], per_pair)) for i in range(d)])
         K = np.repeat(self.pair_sums(shape)[None], d, axis=0)
         if hoop.any():
-            K[0] += self.pair_sums(np.broadcast_to(hoop, shape.shape))
+            K[elements[0].radial] += self.pair_sums(np.broadcast_to(hoop, shape.shape))
         G_values = G.T.ravel() * self.compression_scale
         return ScaledStiffness(
             with_values(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),

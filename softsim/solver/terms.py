@@ -16,9 +16,10 @@ from softsim.contact.walls import RoundPipes, StraightWalls
 from softsim.elements import geometry
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.ring_section import RingSection
 from softsim.elements.tetrahedra import Tetrahedra
 from softsim.loads.chamber import SOURCES
-from softsim.loads.facets import PlaneFacets, RevolvedFacets, TriangleFacets
+from softsim.loads.facets import PlaneFacets, RevolvedFacets, RingFacets, TriangleFacets
 from softsim.loads.nodal import NodalForce
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.loads.pressure import OPEN, FollowerPressure
@@ -33,11 +34,13 @@ from softsim.rigid.outline import Ball, Cylinder
 ELEMENTS = {
     geometry.PlaneStrain: PlaneStrain,
     geometry.Axisymmetric: Axisymmetric,
+    geometry.RingSection: RingSection,
     geometry.Solid: Tetrahedra,
 }
 FACETS: dict[type, Any] = {
     geometry.PlaneStrain: PlaneFacets,
     geometry.Axisymmetric: RevolvedFacets,
+    geometry.RingSection: RingFacets,
     geometry.Solid: TriangleFacets,
 }
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
