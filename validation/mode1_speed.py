@@ -53,7 +53,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     names = [label(f) for f in FREQUENCIES]
     before = above(float(found[:-1].max()) - float(found[-1]), 0.0, "mm/s faster than at 192 Hz")
     yield row(NAME, "there is a best frequency below 192 Hz", "faster there", before, behind)
-    best = highest_at(names, found, label(BEST), "mm/s")
+    best = highest_at(names, found, [label(BEST)], "mm/s")
     yield row(NAME, "fastest at 64 Hz", "64 Hz", best, behind)
     at_best = above(float(found.max()), 0.0, "mm/s")
     yield row(NAME, "forward at its best frequency", "above 0 mm/s", at_best, behind)

@@ -117,15 +117,16 @@ def falls(values: Numbers, unit: str = "") -> Finding:
     return _unless(all(after < before for before, after in pairwise(known)), values, unit)
 
 
-def highest_at(names: Sequence[str], values: Numbers, wanted: str, unit: str = "") -> Finding:
-    """The largest value is the one named `wanted`; a known larger one disagrees, though others be
-    missing.
+def highest_at(
+    names: Sequence[str], values: Numbers, wanted: Sequence[str], unit: str = ""
+) -> Finding:
+    """The largest value is one of those named in `wanted`; a known larger one disagrees, though
+    others be missing.
     """
-    largest = max((float(value) for value in values if not math.isnan(value)), default=math.nan)
-    at_wanted = float(values[list(names).index(wanted)])
-    holds = math.isnan(at_wanted) or at_wanted >= largest
-    best = [name for name, value in zip(names, values, strict=True) if value == largest]
-    computed = f"{best[0]}, {shown(largest, unit)}" if best else MISSING
+    known = {name: float(v) for name, v in zip(names, values, strict=True) if not math.isnan(v)}
+    best = max(known, key=lambda name: known[name], default="")
+    holds = best in wanted or not all(name in known for name in wanted)
+    computed = f"{best}, {shown(known[best], unit)}" if best else MISSING
     return Finding(computed, _unless(holds, values, unit).verdict)
 
 
