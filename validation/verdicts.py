@@ -117,6 +117,15 @@ def falls(values: Numbers, unit: str = "") -> Finding:
     return _unless(all(after < before for before, after in pairwise(known)), values, unit)
 
 
+def some_above(values: Numbers, limit: float, unit: str = "") -> Finding:
+    """At least one value > limit; a known one agrees, though others be missing."""
+    known = [float(value) for value in values if not math.isnan(value)]
+    if not known or math.isnan(limit):
+        return Finding(MISSING, UNKNOWN)
+    found = shown(max(known), unit)
+    return Finding(found, AGREES) if max(known) > limit else judged(False, found, *values)
+
+
 def highest_at(
     names: Sequence[str], values: Numbers, wanted: Sequence[str], unit: str = ""
 ) -> Finding:
