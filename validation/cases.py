@@ -115,6 +115,7 @@ def run_cases(
     """
     distinct = {case.key: case for case in cases}
     missing = [case for case in distinct.values() if not _is_done(_folder(case, out))]
+    console.print(f"{len(distinct)} cases, {len(distinct) - len(missing)} of them stored")
     if missing:
         # The longest first: at the end no long one is left alone on one core.
         missing.sort(key=lambda case: -case.simulated_time)

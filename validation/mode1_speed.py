@@ -15,6 +15,7 @@ from validation.command import command
 from validation.digitised import Points, deviation
 from validation.motion import MILLI, speed_after
 from validation.script import Script
+from validation.thesis import FREQUENCIES as NAMED
 from validation.verdicts import Row, below, highest_at, row, shown, some_above
 
 NAME = "mode1_speed"
@@ -55,7 +56,11 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     reference = f"faster than at 192 Hz, {shown(float(found[-1]), 'mm/s')}"
     yield row(NAME, "there is a best frequency below 192 Hz", reference, before, behind)
     best = highest_at(names, found, [label(BEST)], "mm/s")
-    yield row(NAME, "fastest at 64 Hz", "64 Hz", best, behind)
+    yield row(NAME, "fastest at 64 Hz, of all frequencies here", "64 Hz", best, behind)
+    of_named = [FREQUENCIES.index(f) for f in NAMED]
+    best = highest_at([names[k] for k in of_named], found[of_named], [label(BEST)], "mm/s")
+    claim = f"fastest at 64 Hz, of the thesis's {', '.join(map(str, NAMED))} Hz"
+    yield row(NAME, claim, "64 Hz", best, [outcomes[names[k]] for k in of_named])
     at_best = some_above(found, 0.0, "mm/s")
     yield row(NAME, "forward at its best frequency", "above 0 mm/s", at_best, behind)
     last = below(abs(float(found[-1])), SLOW, "mm/s")
