@@ -152,8 +152,14 @@ def _run_processes(cases: list[Case], out: Path, workers: int, progress: CasePro
                 case = running.pop(process)
                 folder = _folder(case, out)
                 if process.exitcode != 0 and not (folder / FAILURE).is_file():
-                    _write_failure(folder, f"its process ended with code {process.exitcode}")
+                    _write_failure(folder, _unexpected_end(process.exitcode))
                 progress.finished(case.name, case.simulated_time, _failure(folder))
+
+
+def _unexpected_end(code: int | None) -> str:
+    if code == Interrupted.exit_code:
+        return "stopped by a signal from outside; the same command goes on with it"
+    return f"its process ended with code {code}"
 
 
 def _stop(running: Iterable[BaseProcess]) -> None:

@@ -13,9 +13,8 @@ NAN = float("nan")
 MILLI = 1e3
 History = Mapping[str, np.ndarray]
 
-WINDOW = 0.1  # s over which a speed is taken: six periods of the slowest vibration and more
-MOVING = 0.2  # share of the highest of these speeds above which it counts as moving
-LEAST = 1e-4  # m, a fall that brings less has no motion, and none of its pressures
+BEGUN, ARRIVED = 0.05, 0.95  # shares of the way between which it counts as moving
+LEAST = 1e-3  # m, a fifth of a spike: less is the spikes' recoil, no motion
 
 
 @dataclass(frozen=True)
@@ -45,40 +44,40 @@ class Fall:
         """Over the whole cycle [m/s]."""
         return float((self.x[-1] - self.x[0]) / (self.time[-1] - self.time[0]))
 
-    def _moving(self) -> np.ndarray:
-        """Times [s] at the start of windows in which it moves, in order."""
-        t = self.time[self.began :]
-        ahead = np.interp(t + WINDOW, self.time, self.x) - self.x[self.began :]
-        if self.displacement < LEAST:
-            return np.zeros(0)
-        return t[ahead > MOVING * ahead.max()]
-
-    @property
-    def onset_time(self) -> float:
-        """When motion begins [s]."""
-        moving = self._moving()
-        return float(moving[0]) if len(moving) else NAN
+    def displacement_above(self, pressure: float) -> float:
+        """From the begin of the fall until it reaches `pressure` [Pa], or its end [m]."""
+        reached = np.flatnonzero(self.pressure[self.began :] <= pressure)
+        end = self.began + int(reached[0]) if len(reached) else -1
+        return float(self.x[end] - self.x[self.began])
 
     @property
     def onset_pressure(self) -> float:
-        """P_M3^B as found [Pa]: where motion begins."""
-        return self._pressure_at(self.onset_time)
+        """P_M3^B as found [Pa]: where motion begins; NaN without motion."""
+        onset = self._passed(BEGUN)
+        return NAN if onset is None else float(self.pressure[onset])
 
     @property
     def end_pressure(self) -> float:
-        """P_M3^S as found [Pa]: where motion ends."""
-        moving = self._moving()
-        return self._pressure_at(float(moving[-1]) + WINDOW) if len(moving) else NAN
+        """P_M3^S as found [Pa]: where motion has ended; NaN without motion."""
+        end = self._passed(ARRIVED)
+        return NAN if end is None else float(self.pressure[end])
 
     @property
     def standstill(self) -> float:
-        """Displacement [m] from the highest pressure to the onset of motion."""
-        if np.isnan(self.onset_time):
-            return NAN
-        return float(np.interp(self.onset_time, self.time, self.x) - self.x[self.began])
+        """Displacement [m] from the highest pressure to the onset; NaN without motion."""
+        onset = self._passed(BEGUN)
+        return NAN if onset is None else float(self.x[onset] - self.x[self.began])
 
-    def _pressure_at(self, time: float) -> float:
-        return float(np.interp(time, self.time, self.pressure))
+    def _passed(self, share: float) -> int | None:
+        """The row at which so much of the way forward is made, from where the recoil ended."""
+        x = self.x[self.began :]
+        farthest = int(np.argmax(x - np.minimum.accumulate(x)))
+        lowest = int(np.argmin(x[: farthest + 1]))
+        way = x[farthest] - x[lowest]
+        if way < x[0] - x[lowest] + LEAST:
+            return None
+        made = x[lowest : farthest + 1] - x[lowest] >= share * way
+        return self.began + lowest + int(np.argmax(made))
 
 
 def falls(history: History) -> list[Fall]:
@@ -100,8 +99,9 @@ def falls(history: History) -> list[Fall]:
 
 
 def displacement_while_falling(history: History) -> float:
-    """Mean over the falls [m]."""
-    return float(np.mean([fall.displacement for fall in falls(history)] or [NAN]))
+    """Mean over the falls [m]; NaN where there is none."""
+    found = [fall.displacement for fall in falls(history)]
+    return float(np.mean(found)) if found else NAN
 
 
 def speed_after(history: History, share: float) -> float:

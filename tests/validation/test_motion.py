@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from validation.motion import WINDOW, displacement_while_falling, falls, speed_after
+from validation.motion import displacement_while_falling, falls, speed_after
 
 RISE, HOLD, FALL = 0.5, 0.2, 10.0  # s
 HIGHEST, LOWEST = 23e3, 13e3  # Pa: the pressure falls by 1 kPa/s
@@ -29,16 +29,29 @@ def test_onset_and_end_are_where_it_moves():
     (fall,) = falls(history(4.0, 8.0))
     assert fall.displacement == pytest.approx(4.0 * SPEED)
     assert fall.before == pytest.approx(0.0, abs=1e-12)
-    # A window that reaches 20 % into the motion counts: at most one window off, 1 kPa/s x 0.1 s.
-    assert fall.onset_pressure == pytest.approx(HIGHEST - 4e3, abs=1e3 * WINDOW)
-    assert fall.end_pressure == pytest.approx(HIGHEST - 8e3, abs=1e3 * WINDOW)
-    assert fall.standstill == pytest.approx(0.0, abs=0.2 * WINDOW * SPEED)
+    # 5 and 95 % of the 4 s way, 1 kPa/s, sampled every 2 ms.
+    assert fall.onset_pressure == pytest.approx(HIGHEST - 4.2e3, abs=2.1)
+    assert fall.end_pressure == pytest.approx(HIGHEST - 7.8e3, abs=2.1)
+    assert fall.standstill == pytest.approx(0.05 * 4.0 * SPEED, abs=2.1e-3 * SPEED)
+    assert fall.displacement_above(HIGHEST - 6e3) == pytest.approx(2.0 * SPEED, abs=2.1e-3 * SPEED)
+    assert fall.displacement_above(LOWEST - 1e3) == fall.displacement
     assert fall.mean_speed == pytest.approx(4.0 * SPEED / (RISE + HOLD + FALL))
 
 
 def test_without_motion_there_is_no_onset():
-    (fall,) = falls(history(4.0, 4.04))  # 80 um
+    (fall,) = falls(history(4.0, 4.4))  # 0.8 mm
     assert np.isnan([fall.onset_pressure, fall.end_pressure, fall.standstill]).all()
+
+
+def test_recoil_is_no_motion():
+    drawn_back = history(4.0, 8.0)
+    drawn_back["frame_x"] = -0.2 * drawn_back["frame_x"]
+    (fall,) = falls(drawn_back)
+    assert np.isnan(fall.onset_pressure)
+    sprung = history(4.0, 8.0)
+    sprung["frame_x"] -= 0.01 * (np.arange(len(sprung["time"])) > 400)  # m; the fall begins at 350
+    (fall,) = falls(sprung)
+    assert np.isnan(fall.onset_pressure)  # 8 mm forward do not make up for 10 mm back
 
 
 def test_each_cycle_is_one():
