@@ -62,7 +62,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         behind = [outcomes[label(pipe, rate)] for rate in RATES]
         best = highest_at(names, found[pipe], wanted, "mm")
         claim = f"farthest a cycle at about {BEST_RATE:g} kPa/s; {pipe} mm pipe"
-        yield row(NAME, claim, " or ".join(wanted), best, behind)
+        yield row(NAME, claim, f"at {_rates(ABOUT_BEST)}", best, behind)
         beyond = falls(found[pipe][-len(BEYOND_BEST) :], "mm")
         claim = f"less the faster it deflates, {_rates(BEYOND_BEST)}; {pipe} mm pipe"
         yield row(NAME, claim, "falls", beyond, behind)

@@ -31,7 +31,7 @@ from validation.thesis import (
     LOWEST_SPREAD,
     PIPES,
 )
-from validation.verdicts import Row, above, at_most_share, below, rises, row, shown, within
+from validation.verdicts import Row, at_most_share, below, more_than, rises, row, within
 
 NAME = "displacement"
 RATE = 3.0  # kPa/s, average from HIGHEST to P_M3^S of the 36 mm pipe
@@ -91,11 +91,10 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         claim = f"64 Hz barely moves; {pipe} mm pipe"
         yield row(NAME, claim, f"below {100 * HARDLY:g} % of 192 Hz", hardly, behind)
     for pipe in (36, 41):
-        more = above(float(found[pipe][-1]), float(found[30][-1]), "mm")
+        more = more_than(float(found[pipe][-1]), float(found[30][-1]), "mm")
         behind = [outcomes[label(p, BEST_FREQUENCY)] for p in (30, pipe)]
-        reference = f"more than {shown(float(found[30][-1]), 'mm')}"
         claim = f"the {pipe} mm pipe gives more than the 30 mm pipe at 192 Hz"
-        yield row(NAME, claim, reference, more, behind)
+        yield row(NAME, claim, "more", more, behind)
     if points is not None:
         computed = [
             found[int(pipe)][FREQUENCIES.index(int(f))] if _is_known(pipe, f) else NAN

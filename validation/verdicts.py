@@ -95,6 +95,11 @@ def above(value: float, limit: float, unit: str = "") -> Finding:
     return judged(value > limit, shown(value, unit), value, limit)
 
 
+def more_than(value: float, other: float, unit: str = "") -> Finding:
+    """value > other, both computed."""
+    return judged(value > other, f"{shown(value, unit)} against {shown(other, unit)}", value, other)
+
+
 def at_most_share(value: float, of: float, share: float) -> Finding:
     """|value| is less than `share` of a positive `of`; shown in per cent of it."""
     if not of > 0.0 and not math.isnan(of):
