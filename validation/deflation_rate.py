@@ -102,6 +102,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Displacement over rate, a curve a pipe."""
     with drawing(path, 3.2) as figure:
         axes = figure.subplots()
+        axes.axhline(0.0, color=QUIET, linewidth=0.7)
         axes.axvline(BEST_RATE, color=QUIET, linewidth=0.8, linestyle="--", label="thesis: best")
         axes.axvline(STOP_RATE, color=QUIET, linewidth=0.8, linestyle=":", label="thesis: stops")
         for pipe, look in LOOKS.items():

@@ -133,6 +133,25 @@ def motion_rows(outcomes: Outcomes, pipe: int) -> Iterator[Row]:
     yield row(NAME, f"motion stops at P_M3^S; {where}", reference, stop, [outcome])
 
 
+def remarks(outcomes: Outcomes) -> Iterator[str]:
+    """What happens below P_M3^S, where the thesis's robot has stopped."""
+    beyond = {}
+    for pipe in PIPES:
+        for f in FREQUENCIES:
+            cycles = falls(outcomes[label(pipe, f)].history)
+            if cycles:
+                fall = cycles[-1]
+                on = fall.displacement - fall.displacement_above(1e3 * LOWEST[pipe])
+                beyond[label(pipe, f)] = f"{MILLI * on:.1f} mm"
+    if beyond:
+        yield (
+            f"Displacement from P_M3^S of the pipe down to {END:g} kPa, where the thesis's robot "
+            "has lost the wall and stands: "
+            + "; ".join(f"{name}: {text}" for name, text in beyond.items())
+            + ". It is not part of the displacements above."
+        )
+
+
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Position and pressure over time, a column a pipe, as the thesis's figure."""
     with drawing(path, 4.0) as figure:
@@ -147,6 +166,10 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             lower[column].axhline(LOWEST[pipe], color=QUIET, linewidth=0.8, linestyle="--")
             upper[column].set_title(f"{pipe} mm pipe")
             lower[column].set_xlabel("time [s]")
+        lower[0].annotate(
+            "P_M3^S", (1.0, LOWEST[PIPES[0]]), xycoords=("axes fraction", "data"), xytext=(0, 2),
+            textcoords="offset points", ha="right", fontsize=8, color=QUIET,
+        )  # fmt: skip
         if points is not None:
             _draw_points(upper, points)
         upper[0].set_ylabel("displacement [mm]")
@@ -183,6 +206,7 @@ SCRIPT = Script(
     rows=rows,
     draw=draw,
     columns=("pipe_mm", "frequency_Hz", "displacement_mm"),
+    remarks=remarks,
 )
 
 if __name__ == "__main__":

@@ -110,7 +110,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             axes.axvspan(
                 STEPPING[0], STEPPING[-1], color=WALL, zorder=0, label="thesis: steps here"
             )
-            axes.set_xlabel("deflation rate [kPa/s]")
+            axes.set(xlabel="deflation rate [kPa/s]", xlim=(0.0, 16.0))
         left.plot(RATES, steps(outcomes), color=BLUE, marker="o", label="simulation")
         right.plot(RATES, speeds(outcomes), color=BLUE, marker="o", label="simulation")
         right.plot(
@@ -124,7 +124,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             )  # fmt: skip
         left.set_ylabel("displacement of a cycle [mm]")
         right.set_ylabel("mean speed [mm/s]")
-        right.legend()
+        right.legend(loc="best")
 
 
 SCRIPT = Script(
