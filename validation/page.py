@@ -18,6 +18,7 @@ from validation.script import Script
 from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
 
 TEMPLATE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+PLURAL = {AGREES: "agree", DISAGREES: "disagree", UNKNOWN: UNKNOWN}
 CLASSES = {AGREES: "agrees", DISAGREES: "disagrees", UNKNOWN: "unknown"}
 COLOURS = {AGREES: "green", DISAGREES: "red", UNKNOWN: "dim"}
 
@@ -74,7 +75,7 @@ def show(console: Console, sections: Sequence[Section]) -> None:
 
 def counted(rows: Sequence[Row]) -> str:
     """The counts as a sentence."""
-    parts = [f"{number} {verdict}" for verdict, number in counts(rows).items()]
+    parts = [f"{number} {PLURAL[verdict]}" for verdict, number in counts(rows).items()]
     return f"{len(rows)} claims: {', '.join(parts)}."
 
 
@@ -106,20 +107,26 @@ def write_json(path: Path, everything: dict[str, Any]) -> None:
 
 def write_html(path: Path, sections: Sequence[Section], everything: dict[str, Any]) -> None:
     """A page that needs no other file: figures are inside."""
-    about = "; ".join(
-        f"{key.replace('_', ' ')} {value}"
+    facts = [
+        _fact(key, value)
         for key, value in everything.items()
         if isinstance(value, str | int | float)
-    )
+    ]
     headings = ("name", "value", "where", "fitted_on")
     constants = [[entry[key] for key in headings] for entry in everything["constants"]]
     page = TEMPLATE.substitute(
         counts=escape(counted(all_rows(sections))),
-        about=escape(about),
+        about=escape("; ".join(facts)),
         sections="\n".join(_section(section) for section in sections),
         constants=_table(("constant", "value", "written in", "fitted on"), map(_cells, constants)),
     )
     path.write_text(page, encoding="utf-8")
+
+
+def _fact(key: str, value: Any) -> str:
+    """ "total_time_s", 12.5 as "total time 12.5 s"."""
+    name, unit = (key[:-2], " s") if key.endswith("_s") else (key, "")
+    return f"{name.replace('_', ' ')} {value}{unit}"
 
 
 def _section(section: Section) -> str:

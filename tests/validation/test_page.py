@@ -51,7 +51,7 @@ def test_html_holds_text_as_text_and_the_figure(sections, tmp_path):
     assert "<b>" not in text and "&lt;b&gt;p &amp; q" in text
     assert all(f">{verdict}</td>" in text for verdict in VERDICTS)
     assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
-    assert "statements only" in text and "1 disagrees" in text
+    assert "statements only" in text and "1 disagree," in text and "total time 1.5 s" in text
 
 
 def test_console_shows_text_as_text(sections):
@@ -59,4 +59,4 @@ def test_console_shows_text_as_text(sections):
     page.show(console, sections)
     shown = console.file.getvalue()
     assert shown.count("[red]x[/]") == 2 * len(VERDICTS) + 1
-    assert "3 claims: 1 agrees, 1 disagrees, 1 cannot be told." in shown
+    assert "3 claims: 1 agree, 1 disagree, 1 cannot be told." in shown
