@@ -142,6 +142,8 @@ def _run_processes(cases: list[Case], out: Path, workers: int, progress: CasePro
             while waiting and len(running) < workers:
                 case = waiting.pop(0)
                 folder = _folder(case, out)
+                folder.mkdir(parents=True, exist_ok=True)
+                (folder / FAILURE).unlink(missing_ok=True)
                 process: BaseProcess = spawn.Process(
                     target=_run, args=(case.scene, case.overrides, folder), name=case.name
                 )
@@ -151,7 +153,7 @@ def _run_processes(cases: list[Case], out: Path, workers: int, progress: CasePro
             for process in [p for p in running if p.exitcode is not None]:
                 case = running.pop(process)
                 folder = _folder(case, out)
-                if process.exitcode != 0 and not (folder / FAILURE).is_file():
+                if not _is_done(folder) and not (folder / FAILURE).is_file():
                     _write_failure(folder, _unexpected_end(process.exitcode))
                 progress.finished(case.name, case.simulated_time, _failure(folder))
 
@@ -175,9 +177,7 @@ def _run(scene: str, overrides: tuple[str, ...], folder: Path) -> None:
     """Run a case in this process; a failure becomes text beside what was computed."""
     from softsim.run import run  # Taichi is imported in the processes only
 
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / FAILURE).unlink(missing_ok=True)
-    resume = (folder / CHECKPOINT).is_file() and not _is_done(folder)
+    resume = (folder / CHECKPOINT).is_file()
     silent = Console(file=io.StringIO())
     try:
         run(
@@ -208,10 +208,9 @@ def _is_done(folder: Path) -> bool:
 
 
 def _failure(folder: Path) -> str:
-    path = folder / FAILURE
-    return path.read_text(encoding="utf-8") if path.is_file() else ""
+    """Why the run is not done; nothing where it is, though it missed what its scene expects."""
+    return "" if _is_done(folder) else (folder / FAILURE).read_text(encoding="utf-8")
 
 
 def _write_failure(folder: Path, reason: str) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
     (folder / FAILURE).write_text(reason, encoding="utf-8")

@@ -47,6 +47,7 @@ def test_a_stored_case_is_not_run_again(block, tmp_path, monkeypatch):
     folder = tmp_path / "out" / "cases" / case.key
     folder.mkdir(parents=True)
     (folder / "summary.json").write_text(json.dumps({"status": "done", "mean_speed": None}))
+    (folder / "failure.txt").write_text("it is done, outside what its scene expects")
     (folder / "history.csv").write_text("time,frame_x\ns,m\n0.0,1.0\n")
     monkeypatch.setattr(cases_module, "_run_processes", lambda *_: pytest.fail("it ran"))
     found = run_cases([case], tmp_path / "out", 1, quiet())[case.key]
