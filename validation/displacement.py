@@ -167,7 +167,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             upper[column].set_title(f"{pipe} mm pipe")
             lower[column].set_xlabel("time [s]")
         lower[0].annotate(
-            "P_M3^S", (0.3, LOWEST[PIPES[0]]), xycoords=("axes fraction", "data"), xytext=(0, -2),
+            "P_M3^S", (0.12, LOWEST[PIPES[0]]), xycoords=("axes fraction", "data"), xytext=(0, -2),
             textcoords="offset points", va="top", fontsize=8, color=QUIET,
         )  # fmt: skip
         if points is not None:
