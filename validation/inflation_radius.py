@@ -1,39 +1,36 @@
 """Fig 4.9 of the thesis: pressure against the outer radius of the PFR's skin.
 
-    python validation/inflation_radius.py [--solid] [--digitised FILE.csv] [--out DIR] [--json FILE]
-
 Runs the skin as a half section, without spikes (as the thesis's ABAQUS model; also nearly
 incompressible, as the membrane is, and with constants fitted to a tensile test), with rows of
-spikes as rings of equivalent stiffness, and with --solid in space with its 70 spikes. All are
-driven by volume, so the curves go on where the pressure falls.
+spikes as rings of equivalent stiffness, and in space with its 70 spikes (not in the quick subset).
+All are driven by volume, so the curves go on where the pressure falls.
 
-The numbers behind the figure are not available. The curves are held against an independent
-membrane solution, where its file is there (../shared/reference), and against what the thesis says
-in words. --digitised reads points of the figure: a CSV with a header and the columns pressure_kPa
-and outer_radius_mm, one row a point.
+The curves are held against an independent membrane solution, where its file is there
+(../shared/reference), and against what the thesis says in words. Digitised points: pressure_kPa,
+outer_radius_mm, one row a point.
 
 A claim agrees when computed and reference differ by less than 15 %, the spread between the
 thesis's own two values of P_M3^S (Fig 6.6 and Table 6.2).
 """
 
 import csv
-import json
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import typer
-from rich.console import Console
-from rich.table import Table
 from scipy.signal import find_peaks
 
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, SKY, drawing
-from softsim.run import run
+from validation.cases import THINNED, Case, Outcome, Outcomes
+from validation.command import command
+from validation.digitised import Points, deviation
+from validation.script import Script
+from validation.verdicts import Finding, Row, judged, row, shown, within
 
+NAME = "inflation_radius"
 ROOT = Path(__file__).resolve().parents[1]
-SCENES = ROOT / "scenes"
 MEMBRANE = ROOT.parent / "shared" / "reference" / "derived_pfr_membrane_inflation.csv"
 TOLERANCE = 0.15
 
@@ -43,6 +40,7 @@ SPIKED_DIAMETER = 27.0  # mm, OD_S
 TOUCH = {30.0: (9.0, 9.0), 36.0: (11.0, 12.0), 41.0: (12.5, 13.0)}
 GROWTH = 2.5  # times OD_S
 WORKING = (20.0, 26.0)  # kPa, at which the robot is said to fill 1 to 1.5 OD_S
+INCOMPRESSIBLE, DIGITISED = "membrane, incompressible", "thesis, digitised"
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class Curve:
     name: str
     outer_radius: np.ndarray
     pressure: np.ndarray
-    wall_time: float
+    outcome: Outcome | None = None
 
     def pressure_at(self, radius: float) -> float:
         """Pressure [kPa] at a radius [mm]; NaN beyond the curve."""
@@ -72,48 +70,47 @@ class Curve:
         three times the radius, where the law stiffens again, nothing counts.
         """
         pressure = self.pressure[self.outer_radius < 3.0 * self.outer_radius[0]]
+        if len(pressure) == 0:
+            return float("nan")
         largest = pressure.max()
         peaks, _ = find_peaks(pressure, height=0.5 * largest, prominence=0.002 * largest)
         return float(pressure[peaks[0]]) if len(peaks) else float("nan")
 
 
-@dataclass(frozen=True)
-class Row:
-    """One claim and what came of it."""
-
-    claim: str
-    reference: float | None
-    computed: float | None
-    unit: str
-    script: str = "inflation_radius"
-
-    @property
-    def ratio(self) -> float | None:
-        """Computed over reference."""
-        if self.reference is None or self.computed is None:
-            return None
-        if not np.isfinite(self.reference) or not np.isfinite(self.computed):
-            return None
-        return self.computed / self.reference
-
-    @property
-    def verdict(self) -> str:
-        """agrees, disagrees, cannot be told."""
-        if self.ratio is None:
-            return "cannot be told"
-        return "agrees" if abs(self.ratio - 1.0) < TOLERANCE else "disagrees"
+SMOOTH, STIFF, RINGED, MEASURED, SOLID = (
+    "skin", "skin, nearly incompressible", "skin with rings", "skin, measured constants",
+    "skin with 70 spikes in space",
+)  # fmt: skip
 
 
-def inflated(name: str, scene: str, out: Path, *overrides: str) -> Curve:
-    """Run a scene and read its curve."""
-    results = run(SCENES / scene, list(overrides), out=out / name.replace(" ", "_"))
-    history = results.history
-    return Curve(
-        name,
-        1e3 * history["outer_radius"],
-        1e-3 * history["pressure"],
-        results.summary["wall_time"],
-    )
+def cases(quick: bool) -> list[Case]:
+    """The skins; the one in space takes minutes."""
+    scene = "skin_inflation.yaml"
+    found = [
+        Case(SMOOTH, scene, THINNED),
+        Case(STIFF, scene, (
+            "materials={thesis: {law: yeoh, C10: 36 kPa, C20: 0.25 kPa, C30: 0.023 kPa, "
+            "density: 1070 kg/m^3, poisson_ratio: 0.4975}}", "bodies.skin.material=thesis",
+            "loads.air.profile={kind: smooth_step, value: 23 ml, duration: 0.16 s}",
+            "time.end=0.16 s", *THINNED,
+        )),
+        Case(MEASURED, scene, (
+            "bodies.skin.material=dragon_skin_10_measured",
+            "loads.air.profile={kind: smooth_step, value: 33 ml, duration: 0.2 s}",
+            "time.end=0.2 s", *THINNED,
+        )),
+        Case(RINGED, "skin_inflation_rings.yaml", THINNED),
+    ]  # fmt: skip
+    return found if quick else [*found, Case(SOLID, "skin_inflation_3d.yaml", THINNED)]
+
+
+def inflated(outcome: Outcome) -> Curve:
+    """The curve of a case; one point of NaN where it failed."""
+    if outcome.failure:
+        nothing = np.array([np.nan])
+        return Curve(outcome.name, nothing, nothing, outcome)
+    history = outcome.history
+    return Curve(outcome.name, 1e3 * history["outer_radius"], 1e-3 * history["pressure"], outcome)
 
 
 def membrane(length: float = 30.0) -> Curve | None:
@@ -124,66 +121,94 @@ def membrane(length: float = 30.0) -> Curve | None:
         rows = list(csv.DictReader(line for line in stream if not line.startswith(('"#', "#"))))
     chosen = [r for r in rows if r["material"] == "thesis_DS10" and float(r["L_mm"]) == length]
     return Curve(
-        "membrane, incompressible",
+        INCOMPRESSIBLE,
         np.array([float(r["r_outer_mm"]) for r in chosen]),
         np.array([float(r["P_kPa"]) for r in chosen]),
-        0.0,
     )
 
 
-def digitised(path: Path) -> Curve:
-    """Points of the thesis's figure."""
-    with path.open(encoding="utf-8") as stream:
-        rows = list(csv.DictReader(stream))
-    return Curve(
-        "thesis, digitised",
-        np.array([float(r["outer_radius_mm"]) for r in rows]),
-        np.array([float(r["pressure_kPa"]) for r in rows]),
-        0.0,
-    )
+def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
+    """Verdicts on the membrane, the statements, and the figure's points."""
+    reference = membrane()
+    for name in (STIFF, SMOOTH):
+        yield from against_membrane(inflated(outcomes[name]), reference)
+    for name in (SMOOTH, MEASURED, RINGED, SOLID):
+        yield from against_statements(inflated(outcomes[name]))
+    if points is not None:
+        yield against_points(inflated(outcomes[SMOOTH]), points)
 
 
 def against_membrane(curve: Curve, reference: Curve | None) -> Iterator[Row]:
     """Radii on the rising branch, and the limit point."""
     for pressure in (3.0, 6.0, 8.0):
-        known = None if reference is None else reference.radius_at(pressure)
+        known = float("nan") if reference is None else reference.radius_at(pressure)
         claim = f"membrane: outer radius at {pressure:g} kPa; {curve.name}"
-        yield Row(claim, known, curve.radius_at(pressure), "mm")
-    known = None if reference is None else reference.limit_pressure()
-    yield Row(f"membrane: limit pressure; {curve.name}", known, curve.limit_pressure(), "kPa")
+        yield compared(claim, known, curve.radius_at(pressure), "mm", curve)
+    known = float("nan") if reference is None else reference.limit_pressure()
+    claim = f"membrane: limit pressure; {curve.name}"
+    yield compared(claim, known, curve.limit_pressure(), "kPa", curve)
 
 
 def against_statements(curve: Curve) -> Iterator[Row]:
     """What the thesis says of pressures and sizes."""
     for pipe, values in TOUCH.items():
         radius = 0.5 * pipe - SPIKE_HEIGHT
-        yield Row(
-            f"thesis: P_M3^S, spikes reach the {pipe:g} mm pipe; {curve.name}",
-            float(np.mean(values)), curve.pressure_at(radius), "kPa",
-        )  # fmt: skip
+        claim = f"thesis: P_M3^S, spikes reach the {pipe:g} mm pipe; {curve.name}"
+        yield compared(claim, float(np.mean(values)), curve.pressure_at(radius), "kPa", curve)
     radius = 0.75 * SPIKED_DIAMETER - SPIKE_HEIGHT
-    yield Row(
-        f"thesis: 1.5 OD_S at {WORKING[0]:g} to {WORKING[1]:g} kPa; {curve.name}",
-        float(np.mean(WORKING)), curve.pressure_at(radius), "kPa",
-    )  # fmt: skip
+    claim = f"thesis: 1.5 OD_S at {WORKING[0]:g} to {WORKING[1]:g} kPa; {curve.name}"
+    yield compared(claim, float(np.mean(WORKING)), curve.pressure_at(radius), "kPa", curve)
     # A run that was not driven that far cannot tell.
     reached = 2.0 * (curve.outer_radius.max() + SPIKE_HEIGHT) / SPIKED_DIAMETER
+    grown = GROWTH if reached >= GROWTH else float("nan")
+    finding = judged(True, f"driven to {shown(reached, 'OD_S')}", grown)
     claim = f"thesis: the skin can grow to {GROWTH:g} OD_S; {curve.name}"
-    yield Row(claim, GROWTH, GROWTH if reached >= GROWTH else None, "OD_S")
+    yield row(NAME, claim, f"{GROWTH:g} OD_S", finding, _behind(curve))
 
 
-def against_points(curve: Curve, points: Curve) -> Iterator[Row]:
-    """Each digitised point."""
-    for radius, pressure in zip(points.outer_radius, points.pressure, strict=True):
-        claim = f"Fig 4.9: radius at {pressure:g} kPa; {curve.name}"
-        yield Row(claim, float(radius), curve.radius_at(float(pressure)), "mm")
+def compared(claim: str, reference: float, computed: float, unit: str, curve: Curve) -> Row:
+    """A number against another, with their ratio."""
+    verdict = within(computed, reference, TOLERANCE).verdict
+    ratio = computed / reference
+    text = shown(computed, unit) + ("" if np.isnan(ratio) else f", ratio {ratio:.2f}")
+    return row(NAME, claim, shown(reference, unit), Finding(text, verdict), _behind(curve))
 
 
-def draw(curves: list[Curve], path: Path) -> None:
+def against_points(curve: Curve, points: Points) -> Row:
+    """The radii at the digitised pressures."""
+    computed = np.array([curve.radius_at(float(pressure)) for pressure in points["pressure_kPa"]])
+    finding = deviation(computed, points["outer_radius_mm"], points["spread"], "mm")
+    return row(NAME, "Fig 4.9: radius over pressure", "digitised points", finding, _behind(curve))
+
+
+def remarks(outcomes: Outcomes) -> Iterable[str]:
+    """What cannot be reconciled."""
+    limit = inflated(outcomes[SMOOTH]).limit_pressure()
+    if np.isnan(limit):
+        return
+    yield (
+        "What cannot be reconciled: a silicone skin with these constants and this size carries at "
+        f"most {limit:.2f} kPa in free air. The thesis works at 20 to 26 kPa, "
+        f"{np.mean(WORKING) / limit:.1f} times as much, and sees the spikes leave the wall at 9 to "
+        "13 kPa."
+    )
+
+
+def _behind(curve: Curve) -> tuple[Outcome, ...]:
+    return () if curve.outcome is None else (curve.outcome,)
+
+
+def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """All curves, and the radii at which the spikes reach the pipes."""
+    computed = [inflated(outcome) for outcome in outcomes.values() if not outcome.failure]
+    curves, reference = list(computed), membrane()
+    if reference is not None:
+        curves.append(reference)
+    if points is not None:
+        curves.append(Curve(DIGITISED, points["outer_radius_mm"], points["pressure_kPa"]))
     looks: dict[str, dict[str, Any]] = {
-        "membrane, incompressible": {"linestyle": "--", "color": QUIET},
-        "thesis, digitised": {"linestyle": "none", "marker": "o", "color": INK},
+        INCOMPRESSIBLE: {"linestyle": "--", "color": QUIET},
+        DIGITISED: {"linestyle": "none", "marker": "o", "color": INK},
     }
     colours = iter((BLUE, SKY, PURPLE, GREEN, ORANGE))
     with drawing(path, 4.2) as figure:
@@ -200,7 +225,7 @@ def draw(curves: list[Curve], path: Path) -> None:
                 ha="center", fontsize=8, color=QUIET,
             )  # fmt: skip
         axes.plot([], [], color=INK, linewidth=4.0, label="thesis: spikes leave the pipe, P_M3^S")
-        largest = max(c.outer_radius.max() for c in curves if c.wall_time > 0.0)
+        largest = max((curve.outer_radius.max() for curve in computed), default=20.0)
         axes.set(
             xlim=(8.0, largest + 0.5), ylim=(0.0, 15.0),
             xlabel="outer radius of the skin at mid length [mm]", ylabel="pressure [kPa]",
@@ -208,69 +233,20 @@ def draw(curves: list[Curve], path: Path) -> None:
         axes.legend(loc="lower right")
 
 
-def main(
-    out: Annotated[Path, typer.Option(help="Folder of runs and figure.")] = Path(
-        "runs/validation/inflation_radius"
+SCRIPT = Script(
+    name=NAME,
+    figure="Fig 4.9",
+    about=(
+        "Pressure against the outer radius of the skin, driven by volume. Claims: the membrane's "
+        "radii and limit pressure; the pressures at which the spikes reach the pipes (P_M3^S); "
+        "1.5 OD_S at 20 to 26 kPa; growth to 2.5 OD_S. All within 15 %."
     ),
-    solid: Annotated[bool, typer.Option(help="Also in space with 70 spikes; minutes.")] = False,
-    digitised_points: Annotated[
-        Path | None, typer.Option("--digitised", help="CSV: pressure_kPa, outer_radius_mm.")
-    ] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the rows here.")] = None,
-) -> None:
-    """Hold the inflation of the PFR's skin against a membrane and the thesis's statements."""
-    out.mkdir(parents=True, exist_ok=True)
-    smooth = inflated("skin", "skin_inflation.yaml", out)
-    stiff = inflated(
-        "skin, nearly incompressible", "skin_inflation.yaml", out,
-        "materials={thesis: {law: yeoh, C10: 36 kPa, C20: 0.25 kPa, C30: 0.023 kPa, "
-        "density: 1070 kg/m^3, poisson_ratio: 0.4975}}", "bodies.skin.material=thesis",
-        "loads.air.profile={kind: smooth_step, value: 23 ml, duration: 0.16 s}", "time.end=0.16 s",
-    )  # fmt: skip
-    ringed = inflated("skin with rings", "skin_inflation_rings.yaml", out)
-    measured = inflated(
-        "skin, measured constants", "skin_inflation.yaml", out,
-        "bodies.skin.material=dragon_skin_10_measured",
-        "loads.air.profile={kind: smooth_step, value: 33 ml, duration: 0.2 s}", "time.end=0.2 s",
-    )  # fmt: skip
-    curves = [smooth, stiff, measured, ringed]
-    if solid:
-        curves.append(inflated("skin with 70 spikes in space", "skin_inflation_3d.yaml", out))
-    reference = membrane()
-    rows = [*against_membrane(stiff, reference), *against_membrane(smooth, reference)]
-    for curve in (smooth, measured, ringed, *curves[4:]):
-        rows += against_statements(curve)
-    drawn = curves if reference is None else [*curves, reference]
-    if digitised_points is not None:
-        points = digitised(digitised_points)
-        rows += against_points(smooth, points)
-        drawn.append(points)
-
-    console = Console(width=140)
-    table = Table("claim", "reference", "computed", "ratio", "verdict", title="Fig 4.9")
-    for row in rows:
-        values = [
-            "-" if v is None else f"{v:.3g} {row.unit}" for v in (row.reference, row.computed)
-        ]
-        ratio = "-" if row.ratio is None else f"{row.ratio:.2f}"
-        table.add_row(row.claim, *values, ratio, row.verdict)
-    console.print(table)
-    for curve in curves:
-        console.print(f"{curve.name}: {curve.wall_time:.0f} s")
-    console.print(
-        "What cannot be reconciled: a silicone skin with these constants and this size carries at "
-        f"most {smooth.limit_pressure():.2f} kPa in free air. The thesis works at 20 to 26 "
-        f"kPa, {np.mean(WORKING) / smooth.limit_pressure():.1f} times as much, and sees the "
-        "spikes leave the wall at 9 to 13 kPa. "
-        + ("" if digitised_points else "Fig 4.9 itself was not compared: no --digitised points.")
-    )
-    figure = out / "inflation_radius.png"
-    draw(drawn, figure)
-    console.print(f"figure {figure}")
-    if json_file is not None:
-        entries = [asdict(r) | {"verdict": r.verdict, "ratio": r.ratio} for r in rows]
-        json_file.write_text(json.dumps({"rows": entries}, indent=2), encoding="utf-8")
-
+    cases=cases,
+    rows=rows,
+    draw=draw,
+    columns=("pressure_kPa", "outer_radius_mm"),
+    remarks=remarks,
+)
 
 if __name__ == "__main__":
-    typer.run(main)
+    command([SCRIPT])

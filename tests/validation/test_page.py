@@ -1,0 +1,62 @@
+"""The page: every row is there, text is text, figures are inside."""
+
+import io
+import json
+
+import pytest
+from rich.console import Console
+
+from validation import page
+from validation.page import Section
+from validation.script import Script
+from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
+
+NASTY = "<b>p & q</b> [red]x[/]"
+
+
+@pytest.fixture
+def sections(tmp_path):
+    """One script with a row of each verdict and a figure."""
+    script = Script(
+        "s", "Fig 1", NASTY, lambda quick: [], lambda o, p: [], lambda o, p, f: None, ()
+    )
+    figure = tmp_path / "s.png"
+    figure.write_bytes(b"picture")
+    rows = tuple(Row("s", f"claim {v}", NASTY, NASTY, v) for v in VERDICTS)
+    return [Section(script, rows, (NASTY,), False, figure)]
+
+
+def everything(sections):
+    about = {"total_time_s": 1.5, "device": "cpu", "version": "0"}
+    constant = {"name": NASTY, "value": "1", "where": "a.yaml:3", "fitted_on": "onset"}
+    return page.content(sections, about, [constant])
+
+
+def test_json_has_every_row_and_count(sections, tmp_path):
+    path = tmp_path / "out.json"
+    page.write_json(path, everything(sections))
+    read = json.loads(path.read_text())
+    assert [row["verdict"] for row in read["rows"]] == list(VERDICTS)
+    assert set(read["rows"][0]) == {"script", "claim", "reference", "computed", "verdict"}
+    assert all(isinstance(value, str) for row in read["rows"] for value in row.values())
+    assert read["counts"] == {AGREES: 1, DISAGREES: 1, UNKNOWN: 1}
+    assert read["scripts"]["s"]["digitised"] is False
+    assert read["constants"][0]["fitted_on"] == "onset" and read["total_time_s"] == 1.5
+
+
+def test_html_holds_text_as_text_and_the_figure(sections, tmp_path):
+    path = tmp_path / "index.html"
+    page.write_html(path, sections, everything(sections))
+    text = path.read_text()
+    assert "<b>" not in text and "&lt;b&gt;p &amp; q" in text
+    assert all(f">{verdict}</td>" in text for verdict in VERDICTS)
+    assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
+    assert "statements only" in text and "1 disagree," in text and "total time 1.5 s" in text
+
+
+def test_console_shows_text_as_text(sections):
+    console = Console(file=io.StringIO(), width=200)
+    page.show(console, sections)
+    shown = console.file.getvalue()
+    assert shown.count("[red]x[/]") == 2 * len(VERDICTS) + 1
+    assert "3 claims: 1 agree, 1 disagree, 1 cannot be told." in shown

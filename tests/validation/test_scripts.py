@@ -1,0 +1,52 @@
+"""Every script: its cases load, the quick ones are among them, and it copes with no outcome."""
+
+import numpy as np
+import pytest
+
+from validation import air
+from validation.__main__ import SCRIPTS
+from validation.cases import SCENES, outcomes_by_name
+from validation.constants import CONSTANTS
+from validation.verdicts import DISAGREES, UNKNOWN
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
+def test_script_without_outcomes(script, tmp_path):
+    cases = script.cases(False)
+    keys = {case.key for case in cases}
+    assert len(keys) == len({case.name for case in cases}) == len(cases)
+    assert {case.key for case in script.cases(True)} <= keys
+    outcomes = outcomes_by_name(cases, {})
+    points = {name: np.array([1.0]) for name in (*script.columns, "spread")}
+    rows = list(script.rows(outcomes, points))
+    assert {row.verdict for row in rows} == {UNKNOWN}
+    assert {row.script for row in rows} == {script.name}
+    assert len({row.claim for row in rows}) == len(rows)
+    assert list(script.remarks(outcomes)) == []
+    script.draw(outcomes, points, tmp_path / "figure.png")
+    assert (tmp_path / "figure.png").stat().st_size > 0
+    assert DISAGREES not in {row.verdict for row in script.rows(outcomes, None)}
+
+
+def test_names_are_unique():
+    assert len({script.name for script in SCRIPTS}) == len(SCRIPTS)
+
+
+@pytest.mark.parametrize(
+    "overrides", [air.deflation(1.3, 11.0, 2), air.natural_deflation(4.2, 6.0, 2)]
+)
+def test_a_run_ends_with_its_last_cycle(overrides):
+    """Not before the end of the last fall, and within 1 ms of it."""
+    from softsim.builder.profiles import pressure_profile
+    from softsim.scene.loading import load_scene
+
+    scene = load_scene(SCENES / "pfr_36mm.yaml", overrides).scene
+    profile = pressure_profile(scene.loads["air"].profile)
+    assert 0.0 <= scene.time.end - profile.times[-1] < 1e-3
+    assert profile.values.max() == pytest.approx(23e3)
+
+
+@pytest.mark.parametrize("constant", CONSTANTS, ids=lambda constant: constant.name)
+def test_constants_stand_in_the_scenes(constant):
+    described = constant.described()
+    assert described["value"] not in ("", "default") and ".yaml:" in described["where"]

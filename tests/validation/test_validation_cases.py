@@ -1,0 +1,83 @@
+"""Cases: what their key depends on, that a stored one is not run again, and what a failure is."""
+
+import io
+import json
+
+import pytest
+from rich.console import Console
+
+from validation import cases as cases_module
+from validation.cases import NOT_IN_SUBSET, Case, Outcome, outcomes_by_name, run_cases
+
+BLOCK = """
+bodies:
+  block:
+    mesh: {generator: block, length: 4 mm, height: 4 mm, element_size: 2 mm}
+    formulation: plane_strain
+    thickness: 10 mm
+    material: dragon_skin_30
+time:
+  end: 2 ms
+output: {history_interval: 0.5 ms}
+"""
+
+
+@pytest.fixture
+def block(tmp_path, monkeypatch):
+    """A folder of scenes with a falling block."""
+    (tmp_path / "block.yaml").write_text(BLOCK)
+    monkeypatch.setattr(cases_module, "SCENES", tmp_path)
+    return "block.yaml"
+
+
+def quiet() -> Console:
+    return Console(file=io.StringIO())
+
+
+def test_key_is_that_of_what_is_run(block, monkeypatch):
+    case = Case("a", block, ("time.end=3 ms",))
+    assert case.key == Case("b", block, ("time.end=0.003 s",)).key
+    assert case.key != Case("a", block, ("time.end=4 ms",)).key
+    monkeypatch.setattr(cases_module, "source_digest", lambda: "other sources")
+    assert case.key == case.key and Case("a", block, ("time.end=3 ms",)).key != case.key
+
+
+def test_a_stored_case_is_not_run_again(block, tmp_path, monkeypatch):
+    case = Case("a", block)
+    folder = tmp_path / "out" / "cases" / case.key
+    folder.mkdir(parents=True)
+    (folder / "summary.json").write_text(json.dumps({"status": "done", "mean_speed": None}))
+    (folder / "failure.txt").write_text("it is done, outside what its scene expects")
+    (folder / "history.csv").write_text("time,frame_x\ns,m\n0.0,1.0\n")
+    monkeypatch.setattr(cases_module, "_run_processes", lambda *_: pytest.fail("it ran"))
+    found = run_cases([case], tmp_path / "out", 1, quiet())[case.key]
+    assert found.history["frame_x"].tolist() == [1.0] and not found.failure
+    assert found.number("mean_speed") != found.number("mean_speed")  # NaN
+
+
+def test_outcomes_are_named_and_what_was_not_run_says_so(block):
+    run, left_out = Case("mine", block), Case("other", block, ("time.end=5 ms",))
+    found = outcomes_by_name([run, left_out], {run.key: Outcome("another script's name")})
+    assert found["mine"].name == "mine" and not found["mine"].failure
+    assert found["other"].failure == NOT_IN_SUBSET
+    assert found["other"].numbers("displacement_per_cycle").tolist() == []
+
+
+def test_cases_run_and_fail_on_their_own(block, tmp_path, kernel_cache, monkeypatch):
+    """In real processes: one runs to its end, one is stopped by a guard; the block falls freely."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    fine = Case("fine", str(tmp_path / block))
+    unstable = Case("unstable", str(tmp_path / block), ("time.increment=1 ms",))
+    assert fine.key != unstable.key
+    console = quiet()
+    found = run_cases([fine, unstable, fine], tmp_path / "out", 2, console)
+    assert len(found) == 2
+    assert "increment" in found[unstable.key].failure
+    outcome = found[fine.key]
+    assert outcome.failure == "" and outcome.summary["threads"] == 1
+    fallen = outcome.history["body_y"][-1] - outcome.history["body_y"][0]
+    # Central differences fall g t (t - dt) / 2 from rest at a half step: below 1 % off here.
+    assert fallen == pytest.approx(-0.5 * 9.81 * 2e-3**2, rel=0.05)
+    assert "2 of 2 cases" in console.file.getvalue()
+    again = run_cases([fine], tmp_path / "out", 2, quiet())[fine.key]
+    assert again.summary["wall_time"] == outcome.summary["wall_time"]

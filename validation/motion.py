@@ -1,0 +1,113 @@
+"""What a history says of how the robot moved.
+
+A history has time [s], pressure [Pa] and frame_x [m], (rows,) each. A run that failed has an empty
+one: its numbers are NaN.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+NAN = float("nan")
+MILLI = 1e3
+History = Mapping[str, np.ndarray]
+
+BEGUN, ARRIVED = 0.05, 0.95  # shares of the way between which it counts as moving
+LEAST = 1e-3  # m, a fifth of a spike: less is the spikes' recoil, no motion
+
+
+@dataclass(frozen=True)
+class Fall:
+    """A fall of the pressure and the rise and hold before it, (rows,) each, of one history.
+
+    time [s], pressure [Pa], x [m] along the pipe; began: the row where the fall begins.
+    """
+
+    time: np.ndarray
+    pressure: np.ndarray
+    x: np.ndarray
+    began: int
+
+    @property
+    def displacement(self) -> float:
+        """While the pressure falls [m]."""
+        return float(self.x[-1] - self.x[self.began])
+
+    @property
+    def before(self) -> float:
+        """Displacement [m] while the pressure rises and rests."""
+        return float(self.x[self.began] - self.x[0])
+
+    @property
+    def mean_speed(self) -> float:
+        """Over the whole cycle [m/s]."""
+        return float((self.x[-1] - self.x[0]) / (self.time[-1] - self.time[0]))
+
+    def displacement_above(self, pressure: float) -> float:
+        """From the begin of the fall until it reaches `pressure` [Pa], or its end [m]."""
+        reached = np.flatnonzero(self.pressure[self.began :] <= pressure)
+        end = self.began + int(reached[0]) if len(reached) else -1
+        return float(self.x[end] - self.x[self.began])
+
+    @property
+    def onset_pressure(self) -> float:
+        """P_M3^B as found [Pa]: where motion begins; NaN without motion."""
+        onset = self._passed(BEGUN)
+        return NAN if onset is None else float(self.pressure[onset])
+
+    @property
+    def end_pressure(self) -> float:
+        """P_M3^S as found [Pa]: where motion has ended; NaN without motion."""
+        end = self._passed(ARRIVED)
+        return NAN if end is None else float(self.pressure[end])
+
+    @property
+    def standstill(self) -> float:
+        """Displacement [m] from the highest pressure to the onset; NaN without motion."""
+        onset = self._passed(BEGUN)
+        return NAN if onset is None else float(self.x[onset] - self.x[self.began])
+
+    def _passed(self, share: float) -> int | None:
+        """The row at which so much of the way forward is made, from where the recoil ended."""
+        x = self.x[self.began :]
+        farthest = int(np.argmax(x - np.minimum.accumulate(x)))
+        lowest = int(np.argmin(x[: farthest + 1]))
+        way = x[farthest] - x[lowest]
+        if way < x[0] - x[lowest] + LEAST:
+            return None
+        made = x[lowest : farthest + 1] - x[lowest] >= share * way
+        return self.began + lowest + int(np.argmax(made))
+
+
+def falls(history: History) -> list[Fall]:
+    """The pressure cycles of a run, without one that is not finished; none of a run that failed."""
+    if not history:
+        return []
+    t, p, x = history["time"], history["pressure"], history["frame_x"]
+    change = np.sign(np.diff(p)).astype(int)
+    # A fall begins where a pressure that rose or rested falls, and ends where it no longer does.
+    begins = np.flatnonzero((change[1:] < 0) & (change[:-1] >= 0)) + 1
+    found, first = [], 0
+    for begin in begins:
+        after = np.flatnonzero(change[begin:] >= 0)
+        end = begin + int(after[0]) if len(after) else len(p) - 1
+        whole = slice(first, end + 1)
+        found.append(Fall(t[whole], p[whole], x[whole], int(begin) - first))
+        first = end
+    return found
+
+
+def displacement_while_falling(history: History) -> float:
+    """Mean over the falls [m]; NaN where there is none."""
+    found = [fall.displacement for fall in falls(history)]
+    return float(np.mean(found)) if found else NAN
+
+
+def speed_after(history: History, share: float) -> float:
+    """Mean speed [m/s] along the pipe after a `share` of the run, in which it settles."""
+    if not history:
+        return NAN
+    t, x = history["time"], history["frame_x"]
+    late = t >= share * t[-1]
+    return float((x[late][-1] - x[late][0]) / (t[late][-1] - t[late][0]))

@@ -1,0 +1,159 @@
+"""The page of all verdicts: on the console, as validation.json, and as index.html."""
+
+import base64
+import json
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from html import escape
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape as plain
+from rich.table import Table
+
+from validation.script import Script
+from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
+
+TEMPLATE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+PLURAL = {AGREES: "agree", DISAGREES: "disagree", UNKNOWN: UNKNOWN}
+CLASSES = {AGREES: "agrees", DISAGREES: "disagrees", UNKNOWN: "unknown"}
+COLOURS = {AGREES: "green", DISAGREES: "red", UNKNOWN: "dim"}
+
+
+@dataclass(frozen=True)
+class Section:
+    """What came of a script. compared: whether digitised points of the figure were there."""
+
+    script: Script
+    rows: tuple[Row, ...]
+    remarks: tuple[str, ...]
+    compared: bool
+    figure: Path
+
+    @property
+    def basis(self) -> str:
+        """Which of the two was done."""
+        if self.compared:
+            return f"Held against the thesis's statements and digitised points of {self.name}."
+        return f"Held against the thesis's statements only: no digitised points of {self.name}."
+
+    @property
+    def name(self) -> str:
+        """The thesis's figure."""
+        return self.script.figure
+
+
+def all_rows(sections: Iterable[Section]) -> list[Row]:
+    """Every row of the page."""
+    return [row for section in sections for row in section.rows]
+
+
+def counts(rows: Sequence[Row]) -> dict[str, int]:
+    """Verdict -> number of rows."""
+    found = Counter(row.verdict for row in rows)
+    return {verdict: found[verdict] for verdict in VERDICTS}
+
+
+def show(console: Console, sections: Sequence[Section]) -> None:
+    """A table for each script, and the counts."""
+    for section in sections:
+        table = Table(title=f"{section.script.name}, {section.name}", title_justify="left")
+        for heading in ("claim", "reference", "computed", "verdict"):
+            table.add_column(heading, overflow="fold")
+        for row in section.rows:
+            colour = COLOURS[row.verdict]
+            texts = (plain(text) for text in (row.claim, row.reference, row.computed))
+            table.add_row(*texts, f"[{colour}]{row.verdict}[/]")
+        console.print(table)
+        for text in (section.basis, *section.remarks):
+            console.print(text, highlight=False, markup=False)
+    console.print(counted(all_rows(sections)), highlight=False)
+
+
+def counted(rows: Sequence[Row]) -> str:
+    """The counts as a sentence."""
+    parts = [f"{number} {PLURAL[verdict]}" for verdict, number in counts(rows).items()]
+    return f"{len(rows)} claims: {', '.join(parts)}."
+
+
+def content(
+    sections: Sequence[Section], about: dict[str, Any], constants: Sequence[dict[str, Any]]
+) -> dict[str, Any]:
+    """Everything, for programs. about: total time, device, version and what else describes it."""
+    rows = all_rows(sections)
+    return {
+        "rows": [asdict(row) for row in rows],
+        "counts": counts(rows),
+        **about,
+        "constants": list(constants),
+        "scripts": {
+            section.script.name: {
+                "figure": section.name,
+                "digitised": section.compared,
+                "remarks": list(section.remarks),
+            }
+            for section in sections
+        },
+    }
+
+
+def write_json(path: Path, everything: dict[str, Any]) -> None:
+    """The content as a file."""
+    path.write_text(json.dumps(everything, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def write_html(path: Path, sections: Sequence[Section], everything: dict[str, Any]) -> None:
+    """A page that needs no other file: figures are inside."""
+    facts = [
+        _fact(key, value)
+        for key, value in everything.items()
+        if isinstance(value, str | int | float)
+    ]
+    headings = ("name", "value", "where", "fitted_on")
+    constants = [[entry[key] for key in headings] for entry in everything["constants"]]
+    page = TEMPLATE.substitute(
+        counts=escape(counted(all_rows(sections))),
+        about=escape("; ".join(facts)),
+        sections="\n".join(_section(section) for section in sections),
+        constants=_table(("constant", "value", "written in", "fitted on"), map(_cells, constants)),
+    )
+    path.write_text(page, encoding="utf-8")
+
+
+def _fact(key: str, value: Any) -> str:
+    """ "total_time_s", 12.5 as "total time 12.5 s"."""
+    name, unit = (key[:-2], " s") if key.endswith("_s") else (key, "")
+    return f"{name.replace('_', ' ')} {value}{unit}"
+
+
+def _section(section: Section) -> str:
+    rows = (
+        _cells((row.claim, row.reference, row.computed))
+        + f'<td class="verdict {CLASSES[row.verdict]}">{escape(row.verdict)}</td>'
+        for row in section.rows
+    )
+    parts = [
+        f"<h2>{escape(section.script.name)}: {escape(section.name)}</h2>",
+        f"<p>{escape(section.script.about)}</p>",
+        _table(("claim", "reference", "computed", "verdict"), rows),
+        f'<p class="quiet">{escape(section.basis)}</p>',
+        *(f"<p>{escape(remark)}</p>" for remark in section.remarks),
+    ]
+    if section.figure.is_file():
+        picture = base64.b64encode(section.figure.read_bytes()).decode("ascii")
+        name = escape(section.name, quote=True)
+        parts.append(f'<img alt="{name}" src="data:image/png;base64,{picture}">')
+    return "\n".join(parts)
+
+
+def _table(headings: Iterable[str], rows: Iterable[str]) -> str:
+    head = "".join(f"<th>{escape(heading)}</th>" for heading in headings)
+    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
+    return f"<table>\n<tr>{head}</tr>\n{body}\n</table>"
+
+
+def _cells(texts: Iterable[str]) -> str:
+    return "".join(f"<td>{escape(text)}</td>" for text in texts)

@@ -1,0 +1,16 @@
+"""Numbers of the thesis that several scripts hold the simulation against, with their sections."""
+
+PIPES = (30, 36, 41)  # mm, inner diameters (4.2.4)
+FREQUENCIES = (64, 137, 160, 192)  # Hz, of the motor (4.2.4)
+HIGHEST = 23.0  # kPa, the best highest pressure (6.3.1)
+BEST_FREQUENCY = 192  # Hz, of Mode 3 (6.3.1)
+BEST_RATE = 1.3  # kPa/s, Df_r^a of the farthest displacement a cycle (6.4)
+STOP_RATE = 6.0  # kPa/s, above which nothing moves (4.2.1.3, 6.4)
+WEIGHT = 10e-3 * 9.81  # N (10 g, 4.2.1.2)
+
+LOWEST = {30: 9.0, 36: 11.0, 41: 12.5}
+"""Pipe [mm] -> P_M3^S [kPa] (Table 6.2), where the spikes barely touch; Fig 6.6 has 9, 12, 13."""
+
+LOWEST_SPREAD = 0.15
+"""Share by which the thesis's own values of P_M3^S may be off: Table 6.2 and Fig 6.6 differ by 9 %,
+and both are read off a falling curve."""

@@ -1,0 +1,150 @@
+"""Verdicts: a claim of the thesis, what was computed, and whether they agree.
+
+A judge takes numbers and says AGREES or DISAGREES; a number that is not there (NaN, as of a run
+that failed, or a curve that does not reach) makes it UNKNOWN: that cannot be told.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from validation.cases import Outcome
+
+AGREES, DISAGREES, UNKNOWN = "agrees", "disagrees", "cannot be told"
+VERDICTS = (AGREES, DISAGREES, UNKNOWN)
+MISSING = "not found"
+Numbers = Sequence[float] | np.ndarray
+
+
+@dataclass(frozen=True)
+class Row:
+    """One claim and what came of it; `reference` and `computed` as people read them."""
+
+    script: str
+    claim: str
+    reference: str
+    computed: str
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What was computed, as people read it, and the verdict."""
+
+    computed: str
+    verdict: str
+
+
+def row(
+    script: str, claim: str, reference: str, finding: Finding, rests_on: Iterable[Outcome] = ()
+) -> Row:
+    """A row of the page. rests_on: the cases behind it, whose failures say why it is unknown."""
+    computed = finding.computed
+    reasons = [outcome.failure.splitlines()[0] for outcome in rests_on if outcome.failure]
+    if finding.verdict == UNKNOWN and reasons:
+        computed = "; ".join(dict.fromkeys(reasons))
+    return Row(script, claim, reference, computed, finding.verdict)
+
+
+def shown(value: float, unit: str = "") -> str:
+    """A number with its unit; MISSING where there is none."""
+    if math.isnan(value):
+        return MISSING
+    return f"{value:.3g} {unit}".rstrip()
+
+
+def shown_list(values: Numbers, unit: str = "") -> str:
+    """Numbers with their common unit; a dash where there is none."""
+    texts = ("-" if math.isnan(value) else f"{value:.3g}" for value in values)
+    return f"{', '.join(texts)} {unit}".rstrip()
+
+
+def judged(holds: bool, computed: str, *needed: float) -> Finding:
+    """A condition on numbers, all of which must be there."""
+    if any(math.isnan(number) for number in needed):
+        return Finding(computed, UNKNOWN)
+    return Finding(computed, AGREES if holds else DISAGREES)
+
+
+def within(value: float, reference: float, tolerance: float, unit: str = "") -> Finding:
+    """`value` differs from `reference` by less than the share `tolerance` of it."""
+    holds = abs(value - reference) < tolerance * abs(reference)
+    return judged(holds, shown(value, unit), value, reference)
+
+
+def within_factor(value: float, reference: float, factor: float, unit: str = "") -> Finding:
+    """`value` lies between reference / factor and reference x factor."""
+    return between(value, reference / factor, reference * factor, unit)
+
+
+def between(value: float, low: float, high: float, unit: str = "") -> Finding:
+    """low <= value <= high."""
+    return judged(low <= value <= high, shown(value, unit), value, low, high)
+
+
+def below(value: float, limit: float, unit: str = "") -> Finding:
+    """value < limit."""
+    return judged(value < limit, shown(value, unit), value, limit)
+
+
+def above(value: float, limit: float, unit: str = "") -> Finding:
+    """value > limit."""
+    return judged(value > limit, shown(value, unit), value, limit)
+
+
+def more_than(value: float, other: float, unit: str = "") -> Finding:
+    """value > other, both computed."""
+    return judged(value > other, f"{shown(value, unit)} against {shown(other, unit)}", value, other)
+
+
+def at_most_share(value: float, of: float, share: float) -> Finding:
+    """|value| is less than `share` of a positive `of`; shown in per cent of it."""
+    if not of > 0.0 and not math.isnan(of):
+        return judged(False, "there is nothing to take a share of", value)
+    percent = 100.0 * abs(value) / of
+    return judged(percent < 100.0 * share, shown(percent, "%"), percent)
+
+
+def rises(values: Numbers, unit: str = "") -> Finding:
+    """Each value is larger than the one before; a known one that is not disagrees, though others
+    be missing.
+    """
+    known = [value for value in values if not math.isnan(value)]
+    return _unless(all(after > before for before, after in pairwise(known)), values, unit)
+
+
+def falls(values: Numbers, unit: str = "") -> Finding:
+    """The same for values each smaller than the one before."""
+    known = [value for value in values if not math.isnan(value)]
+    return _unless(all(after < before for before, after in pairwise(known)), values, unit)
+
+
+def some_above(values: Numbers, limit: float, unit: str = "") -> Finding:
+    """At least one value > limit; a known one agrees, though others be missing."""
+    known = [float(value) for value in values if not math.isnan(value)]
+    if not known or math.isnan(limit):
+        return Finding(MISSING, UNKNOWN)
+    found = shown(max(known), unit)
+    return Finding(found, AGREES) if max(known) > limit else judged(False, found, *values)
+
+
+def highest_at(
+    names: Sequence[str], values: Numbers, wanted: Sequence[str], unit: str = ""
+) -> Finding:
+    """The largest value is one of those named in `wanted`; a known larger one disagrees, though
+    others be missing.
+    """
+    known = {name: float(v) for name, v in zip(names, values, strict=True) if not math.isnan(v)}
+    best = max(known, key=lambda name: known[name], default="")
+    holds = best in wanted or not all(name in known for name in wanted)
+    computed = f"{best}, {shown(known[best], unit)}" if best else MISSING
+    return Finding(computed, _unless(holds, values, unit).verdict)
+
+
+def _unless(holds: bool, values: Numbers, unit: str) -> Finding:
+    """DISAGREES where known values contradict, else UNKNOWN if any is missing."""
+    computed = shown_list(values, unit)
+    return judged(True, computed, *values) if holds else Finding(computed, DISAGREES)
