@@ -79,7 +79,8 @@ def built_drive(
     """
     if isinstance(load, scene_loads.FollowerPressure):
         profile = pressure_profile(load.profile)
-        return GivenPressure(profile, profile.reduced(load.factor, load.offset))
+        on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile
+        return GivenPressure(profile, on_skin.reduced(load.factor, load.offset))
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
     least = -nothing if isinstance(load, scene_loads.AddedGas) else nothing
     if volume < least:

@@ -21,6 +21,23 @@ class Profile:
         """Value at time t [s]."""
         return np.interp(t, self.times, self.values)
 
+    def translated(self, scale: np.ndarray) -> "Profile":
+        """Each value read off a scale (k, 2): value here -> value there, rising, linear in between
+        and beyond its last two points. Times at which a point of the scale is passed are added.
+        """
+        here, there = scale.T
+        times = [self.times]
+        for value in here:
+            before, after = self.values[:-1] - value, self.values[1:] - value
+            passed = before * after < 0.0
+            share = before[passed] / (before[passed] - after[passed])
+            times.append(self.times[:-1][passed] + share * np.diff(self.times)[passed])
+        at = np.sort(np.concatenate(times), kind="stable")
+        values = self.at(at)
+        slope = (there[-1] - there[-2]) / (here[-1] - here[-2])
+        beyond = np.maximum(values - here[-1], 0.0)
+        return Profile(at, np.interp(values, here, there) + slope * beyond)
+
     def reduced(self, factor: float, offset: float) -> "Profile":
         """factor times (value - offset), never below zero; the points where it starts are added."""
         excess = self.values - offset

@@ -1,8 +1,9 @@
 """Loads: pressure and chambers, motors, forces."""
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from softsim.scene.part import Part
 from softsim.scene.profiles import MassProfile, PressureProfile, VolumeProfile
@@ -35,15 +36,33 @@ class FollowerPressure(Part):
     reacts_on: Text | None = Field(
         default=None, description="Rigid body that closes the chamber and feels the reaction."
     )
-    profile: PressureProfile = Field(description="Pressure over time.")
+    profile: PressureProfile = Field(description="Pressure over time, as a gauge shows it.")
+    on_skin: tuple[tuple[NotNegativePressure, NotNegativePressure], ...] = Field(
+        default=(),
+        description="[pressure of the profile, pressure on the skin] pairs, both rising from 0, "
+        "where a line between gauge and robot lets them differ; linear in between and beyond.",
+    )
     factor: Number = Field(
         default=1.0, gt=0.0, description="Pressure on the plane model over that of the profile."
     )
     offset: NotNegativePressure = Field(
         default=written("0 Pa"),
-        description="Part of the profile that acts on nothing in the plane model, such as what "
-        "hoop tension carries: on the facets acts factor times (profile - offset), never below 0.",
+        description="Part of that pressure that acts on nothing in the plane model, such as what "
+        "hoop tension carries: on the facets acts factor times (pressure - offset), never "
+        "below 0.",
     )
+
+    @field_validator("on_skin")
+    @classmethod
+    def _scale_rises(
+        cls, scale: tuple[tuple[float, float], ...]
+    ) -> tuple[tuple[float, float], ...]:
+        if scale and (len(scale) < 2 or scale[0] != (0.0, 0.0)):
+            raise ValueError("begins with [0 Pa, 0 Pa] and has one more pair at least")
+        for number, (one, following) in enumerate(pairwise(scale), start=2):
+            if not (following[0] > one[0] and following[1] > one[1]):
+                raise ValueError(f"pair {number} must be above pair {number - 1} in both values")
+        return scale
 
 
 class _Chamber(Part):

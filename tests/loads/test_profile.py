@@ -58,6 +58,15 @@ def test_constant_with_and_without_ramp():
     assert constant(5.0, 2.0).at(1.0) == 2.5
 
 
+def test_translated_reads_each_value_off_the_scale():
+    p = cycles(**CYCLE)
+    scale = np.array([[0.0, 0.0], [9e3, 5e3], [20e3, 8e3]])
+    t = np.linspace(0.0, p.times[-1], 5001)
+    beyond = 8e3 + (p.at(t) - 20e3) * 3.0 / 11.0
+    expected = np.where(p.at(t) > 20e3, beyond, np.interp(p.at(t), *scale.T))
+    np.testing.assert_allclose(p.translated(scale).at(t), expected, rtol=1e-12)
+
+
 def test_reduced_is_the_positive_part_of_the_excess():
     p = Profile(np.array([0.0, 1.0, 3.0]), np.array([0.0, 10.0, 2.0]))
     reduced = p.reduced(0.5, 4.0)
