@@ -60,11 +60,12 @@ class WallCurve:
         pressure, felt = self.pressure[touching], self.force[touching]
         # The force may fall for a moment, as a row lets go: the first sample that reaches counts.
         reached = np.searchsorted(np.maximum.accumulate(felt), force)
-        after = np.clip(reached, 1, len(felt) - 1)
-        share = (force - felt[after - 1]) / (felt[after] - felt[after - 1])
-        between = pressure[after - 1] + share * (pressure[after] - pressure[after - 1])
-        first = np.where(reached == 0, pressure[0], between)
-        return np.where(reached == len(felt), np.nan, first)
+        found = np.where(reached == 0, pressure[0], np.nan)
+        crossed = (reached > 0) & (reached < len(felt))
+        after = reached[crossed]
+        share = (force[crossed] - felt[after - 1]) / (felt[after] - felt[after - 1])
+        found[crossed] = pressure[after - 1] + share * (pressure[after] - pressure[after - 1])
+        return found
 
 
 def wall_curve(history: Mapping[str, np.ndarray]) -> WallCurve:

@@ -75,6 +75,8 @@ def calibrate(
     """
     laboratory = _Laboratory(settings, console)
     in_space = laboratory.inflated(reference, "reference", settings.highest, settings.ramp)
+    # Said at once, so that a reference that never touches costs no further run.
+    console.print(f"  touches at {in_space.touch * 1e-3:.4g} kPa", highlight=False)
     due = FORCE_SHARE * float(in_space.force.max())
     in_section = laboratory.section_pressed(section, due)
     mapping = matched(in_space, in_section)
