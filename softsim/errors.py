@@ -92,6 +92,12 @@ class MaterialError(SoftsimError):
     exit_code = 2
 
 
+class CalibrationError(SoftsimError):
+    """Two models of which one cannot be calibrated by the other."""
+
+    exit_code = 2
+
+
 class DeviceError(SoftsimError):
     """A device that is not there."""
 

@@ -1,0 +1,101 @@
+"""What a scene must have to be calibrated, found by its names and kinds."""
+
+from dataclasses import dataclass
+
+from softsim.scene.loading import LoadedScene
+from softsim.scene.loads import FollowerPressure
+from softsim.scene.surroundings import PipeWall
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """A scene with one air pressure in one pipe.
+
+    pressure: name of the load; body: of the body it inflates; frame: of the rigid body that this is
+    tied to, None where its ends are fixed; pipe: of the wall; diameter [m].
+    """
+
+    loaded: LoadedScene
+    pressure: str
+    body: str
+    frame: str | None
+    pipe: str
+    diameter: float
+
+    @property
+    def formulation(self) -> str:
+        """Kinematics of the body."""
+        return self.loaded.scene.bodies[self.body].formulation
+
+    @property
+    def axes(self) -> str:
+        """The letters of the model's directions."""
+        return "xyz" if self.formulation == "solid" else "xy"
+
+
+def section_specimen(loaded: LoadedScene) -> Specimen:
+    """The plane section.
+
+    Raises
+    ------
+    SceneError: it is not plane strain, or has not one follower pressure and one pipe.
+    """
+    return _specimen(loaded, ("plane_strain",), "the section that stands for a body in space is")
+
+
+def reference_specimen(loaded: LoadedScene) -> Specimen:
+    """The body that the section stands for.
+
+    Raises
+    ------
+    SceneError: it is neither solid nor axisymmetric, or has not one follower pressure and one pipe.
+    """
+    return _specimen(loaded, ("solid", "axisymmetric"), "the reference is the body in space,")
+
+
+def refuse_other_pipe(section: Specimen, reference: Specimen) -> None:
+    """Raise SceneError unless both are in a pipe of the same diameter."""
+    if abs(section.diameter - reference.diameter) > 1e-9 * reference.diameter:
+        raise section.loaded.error(
+            ("environment", "walls", section.pipe, "diameter"),
+            f"the section's pipe is {section.diameter * 1e3:g} mm wide, the reference's "
+            f"{reference.diameter * 1e3:g} mm",
+            "choose one with --set or --set-reference "
+            f"environment.walls.{reference.pipe}.diameter='{section.diameter * 1e3:g} mm'",
+        )
+
+
+def _specimen(loaded: LoadedScene, formulations: tuple[str, ...], role: str) -> Specimen:
+    scene = loaded.scene
+    for name, body in scene.bodies.items():
+        if body.formulation not in formulations:
+            raise loaded.error(
+                ("bodies", name, "formulation"),
+                f"'{name}' is {body.formulation}: {role} {' or '.join(formulations)}",
+                "softsim calibrate-section SECTION_SCENE --reference SOLID_SCENE",
+            )
+    air = {n: load for n, load in scene.loads.items() if isinstance(load, FollowerPressure)}
+    if len(air) != 1:
+        raise loaded.error(
+            ("loads",),
+            f"has {len(air)} loads of kind follower_pressure: one is due, the air",
+            "give the scene one; its profile does not matter here",
+        )
+    pipes = {n: w for n, w in scene.environment.walls.items() if isinstance(w, PipeWall)}
+    others = len(scene.environment.walls) - len(pipes)
+    if len(pipes) != 1 or others:
+        raise loaded.error(
+            ("environment", "walls"),
+            f"has {len(pipes)} pipes and {others} other walls: one pipe is due, nothing else",
+            "write environment: {walls: {pipe: {kind: pipe, diameter: 36 mm}}}",
+        )
+    (pressure, load), (pipe, wall) = next(iter(air.items())), next(iter(pipes.items()))
+    inflated = load.facets[0].partition(".")[0]
+    frames = [n for n, r in scene.rigid_bodies.items() if r.tied]
+    if len(frames) > 1:
+        raise loaded.error(
+            ("rigid_bodies",),
+            f"bodies are tied to {len(frames)} rigid bodies: {', '.join(frames)}; one is due",
+            "leave the others out",
+        )
+    return Specimen(loaded, pressure, inflated, frames[0] if frames else None, pipe, wall.diameter)

@@ -1,0 +1,226 @@
+"""What `softsim calibrate-section` does: four runs, one after the other, and what follows of them.
+
+1. The reference is inflated slowly to the highest pressure.
+2. So is the section, with factor 1 and offset 0, as far as it takes to press each spike as hard.
+3., 4. Both are inflated to a pressure in between, and their frames pushed.
+"""
+
+import time
+from dataclasses import dataclass, replace
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from softsim.calibration.curves import WallCurve, wall_curve
+from softsim.calibration.experiments import inflation, push
+from softsim.calibration.mapping import FORCE_SHARE, Mapping, matched
+from softsim.calibration.result import Calibration, Stiffnesses
+from softsim.calibration.specimen import Specimen
+from softsim.calibration.stiffness import stiffness
+from softsim.commands.wording import duration
+from softsim.errors import CalibrationError, StabilityError
+from softsim.output.folder import HISTORY, RunFolder
+from softsim.output.history import read_history
+from softsim.report.calibration import (
+    calibration_rows,
+    draw_calibration,
+    sample_rows,
+    scene_lines,
+)
+from softsim.report.figures import draw_all
+from softsim.run import run
+from softsim.scene.loading import LoadedScene
+
+SECTION_TIME = 4.0
+"""Duration of the section's inflation over the reference's: without hoop tension it swings more
+slowly, and it costs little."""
+
+FARTHEST = 8.0
+"""The section's pressure is raised to this many times the highest one at most."""
+
+QUASI_STATIC = 0.05
+"""Largest kinetic over internal energy of a slow loading (ABAQUS, guidelines for quasi-static
+analysis: 5 to 10 %)."""
+
+CALIBRATION, FIGURE = "calibration.json", "calibration.png"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """highest: pressure [Pa] up to which the reference is inflated, within `ramp` [s]. push_at:
+    pressure [Pa] in space at which frames are pushed; None: halfway from touch to the highest
+    matched. spikes: around a row. out: folder of all runs. device, threads: as `run` takes them.
+    """
+
+    highest: float
+    ramp: float
+    push_at: float | None
+    spikes: int
+    out: Path
+    device: str
+    threads: str
+
+
+def calibrate(
+    section: Specimen, reference: Specimen, settings: Settings, console: Console
+) -> Calibration:
+    """Run the experiments and print, draw and write what they say.
+
+    Raises
+    ------
+    CalibrationError: nothing touches the pipe, or pressures out of range. Everything that `run`
+    raises; but a body that breaks while it is inflated counts as far as it came.
+    """
+    laboratory = Laboratory(settings, console)
+    in_space = laboratory.inflated(reference, "reference", settings.highest, settings.ramp)
+    # Said at once, so that a reference that never touches costs no further run.
+    console.print(f"  touches at {in_space.touch * 1e-3:.4g} kPa", highlight=False)
+    due = FORCE_SHARE * float(in_space.force.max())
+    in_section = laboratory.section_pressed(section, due)
+    mapping = matched(in_space, in_section)
+    thickness = section.loaded.scene.bodies[section.body].thickness
+    assert thickness is not None  # the section is plane strain
+    pushed_at = _push_pressures(mapping, settings.push_at)
+    found = Calibration(in_space, in_section, mapping, thickness, settings.spikes, pushed_at)
+    if section.frame is not None and reference.formulation == "solid" and reference.frame:
+        found = _with_stiffness(found, laboratory.pushed(section, reference, pushed_at))
+    for name, curve in (("reference", in_space), ("section", in_section)):
+        if curve.largest_kinetic_share > QUASI_STATIC:
+            laboratory.remark(
+                f"the {name} was inflated too fast: kinetic energy is up to "
+                f"{100 * curve.largest_kinetic_share:.3g} % of the internal one; lengthen --ramp"
+            )
+    found = replace(found, remarks=tuple(laboratory.remarks))
+    _tell(found, section, settings.out, console)
+    return found
+
+
+class Laboratory:
+    """Runs the experiments, each in a folder of its own, and keeps what went wrong."""
+
+    def __init__(self, settings: Settings, console: Console) -> None:
+        self.settings, self.console = settings, console
+        self.remarks: list[str] = []
+        self.paces: dict[str, float] = {}  # wall time over simulated time, of bodies that ran
+
+    def remark(self, text: str) -> None:
+        """Tell now, and keep for the end."""
+        self.console.print(f"warning: {text}", highlight=False)
+        self.remarks.append(text)
+
+    def inflated(self, specimen: Specimen, name: str, highest: float, ramp: float) -> WallCurve:
+        """The wall's force over the pressure, as far as the body bears it."""
+        scene = inflation(specimen, highest, ramp)
+        what = f"{name}: inflate to {highest * 1e-3:.4g} kPa"
+        folder = self.settings.out / name
+        try:
+            self._run(scene, name, what)
+        except StabilityError as error:
+            curve = wall_curve(read_history(folder / HISTORY))
+            self.remark(
+                f"the {name} broke at {curve.highest * 1e-3:.4g} kPa, and counts up to there: "
+                f"{error.message}"
+            )
+            return curve
+        return wall_curve(read_history(folder / HISTORY))
+
+    def section_pressed(self, section: Specimen, due: float) -> WallCurve:
+        """The section's curve, inflated until its walls feel the force that is due [N], it breaks,
+        or FARTHEST is reached.
+        """
+        highest, ramp = self.settings.highest, SECTION_TIME * self.settings.ramp
+        farthest = FARTHEST * highest
+        while True:
+            broken = len(self.remarks)
+            curve = self.inflated(section, "section", highest, ramp)
+            if curve.force.max() >= due or len(self.remarks) > broken:
+                return curve
+            if highest >= farthest:
+                self.remark(
+                    f"the section presses with {curve.force.max():.3g} N at {highest * 1e-3:.4g} "
+                    f"kPa, {due:.3g} N are due: the mapping ends where it does"
+                )
+                return curve
+            highest, ramp = 2.0 * highest, 2.0 * ramp
+
+    def pushed(
+        self, section: Specimen, reference: Specimen, pressures: tuple[float, float]
+    ) -> tuple[Stiffnesses, ...]:
+        """Stiffness of both across the pipe and along it."""
+        measured = []
+        for specimen, name, pressure, slower in (
+            (reference, "reference", pressures[0], 1.0),
+            (section, "section", pressures[1], SECTION_TIME),
+        ):
+            experiment = push(specimen, pressure, slower * self.settings.ramp)
+            what = f"{name}: push the frame at {pressure * 1e-3:.4g} kPa"
+            history = self._run(experiment.scene, f"{name}_push", what)
+            measured.append([stiffness(history, move) for move in experiment.moves])
+        axes = [move.axis for move in experiment.moves]
+        return tuple(Stiffnesses(*three) for three in zip(axes, *measured, strict=True))
+
+    def _run(self, scene: LoadedScene, name: str, what: str) -> dict[str, np.ndarray]:
+        """Run a scene in the folder `name`, draw its figures, return its history."""
+        end, body = scene.scene.time.end, name.partition("_")[0]
+        outlook = ""
+        if body in self.paces:  # the second run of a body is as costly a second as its first
+            expected = self.paces[body] * end
+            done_at = datetime.now() + timedelta(seconds=expected)
+            outlook = f", about {duration(expected)}, until {done_at:%H:%M}"
+        self.console.print(f"{what}, {end:.3g} s{outlook}", highlight=False)
+        began, folder = time.monotonic(), self.settings.out / name
+        try:
+            results = run(
+                scene, out=folder, device=self.settings.device, console=self.console,
+                threads=self.settings.threads, profile_after=float("inf"),
+            )  # fmt: skip
+        finally:
+            # A body that broke has a failed frame to look at too.
+            if (folder / HISTORY).is_file():
+                draw_all(folder, "stretch")
+        took = time.monotonic() - began
+        self.paces[body] = took / end
+        self.console.print(f"  took {duration(took)}", highlight=False)
+        return results.history
+
+
+def _push_pressures(m: Mapping, wanted: float | None) -> tuple[float, float]:
+    """Where to push, in space and on the section [Pa]."""
+    pressure = m.pressure
+    at = 0.5 * (pressure[0] + pressure[-1]) if wanted is None else wanted
+    if not pressure[0] < at <= pressure[-1]:
+        raise CalibrationError(
+            f"--push-at {at * 1e-3:.4g} kPa: both touch, and are matched, from "
+            f"{pressure[0] * 1e-3:.4g} to {pressure[-1] * 1e-3:.4g} kPa",
+            "choose a pressure in between",
+        )
+    return float(at), float(np.interp(at, pressure, m.section_pressure))
+
+
+def _with_stiffness(found: Calibration, stiffnesses: tuple[Stiffnesses, ...]) -> Calibration:
+    """The calibration with its stiffnesses, and the mapping at the thickness that follows."""
+    across = stiffnesses[0]
+    thick = matched(found.reference, found.section, across.ratio)
+    return replace(found, stiffnesses=stiffnesses, thick_mapping=thick)
+
+
+def _tell(found: Calibration, section: Specimen, out: Path, console: Console) -> None:
+    """Numbers, comparison, figure and the lines for the scene."""
+    RunFolder(out).write_json_atomic(CALIBRATION, found.as_json())
+    draw_calibration(found, out / FIGURE)
+    numbers = Table(show_header=False, box=None)
+    for row in calibration_rows(found):
+        numbers.add_row(*row)
+    console.print(numbers)
+    headings, lines = sample_rows(found)
+    comparison = Table(*headings, box=None)
+    for line in lines:
+        comparison.add_row(*line)
+    console.print(comparison)
+    for remark in found.remarks:
+        console.print(f"warning: {remark}", highlight=False)
+    console.print(f"figure  {out / FIGURE}\nresults in {out}", highlight=False)
+    print(f"\n{scene_lines(found, section.pressure, section.body)}")
