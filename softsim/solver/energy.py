@@ -1,6 +1,6 @@
 """The energy books: what was put in must be stored, moving, or dissipated.
 
-internal (ALLSE of ABAQUS, law and Maxwell springs), kinetic (ALLKE), contact springs (ALLPW),
+internal (ALLSE of ABAQUS: law, Maxwell springs, tendons), kinetic (ALLKE), contact springs (ALLPW),
 friction (ALLFD), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk viscosity, contact dashpots),
 external work (ALLWK: pressure, motor, nodal forces, gravity). The balance (ETOTAL) is their sum
 less the external work and less what was there at the start.
@@ -88,6 +88,8 @@ class Meter:
             for body in ti.static(self.terms.bodies):
                 internal += body.stored_energy(s)
                 viscous += body.dissipated_energy(s)
+            for tendon in ti.static(self.terms.tendons):
+                internal += tendon.stored_energy(s)
             for surface in ti.static(self.terms.contacts):
                 contact += surface.stored_energy(s)
                 dissipated = surface.dissipated_energy(s)
