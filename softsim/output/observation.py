@@ -39,6 +39,7 @@ def columns(model: Model) -> dict[str, str]:
         "rows_in_contact": "-",  # rows of spikes that touched within the interval
         **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
+        "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
         **pull,  # tension of the first tendon, mean of the interval: what the gauge shows
         "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons
         "kinetic_energy": "J",  # ALLKE
@@ -94,6 +95,7 @@ def observe(
     if model.rigid_bodies:
         row |= frame_readings(solver)
     row["contact_count"] = grip.contact_count
+    row["slip_share"] = grip.slip_share
     row["rows_in_contact"] = row["wall_force_normal"] = 0.0
     if grip.normal_impulse > 0.0 and interval > 0.0:
         row["rows_in_contact"] = rows_in_contact(solver)
