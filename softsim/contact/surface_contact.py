@@ -112,12 +112,11 @@ class SurfaceContact:
                 limit = self.friction_coefficient[s] * N
                 slipped = slip(stretch, k_t, limit)
                 stretch -= slipped
-                if slipped.norm_sqr() > 0.0:  # at the friction limit
-                    self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
                 self.anchor[s, i, w] = q - stretch
-                self.friction_dissipation[s, i] = self.friction_dissipation[
-                    s, i
-                ] + k_t * stretch.dot(slipped)
+                if slipped.norm_sqr() > 0.0:  # at the friction limit
+                    work = k_t * stretch.dot(slipped)
+                    self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + work
+                    self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
                 # Work of the dashpot over the way since the last increment, trapezoidal.
                 damping_force = N + self.penalty_stiffness[i] * gap
                 self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - (
