@@ -40,7 +40,9 @@ def section_specimen(loaded: LoadedScene) -> Specimen:
     ------
     SceneError: it is not plane strain, or has not one follower pressure and one pipe.
     """
-    return _specimen(loaded, ("plane_strain", "ring_section"), "the section that stands for a body in space is")
+    return _specimen(
+        loaded, ("plane_strain", "ring_section"), "the section that stands for a body in space is"
+    )
 
 
 def reference_specimen(loaded: LoadedScene) -> Specimen:
