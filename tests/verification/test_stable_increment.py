@@ -15,10 +15,18 @@ from hypothesis import strategies as st
 from softsim.solver.time_step import StableStep, stable_increment
 
 BLOCK = "{generator: block, length: 3 mm, height: 2 mm, element_size: 1 mm}"
+# Two strips with a spike each: ring cells and single ones, 56 nodes; the axis at y = 3 mm.
+STRIPS = (
+    "{generator: pfr_section, inner_diameter: 4 mm, outer_diameter: 8 mm, free_length: 4 mm, "
+    "spikes_per_strip: 1, spike_height: 2 mm, root_thickness: 2 mm, tip_thickness: 1 mm, "
+    "element_size: 1 mm}"
+)
 BOX = "{generator: box, length: 2 mm, height: 2 mm, width: 2 mm, element_size: 1 mm}"
 KINDS = {
     "plane_strain": f"mesh: {BLOCK}, formulation: plane_strain, thickness: 5 mm",
     "axisymmetric": f"mesh: {BLOCK}, formulation: axisymmetric, position: [2 mm, 0 mm]",
+    "ring_section": f"mesh: {STRIPS}, formulation: ring_section, thickness: 5 mm, sector: 90 deg, "
+    "rings: skin, position: [1 mm, 3 mm]",
     "solid": f"mesh: {BOX}, formulation: solid",
 }
 SCENE = """
@@ -31,6 +39,8 @@ loads: {p: {kind: follower_pressure, facets: [b.surface], profile: {kind: consta
 solver: {bulk_viscosity: 0}
 time: {end: 1 s}
 """
+# Nothing but rings, whose wall is four times as thick as the radius of their hole.
+NARROW = ("bodies.b.mesh.inner_diameter=1.6 mm", "bodies.b.mesh.spikes_per_strip=0")
 # Every node of a body that has moved far down is inside the floor.
 FLOOR = (
     "environment.walls={floor: {kind: plane, point: [0 mm, -50 mm]}}",
@@ -111,6 +121,12 @@ STRAINS = {
         "squeezed": [[0.93, 0.0], [0.0, 0.93]],
         "sheared": [[1.0, 0.0], [0.8, 1.0]],
     },
+    "ring_section": {
+        # Blown up. J of rings is that of single parts times F_yy: here one's root, 1 over the other's.
+        "stretched": [[1.4**-1.5, 0.0], [0.0, 1.4]],
+        "squeezed": [[0.93, 0.0], [0.0, 0.93]],
+        "sheared": [[1.0, 0.8], [0.0, 1.0]],
+    },
     "solid": {
         "stretched": np.diag([1.8, 1.8, 1 / 1.8**2]),
         "squeezed": 0.93 * np.eye(3),
@@ -170,12 +186,40 @@ def test_any_strain(limits, formulation):
         F[1, 0] = shear
         if formulation == "axisymmetric":
             F[1, 1] /= stretch  # a ring of another radius
+        if formulation == "ring_section":
+            F[1, 1] = stretch ** (-2.0 / 3.0)  # between what single parts and rings yield to
         x = model.points @ F.T
         x = x + scatter * np.random.default_rng(seed).standard_normal(x.shape)
         exact, bound = exact_and_bound(x)
         assert exact / 1.6 < bound < exact
 
     check()
+
+
+def test_rings_that_are_pressed_from_one_side(limits, record_verification):
+    """Strips whose stiffness differs: one pushed outward and thinned, the other as it was; both
+    moved far across the axis. What couples opposite sides cannot be told from one side.
+    """
+    model, _, exact_and_bound = limits("ring_section")
+    x = model.points + [0.0, 20e-3]
+    upper = model.points[:, 1] > 3e-3
+    at_rest, _ = exact_and_bound(model.points)
+    assert exact_and_bound(x)[0] == pytest.approx(at_rest, rel=1e-5)  # moved as a whole
+    x[upper, 1] += 0.5e-3 - 0.2 * (model.points[upper, 1] - 5e-3)
+    exact, bound = exact_and_bound(x)
+    record_verification("stable step [s], ring_section, one strip pushed", exact, bound)
+    assert exact / 1.35 < bound < exact
+    assert exact / 1.35 < exact_and_bound(x, relaxed=True)[1] < exact_and_bound(x, relaxed=True)[0]
+
+
+def test_rings_with_a_narrow_hole(limits, record_verification):
+    """F_zz is as large a part of the strain as the section's own, and in half of all modes opposite
+    sides move alike, so that it has no part.
+    """
+    model, _, exact_and_bound = limits("ring_section", *NARROW)
+    exact, bound = exact_and_bound(model.points)
+    record_verification("stable step [s], ring_section, a narrow hole", exact, bound)
+    assert exact / 1.1 < bound < exact
 
 
 def test_one_model_many_configurations(build):
