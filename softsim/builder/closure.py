@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from softsim.builder.names import Names, in_mm
+from softsim.builder.names import MeshedBody, Names, in_mm
 from softsim.elements.geometry import Axisymmetric, Geometry, RingSection
 from softsim.mesh.mesh import open_rim
 from softsim.scene.tree import Keys
@@ -26,10 +26,26 @@ def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.n
     owners = {f.partition(".")[0] for f in references}
     if len({names.bodies[o].geometry for o in owners}) > 1:
         raise names.loaded.error(
-            (*keys, "facets"), "the facets belong to bodies of different thickness",
+            (*keys, "facets"), "the facets belong to bodies of different thickness or rings",
             "give each body a load of its own",
         )  # fmt: skip
+    refuse_single_parts(names, facets, names.bodies[owners.pop()], (*keys, "facets"))
     return facets
+
+
+def refuse_single_parts(names: Names, facets: np.ndarray, body: MeshedBody, keys: Keys) -> None:
+    """In a ring section a pressure acts on rings: only they enclose anything."""
+    if not isinstance(body.geometry, RingSection):
+        return
+    round_nodes = body.first_node + body.mesh.cells[body.geometry.is_ring]
+    single = np.setdiff1d(facets, round_nodes)
+    if len(single):
+        place = in_mm(body.mesh.points[single[0] - body.first_node])
+        raise names.loaded.error(
+            keys,
+            f"the facets reach a node at {place} that belongs to no ring, so they enclose nothing",
+            "name facets of the rings alone, such as the chamber's",
+        )
 
 
 def refuse_open_chamber(

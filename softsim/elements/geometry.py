@@ -152,7 +152,8 @@ class RingSection(_Section):
     is a diameter apart, so of a ring cell, whose corners c have the opposite nodes c',
         F_zz = sum_c (y_c - y_c') / sum_c (Y_c - Y_c'),
     whatever the ring does as a whole: moved across the axis it is not stretched. That it stays
-    round, with this diameter, is the assumption. A strip stands for `sector` [rad] of the ring's
+    round, with this diameter, and its axis parallel to x, is the assumption: a section that turns
+    is held back. A strip stands for `sector` [rad] of the ring's
     circumference; of what stands singly on it, for a `thickness` [m] of that, in plane strain.
 
     opposite: node across the axis of each node (n,), numbered within the body. is_ring: (m,) cells

@@ -122,7 +122,7 @@ STRAINS = {
         "sheared": [[1.0, 0.0], [0.8, 1.0]],
     },
     "ring_section": {
-        # Blown up. J of rings is that of single parts times F_yy: here one's root, 1 over the other's.
+        # Blown up. J of rings is that of single parts times F_yy: these are 1.18 and 0.85.
         "stretched": [[1.4**-1.5, 0.0], [0.0, 1.4]],
         "squeezed": [[0.93, 0.0], [0.0, 0.93]],
         "sheared": [[1.0, 0.8], [0.0, 1.0]],
@@ -201,7 +201,7 @@ def test_rings_that_are_pressed_from_one_side(limits, record_verification):
     moved far across the axis. What couples opposite sides cannot be told from one side.
     """
     model, _, exact_and_bound = limits("ring_section")
-    x = model.points + [0.0, 20e-3]
+    x = model.points + np.array([0.0, 20e-3])
     upper = model.points[:, 1] > 3e-3
     at_rest, _ = exact_and_bound(model.points)
     assert exact_and_bound(x)[0] == pytest.approx(at_rest, rel=1e-5)  # moved as a whole
