@@ -44,7 +44,11 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     "pfr_solid": pfr_solid,
 }
 # ABAQUS's element types -> the formulation that they mean.
-FORMULATIONS = {"CPE3": "plane_strain", "CAX3": "axisymmetric", "C3D4": "solid"}
+FORMULATIONS = {
+    "CPE3": ("plane_strain", "ring_section"),
+    "CAX3": ("axisymmetric",),
+    "C3D4": ("solid",),
+}
 
 _MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.Material)
 
@@ -107,6 +111,12 @@ def ring_section(
     """Which of a mesh's cells go around, and which nodes lie opposite each other."""
     keys = ("bodies", name)
     assert data.thickness is not None and data.sector is not None and data.rings is not None
+    if data.rotation != 0.0:
+        raise loaded.error(
+            (*keys, "rotation"),
+            "a ring_section cannot be turned: its axis is parallel to x",
+            "incline the environment instead (environment.inclination), or turn the mesh itself",
+        )
     if data.rings not in mesh.cell_sets:
         raise loaded.error(
             (*keys, "rings"),
@@ -116,16 +126,43 @@ def ring_section(
     mirrored = mesh.points * np.array([1.0, -1.0]) + np.array([0.0, 2.0 * data.position[1]])
     distance, opposite = cKDTree(mesh.points).query(mirrored)
     worst = int(np.argmax(distance))
-    if data.rotation != 0.0 or distance[worst] > 1e-6 * np.ptp(mesh.points, axis=0).max():
+    if distance[worst] > 1e-6 * np.ptp(mesh.points, axis=0).max():
         raise loaded.error(
             (*keys, "mesh"),
             f"the node at {in_mm(mesh.points[worst])} has none opposite it: a ring_section is its "
             f"own mirror image about its axis, y = {data.position[1] * 1e3:g} mm",
-            "mesh both strips alike, above and below the axis, without a rotation",
+            "mesh both strips alike, above and below the axis",
         )
     is_ring = np.zeros(len(mesh.cells), dtype=bool)
     is_ring[mesh.cell_sets[data.rings]] = True
+    refuse_half_rings(loaded, name, mesh, opposite, is_ring)
     return RingSection(data.thickness, data.sector, opposite, is_ring)
+
+
+def refuse_half_rings(
+    loaded: LoadedScene, name: str, mesh: Mesh, opposite: np.ndarray, is_ring: np.ndarray
+) -> None:
+    """Every ring cell lies on one side of the axis, and ring cells opposite it on the other."""
+    keys = ("bodies", name, "rings")
+    cells = mesh.cells[is_ring]
+    diameters = (mesh.points - mesh.points[opposite])[cells, 1]
+    least = 1e-6 * np.ptp(mesh.points, axis=0).max()
+    astride = np.flatnonzero(~((diameters > least).all(axis=1) | (diameters < -least).all(axis=1)))
+    if len(astride):
+        raise loaded.error(
+            keys,
+            f"the ring cell at {in_mm(mesh.points[cells[astride[0]]].mean(axis=0))} touches the "
+            "axis: a ring has a hole",
+            "name the cells of the two strips, above and below the axis",
+        )
+    alone = np.setdiff1d(opposite[cells], cells)
+    if len(alone):
+        raise loaded.error(
+            keys,
+            f"the node at {in_mm(mesh.points[alone[0]])} belongs to no ring cell, the one opposite "
+            "it does: half a ring",
+            "name the cells of both strips",
+        )
 
 
 def placed_mesh(
@@ -173,17 +210,17 @@ def read_or_generated(
     if not isinstance(source, FileMesh):
         return GENERATORS[source.generator](**source.model_dump(exclude={"generator"})), ()
     found = read_mesh(loaded.resolve_file(("bodies", name, "mesh", "file")), source.length_unit)
-    meant = FORMULATIONS.get(found.element_type, data.formulation)
+    meant = FORMULATIONS.get(found.element_type, (data.formulation,))
     if found.element_type == "CPS3":
         raise MeshError(
             f"{source.file} has plane-stress elements (CPS3), which are not computed with",
             hint="a thin section that may not strain across its depth is CPE3, plane_strain",
         )
-    if meant != data.formulation:
+    if data.formulation not in meant:
         raise MeshError(
-            f"{source.file} has elements {found.element_type}, which are {meant}; the body's "
+            f"{source.file} has elements {found.element_type}, which are {meant[0]}; the body's "
             f"formulation is {data.formulation}",
-            hint=f'write "formulation: {meant}", or other elements into the file',
+            hint=f'write "formulation: {meant[0]}", or other elements into the file',
         )
     counted = {
         "inverted cells turned": found.turned_cells,

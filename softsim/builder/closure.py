@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from softsim.builder.names import Names, in_mm
-from softsim.elements.geometry import Axisymmetric, Geometry
+from softsim.builder.names import MeshedBody, Names, in_mm
+from softsim.elements.geometry import Axisymmetric, Geometry, RingSection
 from softsim.mesh.mesh import open_rim
 from softsim.scene.tree import Keys
 
@@ -26,10 +26,26 @@ def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.n
     owners = {f.partition(".")[0] for f in references}
     if len({names.bodies[o].geometry for o in owners}) > 1:
         raise names.loaded.error(
-            (*keys, "facets"), "the facets belong to bodies of different thickness",
+            (*keys, "facets"), "the facets belong to bodies of different thickness or rings",
             "give each body a load of its own",
         )  # fmt: skip
+    refuse_single_parts(names, facets, names.bodies[owners.pop()], (*keys, "facets"))
     return facets
+
+
+def refuse_single_parts(names: Names, facets: np.ndarray, body: MeshedBody, keys: Keys) -> None:
+    """In a ring section a pressure acts on rings: only they enclose anything."""
+    if not isinstance(body.geometry, RingSection):
+        return
+    round_nodes = body.first_node + body.mesh.cells[body.geometry.is_ring]
+    single = np.setdiff1d(facets, round_nodes)
+    if len(single):
+        place = in_mm(body.mesh.points[single[0] - body.first_node])
+        raise names.loaded.error(
+            keys,
+            f"the facets reach a node at {place} that belongs to no ring, so they enclose nothing",
+            "name facets of the rings alone, such as the chamber's",
+        )
 
 
 def refuse_open_chamber(
@@ -42,7 +58,7 @@ def refuse_open_chamber(
 ) -> None:
     """The surface must be closed: by itself, by a rim that does not move (all components of `held`
     (n, d)), by planes of symmetry through the origin that its rim slides on; that of a half section
-    by the axis, or by any plane across it that its rim slides on.
+    by the axis, or by any plane across it that its rim slides on; that of a ring section likewise.
 
     remedy: how a rim is held, for people.
     """
@@ -52,6 +68,8 @@ def refuse_open_chamber(
     if isinstance(names.geometry, Axisymmetric):
         # On the axis, or in a plane across it: a flat lid encloses the same wherever its rim is.
         closed |= (points[rim, 0] < 1e-12) | held[rim, 1]
+    if isinstance(names.geometry, RingSection):
+        closed |= held[rim, 0]
     loose = rim[~(closed | mirrored)]
     if len(loose):
         raise names.loaded.error(
@@ -60,7 +78,7 @@ def refuse_open_chamber(
             "move by itself",
             f"{remedy}, or choose facets that reach from one held end to the other",
         )
-    if mirrored.any() and not mirrored.all() and not isinstance(names.geometry, Axisymmetric):
+    if mirrored.any() and not mirrored.all() and not reaches_axis(names):
         fixed = rim[~mirrored]
         raise names.loaded.error(
             (*keys, "facets"),
@@ -68,6 +86,11 @@ def refuse_open_chamber(
             f"{in_mm(points[fixed[0]])}: its volume cannot be told",
             "close the chamber with facets of the body, or model all of it",
         )
+
+
+def reaches_axis(names: Names) -> bool:
+    """Whether a facet encloses what is between it and an axis."""
+    return isinstance(names.geometry, Axisymmetric | RingSection)
 
 
 def on_mirror(points: np.ndarray, held: np.ndarray, nodes: np.ndarray) -> np.ndarray:
@@ -79,15 +102,15 @@ def on_mirror(points: np.ndarray, held: np.ndarray, nodes: np.ndarray) -> np.nda
 def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray) -> np.ndarray:
     """Facets (k, corners) over the held rims of a surface, so that it encloses a volume.
 
-    None where they would add nothing to the volume as seen from the origin: in a half section they
-    run straight to the axis, and planes of symmetry go through the origin. The open chains of a
-    section are joined, the end of each to the start that is nearest on the whole: two strips of a
-    robot enclose what is between them.
+    None where they would add nothing to the volume as seen from the origin: in half and ring
+    sections they run straight to the axis, and planes of symmetry go through the origin. The open
+    chains of a section are joined, the end of each to the start that is nearest on the whole: two
+    strips of a robot enclose what is between them.
     """
     rim = open_rim(facets)
     nodes = np.unique(rim)
     nothing = np.zeros((0, facets.shape[1]), dtype=int)
-    if isinstance(names.geometry, Axisymmetric) or on_mirror(points, held, nodes).any():
+    if reaches_axis(names) or on_mirror(points, held, nodes).any():
         return nothing
     if len(nodes) == 0:
         return nothing

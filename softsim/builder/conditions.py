@@ -124,6 +124,6 @@ def refuse_radius_without_axis(names: Names, kind: str, keys: Keys) -> None:
     if kind == "radius" and isinstance(names.geometry, PlaneStrain | RingSection):
         raise names.loaded.error(
             (*keys, "kind"),
-            f"a {names.geometry.name} model has no fixed axis to measure a radius from",
+            f"a {names.geometry.name} model has no axis to measure a radius from",
             "record the displacement",
         )

@@ -46,6 +46,18 @@ class _Section:
         plane = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
         return _embedded(plane, self.hoop_stretch(points, cells, x))
 
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m], referred to x."""
+        raise NotImplementedError
+
+    def strained_by(self, cells: np.ndarray) -> np.ndarray:
+        """Nodes (m, movers) whose motion strains each cell, its corners first: no others."""
+        return cells
+
+    def hoop_slopes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """dF_zz/dx (m, movers) [1/m] of these nodes along `radial`."""
+        return np.repeat(self.hoop_gradient(points, cells)[:, None], cells.shape[1], axis=1)
+
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, corners) that a pressure on edges (k, 2) acts on: their ends."""
         return edges
@@ -140,7 +152,8 @@ class RingSection(_Section):
     is a diameter apart, so of a ring cell, whose corners c have the opposite nodes c',
         F_zz = sum_c (y_c - y_c') / sum_c (Y_c - Y_c'),
     whatever the ring does as a whole: moved across the axis it is not stretched. That it stays
-    round, with this diameter, is the assumption. A strip stands for `sector` [rad] of the ring's
+    round, with this diameter, and its axis parallel to x, is the assumption: a section that turns
+    is held back. A strip stands for `sector` [rad] of the ring's
     circumference; of what stands singly on it, for a `thickness` [m] of that, in plane strain.
 
     opposite: node across the axis of each node (n,), numbered within the body. is_ring: (m,) cells
@@ -182,6 +195,17 @@ class RingSection(_Section):
         as it does when the ring breathes.
         """
         return np.where(self.is_ring, 2.0 / self._diameters(x, cells), 0.0)
+
+    def strained_by(self, cells: np.ndarray) -> np.ndarray:
+        """Nodes (m, 6) whose motion strains each cell: its corners, and of a ring cell the nodes
+        opposite them; of single parts the corners once more, to no effect.
+        """
+        return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
+
+    def hoop_slopes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """dF_zz/dy (m, 6) [1/m] of these nodes: 1 over the sum of diameters D, -1 / D."""
+        slope = 0.5 * self.hoop_gradient(points, cells)[:, None]
+        return np.repeat(np.hstack([slope, -slope]), 3, axis=1)
 
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the opposite ones,
@@ -234,6 +258,14 @@ class Solid:
     def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Nothing goes around here (m,): one."""
         return np.ones(len(cells))
+
+    def strained_by(self, cells: np.ndarray) -> np.ndarray:
+        """Nodes (m, 4) whose motion strains each cell: its corners."""
+        return cells
+
+    def hoop_slopes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Nothing goes around here (m, 4)."""
+        return np.zeros(cells.shape)
 
     def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, 3) that a pressure on facets acts on: their corners."""

@@ -38,7 +38,7 @@ class RingSection(Triangles):
         )
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # 1 / D of ring cells, and F_zz of the others.
-        self.hoop_gradient = lane_data(self.padded(0.5 * geometry.hoop_gradient(points, cells)))
+        self.hoop_gradient = lane_data(self.padded(geometry.hoop_slopes(points, cells)[:, 0]))
         self.single = lane_data(self.padded(np.where(geometry.is_ring, 0.0, 1.0)))
         opposite = self.padded(first_node + geometry.opposite[cells])
         self.opposite = index_field(by_lane(opposite))

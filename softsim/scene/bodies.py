@@ -1,5 +1,6 @@
 """Deformable and rigid bodies."""
 
+import math
 from typing import Annotated, Any, Literal, Union
 
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator
@@ -42,7 +43,9 @@ class Body(Part):
         default=None,
         validate_default=True,
         gt=0.0,
-        description="Part of the circumference that each strip of a ring_section stands for.",
+        le=math.pi,
+        description="Part of the circumference that each strip of a ring_section stands for, "
+        "at most 180 deg.",
     )
     rings: Text | None = Field(
         default=None,
@@ -66,7 +69,10 @@ class Body(Part):
         meant = {"thickness": ("plane_strain", "ring_section")}
         having = meant.get(info.field_name or "", ("ring_section",))
         if formulation in having and value is None:
-            raise ValueError(f"a {formulation} body needs a {info.field_name}")
+            needed = {"rings": "the name of its rings"}.get(
+                info.field_name or "", f"a {info.field_name}"
+            )
+            raise ValueError(f"a {formulation} body needs {needed}")
         if formulation not in (*having, None) and value is not None:
             raise ValueError(f"has no meaning for a body that is {formulation}: leave it out")
         return value

@@ -17,31 +17,33 @@ BATCH = 16_384
 
 @dataclass(frozen=True)
 class ElementStiffness:
-    """Of elements (..., m) now.
+    """Of elements (..., m) now. Movers are the nodes whose motion strains an element, its corners
+    first: `strained_by` of its geometry.
 
-    volume_gradient (corners, d, m) [m^2]: d(a corner's share of the present volume)/dx of a corner.
-    shape_stiffness (corners, corners, m) [N/m]: between corners, the same for every component.
-    hoop_stiffness (m,) [N/m]: more of it along component `radial`, the same between all corners.
+    volume_gradient (movers, d, m) [m^2]: d(a corner's share of the present volume)/dx of a mover.
+    shape_stiffness (movers, movers, m) [N/m]: between movers, the same for every component.
+    hoop_root (movers, m) [(N/m)^(1/2)]: its products are more of it along component `radial`.
     """
 
     volume_gradient: np.ndarray
     shape_stiffness: np.ndarray
-    hoop_stiffness: np.ndarray
+    hoop_root: np.ndarray
     radial: int
 
     def energies(self, u: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-        """Twice the energy (m,) [J] of corners displaced by u (d, corners, m) [m]; pressure
+        """Twice the energy (m,) [J] of movers displaced by u (d, movers, m) [m]; pressure
         (corners, m) [Pa]: that of the corners under this displacement.
         """
         dilation = np.einsum("aim,iam->m", self.volume_gradient, u)
         shape = np.einsum("abm,iam,ibm->m", self.shape_stiffness, u, u)
-        hoop = self.hoop_stiffness * u[self.radial].sum(axis=0) ** 2
-        return dilation * pressure.sum(axis=0) + shape + hoop
+        hoop = (self.hoop_root * u[self.radial]).sum(axis=0)
+        return dilation * pressure.sum(axis=0) + shape + hoop**2
 
 
 class BodyStiffness:
     """The elements of one body, with what does not change as they deform.
 
+    cells (corners, m) and movers (movers, m): node numbers within the body.
     nodal_volumes (n,) [m^3], bulk_modulus [Pa] and bulk_viscosity (n,) [Pa s]: of its averaged
     nodal pressure (elements/nodal_pressure.py).
     """
@@ -53,8 +55,10 @@ class BodyStiffness:
         self.gradients = np.ascontiguousarray(
             shape_gradients(body.points, body.cells).transpose(1, 2, 0)
         )
-        self.radial = body.geometry.radial
-        self.hoop_gradient = body.geometry.hoop_gradient(body.points, body.cells)
+        geometry = body.geometry
+        self.movers = np.ascontiguousarray(geometry.strained_by(body.cells).T, dtype=np.int32)
+        self.radial = geometry.radial
+        self.hoop_slopes = np.ascontiguousarray(geometry.hoop_slopes(body.points, body.cells).T)
         share = self.volumes[:, None] / self.corners
         self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
         material = body.material
@@ -97,11 +101,12 @@ class BodyStiffness:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What ElementStiffness holds, of a batch deformed by F under this pressure [Pa]."""
         gradients, volumes = self.gradients[:, :, batch], self.volumes[batch]
+        slopes = self.hoop_slopes[:, batch]
         d = gradients.shape[1]
         with np.errstate(invalid="ignore", divide="ignore"):
             b_bar = np.abs(J) ** (-2.0 / 3.0) * (F[:, None] * F).sum(axis=2)
             present = (cofactors(F)[:d, :d] * gradients[:, None]).sum(axis=2) / J
-            hoop = self.hoop_gradient[batch] / F[2, 2]
+            hoop = slopes / F[2, 2]
         I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
         e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
         e_size = np.sqrt(np.maximum(e_squared, 0.0))
@@ -109,13 +114,14 @@ class BodyStiffness:
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
         share = J * volumes / self.corners
-        volume_gradient = share * present
+        movers, corners = len(slopes), self.corners
+        volume_gradient = np.zeros((movers, d, len(J)))
+        volume_gradient[:corners] = share * present
         volume_gradient[:, self.radial] += share * hoop
-        return (
-            volume_gradient,
-            gram(gradients, material) + gram(present, spatial),
-            material * self.hoop_gradient[batch] ** 2 + spatial * hoop**2,
-        )
+        shape = np.zeros((movers, movers, len(J)))
+        shape[:corners, :corners] = gram(gradients, material) + gram(present, spatial)
+        hoop_root = np.sign(slopes) * np.sqrt(material * slopes**2 + spatial * hoop**2)
+        return volume_gradient, shape, hoop_root
 
 
 def gram(gradients: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -57,6 +57,10 @@ def footprint(model: Model) -> Footprint:
         branches = len(body.material.branches) * components
         tensors = EDGE_COMPONENTS[type(body.geometry)] + branches
         each += len(body.cells) * REAL * (corners * d + tensors + 3)
+        # Of nodes that strain a cell without being its corners: node, slot, a constant; force.
+        beyond = body.geometry.strained_by(body.cells).shape[1] - corners
+        shared += len(body.cells) * beyond * (2 * INTEGER + REAL)
+        each += len(body.cells) * beyond * REAL * d
         # Nodal volume and its inverse, viscosity, place in the list; J, pressure, dissipation.
         shared += len(body.points) * (3 * REAL + INTEGER)
         each += len(body.points) * 3 * REAL

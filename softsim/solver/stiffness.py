@@ -89,8 +89,9 @@ class ModelStiffness:
             self.bulk_modulus[nodes] = b.bulk_modulus
             self.bulk_viscosity[nodes] = b.bulk_viscosity
 
-        cells = np.concatenate([b.cells + b.body.first_node for b in self.bodies], axis=1)
-        first, second, self.pair_of_corners = node_pairs(cells, n)
+        self.corners = self.bodies[0].corners
+        movers = np.concatenate([b.movers + b.body.first_node for b in self.bodies], axis=1)
+        first, second, self.pair_of_movers = node_pairs(movers, n)
         self.pair_count = len(first)
         first_component = (first[:, None] * d + np.arange(d)).ravel()
         second_component = (second[:, None] * d + np.arange(d)).ravel()
@@ -113,13 +114,11 @@ class ModelStiffness:
         d = x.shape[1]
         gradient = np.concatenate([e.volume_gradient for e in elements], axis=2)
         shape = np.concatenate([e.shape_stiffness for e in elements], axis=2)
-        hoop = np.concatenate([e.hoop_stiffness for e in elements])
-        corners = len(gradient)
-        per_pair = (corners, *gradient[:, 0].shape)  # d(J of a)/dx of b does not depend on a
-        G = np.stack([self.pair_sums(np.broadcast_to(gradient[:, i], per_pair)) for i in range(d)])
+        hoop = np.concatenate([e.hoop_root for e in elements], axis=1)
+        G = np.stack([self.pair_sums(self._of_corners(gradient[:, i])) for i in range(d)])
         K = np.repeat(self.pair_sums(shape)[None], d, axis=0)
         if hoop.any():
-            K[elements[0].radial] += self.pair_sums(np.broadcast_to(hoop, shape.shape))
+            K[elements[0].radial] += self.pair_sums(hoop[:, None] * hoop)
         G_values = G.T.ravel() * self.compression_scale
         return ScaledStiffness(
             with_values(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
@@ -140,8 +139,16 @@ class ModelStiffness:
         return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.root_yield**2
 
     def pair_sums(self, values: np.ndarray) -> np.ndarray:
-        """Sum over the elements of the values (corners, corners, m) of each pair of nodes."""
-        return np.bincount(self.pair_of_corners, values.ravel(), self.pair_count)
+        """Sum over the elements of the values (movers, movers, m) of each pair of nodes."""
+        return np.bincount(self.pair_of_movers, values.ravel(), self.pair_count)
+
+    def _of_corners(self, gradient: np.ndarray) -> np.ndarray:
+        """d(J of a)/dx of b (movers, movers, m) from that of b (movers, m): the same for all
+        corners a, none for other movers, between which the volume is not shared.
+        """
+        result = np.zeros((len(gradient), *gradient.shape))
+        result[: self.corners] = gradient
+        return result
 
 
 def node_pairs(cells: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -154,7 +154,7 @@ class StableStep:
         most = (-np.inf, self.model.bodies[0], 0)
         for b, stiffness in zip(self.stiffness.bodies, elements, strict=True):
             nodes = b.body.nodes
-            energies = stiffness.energies(u[nodes].T[:, b.cells], pressure[nodes][b.cells])
+            energies = stiffness.energies(u[nodes].T[:, b.movers], pressure[nodes][b.cells])
             element = int(np.argmax(energies))
             if energies[element] > most[0]:
                 most = (float(energies[element]), b.body, element)

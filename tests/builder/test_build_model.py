@@ -32,6 +32,7 @@ rigid_bodies:
   frame: {mass: 8 g, inertia: 1 kg*mm^2, tied: [skin.knots]}
 time: {end: 1 s}
 """
+RINGS = PFR.replace("plane_strain", "ring_section\n    sector: 90 deg\n    rings: skin")
 CHAMBER = """\
 loads:
   air:
@@ -134,6 +135,16 @@ SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
         (CUBE.replace("time:", SECOND + "time:") + load(facets="[cube.top, thick.top]", **BLOW),
          "[cube.top, thick.top]", "bodies of different thickness", "a load of its own"),
         (PFR.replace("17 mm", "14 mm"), "{generator", "outer_diameter is 14 mm", ""),
+        (RINGS.replace("rings: skin", "rings: skn"), "skn",
+         "there is no cell set 'skn' in the mesh of 'skin'", "did you mean 'skin'"),
+        (RINGS.replace("rings: skin", "rings: skin_top"), "skin_top",
+         "belongs to no ring cell, the one opposite it does: half a ring", "both strips"),
+        (RINGS.replace("rings: skin", "rings: skin\n    rotation: 5 deg"), "5 deg",
+         "a ring_section cannot be turned", "environment.inclination"),
+        (RINGS + CHAMBER % "skin.surface", "[skin.surface]",
+         "that belongs to no ring, so they enclose nothing", "facets of the rings alone"),
+        (RINGS.replace("tied", "free: [x, rotation], tied"), "rotation]",
+         "'frame' cannot move in rotation", "here a rigid body has: x, y"),
         # rigid bodies
         (CUBE + rigid(frame=["cube.top"]).replace("tied", "free: [y], initial_velocity: "
          "[1 m/s, 0 m/s], tied"), "[1 m/s, 0 m/s]",
@@ -247,3 +258,52 @@ def test_building_needs_no_taichi():
         f"build_model(load_scene({str(SCENES[0])!r})); assert 'taichi' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+STRIPS = """\
+*NODE
+1, 0, 1
+2, 2, 1
+3, 1, 2
+4, 0, -1
+5, 2, -1
+6, 1, %s
+*ELEMENT, TYPE=CPE3, ELSET=WALL
+1, 1, 2, 3
+2, 4, 6, 5
+"""
+ASTRIDE = """\
+*NODE
+1, 0, -1
+2, 2, -1
+3, 2, 1
+4, 0, 1
+*ELEMENT, TYPE=CPE3, ELSET=WALL
+1, 1, 2, 3
+2, 1, 3, 4
+"""
+FILED = """\
+bodies:
+  wall: {mesh: {file: strips.inp}, formulation: ring_section, thickness: 1 mm, sector: 90 deg,
+         rings: WALL, material: dragon_skin_10}
+time: {end: 1 s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        (STRIPS % -2.5, "has none opposite it: a ring_section is its own mirror image"),
+        (ASTRIDE, "touches the axis: a ring has a hole"),
+    ],
+)  # fmt: skip
+def test_strips_that_are_no_rings(tmp_path, mesh, message):
+    """Read from a file, whose CPE3 are a plane section or a ring section."""
+    (tmp_path / "scene.yaml").write_text(FILED)
+    (tmp_path / "strips.inp").write_text(STRIPS % -2)
+    model = build_model(load_scene(tmp_path / "scene.yaml"))
+    assert model.bodies[0].geometry.opposite[model.bodies[0].cells].shape == (2, 3)
+    (tmp_path / "strips.inp").write_text(mesh)
+    with pytest.raises(SceneError) as caught:
+        build_model(load_scene(tmp_path / "scene.yaml"))
+    assert message in caught.value.message and "scene.yaml:" in str(caught.value)

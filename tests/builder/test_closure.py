@@ -55,6 +55,21 @@ def test_two_plane_chambers_enclose_what_is_between_them(build):
     assert load.volume(model.points) == pytest.approx(15e-3 * 30e-3 * 7e-3, rel=1e-12)
 
 
+def test_rings_enclose_what_is_between_them_and_the_axis(build):
+    """Two strips of 90 deg are half a cylinder; its flat ends need no lids, and may slide."""
+    text = CUP % ("pfr_section", "ring_section", "{thickness: 7 mm, sector: 90 deg, rings: skin}",
+                  "knots", "cup.chamber_top, cup.chamber_bottom")  # fmt: skip
+    text = text.replace("{thickness", "thickness").replace("}\n    material", "\n    material")
+    text = text.replace("7 mm, sector", "7 mm\n    sector").replace("deg, r", "deg\n    r")
+    slides = "conditions: {ends: {kind: fixed, nodes: cup.knots, directions: [x]}}\n"
+    for closed in (text, text.replace("    fixed: [knots]\n", "") + slides):
+        model = build(closed)
+        load = model.pressures[0]
+        assert len(load.lids) == 0
+        half = 0.5 * np.pi * 7.5e-3**2 * 30e-3
+        assert load.volume(model.points) == pytest.approx(half, rel=1e-12)
+
+
 QUARTER = """\
 bodies:
   ring: {mesh: {file: ring.inp, length_unit: 1 m}, formulation: plane_strain, thickness: 5 mm,

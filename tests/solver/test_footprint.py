@@ -23,6 +23,7 @@ loads:
         reacts_on: frame, profile: {kind: constant, value: 1 kPa}}
 time: {end: 1 s}
 """
+RINGS = SECTION.replace("plane_strain,", "ring_section, sector: 90 deg, rings: skin,")
 RING = """
 bodies:
   ring: {mesh: {generator: pfr_meridian, element_size: 0.2 mm}, formulation: axisymmetric,
@@ -38,7 +39,9 @@ time: {end: 1 s}
 """
 
 
-@pytest.mark.parametrize("text", [SECTION, RING, SOLID], ids=["plane", "revolved", "space"])
+@pytest.mark.parametrize(
+    "text", [SECTION, RINGS, RING, SOLID], ids=["plane", "rings", "revolved", "space"]
+)
 def test_the_count_is_that_of_the_fields(build, cpu, text):
     """Within a tenth, shared and own part alike: those of one scenario and of three."""
     from softsim.solver.explicit import ExplicitSolver

@@ -10,7 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-ELEMENT_TYPES = {"plane_strain": "CPE3", "axisymmetric": "CAX3", "solid": "C3D4"}
+ELEMENT_TYPES = {
+    "plane_strain": "CPE3",
+    "ring_section": "CPE3",
+    "axisymmetric": "CAX3",
+    "solid": "C3D4",
+}
 # Faces S1, S2 ... of a cell as ABAQUS numbers them, by the number of its corners.
 FACES = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)]}
 
@@ -20,7 +25,7 @@ class SmallMesh:
     """points (n, d) [m], cells (m, d + 1), positive; node sets by name.
 
     surfaces: names of node sets whose boundary facets, those with every corner in the set, also
-    become a facet set of that name.
+    become a facet set of that name. Every cell is in the cell set "cells".
     """
 
     points: np.ndarray
@@ -63,7 +68,7 @@ class SmallMesh:
         """As an ABAQUS input file for this formulation."""
         rows = ["*NODE"]
         rows += [f"{a + 1}, " + ", ".join(map(repr, p)) for a, p in enumerate(self.points.tolist())]
-        rows.append(f"*ELEMENT, TYPE={ELEMENT_TYPES[formulation]}")
+        rows.append(f"*ELEMENT, TYPE={ELEMENT_TYPES[formulation]}, ELSET=cells")
         rows += [
             ", ".join(map(str, [e + 1, *cell])) for e, cell in enumerate((self.cells + 1).tolist())
         ]
@@ -109,6 +114,24 @@ def grid(
     cells = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3)
     sets = {"left": node[:, 0], "right": node[:, -1], "bottom": node[0], "top": node[-1]}
     return SmallMesh(points, made_positive(points, cells), sets, tuple(sets))
+
+
+def two_strips(length: float, inner: float, outer: float, columns: int, rows: int) -> SmallMesh:
+    """A section of a tube along x, |x| < length / 2: two strips, mirror images about y = 0.
+
+    Node and facet sets of both: left, right, inner, outer; upper_inner of the upper one.
+    """
+
+    def place(s, t):
+        return length * (s - 0.5), inner + t * (outer - inner)
+
+    upper, count = grid(columns, rows, place), (columns + 1) * (rows + 1)
+    points = np.concatenate([upper.points, upper.points * [1.0, -1.0]])
+    cells = made_positive(points, np.concatenate([upper.cells, upper.cells + count]))
+    both = {name: np.concatenate([s, s + count]) for name, s in upper.node_sets.items()}
+    sets = {"left": both["left"], "right": both["right"], "inner": both["bottom"]}
+    sets |= {"outer": both["top"], "upper_inner": upper.node_sets["bottom"]}
+    return SmallMesh(points, cells, sets, tuple(sets))
 
 
 def irregular_block(side: float, count: int, dimension: int, shift: float, seed: int) -> SmallMesh:
