@@ -175,6 +175,18 @@ class RigidLoad:
 
 
 @dataclass(frozen=True)
+class TendonData:
+    """A tendon on rigid body number `body` towards the unit vector `direction` (d,), which pulls
+    with `stiffness` [N/m] once `slack` [m] is used up.
+    """
+
+    body: int
+    stiffness: float
+    direction: np.ndarray
+    slack: float
+
+
+@dataclass(frozen=True)
 class PrescribedData:
     """Component `axis` of `nodes` is displaced by `profile` [m over s]."""
 
@@ -232,6 +244,7 @@ class Model:
     rotors: tuple[RotorLoad, ...]
     nodal_loads: tuple[NodalLoad, ...]
     rigid_loads: tuple[RigidLoad, ...]
+    tendons: tuple[TendonData, ...]
     prescribed: tuple[PrescribedData, ...]
     probes: tuple[Probe, ...]
     gravity: np.ndarray

@@ -339,8 +339,8 @@ class Simulation:
         progress.last_history = solver.time
         progress.next_history = _next_multiple(self.output.history_interval, solver.time)
         progress.largest_turnover = self.balance.largest_turnover
-        for walls in solver.terms.wall_contacts:
-            walls.clear_impulses()
+        for gauge in solver.terms.gauges:
+            gauge.clear_impulses()
         error = self.energy_error = seen.row["energy_error"]
         self.contact_count = int(seen.row["contact_count"])
         progress.largest_energy_error = max(progress.largest_energy_error, error)

@@ -72,6 +72,7 @@ def build_model(loaded: LoadedScene) -> Model:
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),
         rigid_loads=loads.rigid_loads(names),
+        tendons=loads.tendons(names),
         prescribed=motions,
         probes=conditions.probes(names, points, is_free),
         gravity=gravity(names),

@@ -1,4 +1,4 @@
-"""Loads: pressures and chambers, motors, forces."""
+"""Loads: pressures and chambers, motors, forces, tendons."""
 
 import numpy as np
 
@@ -10,10 +10,11 @@ from softsim.builder.closure import (
 )
 from softsim.builder.names import Names
 from softsim.builder.profiles import pressure_profile, rising_profile
+from softsim.builder.rigid import freedom
 from softsim.loads.drive import AddedGas, AddedVolume, Drive, GivenPressure
 from softsim.loads.profile import smooth_rise
 from softsim.loads.vibration import RotorData, eccentric_mass, sinusoidal_force
-from softsim.model import Body, NodalLoad, PressureData, RigidLoad, RotorLoad
+from softsim.model import Body, NodalLoad, PressureData, RigidLoad, RotorLoad, TendonData
 from softsim.scene import loads as scene_loads
 from softsim.scene.tree import Keys
 from softsim.solver.time_step import element_frequencies, volume_yield
@@ -165,4 +166,25 @@ def rigid_loads(names: Names) -> tuple[RigidLoad, ...]:
             body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
             force = names.vector(load.force, (*keys, "force"))
             result.append(RigidLoad(body, force, smooth_rise(load.ramp)))
+    return tuple(result)
+
+
+def tendons(names: Names) -> tuple[TendonData, ...]:
+    """Tendons that hold rigid bodies."""
+    result = []
+    for name, load in names.scene.loads.items():
+        if isinstance(load, scene_loads.Tendon):
+            keys = ("loads", name)
+            body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+            direction = names.vector(load.direction, (*keys, "direction"))
+            free = np.array(freedom(names, load.acts_on)[: names.dimension])
+            if not direction[free].any():
+                raise names.loaded.error(
+                    (*keys, "direction"),
+                    f"'{load.acts_on}' cannot move along {list(load.direction)}: the tendon would "
+                    "never be taut",
+                    f"let it move that way (rigid_bodies.{load.acts_on}.free), or turn the tendon",
+                )
+            unit = direction / np.linalg.norm(direction)
+            result.append(TendonData(body, load.stiffness, unit, load.slack))
     return tuple(result)

@@ -25,8 +25,9 @@ class SurfaceContact:
     damping: dashpot of the normal law (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-].
 
-    Fields, (scenarios, k): normal_force [N] and force [N] now, normal_impulse and impulse [N s]
-    since they were last cleared, friction_dissipation and damping_dissipation [J].
+    Fields, (scenarios, k): normal_force [N] and force [N] now; since they were last cleared [N s]
+    normal_impulse, the part of it that was carried in slip slipping_impulse, and impulse;
+    friction_dissipation and damping_dissipation [J].
     """
 
     def __init__(
@@ -57,6 +58,7 @@ class SurfaceContact:
         numbers, vectors = np.zeros(shape[:2]), np.zeros((*shape[:2], d))
         self.normal_force, self.force = real_field(numbers), vector_field(vectors)
         self.normal_impulse, self.impulse = real_field(numbers), vector_field(vectors)
+        self.slipping_impulse = real_field(numbers)
         self.friction_dissipation = real_field(numbers)
         self.damping_dissipation = real_field(numbers)
 
@@ -69,6 +71,7 @@ class SurfaceContact:
             "normal_force": self.normal_force,
             "force": self.force,
             "normal_impulse": self.normal_impulse,
+            "slipping_impulse": self.slipping_impulse,
             "impulse": self.impulse,
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
@@ -77,6 +80,7 @@ class SurfaceContact:
     def clear_impulses(self) -> None:
         """Start a new interval over which contact forces are averaged."""
         fields.write(self.normal_impulse, 0.0)
+        fields.write(self.slipping_impulse, 0.0)
         fields.write(self.impulse, 0.0)
 
     @ti.func
@@ -109,9 +113,10 @@ class SurfaceContact:
                 slipped = slip(stretch, k_t, limit)
                 stretch -= slipped
                 self.anchor[s, i, w] = q - stretch
-                self.friction_dissipation[s, i] = self.friction_dissipation[
-                    s, i
-                ] + k_t * stretch.dot(slipped)
+                if slipped.norm_sqr() > 0.0:  # at the friction limit
+                    work = k_t * stretch.dot(slipped)
+                    self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + work
+                    self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
                 # Work of the dashpot over the way since the last increment, trapezoidal.
                 damping_force = N + self.penalty_stiffness[i] * gap
                 self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - (
@@ -175,6 +180,14 @@ class SurfaceContact:
         total = ti.cast(0.0, backend.real)
         for i in range(self.count):
             total += self.normal_impulse[s, i]
+        return total
+
+    @ti.func
+    def total_slipping_impulse(self, s):
+        """Sum of the normal impulses carried in slip since they were cleared [N s]."""
+        total = ti.cast(0.0, backend.real)
+        for i in range(self.count):
+            total += self.slipping_impulse[s, i]
         return total
 
     @ti.func

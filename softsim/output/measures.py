@@ -4,55 +4,111 @@ from typing import Any
 
 import numpy as np
 
-from softsim.loads.drive import GivenPressure
 from softsim.model import Model
+from softsim.output.motion import Cycle, walk_pressures, whole_cycles
+from softsim.output.vibration import dominant_frequency
 from softsim.scene.outputs import probe_columns
 
+History = dict[str, np.ndarray]
 
-def measures(model: Model, history: dict[str, np.ndarray]) -> dict[str, Any]:
-    """What a run says of its robot: displacements [m], per pressure cycle, speed, contact."""
-    t = history["time"]
-    if len(t) == 0:
+# Rows of the history at the highest pressure are those above this share of it.
+NEARLY_HIGHEST = 0.99
+
+
+def measures(model: Model, history: History) -> dict[str, Any]:
+    """Name -> what was found, SI; lists have an entry a pressure cycle; None: cannot be told."""
+    if len(history["time"]) == 0:
         return {}
-    body = history["body_x"]
+    found: dict[str, Any] = body_motion(history)
+    found["rows_in_contact"] = float(history["rows_in_contact"].max())
+    found["slip_share"] = slip_share(history)
+    if model.rigid_bodies:
+        found |= frame_motion(model, history)
+        found["rows_at_highest"] = rows_at_highest(history)
+        found["dominant_frequency"] = dominant_frequency(model, history)
+    if model.tendons:
+        found["peak_pull"] = float(history["pull"].max())
+        found["mean_pull"] = mean_pull(history)
+    if model.probes:
+        found["probes"] = last_probes(model, history)
+    return found
+
+
+def body_motion(history: History) -> dict[str, float | None]:
+    """Of the meshed bodies' centre of mass: displacement [m], speed in the last tenth [m/s]."""
+    t, x = history["time"], history["body_x"]
     late = t >= 0.9 * t[-1]
     span = t[late][-1] - t[late][0]
-    result: dict[str, Any] = {
-        "body_displacement": float(body[-1] - body[0]),
-        "body_speed": float((body[late][-1] - body[late][0]) / span) if span > 0.0 else None,
-        "rows_in_contact": float(history["rows_in_contact"].max()),
+    return {
+        "body_displacement": float(x[-1] - x[0]),
+        "body_speed": float((x[late][-1] - x[late][0]) / span) if span > 0.0 else None,
     }
-    if model.rigid_bodies:
-        x = history["frame_x"]
-        result["frame_displacement"] = float(x[-1] - x[0])
-        ends = cycle_ends(model)
-        if len(ends) and t[-1] >= ends[0]:
-            at = np.interp([0.0, *ends[ends <= t[-1] * (1.0 + 1e-9)]], t, x)
-            result["displacement_per_cycle"] = np.diff(at).tolist()
-    if model.probes:
-        axes = "xyz"[: model.dimension]
-        names = [
-            name for probe in model.probes for name in probe_columns(probe.name, probe.kind, axes)
-        ]
-        result["probes"] = {name: float(history[name][-1]) for name in names}
-    return result
 
 
-def cycle_ends(model: Model) -> np.ndarray:
-    """Times [s] at which the first pressure has fallen and is about to rise again, or ends."""
-    if not model.pressures:
-        return np.zeros(0)
-    drive = model.pressures[0].drive
-    if not isinstance(drive, GivenPressure):
-        return np.zeros(0)
-    profile = drive.profile
-    slope = np.diff(profile.values)
-    falling = slope < 0.0
-    # The last point of each fall; a rest at the lowest pressure belongs to its cycle.
-    last = [k + 1 for k in range(len(slope)) if falling[k] and not falling[k + 1 : k + 2].any()]
-    ends = []
-    for k in last:
-        while k < len(slope) and slope[k] == 0.0:
-            k += 1
-        ends.append(profile.times[k])
-    return np.array(ends)
+def frame_motion(model: Model, history: History) -> dict[str, Any]:
+    """Of the first rigid body: displacements [m], speed [m/s], pressures of onset and end [Pa]."""
+    t, x = history["time"], history["frame_x"]
+    cycles = whole_cycles(model, t[-1])
+    found: dict[str, Any] = {
+        "frame_displacement": float(x[-1] - x[0]),
+        "mean_speed": mean_speed(cycles, t, x),
+    }
+    if cycles:
+        found["displacement_per_cycle"] = displacement_per_cycle(cycles, t, x)
+        found["displacement_while_falling"] = displacement_while_falling(cycles, t, x)
+        walks = [walk_pressures(cycle, t, x, history["pressure"]) for cycle in cycles]
+        found["onset_pressure"] = [onset for onset, _ in walks]
+        found["end_pressure"] = [end for _, end in walks]
+    return found
+
+
+def mean_speed(cycles: list[Cycle], t: np.ndarray, x: np.ndarray) -> float | None:
+    """Displacement over time [m/s] of the whole cycles, of the whole run where there is none."""
+    end = cycles[-1].end if cycles else t[-1]
+    return float((np.interp(end, t, x) - x[0]) / (end - t[0])) if end > t[0] else None
+
+
+def displacement_per_cycle(cycles: list[Cycle], t: np.ndarray, x: np.ndarray) -> list[float]:
+    """From the end of the cycle before, or the start, to the end of each [m]."""
+    displacements: list[float] = np.diff(np.interp([0.0, *(c.end for c in cycles)], t, x)).tolist()
+    return displacements
+
+
+def displacement_while_falling(cycles: list[Cycle], t: np.ndarray, x: np.ndarray) -> list[float]:
+    """From the begin to the end of each cycle's fall of the pressure [m]."""
+    return [float(np.diff(np.interp([c.fall_begin, c.fall_end], t, x))[0]) for c in cycles]
+
+
+def rows_at_highest(history: History) -> float | None:
+    """Median of the rows of spikes in contact while the pressure is highest; None without one."""
+    pressure = history["pressure"]
+    if not (pressure > 0.0).any():
+        return None
+    full = pressure >= NEARLY_HIGHEST * pressure.max()
+    return float(np.median(history["rows_in_contact"][full]))
+
+
+def slip_share(history: History) -> float | None:
+    """Share of the walls' normal impulse that slipping nodes carried [-]; None without contact."""
+    impulse = interval_integrals(history["time"], history["wall_force_normal"])
+    whole = impulse.sum()
+    return float((history["slip_share"] * impulse).sum() / whole) if whole > 0.0 else None
+
+
+def mean_pull(history: History) -> float | None:
+    """Mean tension of the first tendon over the whole run [N]."""
+    t = history["time"]
+    span = t[-1] - t[0]
+    return float(interval_integrals(t, history["pull"]).sum() / span) if span > 0.0 else None
+
+
+def interval_integrals(t: np.ndarray, means: np.ndarray) -> np.ndarray:
+    """Integrals (rows,) over the interval before each row of a column that holds its means."""
+    return means * np.diff(t, prepend=t[0])
+
+
+def last_probes(model: Model, history: History) -> dict[str, float]:
+    """What each probe read last, by column."""
+    axes = "xyz"[: model.dimension]
+    names = [name for probe in model.probes for name in probe_columns(probe.name, probe.kind, axes)]
+    return {name: float(history[name][-1]) for name in names}

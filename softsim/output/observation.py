@@ -29,6 +29,7 @@ def columns(model: Model) -> dict[str, str]:
     if any(not isinstance(load.drive, GivenPressure) for load in model.pressures):
         first["chamber_volume"] = "m^3"  # enclosed by the first chamber's surface
     space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
+    pull = {"pull": "N"} if model.tendons else {}
     last = {
         **{f"frame_{a}": "m" for a in axes},
         "frame_angle": "rad",  # about z
@@ -38,7 +39,9 @@ def columns(model: Model) -> dict[str, str]:
         "rows_in_contact": "-",  # rows of spikes that touched within the interval
         **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
-        "internal_energy": "J",  # ALLSE: law and Maxwell springs
+        "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
+        **pull,  # tension of the first tendon, mean of the interval: what the gauge shows
+        "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
         "friction_dissipation": "J",  # ALLFD
@@ -92,6 +95,7 @@ def observe(
     if model.rigid_bodies:
         row |= frame_readings(solver)
     row["contact_count"] = grip.contact_count
+    row["slip_share"] = grip.slip_share
     row["rows_in_contact"] = row["wall_force_normal"] = 0.0
     if grip.normal_impulse > 0.0 and interval > 0.0:
         row["rows_in_contact"] = rows_in_contact(solver)
@@ -99,6 +103,9 @@ def observe(
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
         row[f"wall_force_{axis}"] = grip.impulse[i] / interval if interval > 0.0 else 0.0
+    if model.tendons:
+        impulse = float(read(solver.terms.tendons[0].impulse)[0])
+        row["pull"] = impulse / interval if interval > 0.0 else 0.0
     row["internal_energy"] = energies.internal
     row["kinetic_energy"] = energies.kinetic
     row["external_work"] = energies.external_work

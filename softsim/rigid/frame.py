@@ -24,8 +24,8 @@ class RigidBodies:
     Fields, (scenarios, bodies): centre (d) [m], orientation (quaternion w, x, y, z), rotation
     (3, 3), velocity (d) [m/s] and angular_momentum (3) [kg m^2/s] (half a step behind),
     angular_velocity (3) [rad/s] of the last step, force (d) [N] and torque (3) [N m] (the last
-    ones summed), applied_force (what loads put on the body this increment), applied_work and
-    damping_work [J].
+    ones summed), applied_force (what loads put on the body this increment), spring_force (what
+    springs do), applied_work and damping_work [J].
     """
 
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
@@ -52,7 +52,9 @@ class RigidBodies:
         self.velocity = vector_field(np.broadcast_to(velocities, (*shape, d)))
         self.angular_momentum = vector_field(np.broadcast_to(momenta, (*shape, 3)))
         self.angular_velocity = vector_field(np.broadcast_to(omega, (*shape, 3)))
-        self.force, self.applied_force = (vector_field(np.zeros((*shape, d))) for _ in range(2))
+        self.force, self.applied_force, self.spring_force = (
+            vector_field(np.zeros((*shape, d))) for _ in range(3)
+        )
         self.torque = vector_field(np.zeros((*shape, 3)))
         self.applied_work, self.damping_work = (real_field(np.zeros(shape)) for _ in range(2))
 
@@ -87,7 +89,8 @@ class RigidBodies:
         """Fields that a checkpoint keeps."""
         names = (
             "centre", "orientation", "rotation", "velocity", "angular_momentum",
-            "angular_velocity", "force", "torque", "applied_force", "applied_work", "damping_work",
+            "angular_velocity", "force", "torque", "applied_force", "spring_force", "applied_work",
+            "damping_work",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 
@@ -129,6 +132,11 @@ class RigidBodies:
         return velocity
 
     @ti.func
+    def displacement(self, s, r):
+        """Of the centre of mass since the start [m]."""
+        return self.centre[s, r] - self.rest[r]
+
+    @ti.func
     def turning_speed(self, r, R, L):
         """omega = R I^-1 R^T L, without the rotations that are held."""
         return self.free_rotation[r] * (R @ (self.inverse_inertia[r] @ (R.transpose() @ L)))
@@ -137,7 +145,7 @@ class RigidBodies:
 
     @ti.func
     def drift(self, s, r, t, dt):
-        """Move the body by dt; forget the last applied forces."""
+        """Move the body by dt; forget the last forces of loads and springs."""
         self.centre[s, r] = self.centre[s, r] + dt * self.velocity[s, r]
         q = self.orientation[s, r]
         L = self.angular_momentum[s, r]
@@ -148,6 +156,7 @@ class RigidBodies:
         self.rotation[s, r] = rotation_matrix(q)
         self.angular_velocity[s, r] = omega
         self.applied_force[s, r] = ti.Vector.zero(backend.real, self.dimension)
+        self.spring_force[s, r] = ti.Vector.zero(backend.real, self.dimension)
 
     @ti.func
     def place_tied(self, s, k, t, dt):
@@ -161,6 +170,11 @@ class RigidBodies:
     def apply(self, s, r, force):
         """A load at the centre of mass [N]."""
         self.applied_force[s, r] = self.applied_force[s, r] + force
+
+    @ti.func
+    def hold(self, s, r, force):
+        """A spring's force at the centre of mass [N]: its energy is stored, no load's work."""
+        self.spring_force[s, r] = self.spring_force[s, r] + force
 
     @ti.func
     def collect(self, s, i, t, dt):
@@ -184,8 +198,8 @@ class RigidBodies:
 
     @ti.func
     def kick(self, s, r, t, dt):
-        """New velocities from the collected forces, loads and gravity."""
-        force = self.applied_force[s, r]
+        """New velocities from the collected forces, loads, springs and gravity."""
+        force = self.applied_force[s, r] + self.spring_force[s, r]
         torque = ti.Vector([0.0, 0.0, 0.0])
         for i in range(r * PARTS, (r + 1) * PARTS):
             force += self.force_part[s, i]
@@ -241,8 +255,7 @@ class RigidBodies:
         """Work of all bodies' weight since the start [J]."""
         work = ti.cast(0.0, backend.real)
         for r in range(self.count):
-            shift = self.centre[s, r] - self.rest[r]
-            work += self.mass[r] * shift.dot(self.nodes.gravity[s])
+            work += self.mass[r] * self.displacement(s, r).dot(self.nodes.gravity[s])
         return work
 
     @ti.func

@@ -14,6 +14,8 @@ FIXED_COLUMNS = frozenset(
         "rows_in_contact",
         *(f"wall_force_{axis}" for axis in "xyz"),
         "wall_force_normal",
+        "slip_share",
+        "pull",
         "internal_energy",
         "kinetic_energy",
         "external_work",

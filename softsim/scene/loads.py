@@ -1,4 +1,4 @@
-"""Loads: pressure and chambers, motors, forces."""
+"""Loads: pressure and chambers, motors, forces, tendons."""
 
 from typing import Annotated, Literal
 
@@ -10,6 +10,7 @@ from softsim.scene.quantities import (
     Angle,
     Direction,
     ForceVector,
+    NotNegativeLength,
     NotNegativePressure,
     NotNegativeTime,
     NotNegativeVolume,
@@ -19,6 +20,7 @@ from softsim.scene.quantities import (
     PositiveLength,
     PositiveMass,
     PositivePressure,
+    PositiveStiffness,
     SetReference,
     Text,
     written,
@@ -145,6 +147,24 @@ class RigidForce(Part):
     )
 
 
+class Tendon(Part):
+    """A tendon from a rigid body to a force gauge far away: a spring that pulls and never pushes.
+    The history gets a column `pull`, the tension of the first tendon.
+    """
+
+    kind: Literal["tendon"] = Field(description="Kind of load.")
+    acts_on: Text = Field(description="Rigid body that it holds, at the centre of mass.")
+    stiffness: PositiveStiffness = Field(
+        default=written("2 N/mm"), description="Tension over elongation, the gauge's own included."
+    )
+    direction: Direction = Field(
+        default=(-1.0, 0.0), description="From the body to the gauge; its length does not matter."
+    )
+    slack: NotNegativeLength = Field(
+        default=written("0 mm"), description="Way of the body until the tendon is taut."
+    )
+
+
 Load = Annotated[
     FollowerPressure
     | AddedVolume
@@ -152,6 +172,7 @@ Load = Annotated[
     | EccentricMass
     | SinusoidalForce
     | NodalForce
-    | RigidForce,
+    | RigidForce
+    | Tendon,
     Field(discriminator="kind"),
 ]

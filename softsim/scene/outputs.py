@@ -7,6 +7,7 @@ from pydantic import Field, field_validator, model_validator
 from softsim.scene.columns import FIXED_COLUMNS
 from softsim.scene.part import Part
 from softsim.scene.quantities import (
+    Force,
     Length,
     Name,
     Number,
@@ -119,6 +120,13 @@ class VelocityRange(_Range):
     max: Velocity | None = Field(default=None, description="Largest allowed value.")
 
 
+class ForceRange(_Range):
+    """Limits of a force."""
+
+    min: Force | None = Field(default=None, description="Smallest allowed value.")
+    max: Force | None = Field(default=None, description="Largest allowed value.")
+
+
 class NumberRange(_Range):
     """Limits of a number."""
 
@@ -134,6 +142,13 @@ class Expect(Part):
     )
     displacement_per_cycle: LengthRange | None = Field(
         default=None, description="The same for every pressure cycle."
+    )
+    mean_speed: VelocityRange | None = Field(
+        default=None, description="Of the first rigid body along x, over the whole pressure cycles "
+        "(over the whole run without any)."
+    )  # fmt: skip
+    peak_pull: ForceRange | None = Field(
+        default=None, description="Largest tension of the first tendon, mean of a history row."
     )
     body_displacement: LengthRange | None = Field(
         default=None, description="Of the meshed bodies' centre of mass along x."

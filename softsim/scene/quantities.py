@@ -71,6 +71,7 @@ def written(*texts: str) -> Any:
 
 Length = Annotated[float, Quantity("m")]
 PositiveLength = Annotated[float, Quantity("m", "positive")]
+NotNegativeLength = Annotated[float, Quantity("m", "not negative")]
 PositiveTime = Annotated[float, Quantity("s", "positive")]
 NotNegativeTime = Annotated[float, Quantity("s", "not negative")]
 AutoOrPositiveTime = Annotated[float | Literal["auto"], Quantity("s", "positive", "auto")]
@@ -92,6 +93,7 @@ PositiveCompressibility = Annotated[float, Quantity("1/Pa", "positive")]
 Mass = Annotated[float, Quantity("kg")]
 Volume = Annotated[float, Quantity("m^3")]
 NotNegativeVolume = Annotated[float, Quantity("m^3", "not negative")]
+PositiveStiffness = Annotated[float, Quantity("N/m", "positive")]
 AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "positive", "auto")]
 
 TWO_OR_THREE = Field(min_length=2, max_length=3)

@@ -1,6 +1,6 @@
 """The energy books: what was put in must be stored, moving, or dissipated.
 
-internal (ALLSE of ABAQUS, law and Maxwell springs), kinetic (ALLKE), contact springs (ALLPW),
+internal (ALLSE of ABAQUS: law, Maxwell springs, tendons), kinetic (ALLKE), contact springs (ALLPW),
 friction (ALLFD), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk viscosity, contact dashpots),
 external work (ALLWK: pressure, motor, nodal forces, gravity). The balance (ETOTAL) is their sum
 less the external work and less what was there at the start.
@@ -49,12 +49,18 @@ class Energies:
 @dataclass(frozen=True)
 class Grip:
     """Contact with walls: nodes touching now, impulses [N s] since they were cleared: the sum of
-    the normal ones, and the vector (d,).
+    the normal ones, the part of it that nodes carried while they slipped, and the vector (d,).
     """
 
     contact_count: int
     normal_impulse: float
+    slipping_impulse: float
     impulse: np.ndarray
+
+    @property
+    def slip_share(self) -> float:
+        """Of the normal impulse that was carried in slip [-]; 0 without contact."""
+        return self.slipping_impulse / self.normal_impulse if self.normal_impulse > 0.0 else 0.0
 
 
 @ti.data_oriented
@@ -70,12 +76,12 @@ class Meter:
 
     def read(self, scenario: int = 0) -> tuple[Energies, Grip, np.ndarray]:
         """Energies, grip, and the centre of mass of all nodes (d,) [m] now."""
-        readings = np.empty((self.solver.scenarios, 8 + 2 * self.dimension))
+        readings = np.empty((self.solver.scenarios, 9 + 2 * self.dimension))
         self._read(self.solver.increment, readings)
         row = readings[scenario]
         mass = self.solver.models[scenario].mass.sum()
-        impulse, moment = row[8 : 8 + self.dimension], row[8 + self.dimension :]
-        return Energies(*row[:6]), Grip(int(row[6]), row[7], impulse), moment / mass
+        impulse, moment = row[9 : 9 + self.dimension], row[9 + self.dimension :]
+        return Energies(*row[:6]), Grip(int(row[6]), row[7], row[8], impulse), moment / mass
 
     @ti.kernel
     def _read(self, dt: ti.f64, readings: ti.types.ndarray(ti.f64, ndim=2)):  # type: ignore[valid-type]  # Taichi wants an instance
@@ -88,6 +94,8 @@ class Meter:
             for body in ti.static(self.terms.bodies):
                 internal += body.stored_energy(s)
                 viscous += body.dissipated_energy(s)
+            for tendon in ti.static(self.terms.tendons):
+                internal += tendon.stored_energy(s)
             for surface in ti.static(self.terms.contacts):
                 contact += surface.stored_energy(s)
                 dissipated = surface.dissipated_energy(s)
@@ -110,17 +118,20 @@ class Meter:
             readings[s, 5] = work
             touching = 0
             normal_impulse = ti.cast(0.0, backend.real)
+            slipping_impulse = ti.cast(0.0, backend.real)
             impulse = ti.Vector.zero(backend.real, self.dimension)
             for walls in ti.static(self.terms.wall_contacts):
                 touching += walls.touching_nodes(s)
                 normal_impulse += walls.total_normal_impulse(s)
+                slipping_impulse += walls.total_slipping_impulse(s)
                 impulse += walls.total_impulse(s)
             moment = self.terms.nodes.mass_moment(s)
             readings[s, 6] = touching
             readings[s, 7] = normal_impulse
+            readings[s, 8] = slipping_impulse
             for i in ti.static(range(self.dimension)):
-                readings[s, 8 + i] = impulse[i]
-                readings[s, 8 + self.dimension + i] = moment[i]
+                readings[s, 9 + i] = impulse[i]
+                readings[s, 9 + self.dimension + i] = moment[i]
 
 
 class EnergyBalance:

@@ -5,7 +5,8 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: averaged nodal pressure,
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
-Nodes that are tied to a rigid body count as free, with some of its mass (rigid_inertia.py). Fixed
+Nodes that are tied to a rigid body count as free, with some of its mass (rigid_inertia.py); what
+holds the body itself is beside this matrix: its contacts, its tendons (tendon_stiffness.py). Fixed
 and prescribed components do not move.
 The load stiffness of a pressure p is left out: some p / kappa of what contact adds.
 """

@@ -25,6 +25,7 @@ from softsim.loads.pressure import OPEN, FollowerPressure
 from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import Rotor
 from softsim.loads.table import ProfileTable
+from softsim.loads.tendon import Tendon
 from softsim.model import LOCAL_DAMPING, BallShape, ContactData, CylinderShape, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
@@ -91,6 +92,14 @@ class Terms:
                 ProfileTable([m.rigid_loads[k].share for m in models]),
             )
             for k, load in enumerate(model.rigid_loads)
+        ]  # fmt: skip
+        self.tendons = [
+            Tendon(
+                self.rigid_bodies, tendon.body, np.array([m.tendons[k].stiffness for m in models]),
+                np.stack([m.tendons[k].direction for m in models]),
+                np.array([m.tendons[k].slack for m in models]),
+            )
+            for k, tendon in enumerate(model.tendons)
         ]  # fmt: skip
         self.nodal_forces = [
             NodalForce(
@@ -174,6 +183,11 @@ class Terms:
         """Loads on nodes, which book their own work."""
         return [*self.pressures, *self.nodal_forces, *self.prescribed]
 
+    @property
+    def gauges(self) -> list[SurfaceContact | Tendon]:
+        """What sums its impulses up for the history, which clears them."""
+        return [*self.wall_contacts, *self.tendons]
+
     def drift_stages(self) -> list[Stage]:
         """Everything moves by dt times its half-step velocity."""
         bodies = self.rigid_bodies
@@ -201,6 +215,7 @@ class Terms:
             stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
         # Loads on rigid bodies add to each other, one after another.
         pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
+        pulls += [tendon.pull for tendon in self.tendons]
         if pulls:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
@@ -239,7 +254,7 @@ class Terms:
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("bodies", "pressures", "nodal_forces", "prescribed", "contacts"):
+        for name in ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

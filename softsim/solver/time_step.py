@@ -21,9 +21,11 @@ from softsim.model import LOCAL_DAMPING, Body, Model
 from softsim.solver.element_stiffness import ElementStiffness
 from softsim.solver.lanczos import largest_eigenvalue_bound
 from softsim.solver.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
+from softsim.solver.tendon_stiffness import tendon_frequency
 
-# omega dt of what hits a penalty spring: within a step it gets as deep as v dt and is thrown back
-# with up to (omega^2 dt^2 - 1) v, which must not be more than it came with.
+# omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
+# deep as v dt and is thrown back with up to (omega^2 dt^2 - 1) v, which must not be more than it
+# came with.
 LONGEST_HIT = np.sqrt(2.0)
 # omega dt of the swing of what fills a chamber. The whole skin swings with it, so it shows in the
 # books, whose error goes with the square: a pump that starts at full speed is off by 4 % at first.
@@ -99,6 +101,7 @@ class StableStep:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.stiffness = ModelStiffness(model)
+        self.tendons = tendon_frequency(model)
         alone = [element_frequencies(b, model.points[b.nodes]) for b in model.bodies]
         stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
         self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(alone[stiffest].max())
@@ -112,22 +115,27 @@ class StableStep:
         undamped = self.stiffness.at(elements, x)
         bodies = self.stiffness.contact.of_bodies
         slowed = 1.0 if self.model.relaxation is None else 1.0 + LOCAL_DAMPING
-        guess = 2.0 / np.sqrt(slowed * (undamped.row_sum_bound() + bodies(x, np.inf)))
+        held = self.tendons + bodies(x, np.inf)
+        guess = 2.0 / np.sqrt(slowed * (undamped.row_sum_bound() + held))
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, mode = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
         of_bodies = bodies(x, guess)
-        stable = 2.0 / np.sqrt(slowed * (bound + of_bodies))
+        total = bound + of_bodies + self.tendons
+        stable = 2.0 / np.sqrt(slowed * total)
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         stable = min(stable, stable**2 / guess)
         body, element = self._stiffest(elements, matrix, mode)
-        shares = other_shares(matrix, mode) | {"contact of a rigid body": of_bodies}
+        shares = other_shares(matrix, mode)
+        shares |= {"contact of a rigid body": of_bodies, "the tendon of a rigid body": self.tendons}
         name = element_name(body, element, x)
-        shares[name] = bound + of_bodies - sum(shares.values())
+        shares[name] = total - sum(shares.values())
         limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(float(matrix.contact.max()), of_bodies)
         if hit > 0.0:
             limits["contact that would throw back"] = LONGEST_HIT / np.sqrt(hit)
+        if self.tendons > 0.0:
+            limits["a tendon that would throw back"] = LONGEST_HIT / np.sqrt(self.tendons)
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
             limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)

@@ -92,6 +92,8 @@ time: {end: 1 s, procedure: static}
 bodies:
   b: {mesh: {generator: box, length: 3 mm, height: 3 mm, width: 3 mm, element_size: 3 mm},
       formulation: solid, material: ecoflex_00_30}
+rigid_bodies: {r: {mass: 1 g, inertia: 1 g*mm^2}}
+loads: {gauge: {kind: tendon, acts_on: r}}
 time: {end: 1 s}
 """,
 }

@@ -70,6 +70,25 @@ def test_slides_above_it(build, start):
     assert acceleration == pytest.approx(exact, rel=0.01)
 
 
+@pytest.mark.parametrize("angle, slips", [(20, False), (35, True)])
+def test_slip_share(build, start, angle, slips):
+    """Of the normal impulse, a block that rests carries nothing in slip, one that slides all but
+    what nodes carry within their first increments after a hop, until the friction spring from where
+    they touched down is stretched to mu N: under a hundredth.
+    """
+    from softsim.solver.energy import Meter
+
+    solver = start(build(BLOCK, f"environment.inclination={angle} deg"))
+    meter = Meter(solver)
+    settle(solver, 0.3)
+    for walls in solver.terms.wall_contacts:
+        walls.clear_impulses()
+    assert meter.read()[1].slip_share == 0.0  # nothing yet, and no division by it
+    settle(solver, 0.5)
+    share = meter.read()[1].slip_share
+    assert share > 0.99 if slips else share == 0.0
+
+
 def test_friction_dissipates_what_gravity_puts_in(build, start):
     """The books close while it slides: work of weight = kinetic + internal + friction."""
     from softsim.solver.energy import EnergyBalance, Meter

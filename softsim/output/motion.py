@@ -1,0 +1,92 @@
+"""Pressure cycles, and how a robot moved within them.
+
+A cycle ends where the pressure has fallen and is about to rise again: a rest at the lowest pressure
+belongs to the cycle before it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.loads.drive import GivenPressure
+from softsim.loads.profile import Profile
+from softsim.model import Model
+
+# Forward progress [m] within a fall, beyond the recoil before it, that counts as motion. As the air
+# leaves, the spikes, 5 mm high, draw the frame back by 1 to 2 mm; a robot whose motor stands still
+# then springs forward to where the fall began, and overshoots by up to 0.7 mm. A fifth of a spike's
+# height is above that, and far below a walk.
+LEAST_PROGRESS = 1e-3
+# The robot has set off when it has made this share of its progress, and has arrived but for it.
+BEGUN, ARRIVED = 0.05, 0.95
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """Times [s] at which the pressure begins to fall, has fallen, and the cycle ends."""
+
+    fall_begin: float
+    fall_end: float
+    end: float
+
+
+def cycles_of(profile: Profile) -> list[Cycle]:
+    """The cycles of a pressure profile, one a fall."""
+    slope = np.diff(profile.values)
+    edges = np.diff(np.concatenate([[False], slope < 0.0, [False]]).astype(int))
+    cycles = []
+    for first, last in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        end = last
+        while end < len(slope) and slope[end] == 0.0:
+            end += 1
+        cycles.append(Cycle(*(float(profile.times[k]) for k in (first, last, end))))
+    return cycles
+
+
+def whole_cycles(model: Model, until: float) -> list[Cycle]:
+    """The cycles of the first chamber's given pressure that have ended at the time `until` [s]."""
+    if not model.pressures or not isinstance(model.pressures[0].drive, GivenPressure):
+        return []
+    cycles = cycles_of(model.pressures[0].drive.profile)
+    return [cycle for cycle in cycles if cycle.end <= until * (1.0 + 1e-9)]
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Rows of a history at which a robot that moved forward set off and had arrived."""
+
+    onset: int
+    end: int
+
+
+def forward_walk(x: np.ndarray) -> Walk | None:
+    """When the places x (rows,) [m] go forward; None where they do so by less than what elastic
+    recoil explains, the way that they went back before, and LEAST_PROGRESS.
+
+    Progress counts from where the robot has been drawn back to before it walks: the walk is the
+    largest rise of x over an earlier minimum. What it slides back later does not count.
+    """
+    if len(x) == 0:
+        return None
+    farthest = int(np.argmax(x - np.minimum.accumulate(x)))
+    lowest = int(np.argmin(x[: farthest + 1]))
+    whole, recoil = x[farthest] - x[lowest], x[0] - x[lowest]
+    if not whole >= recoil + LEAST_PROGRESS:
+        return None
+    share = (x[lowest : farthest + 1] - x[lowest]) / whole
+    return Walk(lowest + int(np.argmax(share >= BEGUN)), lowest + int(np.argmax(share >= ARRIVED)))
+
+
+def walk_pressures(
+    cycle: Cycle, t: np.ndarray, x: np.ndarray, pressure: np.ndarray
+) -> tuple[float | None, float | None]:
+    """Pressures [Pa] at which the robot began to move and ended within the fall of a cycle: P_M3^B
+    and P_M3^S of the thesis, as found; None where it did not move.
+
+    t [s], x [m], pressure [Pa]: columns (rows,) of the history.
+    """
+    fall = np.flatnonzero((t >= cycle.fall_begin) & (t <= cycle.fall_end * (1.0 + 1e-9)))
+    walk = forward_walk(x[fall])
+    if walk is None:
+        return None, None
+    return float(pressure[fall[walk.onset]]), float(pressure[fall[walk.end]])
