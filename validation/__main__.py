@@ -1,14 +1,30 @@
 """`python -m validation`: all scripts, one page."""
 
-from validation import deflation_rate, displacement, inflation_radius, mode1_speed, mode2_speed
+from validation import (
+    contact_rows,
+    deflation_rate,
+    displacement,
+    inclination,
+    inflation_radius,
+    lowest_pressure,
+    mode1_speed,
+    mode2_speed,
+    propulsion_force,
+    prototypes,
+)
 from validation.command import command
 
 SCRIPTS = [
     inflation_radius.SCRIPT,
     mode1_speed.SCRIPT,
     mode2_speed.SCRIPT,
+    propulsion_force.SCRIPT,
+    contact_rows.SCRIPT,
     displacement.SCRIPT,
     deflation_rate.SCRIPT,
+    lowest_pressure.SCRIPT,
+    inclination.SCRIPT,
+    prototypes.SCRIPT,
 ]
 
 if __name__ == "__main__":

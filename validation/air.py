@@ -12,27 +12,37 @@ INFLATION_RATE = 46.0  # kPa/s
 HOLD = 0.2  # s
 
 
-def deflation(rate: float, lowest: float, cycles: int = 1) -> tuple[str, ...]:
-    """`cycles` times up to HIGHEST and down to `lowest` [kPa] at `rate` [kPa/s]."""
+def deflation(
+    rate: float, lowest: float, cycles: int = 1, inflation_rate: float = INFLATION_RATE
+) -> tuple[str, ...]:
+    """`cycles` times up to HIGHEST and down to `lowest` [kPa] at `rate`; rates in kPa/s."""
     profile = (
-        f"{{kind: cycles, highest: {HIGHEST} kPa, inflation_rate: {INFLATION_RATE} kPa/s, "
+        f"{{kind: cycles, highest: {HIGHEST} kPa, inflation_rate: {inflation_rate} kPa/s, "
         f"hold: {HOLD} s, deflation_rate: {rate} kPa/s, lowest: {lowest} kPa, count: {cycles}}}"
     )
-    return _overrides(profile, (HIGHEST - lowest) / rate, lowest, cycles)
+    rises = _rises(HIGHEST, lowest, cycles, inflation_rate)
+    return _overrides(profile, rises + cycles * (HOLD + (HIGHEST - lowest) / rate))
 
 
-def natural_deflation(time_constant: float, lowest: float, cycles: int) -> tuple[str, ...]:
-    """The same with the air let out: p = HIGHEST exp(-t / time_constant), `time_constant` in s."""
+def natural_deflation(
+    time_constant: float, lowest: float, cycles: int, highest: float = HIGHEST
+) -> tuple[str, ...]:
+    """The same with the air let out: p = highest exp(-t / time_constant), `time_constant` in s."""
     profile = (
-        f"{{kind: natural_deflation, highest: {HIGHEST} kPa, inflation_rate: {INFLATION_RATE} "
+        f"{{kind: natural_deflation, highest: {highest} kPa, inflation_rate: {INFLATION_RATE} "
         f"kPa/s, hold: {HOLD} s, time_constant: {time_constant} s, lowest: {lowest} kPa, "
         f"count: {cycles}}}"
     )
-    return _overrides(profile, time_constant * math.log(HIGHEST / lowest), lowest, cycles)
+    rises = _rises(highest, lowest, cycles, INFLATION_RATE)
+    fall = time_constant * math.log(highest / lowest)
+    return _overrides(profile, rises + cycles * (HOLD + fall))
 
 
-def _overrides(profile: str, fall: float, lowest: float, cycles: int) -> tuple[str, ...]:
-    # The first inflation starts at zero, the others at the lowest pressure.
-    rises = (HIGHEST + (cycles - 1) * (HIGHEST - lowest)) / INFLATION_RATE
-    end = math.ceil(1e3 * (rises + cycles * (HOLD + fall)))  # ms; the last cycle must be whole
-    return f"loads.air.profile={profile}", f"time.end={end} ms"
+def _rises(highest: float, lowest: float, cycles: int, rate: float) -> float:
+    """Time of all inflations [s]: the first starts at zero, the others at the lowest pressure."""
+    return (highest + (cycles - 1) * (highest - lowest)) / rate
+
+
+def _overrides(profile: str, duration: float) -> tuple[str, ...]:
+    # In ms, rounded up: the last cycle must be whole.
+    return f"loads.air.profile={profile}", f"time.end={math.ceil(1e3 * duration)} ms"

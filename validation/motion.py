@@ -46,9 +46,17 @@ class Fall:
 
     def displacement_above(self, pressure: float) -> float:
         """From the begin of the fall until it reaches `pressure` [Pa], or its end [m]."""
+        return float(self.x[self._reached(pressure)] - self.x[self.began])
+
+    def speed_above(self, pressure: float) -> float:
+        """That displacement over the time of rise, rest and fall down to `pressure` [m/s]."""
+        span = self.time[self._reached(pressure)] - self.time[0]
+        return self.displacement_above(pressure) / float(span)
+
+    def _reached(self, pressure: float) -> int:
+        """The row at which the fall reaches `pressure` [Pa], or its end."""
         reached = np.flatnonzero(self.pressure[self.began :] <= pressure)
-        end = self.began + int(reached[0]) if len(reached) else -1
-        return float(self.x[end] - self.x[self.began])
+        return self.began + int(reached[0]) if len(reached) else len(self.pressure) - 1
 
     @property
     def onset_pressure(self) -> float:

@@ -85,6 +85,12 @@ def between(value: float, low: float, high: float, unit: str = "") -> Finding:
     return judged(low <= value <= high, shown(value, unit), value, low, high)
 
 
+def all_between(values: Numbers, low: float, high: float, unit: str = "") -> Finding:
+    """low <= value <= high of each; a known one that is not disagrees, though others be missing."""
+    known = [value for value in values if not math.isnan(value)]
+    return _unless(all(low <= value <= high for value in known), values, unit)
+
+
 def below(value: float, limit: float, unit: str = "") -> Finding:
     """value < limit."""
     return judged(value < limit, shown(value, unit), value, limit)
