@@ -90,15 +90,7 @@ def draw_displacement_pressure(history: History, path: Path) -> None:
             )
             axes.set_ylabel(f"{body} displacement in {axis} [mm]", color=BLUE)
         if pressurised(history):
-            if travels(history):
-                axes = axes.twinx()
-                axes.spines["right"].set_visible(True)
-                axes.grid(False)
-            draw_signal(
-                axes, history["time"], history["pressure"] / 1e3, ORANGE, "air pressure", ":"
-            )
-            axes.set_ylabel("air pressure [kPa]", color=ORANGE)
-            axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+            draw_pressure(beside(axes) if travels(history) else axes, history)
         figure.legend(loc="outside upper center", ncols=2)
 
 
@@ -162,6 +154,39 @@ def draw_contact_rows(history: History, path: Path) -> None:
             axes.yaxis.get_major_locator().set_params(integer=name == "rows_in_contact")
         label_time(panels[-1], history)
         figure.align_ylabels()
+
+
+def draw_pull(history: History, path: Path) -> None:
+    """Tension of the tendon that holds the robot over time, and the pressure (dotted, right).
+
+    Raises OutputError if the history has no tendon or the disk refuses.
+    """
+    if not has(history, "pull"):
+        raise OutputError("the history has no pull to draw: no tendon holds the robot")
+    with drawing(path, height=3.0) as figure:
+        axes = figure.add_subplot()
+        label_time(axes, history)
+        draw_signal(axes, history["time"], history["pull"], BLUE, "pull")
+        axes.set_ylabel("pull on the force gauge [N]", color=BLUE)
+        axes.set_ylim(bottom=0.0)
+        if pressurised(history):
+            draw_pressure(beside(axes), history)
+        figure.legend(loc="outside upper center", ncols=2)
+
+
+def beside(axes: Axes) -> Axes:
+    """A second vertical axis, to the right."""
+    right: Axes = axes.twinx()
+    right.spines["right"].set_visible(True)
+    right.grid(False)
+    return right
+
+
+def draw_pressure(axes: Axes, history: History) -> None:
+    """The air pressure over time, dotted."""
+    draw_signal(axes, history["time"], history["pressure"] / 1e3, ORANGE, "air pressure", ":")
+    axes.set_ylabel("air pressure [kPa]", color=ORANGE)
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
 
 
 def draw_signal(

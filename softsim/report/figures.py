@@ -16,7 +16,9 @@ from softsim.report.curves import (
     draw_contact_rows,
     draw_displacement_pressure,
     draw_energies,
+    draw_pull,
     energies_drawn,
+    has,
     pressurised,
     travelling_column,
     travels,
@@ -41,6 +43,10 @@ CURVES: dict[str, tuple[Content, Drawing]] = {
     "contact_rows.png": (
         lambda history, _: contacts_drawn(history),
         lambda history, _, path: draw_contact_rows(history, path),
+    ),
+    "pull.png": (
+        lambda history, _: has(history, "pull"),
+        lambda history, _, path: draw_pull(history, path),
     ),
     "probes.png": (curves_of, draw_probes),
     "pressure_probe.png": (inflation_curves, draw_pressure_probe),

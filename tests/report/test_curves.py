@@ -11,6 +11,7 @@ from softsim.report.curves import (
     draw_contact_rows,
     draw_displacement_pressure,
     draw_energies,
+    draw_pull,
     energies_drawn,
     joules,
     pressurised,
@@ -84,3 +85,12 @@ def test_a_figure_without_data_says_what_it_needs(draw, refusal: str, tmp_path: 
     with pytest.raises(OutputError, match=refusal):
         draw({"time": np.arange(3.0), "internal_energy": np.full(3, np.nan)}, tmp_path / "a.png")
     assert not list(tmp_path.iterdir())
+
+
+def test_pull_is_drawn_where_a_tendon_holds_the_robot(tmp_path: Path) -> None:
+    t = np.linspace(0.0, 1.0, 50)
+    history = {"time": t, "pull": t**2, "pressure": 1e4 * t}
+    draw_pull(history, tmp_path / "pull.png")
+    assert (tmp_path / "pull.png").stat().st_size > 1000
+    with pytest.raises(OutputError, match="no tendon"):
+        draw_pull({"time": t}, tmp_path / "none.png")
