@@ -91,6 +91,7 @@ def _overrides(
 ) -> Iterator[str]:
     air = f"loads.{specimen.pressure}"
     yield f"{air}.profile={_table(pressure, 'Pa')}"
+    yield f"{air}.on_skin=[]"
     yield f"{air}.factor=1.0"
     yield f"{air}.offset=0 Pa"
     yield f"{air}.reacts_on=null"
