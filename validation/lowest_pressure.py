@@ -176,6 +176,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
                         points["lowest_kPa"][at_point], points["displacement_mm"][at_point],
                         points["spread"][at_point], linestyle="none", marker=look["marker"],
                         mfc="none", color=colour, ecolor=INK,
+                        label=f"thesis, digitised, {pipe} mm" if at_point.any() else None,
                     )  # fmt: skip
             axes.plot([], [], color=QUIET, linewidth=0.8, linestyle="--", label="thesis: P_M3^S")
             axes.invert_xaxis()
