@@ -259,7 +259,8 @@ SCRIPT = Script(
         "is a running mean over 50 ms, noise the scatter about it. Claims: 20 to 35 times the "
         "weight, most in the 30 mm pipe; smooth while inflating, noisy at the end of the "
         "deflation, in the 36 and 41 mm pipes earlier and more at higher frequency; 23 like "
-        f"26 kPa. The thesis does not describe its tendon: {TENDON:g} N/mm are taken, on which the "
+        "26 kPa. The inflation takes half a second; the thesis gives no rate. Nor does it "
+        f"describe its tendon: {TENDON:g} N/mm are taken, on which the "
         "robot swings between the two lowest frequencies of the motor."
     ),
     cases=cases,
