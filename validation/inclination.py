@@ -22,13 +22,13 @@ from validation.lowest_pressure import vertical
 from validation.motion import MILLI, NAN, History, falls
 from validation.pipes import LOOKS
 from validation.script import Script
-from validation.slope import upwards
+from validation.slope import SLACK, upwards
 from validation.thesis import EFFECTIVE_RATE, LOWEST, PIPES
 from validation.verdicts import Row, above, row
 from validation.verdicts import falls as decreases
 
 NAME = "inclination"
-ANGLES = (0, 30, 60, 90)  # degrees
+ANGLES = (0, 45, 90)  # degrees
 QUICK = ((36, 0),)
 
 
@@ -94,6 +94,22 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         yield row(NAME, claim, "digitised points", finding, outcomes.values())
 
 
+def remarks(outcomes: Outcomes) -> Iterator[str]:
+    """Where it fell: there the speed is that of the fall to the end of its line."""
+    fell = [name for name, outcome in outcomes.items() if has_fallen(outcome.history)]
+    if fell:
+        yield (
+            f"It lost the wall and fell until its line caught it: {', '.join(fell)}. The speed of "
+            "these says nothing else."
+        )
+
+
+def has_fallen(history: History) -> bool:
+    """By half of its line or more."""
+    cycles = falls(history)
+    return bool(cycles) and float(cycles[0].x[0] - cycles[0].x.min()) > 0.5e-3 * SLACK
+
+
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Speed over angle, a curve a pipe."""
     with drawing(path, 3.0) as figure:
@@ -126,6 +142,7 @@ SCRIPT = Script(
     rows=rows,
     draw=draw,
     columns=("pipe_mm", "angle_deg", "speed_mm_s"),
+    remarks=remarks,
 )
 
 if __name__ == "__main__":

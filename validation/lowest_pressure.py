@@ -155,6 +155,14 @@ def at(outcomes: Outcomes, pipe: float, angle: float, lowest: float) -> float:
     return displacement(fall, lowest) if reaches else NAN
 
 
+def curve(fall: Fall | None) -> tuple[np.ndarray, np.ndarray]:
+    """Pressure [kPa] and displacement [mm] while it falls; empty of a run that failed."""
+    if fall is None:
+        return np.empty(0), np.empty(0)
+    x = fall.x[fall.began :]
+    return 1e-3 * fall.pressure[fall.began :], MILLI * (x - x[0])
+
+
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Displacement over the falling pressure, level and vertical."""
     with drawing(path, 3.4) as figure:
@@ -166,16 +174,14 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
                 colour = look["color"]
                 axes.axvline(lowest[pipe], color=colour, linewidth=0.8, linestyle="--")
                 fall = fall_of(outcomes[make(pipe).name])
-                if fall is not None:
-                    pressure = 1e-3 * fall.pressure[fall.began :]
-                    x = MILLI * (fall.x[fall.began :] - fall.x[fall.began])
-                    axes.plot(pressure, x, color=colour, label=f"{pipe} mm pipe")
+                axes.plot(*curve(fall), color=colour, label=f"{pipe} mm pipe")
                 if points is not None:
                     at_point = (points["pipe_mm"] == pipe) & (points["inclination_deg"] == angle)
                     axes.errorbar(
                         points["lowest_kPa"][at_point], points["displacement_mm"][at_point],
                         points["spread"][at_point], linestyle="none", marker=look["marker"],
                         mfc="none", color=colour, ecolor=INK,
+                        label=f"thesis, digitised, {pipe} mm" if at_point.any() else None,
                     )  # fmt: skip
             axes.plot([], [], color=QUIET, linewidth=0.8, linestyle="--", label="thesis: P_M3^S")
             axes.invert_xaxis()

@@ -170,7 +170,8 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
                     points["prototype"][at], points["speed_mm_s"][at], points["spread"][at],
                     color=INK, marker="s", linestyle="none", label="measured",
                 )  # fmt: skip
-                axes.legend()
+                if at.any():
+                    axes.legend()
             axes.set_xticks(places, [design.name for design in designs])
             axes.set_title(f"{pipe} mm pipe")
         panels[0].set_ylabel("mean speed of a cycle [mm/s]")

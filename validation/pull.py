@@ -33,7 +33,7 @@ class Pull:
 
     @property
     def peak(self) -> float:
-        """Largest running mean [N]: the blow of the robot's first landing does not count."""
+        """Largest running mean [N]: a single blow does not count."""
         return float(self.mean.max())
 
     @property
@@ -44,8 +44,7 @@ class Pull:
     @property
     def scatter_inflating(self) -> float:
         """Root mean square of the noise [N] while the pressure rises through the upper half of the
-        range in which it falls: below that the robot, which starts in the middle of the pipe, may
-        still rebound from its landing.
+        range in which it falls: below that the spikes hardly hold, and the motor shakes the robot.
         """
         middle = 0.5 * (self.pressure[-1] + self.pressure.max())
         begin = int(np.argmax(self.pressure >= middle))

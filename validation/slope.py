@@ -9,7 +9,10 @@ from validation.air import deflation
 from validation.thesis import EFFECTIVE_RATE
 
 AT_ONCE = 460.0  # kPa/s: 23 kPa in 50 ms
-LINE = "{kind: tendon, acts_on: frame, direction: [1, 0], stiffness: 0.1 N/mm, slack: 200 mm}"
+SLACK = 200.0  # mm, of the safety line
+LINE = (
+    f"{{kind: tendon, acts_on: frame, direction: [1, 0], stiffness: 0.1 N/mm, slack: {SLACK} mm}}"
+)
 
 
 def upwards(pipe: int, angle: int, lowest: float) -> tuple[str, ...]:

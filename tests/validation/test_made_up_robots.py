@@ -142,9 +142,18 @@ def test_inclination(tmp_path):
     outcomes = of_all(inclination, make)
     rows = verdicts_of(inclination, outcomes, tmp_path / "figure.png")
     assert {row.verdict for row in rows.values()} == {AGREES}
+    assert list(inclination.remarks(outcomes)) == []
     back = of_all(inclination, lambda case: walking(case, -1e-3 * pipe_of(case) / 30.0))
     rows = verdicts_of(inclination, back, tmp_path / "figure.png")
     assert disagreeing(rows, "climbs") == {DISAGREES}
+
+
+def test_a_fall_is_remarked():
+    outcomes = of_all(inclination, lambda case: walking(case, 2e-3))
+    steep = outcomes[inclination.label(41, 60)].history
+    steep["frame_x"] = steep["frame_x"] - 0.2 * (steep["time"] > 5.0)
+    (remark,) = inclination.remarks(outcomes)
+    assert "41 mm, 60 deg" in remark and "30 mm" not in remark
 
 
 def test_speed_counts_down_to_the_lowest_pressure_of_the_pipe():

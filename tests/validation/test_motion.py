@@ -35,6 +35,9 @@ def test_onset_and_end_are_where_it_moves():
     assert fall.standstill == pytest.approx(0.05 * 4.0 * SPEED, abs=2.1e-3 * SPEED)
     assert fall.displacement_above(HIGHEST - 6e3) == pytest.approx(2.0 * SPEED, abs=2.1e-3 * SPEED)
     assert fall.displacement_above(LOWEST - 1e3) == fall.displacement
+    # From 19 to 17 kPa it moves 4 mm, and 6 s of fall are over.
+    down = fall.speed_above(HIGHEST - 6e3)
+    assert down == pytest.approx(2.0 * SPEED / (RISE + HOLD + 6.0), rel=2e-3)
     assert fall.mean_speed == pytest.approx(4.0 * SPEED / (RISE + HOLD + FALL))
 
 

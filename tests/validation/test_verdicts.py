@@ -30,6 +30,8 @@ NAN = math.nan
         (verdicts.at_most_share(-0.4, 5.0, 0.1), AGREES),
         (verdicts.at_most_share(0.6, 5.0, 0.1), DISAGREES),
         (verdicts.at_most_share(0.0, -1.0, 0.1), DISAGREES),
+        (verdicts.all_between([2.0, 3.0], 2.0, 3.0), AGREES),
+        (verdicts.all_between([2.0, 3.1], 2.0, 3.0), DISAGREES),
         (verdicts.rises([1.0, 2.0, 3.0]), AGREES),
         (verdicts.rises([1.0, 1.0, 3.0]), DISAGREES),
         (verdicts.falls([3.0, 2.0, 1.0]), AGREES),
@@ -57,6 +59,7 @@ def test_numbers_are_judged(finding, verdict):
         verdicts.more_than(1.0, NAN),
         verdicts.at_most_share(NAN, 1.0, 0.1),
         verdicts.at_most_share(1.0, NAN, 0.1),
+        verdicts.all_between([2.0, NAN], 2.0, 3.0),
         verdicts.rises([1.0, NAN, 3.0]),
         verdicts.falls([NAN, NAN]),
         verdicts.some_above([0.5, NAN], 1.0),
@@ -71,6 +74,7 @@ def test_what_is_missing_cannot_be_told(finding):
 
 
 def test_known_numbers_may_contradict_though_others_are_missing():
+    assert verdicts.all_between([4.0, NAN], 2.0, 3.0).verdict == DISAGREES
     assert verdicts.rises([3.0, NAN, 1.0]).verdict == DISAGREES
     assert verdicts.falls([1.0, NAN, 3.0]).verdict == DISAGREES
     assert verdicts.highest_at(["a", "b", "c"], [2.0, 1.0, NAN], ["b"]).verdict == DISAGREES
