@@ -21,7 +21,7 @@ from validation.air import natural_deflation
 from validation.cases import THINNED, Case, Outcomes
 from validation.command import command
 from validation.digitised import Points, deviation
-from validation.motion import MILLI, NAN, Fall, falls
+from validation.motion import LEAST, MILLI, NAN, Fall, falls
 from validation.script import Script
 from validation.thesis import (
     BEST_FREQUENCY,
@@ -84,9 +84,10 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         yield from motion_rows(outcomes, pipe)
     for pipe in PIPES:
         behind = [outcomes[label(pipe, f)] for f in FREQUENCIES]
-        growth = rises(found[pipe], "mm")
+        growth = rises(found[pipe], "mm", resolution=MILLI * LEAST)
         claim = f"farther at {', '.join(map(str, FREQUENCIES))} Hz; {pipe} mm pipe"
-        yield row(NAME, claim, "rises", growth, behind)
+        reference = f"rises; below {MILLI * LEAST:g} mm is recoil, no motion"
+        yield row(NAME, claim, reference, growth, behind)
         hardly = at_most_share(float(found[pipe][0]), float(found[pipe][-1]), HARDLY)
         claim = f"64 Hz barely moves; {pipe} mm pipe"
         yield row(NAME, claim, f"below {100 * HARDLY:g} % of 192 Hz", hardly, behind)

@@ -114,12 +114,14 @@ def at_most_share(value: float, of: float, share: float) -> Finding:
     return judged(percent < 100.0 * share, shown(percent, "%"), percent)
 
 
-def rises(values: Numbers, unit: str = "") -> Finding:
+def rises(values: Numbers, unit: str = "", resolution: float = 0.0) -> Finding:
     """Each value is larger than the one before; a known one that is not disagrees, though others
-    be missing.
+    be missing. Less than `resolution` is no difference, but the last is larger than the first.
     """
     known = [value for value in values if not math.isnan(value)]
-    return _unless(all(after > before for before, after in pairwise(known)), values, unit)
+    steps = all(after > before - resolution for before, after in pairwise(known))
+    grown = len(known) < 2 or known[-1] > known[0] + resolution
+    return _unless(steps and grown, values, unit)
 
 
 def falls(values: Numbers, unit: str = "") -> Finding:
