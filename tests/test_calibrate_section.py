@@ -28,7 +28,7 @@ def calibrate(folder, section, reference, *arguments, seconds=120):
     ("section", "reference", "arguments", "says"),
     [
         (SOLID, SOLID, [], "'skin' is solid"),
-        (SECTION, SECTION, [], "'skin' is plane_strain"),
+        (SECTION, SECTION, [], "'skin' is ring_section"),
         (
             SECTION, SOLID, ["--set", "environment.walls.pipe.diameter=41 mm"],
             "the section's pipe is 41 mm wide, the reference's 36 mm",
