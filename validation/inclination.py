@@ -66,6 +66,19 @@ def speeds(outcomes: Outcomes, pipe: int) -> np.ndarray:
     return np.array([speed(outcomes[label(pipe, a)].history, pipe) for a in ANGLES])
 
 
+def climbed(outcomes: Outcomes, pipe: int) -> np.ndarray:
+    """Speeds [mm/s] at each of ANGLES; NaN of a robot that fell: it has the speed of its fall."""
+    fell = [has_fallen(outcomes[label(pipe, angle)].history) for angle in ANGLES]
+    return np.where(fell, NAN, speeds(outcomes, pipe))
+
+
+def until_it_fell(outcomes: Outcomes, pipe: int) -> np.ndarray:
+    """Speeds [mm/s] at ANGLES up to the first at which it fell: beyond there is nothing to tell."""
+    fell = [has_fallen(outcomes[label(pipe, angle)].history) for angle in ANGLES]
+    end = fell.index(True) + 1 if any(fell) else len(ANGLES)
+    return speeds(outcomes, pipe)[:end]
+
+
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     """Up a vertical pipe; slower the steeper; slower in larger pipes."""
     found = {pipe: speeds(outcomes, pipe) for pipe in PIPES}
@@ -77,10 +90,10 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     for pipe in PIPES:
         behind = [outcomes[label(pipe, angle)] for angle in ANGLES]
         claim = f"slower the steeper, {degrees} deg; {pipe} mm pipe"
-        yield row(NAME, claim, "falls", decreases(found[pipe], "mm/s"), behind)
+        yield row(NAME, claim, "falls", decreases(until_it_fell(outcomes, pipe), "mm/s"), behind)
     for number, angle in enumerate(ANGLES):
         behind = [outcomes[label(pipe, angle)] for pipe in PIPES]
-        larger = decreases([found[pipe][number] for pipe in PIPES], "mm/s")
+        larger = decreases([climbed(outcomes, pipe)[number] for pipe in PIPES], "mm/s")
         claim = f"slower in larger pipes, {', '.join(map(str, PIPES))} mm; {angle} deg"
         yield row(NAME, claim, "falls", larger, behind)
     if points is not None:

@@ -30,7 +30,17 @@ from validation.thesis import (
     LOWEST_VERTICAL,
     PIPES,
 )
-from validation.verdicts import Row, above, at_most_share, below, row, shown_list, within
+from validation.verdicts import (
+    UNKNOWN,
+    Finding,
+    Row,
+    above,
+    at_most_share,
+    below,
+    row,
+    shown_list,
+    within,
+)
 from validation.verdicts import falls as decreases
 
 NAME = "lowest_pressure"
@@ -138,6 +148,8 @@ def vertical_rows(outcome: Outcome, pipe: int) -> Iterator[Row]:
     claim = f"holds at {lowest:g} kPa: loses no height; {where}"
     yield row(NAME, claim, f"below {MILLI * LEAST:g} mm", holds, [outcome])
     drops = above(loss(fall, lowest - LOWER), DROPPED, "mm")
+    if loss(fall, lowest) > DROPPED:
+        drops = Finding("fell before", UNKNOWN)
     claim = f"falls below that: height lost down to {lowest - LOWER:g} kPa; {where}"
     yield row(NAME, claim, f"above {DROPPED:g} mm", drops, [outcome])
     found = within(holding_pressure(fall), lowest, LOWEST_SPREAD, "kPa")
