@@ -92,15 +92,15 @@ def loss(fall: Fall | None, lowest: float) -> float:
 
 
 def holding_pressure(fall: Fall | None) -> float:
-    """The lowest pressure [kPa] at which the robot still is at its highest place, but for the
-    spikes' recoil; NaN where it never drops.
+    """The lowest pressure [kPa] at which the robot still is at its highest place, but for what the
+    recoil of its spikes explains; NaN where it never drops.
     """
     if fall is None:
         return NAN
     x = fall.x[fall.began :]
-    if x.max() - x[-1] <= LEAST:
+    if MILLI * (x.max() - x[-1]) <= DROPPED:
         return NAN
-    held = np.flatnonzero(x >= x.max() - LEAST)
+    held = np.flatnonzero(MILLI * (x.max() - x) <= DROPPED)
     return 1e-3 * float(fall.pressure[fall.began + held[-1]])
 
 

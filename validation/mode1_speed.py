@@ -86,7 +86,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
                 marker="s", linestyle="none", label="thesis, digitised",
             )  # fmt: skip
         axes.set(xlabel="frequency of the motor [Hz]", ylabel="mean speed [mm/s]")
-        axes.legend()
+        figure.legend(loc="outside upper center", ncols=4)
 
 
 SCRIPT = Script(
