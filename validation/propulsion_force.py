@@ -35,6 +35,7 @@ from validation.thesis import (
     HIGHESTS,
     LOWEST,
     PIPES,
+    RING,
     WEIGHT,
 )
 from validation.verdicts import (
@@ -50,7 +51,6 @@ from validation.verdicts import (
 )
 
 NAME = "propulsion_force"
-RING = 2.0  # pull of the ring of spikes over that of the section
 WEIGHTS = (20.0, 35.0)  # times the weight, the largest pull (4.2.4)
 TIME_CONSTANT = 1.5  # s
 TENDON = 3.5  # N/mm: 10 g on it swing at 94 Hz, halfway between 64 and 137 Hz

@@ -7,6 +7,7 @@ HIGHESTS = (20.0, 23.0, 26.0)  # kPa, highest pressures tried (4.2.4)
 BEST_FREQUENCY = 192  # Hz, of Mode 3 (6.3.1)
 BEST_RATE = 1.3  # kPa/s, Df_r^a of the farthest displacement a cycle (6.4)
 STOP_RATE = 6.0  # kPa/s, above which nothing moves (4.2.1.3, 6.4)
+RING = 2.0  # spikes of a ring that push along the axis, over those of the section: 14 over 7
 WEIGHT = 10e-3 * 9.81  # N (10 g, 4.2.1.2)
 
 LOWEST = {30: 9.0, 36: 11.0, 41: 12.5}
