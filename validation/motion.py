@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.output.motion import LEAST_PROGRESS, Walk, forward_walk
+
 NAN = float("nan")
 MILLI = 1e3
 History = Mapping[str, np.ndarray]
 
-BEGUN, ARRIVED = 0.05, 0.95  # shares of the way between which it counts as moving
-LEAST = 1e-3  # m, a fifth of a spike: less is the spikes' recoil, no motion
+LEAST = LEAST_PROGRESS  # m: less is the spikes' recoil, no motion
 
 
 @dataclass(frozen=True)
@@ -59,33 +60,26 @@ class Fall:
         return self.began + int(reached[0]) if len(reached) else len(self.pressure) - 1
 
     @property
+    def walk(self) -> Walk | None:
+        """Rows of the fall between which the robot moves forward; None without motion."""
+        return forward_walk(self.x[self.began :])
+
+    @property
     def onset_pressure(self) -> float:
         """P_M3^B as found [Pa]: where motion begins; NaN without motion."""
-        onset = self._passed(BEGUN)
-        return NAN if onset is None else float(self.pressure[onset])
+        return NAN if self.walk is None else float(self.pressure[self.began + self.walk.onset])
 
     @property
     def end_pressure(self) -> float:
         """P_M3^S as found [Pa]: where motion has ended; NaN without motion."""
-        end = self._passed(ARRIVED)
-        return NAN if end is None else float(self.pressure[end])
+        return NAN if self.walk is None else float(self.pressure[self.began + self.walk.end])
 
     @property
     def standstill(self) -> float:
         """Displacement [m] from the highest pressure to the onset; NaN without motion."""
-        onset = self._passed(BEGUN)
-        return NAN if onset is None else float(self.x[onset] - self.x[self.began])
-
-    def _passed(self, share: float) -> int | None:
-        """The row at which so much of the way forward is made, from where the recoil ended."""
-        x = self.x[self.began :]
-        farthest = int(np.argmax(x - np.minimum.accumulate(x)))
-        lowest = int(np.argmin(x[: farthest + 1]))
-        way = x[farthest] - x[lowest]
-        if way < x[0] - x[lowest] + LEAST:
-            return None
-        made = x[lowest : farthest + 1] - x[lowest] >= share * way
-        return self.began + lowest + int(np.argmax(made))
+        if self.walk is None:
+            return NAN
+        return float(self.x[self.began + self.walk.onset] - self.x[self.began])
 
 
 def falls(history: History) -> list[Fall]:

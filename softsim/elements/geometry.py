@@ -4,6 +4,7 @@ One class a formulation, beside the Taichi class of the same name that computes 
 guards and figures, which must answer without Taichi, ask here.
 """
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +30,7 @@ def _embedded(F: np.ndarray, out_of_plane: np.ndarray) -> np.ndarray:
     return result
 
 
-class _Section:
+class _Section(ABC):
     """What sections share. A geometry says what is stretched around (`hoop_stretch`), along which
     component it moves outward (`radial`), and which nodes a pressure on an edge acts on.
     """
@@ -37,18 +38,18 @@ class _Section:
     dimension = 2
     radial = 0
 
+    @abstractmethod
     def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F_zz (m,) of the elements with their nodes now at x."""
-        raise NotImplementedError
 
     def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F (m, 3, 3) of the elements with their nodes now at x; zz lies across the section."""
         plane = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
         return _embedded(plane, self.hoop_stretch(points, cells, x))
 
+    @abstractmethod
     def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m], referred to x."""
-        raise NotImplementedError
 
     def strained_by(self, cells: np.ndarray) -> np.ndarray:
         """Nodes (m, movers) whose motion strains each cell, its corners first: no others."""
