@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
 from softsim.loads.drive import Drive
 from softsim.loads.profile import Profile
@@ -57,38 +58,6 @@ class ContactData:
     damping: np.ndarray
     effective_mass: np.ndarray
     friction_coefficient: float
-
-
-@dataclass(frozen=True)
-class WallsData:
-    """Half spaces: names, points (w, d) [m] and unit normals (w, d) into the free side. Round
-    pipes in space: names, points on the axes (p, 3), unit axes (p, 3), radii (p,) [m].
-    """
-
-    names: tuple[str, ...]
-    points: np.ndarray
-    normals: np.ndarray
-    pipe_names: tuple[str, ...]
-    pipe_points: np.ndarray
-    pipe_axes: np.ndarray
-    pipe_radii: np.ndarray
-
-    @property
-    def count(self) -> int:
-        """Walls of both kinds."""
-        return len(self.names) + len(self.pipe_names)
-
-    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap [m] of places x (n, d) to each wall, by the wall's name."""
-        found = {
-            name: (x - point) @ normal
-            for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
-        }
-        pipes = zip(self.pipe_names, self.pipe_points, self.pipe_axes, self.pipe_radii, strict=True)
-        for name, point, axis, radius in pipes:
-            across = (x - point) - np.outer((x - point) @ axis, axis)
-            found[name] = radius - np.linalg.norm(across, axis=1)
-        return found
 
 
 @dataclass(frozen=True)
@@ -238,7 +207,7 @@ class Model:
     is_free: np.ndarray
     rigid_bodies: tuple[RigidBodyData, ...]
     outlines: tuple[OutlineData, ...]
-    walls: WallsData
+    walls: tuple[Wall, ...]
     contact: ContactData
     pressures: tuple[PressureData, ...]
     rotors: tuple[RotorLoad, ...]

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, rigid
+from softsim.builder import conditions, contact, loads, rigid, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.names import Names
 from softsim.elements.geometry import Axisymmetric
@@ -56,8 +56,8 @@ def build_model(loaded: LoadedScene) -> Model:
     )
     surfaces = [b.node_sets["surface"] for b in bodies]
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
-    walls = contact.walls(names)
-    contact.refuse_penetration(names, walls, points[touching])
+    fixed_walls = walls.walls(names)
+    walls.refuse_penetration(names, fixed_walls, points[touching])
     model = Model(
         bodies=bodies,
         points=points,
@@ -66,7 +66,7 @@ def build_model(loaded: LoadedScene) -> Model:
         is_free=is_free,
         rigid_bodies=rigid_bodies,
         outlines=rigid.outlines(names, points, stiffness, tied),
-        walls=walls,
+        walls=fixed_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
         pressures=loads.pressures(names, bodies, points, mass, is_free, tied),
         rotors=loads.rotors(names),

@@ -4,10 +4,12 @@ Contact quantities are averages over the interval since the last row, so that th
 motor does not alias into them; a row of spikes is in contact if it touched within the interval.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.fields import read
 from softsim.loads.drive import GivenPressure
@@ -239,7 +241,7 @@ def frame(solver: ExplicitSolver) -> Frame:
 
 def description(model: Model, title: str) -> dict:
     """What FieldWriter.describe stores for the figures: walls, outlines, sets, title."""
-    outlines, owners, walls = [], [], model.walls
+    outlines, owners = [], []
     for outline in model.outlines:
         shape = outline.shape
         if model.dimension == 2 and isinstance(shape, CylinderShape):
@@ -248,13 +250,19 @@ def description(model: Model, title: str) -> dict:
             owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
     return {
-        "walls": np.concatenate([walls.points, walls.normals], axis=1),
-        "pipes": np.concatenate(
-            [walls.pipe_points, walls.pipe_axes, walls.pipe_radii[:, None]], axis=1
-        ),
+        **drawn_walls(model.walls),
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,
         "title": title,
         "formulation": model.bodies[0].geometry.name,
     }
+
+
+def drawn_walls(walls: Sequence[Wall]) -> dict[str, np.ndarray]:
+    """What the walls keep for the figures, those of a kind joined."""
+    parts: dict[str, list[np.ndarray]] = {}
+    for wall in walls:
+        for name, array in wall.drawn().items():
+            parts.setdefault(name, []).append(array)
+    return {name: np.concatenate(arrays) for name, arrays in parts.items()}

@@ -6,9 +6,12 @@ dashpot c_n, whose velocity lags half a step behind, acts on the stable step as 
 most the sum of the squares of what each would have against something fixed.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from softsim.model import ContactData, Model, OutlineData, WallsData
+from softsim.contact.wall import Wall
+from softsim.model import ContactData, Model, OutlineData
 from softsim.solver.rigid_inertia import TIED_SHARE, least_inertia
 
 # Within the increments between two inspections nothing moves by more of the model's size.
@@ -35,12 +38,13 @@ class ContactStiffness:
         walls, supports = np.zeros((2, len(x)))
         for _, contact in self.supports:
             supports[contact.nodes] += surface_stiffness(contact, dt)
-        if self.model.walls.count:
+        if self.model.walls:
             contact = self.model.contact
             walls[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
             walls[self.tied] = 0.0
             both = np.flatnonzero((walls > 0.0) & (supports > 0.0))
-            gap = np.min(list(self.model.walls.gaps(x[both]).values()), axis=0)
+            gaps = [gap for wall in self.model.walls for gap in wall.gaps(x[both]).values()]
+            gap = np.min(gaps, axis=0)
             far = both[gap > self.reach]
             larger = np.maximum(walls[far], supports[far])
             walls[far], supports[far] = larger, 0.0
@@ -54,7 +58,7 @@ class ContactStiffness:
         """
         model = self.model
         stiffness, moment = np.zeros((2, len(model.rigid_bodies)))
-        if model.walls.count:
+        if model.walls:
             at_walls = wall_stiffness(model.contact, model.walls, dt)
             for r, body in enumerate(model.rigid_bodies):
                 own = np.isin(model.contact.nodes, body.tied)
@@ -87,25 +91,13 @@ def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
     return np.maximum(normal, contact.tangential_stiffness)
 
 
-def wall_stiffness(contact: ContactData, walls: WallsData, dt: float) -> np.ndarray:
+def wall_stiffness(contact: ContactData, walls: Sequence[Wall], dt: float) -> np.ndarray:
     """Largest stiffness (k,) [N/m] of each node against all walls that it can touch at once.
 
-    The sum over their normals n is k_t w I + (k_n - k_t) sum n (x) n for w walls; a round pipe adds
-    at most 1 to the largest eigenvalue of sum n (x) n.
+    The sum over their normals n is k_t w I + (k_n - k_t) sum n (x) n for w surfaces; the largest
+    eigenvalue of a sum is at most the sum of the largest ones.
     """
-    normals = touched_at_once(walls.normals)
-    pipes = len(walls.pipe_names)
-    alike = np.linalg.eigvalsh(normals.T @ normals)[-1] + pipes
+    surfaces, alike = np.sum([wall.touched_at_once() for wall in walls], axis=0)
     k_n = contact.penalty_stiffness + 2.0 * contact.damping / dt
     k_t = contact.tangential_stiffness
-    return (len(normals) + pipes) * k_t + alike * np.maximum(k_n - k_t, 0.0)
-
-
-def touched_at_once(normals: np.ndarray) -> np.ndarray:
-    """Of the unit normals (w, d) of half spaces those that one node can touch: walls that face
-    each other are far apart, so of two opposite sides only the one with more walls counts.
-    """
-    cosines = normals @ normals.T
-    alike, opposite = (cosines > 1.0 - 1e-9).sum(axis=1), (cosines < 1e-9 - 1.0).sum(axis=1)
-    first = np.array([tuple(n) > tuple(-n) for n in normals], dtype=bool)
-    return normals[(alike > opposite) | ((alike == opposite) & first)]
+    return surfaces * k_t + alike * np.maximum(k_n - k_t, 0.0)

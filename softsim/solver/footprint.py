@@ -79,8 +79,7 @@ def footprint(model: Model) -> Footprint:
 
 def _contacts(model: Model) -> list[tuple[ContactData, int]]:
     """Each list of nodes with the number of surfaces that it is held against."""
-    half_spaces, pipes = len(model.walls.names), len(model.walls.pipe_names)
-    against_walls = [(model.contact, count) for count in (half_spaces, pipes) if count]
+    against_walls = [(model.contact, len(wall.names)) for wall in model.walls]
     supports = [(o.support, 1) for o in model.outlines if o.support is not None]
     return against_walls + supports
 

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.contact.half_spaces import HalfSpaces
+from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.contact.walls import RoundPipes, StraightWalls
+from softsim.contact.walls import FlatObstacle, RoundObstacle
 from softsim.elements import geometry
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.plane_strain import PlaneStrain
@@ -44,6 +46,7 @@ FACETS: dict[type, Any] = {
     geometry.RingSection: RingFacets,
     geometry.Solid: TriangleFacets,
 }
+WALLS: dict[type, Any] = {HalfSpaces: FlatObstacle, RoundPipes: RoundObstacle}
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 
 
@@ -140,26 +143,15 @@ class Terms:
         )  # fmt: skip
 
     def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
-        contact, walls = models[0].contact, [m.walls for m in models]
+        contact, friction = models[0].contact, [m.contact.friction_coefficient for m in models]
         if len(contact.nodes) == 0:
             return []
-        obstacles: list[Any] = []
-        if walls[0].names:
-            obstacles.append(
-                StraightWalls(
-                    np.stack([w.points for w in walls]), np.stack([w.normals for w in walls])
-                )
-            )
-        if walls[0].pipe_names:
-            obstacles.append(
-                RoundPipes(
-                    np.stack([w.pipe_points for w in walls]),
-                    np.stack([w.pipe_axes for w in walls]),
-                    np.stack([w.pipe_radii for w in walls]),
-                )
-            )
-        friction = [m.contact.friction_coefficient for m in models]
-        return [self._contact(contact, obstacle, friction) for obstacle in obstacles]
+        places = models[0].points[contact.nodes]
+        alike = zip(*(m.walls for m in models), strict=True)  # a wall of each scenario
+        return [
+            self._contact(contact, WALLS[type(walls[0])](walls, places), friction)
+            for walls in alike
+        ]
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
         supports = []
