@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
 from softsim.loads.drive import Drive
@@ -174,6 +175,29 @@ class Probe:
     kind: str
     members: np.ndarray
     geometry: Geometry
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """The way of rigid body number `body` along a pipe, and when there is nothing more to wait for.
+
+    items: what the user's list of the pipe says, an entry a text. length: of the body along the
+    pipe [m]. outline: its nodes that touch walls (k,). start, goal: arc length of its centre at
+    rest, and where it has passed [m]. It has stopped when it gains less than `least_progress` [m]
+    within `patience` pressure cycles, or `patience_time` [s] where it is not `in_cycles`.
+    """
+
+    path: PipePath
+    items: tuple[str, ...]
+    body: int
+    length: float
+    outline: np.ndarray
+    start: float
+    goal: float
+    in_cycles: bool
+    patience: int
+    patience_time: float
+    least_progress: float
 
 
 # Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
