@@ -221,7 +221,8 @@ class Model:
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
     contact is counted. increment: the user's time step [s], or None for the stable one.
-    relaxation: of a static procedure, or None where inertia is real.
+    relaxation: of a static procedure, or None where inertia is real. passage: what a layout asks, or
+    None.
     """
 
     bodies: tuple[Body, ...]
@@ -248,6 +249,7 @@ class Model:
     bulk_viscosity: float
     energy_error_limit: float
     relaxation: Relaxation | None
+    passage: Passage | None
 
     @property
     def dimension(self) -> int:

@@ -6,6 +6,7 @@ import numpy as np
 
 from softsim.model import Model
 from softsim.output.motion import Cycle, walk_pressures, whole_cycles
+from softsim.output.verdict import layout_report
 from softsim.output.vibration import dominant_frequency
 from softsim.scene.outputs import probe_columns
 
@@ -26,6 +27,8 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found |= frame_motion(model, history)
         found["rows_at_highest"] = rows_at_highest(history)
         found["dominant_frequency"] = dominant_frequency(model, history)
+    if model.passage is not None:
+        found["layout"] = layout_report(model.passage, history)
     if model.tendons:
         found["peak_pull"] = float(history["pull"].max())
         found["mean_pull"] = mean_pull(history)

@@ -4,6 +4,7 @@ A robot goes forward in jerks and is drawn back by a millimetre or two whenever 
 what counts is the farthest place that it has reached.
 """
 
+from collections.abc import Mapping
 from enum import Enum
 
 import numpy as np
@@ -11,6 +12,9 @@ import numpy as np
 from softsim.model import Passage
 
 History = dict[str, np.ndarray]
+
+SEEN = ("time", "arc_length", "cycles_done")
+"""Columns of a history that a watch looks at."""
 
 
 class Verdict(str, Enum):
@@ -35,6 +39,10 @@ class Watch:
     def is_over(self) -> bool:
         """Whether the verdict is there."""
         return self.verdict is not Verdict.UNFINISHED
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """A row of the history, as it is written."""
+        self.see(*(row[name] for name in SEEN))
 
     def see(self, time: float, arc_length: float, cycles_done: float) -> None:
         """A row of the history: time [s], arc length of the body's centre [m], and how many
@@ -72,8 +80,7 @@ def has_fallen(passage: Passage, way_back: float) -> bool:
 def watched(passage: Passage, history: History) -> Watch:
     """The watch after all rows of a history."""
     watch = Watch(passage)
-    columns = (history[name].tolist() for name in ("time", "arc_length", "cycles_done"))
-    for row in zip(*columns, strict=True):
+    for row in zip(*(history[name].tolist() for name in SEEN), strict=True):
         watch.see(*row)
     return watch
 
