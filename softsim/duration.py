@@ -19,8 +19,6 @@ import psutil
 from rich.console import Console
 
 from softsim.errors import StabilityError
-from softsim.loads.drive import Drive, GivenPressure
-from softsim.loads.profile import Profile
 from softsim.machine import Choice
 from softsim.model import Model, NodalLoad, RigidLoad
 from softsim.output.folder import RunFolder
@@ -116,11 +114,11 @@ def hastened(model: Model, factor: float) -> Model:
     return replace(
         model,
         end_time=model.end_time / factor,
-        pressures=tuple(replace(p, drive=_faster(p.drive, factor)) for p in model.pressures),
+        pressures=tuple(replace(p, drive=p.drive.hastened(factor)) for p in model.pressures),
         nodal_loads=tuple(_faster_share(load, factor) for load in model.nodal_loads),
         rigid_loads=tuple(_faster_share(load, factor) for load in model.rigid_loads),
         prescribed=tuple(
-            replace(motion, profile=_sooner(motion.profile, factor)) for motion in model.prescribed
+            replace(motion, profile=motion.profile.sooner(factor)) for motion in model.prescribed
         ),
     )
 
@@ -177,16 +175,5 @@ def _marks(pilot: Simulation) -> list[Mark]:
     return marks
 
 
-def _sooner(profile: Profile, factor: float) -> Profile:
-    return replace(profile, times=profile.times / factor)
-
-
-def _faster(drive: Drive, factor: float) -> Drive:
-    sooner = replace(drive, profile=_sooner(drive.profile, factor))
-    if isinstance(sooner, GivenPressure):
-        return replace(sooner, section_profile=_sooner(sooner.section_profile, factor))
-    return sooner
-
-
 def _faster_share(load: Load, factor: float) -> Load:
-    return replace(load, share=_sooner(load.share, factor))
+    return replace(load, share=load.share.sooner(factor))

@@ -145,6 +145,14 @@ class RigidLoad:
 
 
 @dataclass(frozen=True)
+class AxialReliefData:
+    """Takes `weight` (d,) [N], as far as it lies along x of rigid body number `body`, off it."""
+
+    body: int
+    weight: np.ndarray
+
+
+@dataclass(frozen=True)
 class TendonData:
     """A tendon on rigid body number `body` towards the unit vector `direction` (d,), which pulls
     with `stiffness` [N/m] once `slack` [m] is used up.
@@ -221,8 +229,8 @@ class Model:
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
     contact is counted. increment: the user's time step [s], or None for the stable one.
-    relaxation: of a static procedure, or None where inertia is real. passage: what a layout asks, or
-    None.
+    relaxation: of a static procedure, or None where inertia is real. passage: what a
+    layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -238,6 +246,7 @@ class Model:
     rotors: tuple[RotorLoad, ...]
     nodal_loads: tuple[NodalLoad, ...]
     rigid_loads: tuple[RigidLoad, ...]
+    axial_reliefs: tuple[AxialReliefData, ...]
     tendons: tuple[TendonData, ...]
     prescribed: tuple[PrescribedData, ...]
     probes: tuple[Probe, ...]

@@ -60,6 +60,8 @@ def build_model(loaded: LoadedScene) -> Model:
     fixed_walls = walls.walls(names)
     walls.refuse_penetration(names, fixed_walls, points[touching])
     pressures = loads.pressures(names, bodies, points, mass, is_free, tied)
+    down = gravity(names)
+    total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     model = Model(
         bodies=bodies,
         points=points,
@@ -74,10 +76,11 @@ def build_model(loaded: LoadedScene) -> Model:
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),
         rigid_loads=loads.rigid_loads(names),
+        axial_reliefs=loads.axial_reliefs(names, total_mass * down),
         tendons=loads.tendons(names),
         prescribed=motions,
         probes=conditions.probes(names, points, is_free),
-        gravity=gravity(names),
+        gravity=down,
         rows={
             f"{b.name}.{name}": nodes
             for b in bodies

@@ -74,7 +74,9 @@ def path_of(names: Names, layout: Layout, walls: Sequence[Wall]) -> PipePath:
         )
     if layout.path is None and len(paths) > 1:
         raise names.loaded.error(
-            ("layout",), f"there are {len(paths)} pipes: {', '.join(paths)}", "say which: path: NAME"
+            ("layout",),
+            f"there are {len(paths)} pipes: {', '.join(paths)}",
+            "say which: path: NAME",
         )
     name = layout.path or next(iter(paths))
     if name not in paths:

@@ -4,39 +4,55 @@ Under a given pressure an inflated skin runs away where its pressure curve falls
 A chamber driven by volume or by mass stays stable there: its pressure falls as the skin gives way.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
-import numpy as np
-
+from softsim.loads.cycles import cycles_of
 from softsim.loads.profile import Profile
+
+S = TypeVar("S", bound="_Scheduled")
 
 AIR_GAS_CONSTANT = 287.05  # J/(kg K), dry air
 
 
-def highest(profile: Profile) -> float:
-    """Time [s] at which a profile is highest."""
-    return float(profile.times[np.argmax(profile.values)])
+@dataclass(frozen=True)
+class _Scheduled:
+    """A drive of which all is known beforehand."""
+
+    profile: Profile
+
+    def cycles_done(self, time: float) -> int:
+        """Cycles of the profile that have ended at `time` [s]; 0 of one that never falls."""
+        return sum(cycle.has_ended(time) for cycle in cycles_of(self.profile))
+
+    def hastened(self: S, factor: float) -> S:
+        """The drive played `factor` times as fast."""
+        return replace(self, profile=self.profile.sooner(factor))
 
 
 @dataclass(frozen=True)
-class GivenPressure:
+class GivenPressure(_Scheduled):
     """profile: what a gauge shows; section_profile: what acts on the plane model [Pa over s]."""
 
-    profile: Profile
     section_profile: Profile
 
-    @property
-    def fullest(self) -> float:
-        """Time [s] at which the profile is highest."""
-        return highest(self.profile)
+    asks_volume = False
 
-    def stiffness(self, volume: float, time: float) -> float:
+    def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
         return 0.0
 
+    def hastened(self, factor: float) -> "GivenPressure":
+        """The drive played `factor` times as fast."""
+        return replace(
+            self,
+            profile=self.profile.sooner(factor),
+            section_profile=self.section_profile.sooner(factor),
+        )
+
 
 @dataclass(frozen=True)
-class AddedVolume:
+class AddedVolume(_Scheduled):
     """A liquid of which `profile` [m^3 over s] is pumped into the chamber.
 
     p = bulk_modulus (V_0 + added - V) / V_0, as a hydrostatic fluid cavity: the liquid is so stiff
@@ -44,22 +60,18 @@ class AddedVolume:
     initial_volume: V_0 [m^3].
     """
 
-    profile: Profile
     initial_volume: float
     bulk_modulus: float
 
-    @property
-    def fullest(self) -> float:
-        """Time [s] at which the profile is highest."""
-        return highest(self.profile)
+    asks_volume = True
 
-    def stiffness(self, volume: float, time: float) -> float:
+    def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]."""
         return self.bulk_modulus / self.initial_volume
 
 
 @dataclass(frozen=True)
-class AddedGas:
+class AddedGas(_Scheduled):
     """A gas of which `profile` [kg over s] is let into the chamber, ideal and isothermal.
 
     p + p_a = (m_0 + added) R T / (V + V_s); m_0 fills the chamber at ambient pressure p_a.
@@ -67,16 +79,12 @@ class AddedGas:
     what stands inside the chamber [m^3]. specific_energy: R T [J/kg]. ambient_pressure [Pa].
     """
 
-    profile: Profile
     initial_volume: float
     side_volume: float
     specific_energy: float
     ambient_pressure: float
 
-    @property
-    def fullest(self) -> float:
-        """Time [s] at which the profile is highest."""
-        return highest(self.profile)
+    asks_volume = True
 
     @property
     def initial_mass(self) -> float:
@@ -85,9 +93,9 @@ class AddedGas:
             self.ambient_pressure * (self.initial_volume + self.side_volume) / self.specific_energy
         )
 
-    def stiffness(self, volume: float, time: float) -> float:
-        """-dp/dV [Pa/m^3]."""
-        mass = self.initial_mass + float(np.asarray(self.profile.at(time)))
+    def stiffness(self, volume: float) -> float:
+        """-dp/dV [Pa/m^3], with as much gas in the chamber as there ever is."""
+        mass = self.initial_mass + float(self.profile.values.max())
         return mass * self.specific_energy / (volume + self.side_volume) ** 2
 
 

@@ -21,6 +21,10 @@ class Profile:
         """Value at time t [s]."""
         return np.interp(t, self.times, self.values)
 
+    def sooner(self, factor: float) -> "Profile":
+        """The same values, each at a `factor`-th of its time."""
+        return Profile(self.times / factor, self.values)
+
     def translated(self, scale: np.ndarray) -> "Profile":
         """Each value read off a scale (k, 2): value here -> value there, rising, linear in between
         and beyond its last two points. Times at which a point of the scale is passed are added.

@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from softsim.loads.cycles import Cycle
 from softsim.model import Model
-from softsim.output.motion import Cycle, walk_pressures, whole_cycles
+from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.verdict import layout_report
 from softsim.output.vibration import dominant_frequency
 from softsim.scene.outputs import probe_columns

@@ -1,15 +1,11 @@
-"""Pressure cycles, and how a robot moved within them.
-
-A cycle ends where the pressure has fallen and is about to rise again: a rest at the lowest pressure
-belongs to the cycle before it.
-"""
+"""Pressure cycles, and how a robot moved within them."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.loads.cycles import Cycle, cycles_of
 from softsim.loads.drive import GivenPressure
-from softsim.loads.profile import Profile
 from softsim.model import Model
 
 # Forward progress [m] within a fall, beyond the recoil before it, that counts as motion. As the air
@@ -21,34 +17,12 @@ LEAST_PROGRESS = 1e-3
 BEGUN, ARRIVED = 0.05, 0.95
 
 
-@dataclass(frozen=True)
-class Cycle:
-    """Times [s] at which the pressure begins to fall, has fallen, and the cycle ends."""
-
-    fall_begin: float
-    fall_end: float
-    end: float
-
-
-def cycles_of(profile: Profile) -> list[Cycle]:
-    """The cycles of a pressure profile, one a fall."""
-    slope = np.diff(profile.values)
-    edges = np.diff(np.concatenate([[False], slope < 0.0, [False]]).astype(int))
-    cycles = []
-    for first, last in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-        end = last
-        while end < len(slope) and slope[end] == 0.0:
-            end += 1
-        cycles.append(Cycle(*(float(profile.times[k]) for k in (first, last, end))))
-    return cycles
-
-
 def whole_cycles(model: Model, until: float) -> list[Cycle]:
     """The cycles of the first chamber's given pressure that have ended at the time `until` [s]."""
     if not model.pressures or not isinstance(model.pressures[0].drive, GivenPressure):
         return []
     cycles = cycles_of(model.pressures[0].drive.profile)
-    return [cycle for cycle in cycles if cycle.end <= until * (1.0 + 1e-9)]
+    return [cycle for cycle in cycles if cycle.has_ended(until)]
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ def columns(model: Model) -> dict[str, str]:
         "pressure": "Pa",  # of the first chamber: what a gauge on the robot shows
         "section_pressure": "Pa",  # what acts on the plane model
     }
-    if any(not isinstance(load.drive, GivenPressure) for load in model.pressures):
+    if any(load.drive.asks_volume for load in model.pressures):
         first["chamber_volume"] = "m^3"  # enclosed by the first chamber's surface
     space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
     pull = {"pull": "N"} if model.tendons else {}

@@ -24,9 +24,9 @@ class Layout(Part):
     )
     goal: PositiveLength | None = Field(
         default=None,
-        description="Arc length along the path that its centre must reach. By default it has passed "
-        "when its whole outline lies in the last segment, or, where that is no longer than the "
-        "outline, when its front is at the end of the path.",
+        description="Arc length along the path that its centre must reach. By default it has "
+        "passed when its whole outline lies in the last segment, or, where that is no longer than "
+        "the outline, when its front is at the end of the path.",
     )
     patience: WholeNumber = Field(
         default=2,

@@ -142,7 +142,9 @@ class Expect(Part):
     """Values the scene expects of its own run; outside them the run ends with exit code 5."""
 
     passes: bool | None = Field(
-        default=None, strict=True, description="The verdict of the layout: true, passed; false, stuck."
+        default=None,
+        strict=True,
+        description="The verdict of the layout: true, passed; false, stuck.",
     )
     frame_displacement: LengthRange | None = Field(
         default=None, description="Of the first rigid body along x, from start to end."

@@ -77,7 +77,8 @@ class Scene(Part):
     time: Time = Field(description="How long, in which steps.")
     solver: Solver = Field(default_factory=Solver, description="Settings of the integrator.")
     layout: Layout | None = Field(
-        default=None, description="Whether the robot gets through a pipe_path; no question by default."
+        default=None,
+        description="Whether the robot gets through a pipe_path; no question by default.",
     )
     output: Output = Field(default_factory=Output, description="What is written, how often.")
     expect: Expect = Field(default_factory=Expect, description="Regression values of the scene.")

@@ -194,7 +194,7 @@ def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
     """
     vectors = []
     for load in model.pressures:
-        stiffness = load.drive.stiffness(load.volume(x), load.drive.fullest)
+        stiffness = load.drive.stiffness(load.volume(x))
         if stiffness > 0.0:
             gradient = volume_gradient(load.geometry, load.facets, x)
             vectors.append(np.sqrt(stiffness) * (gradient * root_yield(model)).ravel())

@@ -20,6 +20,7 @@ from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.elements.tetrahedra import Tetrahedra
+from softsim.loads.axial_relief import AxialRelief
 from softsim.loads.chamber import SOURCES
 from softsim.loads.facets import PlaneFacets, RevolvedFacets, RingFacets, TriangleFacets
 from softsim.loads.nodal import NodalForce
@@ -99,6 +100,14 @@ class Terms:
             )
             for k, load in enumerate(model.rigid_loads)
         ]  # fmt: skip
+        self.axial_reliefs = [
+            AxialRelief(
+                self.rigid_bodies,
+                relief.body,
+                np.stack([m.axial_reliefs[k].weight for m in models]),
+            )
+            for k, relief in enumerate(model.axial_reliefs)
+        ]
         self.tendons = [
             Tendon(
                 self.rigid_bodies, tendon.body, np.array([m.tendons[k].stiffness for m in models]),
@@ -210,6 +219,7 @@ class Terms:
             stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
         # Loads on rigid bodies add to each other, one after another.
         pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
+        pulls += [load.pull for load in self.axial_reliefs]
         pulls += [tendon.pull for tendon in self.tendons]
         if pulls:
             moved.append(Pass("loads", 1, tuple(pulls)))

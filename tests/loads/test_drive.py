@@ -1,14 +1,15 @@
 """Drives of chambers: the stiffness that the time step is built on is -dp/dV of what the kernels
-apply.
+apply when the chamber is fullest; and cycles that are over.
 """
 
 import numpy as np
 import pytest
 
 from softsim.loads.drive import AddedGas, AddedVolume, GivenPressure
-from softsim.loads.profile import Profile, constant
+from softsim.loads.profile import Profile, constant, cycles
 
-RAMP = Profile(np.array([0.0, 1.0]), np.array([0.0, 2e-6]))
+FULLEST = 0.7
+RAMP = Profile(np.array([0.0, FULLEST, 1.0]), np.array([0.0, 2e-6, 1e-6]))
 DRIVES = {
     "liquid": AddedVolume(RAMP, 5e-6, 3e5),
     "gas": AddedGas(RAMP, 5e-6, 2e-6, 287.05 * 293.15, 101325.0),
@@ -46,9 +47,9 @@ def pressures(drive, volumes, t):
 def test_stiffness_is_the_slope_of_the_pressure(cpu, name):
     """Central difference: error of order step^2, 1e-6 relative at a thousandth of the volume."""
     drive, volume, step = DRIVES[name], 6e-6, 6e-9
-    low, high = pressures(drive, [volume - step, volume + step], 0.7)
+    low, high = pressures(drive, [volume - step, volume + step], FULLEST)
     slope = (low - high) / (2.0 * step)
-    assert drive.stiffness(volume, 0.7) == pytest.approx(slope, rel=1e-5, abs=1e-6)
+    assert drive.stiffness(volume) == pytest.approx(slope, rel=1e-5, abs=1e-6)
 
 
 def test_the_chamber_starts_at_ambient_pressure(cpu):
@@ -61,3 +62,12 @@ def test_twice_the_gas_in_the_same_room_has_twice_the_absolute_pressure(cpu):
     doubled = Profile(np.array([0.0]), np.array([gas.initial_mass]))
     drive = AddedGas(doubled, 5e-6, 2e-6, gas.specific_energy, gas.ambient_pressure)
     assert pressures(drive, [5e-6], 0.0)[0] == pytest.approx(101325.0, rel=1e-12)
+
+
+def test_cycles_done():
+    """Rises of 1 and 0.5 s, falls of 5 s: over at 6, 11.5 s; a constant pressure has no cycle."""
+    profile = cycles(10e3, 10e3, 0.0, 1e3, 5e3, 0.0, 2, 0.0)
+    drive = GivenPressure(profile, profile.reduced(0.5, 0.0))
+    assert [drive.cycles_done(t) for t in (0.0, 5.999, 6.0, 11.4, 11.5, 99.0)] == [0, 0, 1, 1, 2, 2]
+    assert [drive.hastened(4.0).cycles_done(t) for t in (1.49, 1.5, 2.875)] == [0, 1, 2]
+    assert DRIVES["given"].cycles_done(99.0) == 0
