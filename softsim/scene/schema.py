@@ -88,7 +88,8 @@ def scene_json_schema() -> dict[str, Any]:
     """JSON schema of a scene file, so that an editor completes and checks its keys."""
     schema = Scene.model_json_schema()
     schema["properties"]["include"] = {
-        "description": "A file, or a list of them, that this one adds to; keys here win.",
+        "description": "A file, or a list of them, that this one adds to; keys here win. "
+        "Robots that ship with softsim go by name: robot:pfr.",
         "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
     }
     return schema
