@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
 from softsim.loads.drive import Drive
@@ -184,6 +185,29 @@ class Probe:
     geometry: Geometry
 
 
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """The way of rigid body number `body` along a pipe, and when there is nothing more to wait for.
+
+    items: what the user's list of the pipe says, an entry a text. length: of the body along the
+    pipe [m]. outline: its nodes that touch walls (k,). start, goal: arc length of its centre at
+    rest, and where it has passed [m]. It has stopped when it gains less than `least_progress` [m]
+    within `patience` pressure cycles, or `patience_time` [s] where it is not `in_cycles`.
+    """
+
+    path: PipePath
+    items: tuple[str, ...]
+    body: int
+    length: float
+    outline: np.ndarray
+    start: float
+    goal: float
+    in_cycles: bool
+    patience: int
+    patience_time: float
+    least_progress: float
+
+
 # Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
 LOCAL_DAMPING = 0.8
 
@@ -205,7 +229,8 @@ class Model:
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
     contact is counted. increment: the user's time step [s], or None for the stable one.
-    relaxation: of a static procedure, or None where inertia is real.
+    relaxation: of a static procedure, or None where inertia is real. passage: what a
+    layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -233,6 +258,7 @@ class Model:
     bulk_viscosity: float
     energy_error_limit: float
     relaxation: Relaxation | None
+    passage: Passage | None
 
     @property
     def dimension(self) -> int:

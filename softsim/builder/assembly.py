@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, rigid, walls
+from softsim.builder import conditions, contact, loads, passage, rigid, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
@@ -44,10 +44,11 @@ def build_model(loaded: LoadedScene) -> Model:
         held[nodes] = True
     is_free = ~held
     velocity = np.where(is_free, conditions.initial_velocity(names, bodies, points), 0.0)
+    outline_nodes = [
+        soft_count + np.flatnonzero(corner_owner == r) for r in range(len(scene.rigid_bodies))
+    ]
     rigid_bodies = tuple(
-        rigid.rigid_body(
-            names, name, np.concatenate([tied[r], soft_count + np.flatnonzero(corner_owner == r)])
-        )
+        rigid.rigid_body(names, name, np.concatenate([tied[r], outline_nodes[r]]))
         for r, name in enumerate(scene.rigid_bodies)
     )
     stiffness = contact.Stiffness(
@@ -59,6 +60,7 @@ def build_model(loaded: LoadedScene) -> Model:
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
     fixed_walls = walls.walls(names)
     walls.refuse_penetration(names, fixed_walls, points[touching])
+    pressures = loads.pressures(names, bodies, points, mass, is_free, tied)
     down = gravity(names)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     model = Model(
@@ -71,7 +73,7 @@ def build_model(loaded: LoadedScene) -> Model:
         outlines=rigid.outlines(names, points, stiffness, tied),
         walls=fixed_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
-        pressures=loads.pressures(names, bodies, points, mass, is_free, tied),
+        pressures=pressures,
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),
         rigid_loads=loads.rigid_loads(names),
@@ -92,6 +94,7 @@ def build_model(loaded: LoadedScene) -> Model:
         bulk_viscosity=bulk_viscosity(names),
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
+        passage=passage.passage(names, fixed_walls, outline_nodes, pressures),
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)

@@ -14,6 +14,7 @@ from softsim.elements.measures import measure_elements
 from softsim.fields import read
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.model import CylinderShape, Model, Probe
+from softsim.output import along_path
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
@@ -55,6 +56,8 @@ def columns(model: Model) -> dict[str, str]:
     }
     if model.relaxation is not None:
         last["unbalanced_share"] = "-"  # of the forces, see solver/equilibrium.py
+    if model.passage is not None:
+        last |= along_path.COLUMNS
     for probe in model.probes:
         last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
     return first | last
@@ -119,6 +122,9 @@ def observe(
     row["energy_error"] = balance.error(energies)
     if model.relaxation is not None:
         row["unbalanced_share"] = unbalanced_share(solver)
+    if model.passage is not None:
+        place = frame_pose(solver, model.passage.body).centre
+        row |= along_path.path_readings(solver, model.passage, place, interval)
     if model.probes:
         x = solver.positions()[0]
         for probe in model.probes:
