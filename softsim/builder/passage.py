@@ -7,6 +7,7 @@ import numpy as np
 from softsim.builder.names import Names, close_names
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
+from softsim.loads.drive import ControlledPressure
 from softsim.model import Passage, PressureData
 from softsim.scene.bodies import BallOutline, CylinderOutline
 from softsim.scene.layout import Layout
@@ -149,4 +150,5 @@ def default_goal(path: PipePath, start: float, length: float) -> float:
 
 def has_cycles(pressure: PressureData) -> bool:
     """Whether a chamber's pressure ever falls, to rise again."""
-    return pressure.drive.cycles_done(np.inf) > 0
+    drive = pressure.drive
+    return isinstance(drive, ControlledPressure) or drive.cycles_done(np.inf) > 0

@@ -5,7 +5,7 @@ import numpy as np
 from softsim.contact.path_features import narrowings
 from softsim.contact.pipe_path import PipePath
 from softsim.fields import read
-from softsim.model import Model, Passage
+from softsim.model import Passage
 from softsim.solver.explicit import ExplicitSolver
 
 # A node this near [m] to a place where the pipe narrows touches what narrows it: the thickness of a
