@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -67,6 +67,7 @@ def run(
     """Run a scene: numbers, curves and pictures into a run folder."""
     with _explained() as console:
         from softsim.commands.summary import profile_table, summary_table
+        from softsim.output.folder import read_summary
         from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
         from softsim.run import run as run_scene
 
@@ -78,7 +79,7 @@ def run(
             )  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
             if profile:
-                console.print(profile_table(_summary(folder)["profile"]))
+                console.print(profile_table(read_summary(folder)["profile"]))
             raise
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
@@ -252,18 +253,12 @@ def _draw(folder: Path, console: Console) -> None:
     """All figures of a run folder that has something to draw."""
     if not (folder / "history.csv").is_file():
         return
+    from softsim.output.folder import read_summary
     from softsim.report.figures import draw_all
 
-    field = _summary(folder).get("snapshot_field", "stretch")
+    field = read_summary(folder).get("snapshot_field", "stretch")
     for figure in draw_all(folder, field):
         console.print(f"figure  {figure}", highlight=False)
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    """What summary.json of a run folder holds; nothing where there is none."""
-    file = folder / "summary.json"
-    found: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.is_file() else {}
-    return found
 
 
 @contextmanager

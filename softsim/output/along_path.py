@@ -12,6 +12,8 @@ from softsim.solver.explicit import ExplicitSolver
 # spike.
 REACH = 2e-3
 
+TURN = np.radians(2.0)
+
 COLUMNS = {
     "arc_length": "m",  # of the body's centre along the path
     "cycles_done": "-",  # pressure cycles that have ended
@@ -43,6 +45,18 @@ def path_readings(
     return row | frame_forces(forces[of_frame]) | forces_along(
         passage.path, x[nodes], forces, of_frame
     )  # fmt: skip
+
+
+def path_samples(path: PipePath) -> np.ndarray:
+    """The path for figures, a row a sample: arc length, point (d,), tangent (d,), radius [m]. Every
+    segment has its beginning and its end, a bend a sample every 2 deg too.
+    """
+    rows = []
+    for segment in path.segments:
+        s = np.linspace(0.0, segment.length, 2 + int(segment.length / segment.bend_radius / TURN))
+        point, tangent = segment.axis_place(s)
+        rows.append(np.column_stack([segment.start + s, point, tangent, segment.radius(s)]))
+    return np.concatenate(rows)
 
 
 def cycles_done(model: Model, time: float) -> int:

@@ -255,8 +255,10 @@ def description(model: Model, title: str) -> dict:
             outlines.append([*(outline.centre - model.rigid_bodies[outline.body].centre), *size])
             owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
+    passage = model.passage
     return {
         **drawn_walls(model.walls),
+        **({} if passage is None else {"path": along_path.path_samples(passage.path)}),
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,
