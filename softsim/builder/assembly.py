@@ -101,16 +101,20 @@ def build_model(loaded: LoadedScene) -> Model:
 
 
 def gravity(names: Names) -> np.ndarray:
-    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards."""
+    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards, and
+    towards +z as +y is rolled away from the vertical plane through x.
+    """
     environment = names.scene.environment
-    slope = environment.inclination
-    if isinstance(names.geometry, Axisymmetric) and slope != 0.0 and environment.gravity > 0.0:
-        raise names.loaded.error(
-            ("environment", "inclination"),
-            "an axisymmetric model knows gravity along its axis only",
-            "leave the inclination out: gravity points down the axis y",
-        )
-    down = np.array([-np.sin(slope), -np.cos(slope), 0.0])
+    slope, roll = environment.inclination, environment.roll
+    for key, angle in (("inclination", slope), ("roll", roll)):
+        if isinstance(names.geometry, Axisymmetric) and angle != 0.0 and environment.gravity > 0.0:
+            raise names.loaded.error(
+                ("environment", key),
+                "an axisymmetric model knows gravity along its axis only",
+                f"leave the {key} out: gravity points down the axis y",
+            )
+    across = np.cos(slope)
+    down = np.array([-np.sin(slope), -across * np.cos(roll), across * np.sin(roll)])
     return environment.gravity * down[: names.dimension]
 
 

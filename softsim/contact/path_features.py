@@ -5,7 +5,8 @@ from enum import Enum
 
 import numpy as np
 
-from softsim.contact.pipe_path import BEND, STRAIGHT, PipePath, Segment
+from softsim.contact.pipe_path import PipePath
+from softsim.contact.pipe_segment import BEND, STRAIGHT, Segment
 
 
 class Edge(Enum):

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from softsim.scene.part import ORIGIN, Part
+from softsim.scene.pipe_items import PipeItem
 from softsim.scene.quantities import (
     Angle,
     AutoOrPositiveStiffness,
@@ -41,7 +42,30 @@ class PlaneWall(Part):
     )
 
 
-Wall = Annotated[PipeWall | PlaneWall, Field(discriminator="kind")]
+End = Literal["start", "end"]
+
+
+class PipePathWall(Part):
+    """A pipe that leads along a path: in a section two walls, in space round."""
+
+    kind: Literal["pipe_path"] = Field(description="Kind of wall.")
+    diameter: PositiveLength = Field(description="Inner diameter where it starts.")
+    start: Point = Field(
+        default=ORIGIN, description="Where its centre line starts, in the direction of +x."
+    )
+    closed: tuple[End, ...] = Field(
+        default=(),
+        description="Ends that a flat wall closes: start, end; the others lie in a flat face with "
+        "free space before it.",
+    )
+    pipe: tuple[PipeItem, ...] = Field(
+        min_length=1,
+        description="One after another: {straight: 120 mm}, {bend: 90 deg, radius: 60 mm}, "
+        "{taper: 30 mm, to: 41 mm}, {step: 30 mm}.",
+    )
+
+
+Wall = Annotated[PipeWall | PlaneWall | PipePathWall, Field(discriminator="kind")]
 
 
 class Environment(Part):
@@ -52,6 +76,11 @@ class Environment(Part):
     )
     inclination: Angle = Field(
         default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."
+    )
+    roll: Angle = Field(
+        default=written("0 deg"),
+        description="Of +y about x, from the vertical plane through x; 90 deg: a section lies on "
+        "its side and feels no weight across x.",
     )
     walls: dict[Name, Wall] = Field(default={}, description="Fixed walls, by name.")
 

@@ -12,6 +12,8 @@ import numpy as np
 import taichi as ti
 
 from softsim.contact.half_spaces import HalfSpaces
+from softsim.contact.path_obstacle import PathObstacle
+from softsim.contact.pipe_path import PipePath
 from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.walls import FlatObstacle, RoundObstacle
@@ -47,7 +49,11 @@ FACETS: dict[type, Any] = {
     geometry.RingSection: RingFacets,
     geometry.Solid: TriangleFacets,
 }
-WALLS: dict[type, Any] = {HalfSpaces: FlatObstacle, RoundPipes: RoundObstacle}
+WALLS: dict[type, Any] = {
+    HalfSpaces: FlatObstacle,
+    RoundPipes: RoundObstacle,
+    PipePath: PathObstacle,
+}
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 
 
