@@ -1,6 +1,7 @@
-"""The command line: softsim run, check, fit-material, calibrate-section, report and more."""
+"""The command line: softsim run, check, assess, fit-material, report and more."""
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -118,6 +119,48 @@ def check(
 
             console.print(duration_table(loaded, model, choice))
         console.print(f"{scene}: fine")
+
+
+@app.command()
+def assess(
+    layout: Annotated[
+        Path, typer.Argument(help="Scene file of a pipe_path, without a robot.", show_default=False)
+    ],
+    robot: Annotated[str, typer.Option(help="Standard robot that is put into it.")] = "pfr",
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Run folder; default: runs/LAYOUT_ROBOT.")
+    ] = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    threads: Threads = "auto",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+) -> None:
+    """Ask whether a robot gets through a layout of pipes: exit code 0 if it passes, 5 if not.
+
+    What LAYOUT says wins over what the robot brings. Without `time` it has 60 s; the run ends as
+    soon as the verdict is there.
+    """
+    with _explained() as console:
+        from softsim.commands.layout import segments_table
+        from softsim.output.folder import read_summary
+        from softsim.scene.assessment import load_layout
+
+        loaded = load_layout(layout, robot, overrides or [])
+        folder = out or Path("runs") / f"{layout.stem}_{robot}"
+        from softsim.run import run as run_scene  # imports Taichi
+
+        try:
+            run_scene(
+                loaded, [], folder, device.value, resume, console, threads, profile_after=math.inf
+            )
+        finally:
+            # Whatever ended it, what is known of the way is shown.
+            _draw(folder, console)
+            report = read_summary(folder).get("layout")
+            if report is not None:
+                console.print(segments_table(report))
+                console.print(report["sentence"], style="bold", highlight=False)
+                console.print(f"results in {folder}", highlight=False)
 
 
 @app.command()
