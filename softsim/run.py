@@ -14,6 +14,7 @@ from rich.console import Console
 from softsim import backend
 from softsim.builder import build_model
 from softsim.errors import ExpectationError, Interrupted, OutputError, SoftsimError, StabilityError
+from softsim.feedback import feedback
 from softsim.interruption import stop_signals
 from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
@@ -139,6 +140,7 @@ class Simulation:
             self.progress = self._begin()
         else:
             self.progress = self._resume(checkpoint)
+        self.loop = feedback(self.solver, self.progress.control)
         self.watches = self._watches()
         self.wall_before = self.progress.wall_time
         self.first_increment_after = 0.0
@@ -344,9 +346,11 @@ class Simulation:
         solver, progress = self.solver, self.progress
         interval = solver.time - max(progress.last_history, 0.0)
         seen = observe(solver, self.meter, self.balance, interval)
-        self.history.append(seen.row)
+        row = seen.row | self.loop.readings()
+        self.history.append(row)
+        self.loop.follow(row)
         for watch in self.watches:
-            watch.see_row(seen.row)
+            watch.see_row(row)
         progress.last_history = solver.time
         progress.next_history = _next_multiple(self.output.history_interval, solver.time)
         progress.largest_turnover = self.balance.largest_turnover
@@ -372,6 +376,7 @@ class Simulation:
         """Write the full state, from which --resume goes on."""
         self.progress.wall_time = self._wall_time()
         self.progress.increment = self.solver.increment
+        self.progress.control = self.loop.state
         content = Checkpoint(
             self.solver.memory(),
             asdict(self.progress),

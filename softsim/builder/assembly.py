@@ -7,6 +7,7 @@ import numpy as np
 from softsim.builder import conditions, contact, loads, passage, rigid, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.names import Names
+from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.elements.geometry import Axisymmetric
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
@@ -96,6 +97,7 @@ def build_model(loaded: LoadedScene) -> Model:
         passage=passage.passage(names, fixed_walls, outline_nodes, pressures),
     )
     refuse_instant_relaxation(names, model)
+    refuse_what_cannot_be_felt(names, model)
     refuse_unstable_increment(names, model)
     return model
 

@@ -11,7 +11,8 @@ from softsim.builder.closure import (
 from softsim.builder.names import Names
 from softsim.builder.profiles import pressure_profile, rising_profile
 from softsim.builder.rigid import freedom
-from softsim.loads.drive import AddedGas, AddedVolume, Drive, GivenPressure
+from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Drive, GivenPressure
+from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import smooth_rise
 from softsim.loads.vibration import RotorData, eccentric_mass, sinusoidal_force
 from softsim.model import (
@@ -24,6 +25,7 @@ from softsim.model import (
     TendonData,
 )
 from softsim.scene import loads as scene_loads
+from softsim.scene.profiles import EventCyclesProfile
 from softsim.scene.tree import Keys
 from softsim.solver.time_step import element_frequencies, volume_yield
 
@@ -87,6 +89,8 @@ def built_drive(
     yields as `volume_yield` says.
     """
     if isinstance(load, scene_loads.FollowerPressure):
+        if isinstance(load.profile, EventCyclesProfile):
+            return ControlledPressure(EventCycles(**load.profile.model_dump(exclude={"kind"})))
         profile = pressure_profile(load.profile)
         on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile
         return GivenPressure(profile, on_skin.reduced(load.factor, load.offset))

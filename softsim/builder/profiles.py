@@ -7,7 +7,7 @@ import numpy as np
 
 from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
-from softsim.scene.profiles import PressureProfile, Ramp, SmoothStep, Table
+from softsim.scene.profiles import FixedProfile, Ramp, SmoothStep, Table
 
 CURVES: dict[str, Callable[..., Profile]] = {
     "cycles": profiles.cycles,
@@ -16,7 +16,7 @@ CURVES: dict[str, Callable[..., Profile]] = {
 }
 
 
-def pressure_profile(data: PressureProfile) -> Profile:
+def pressure_profile(data: FixedProfile) -> Profile:
     """The profile [Pa over s] that a scene describes."""
     if isinstance(data, Table):
         return table_profile(data)

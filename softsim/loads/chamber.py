@@ -1,10 +1,14 @@
 """Pressure in a chamber from its drive, as Taichi computes it; equations in loads/drive.py."""
 
+import dataclasses
+
 import numpy as np
 import taichi as ti
 
+from softsim import fields
 from softsim.fields import real_field
-from softsim.loads.drive import AddedGas, AddedVolume, GivenPressure
+from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, GivenPressure
+from softsim.loads.pressure_control import Command
 from softsim.loads.table import ProfileTable
 
 
@@ -17,10 +21,46 @@ class PressureFollowsProfile:
     def __init__(self, drives: list[GivenPressure]) -> None:
         self.table = ProfileTable([d.section_profile for d in drives])
 
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        return {}
+
     @ti.func
     def pressure(self, s, t, volume):
         """Pressure [Pa] at time t."""
         return self.table.at(s, t)
+
+
+@ti.data_oriented
+class PressureFollowsCommands:
+    """p(t) = p_0 + r (t - t_0), between p_0 and where the command ends.
+
+    One command a scenario; the host exchanges them between two blocks of increments.
+    """
+
+    asks_volume = False
+
+    def __init__(self, drives: list[ControlledPressure]) -> None:
+        first = columns([d.settings.first_command() for d in drives])
+        self.in_force = {name: real_field(values) for name, values in first.items()}
+        self.begin_pressure, self.begin_time = self.in_force["pressure"], self.in_force["time"]
+        self.rate, self.target = self.in_force["rate"], self.in_force["target"]
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: the commands in force."""
+        return self.in_force
+
+    def obey(self, commands: list[Command]) -> None:
+        """Take new commands, one a scenario."""
+        for name, values in columns(commands).items():
+            fields.write(self.in_force[name], values)
+
+    @ti.func
+    def pressure(self, s, t, volume):
+        """Pressure [Pa] at time t."""
+        begin, target = self.begin_pressure[s], self.target[s]
+        value = begin + self.rate[s] * (t - self.begin_time[s])
+        return ti.min(ti.max(value, ti.min(begin, target)), ti.max(begin, target))
 
 
 @ti.data_oriented
@@ -33,6 +73,10 @@ class PressureOfLiquid:
         self.table = ProfileTable([d.profile for d in drives])
         self.initial_volume = real_field(np.array([d.initial_volume for d in drives]))
         self.bulk_modulus = real_field(np.array([d.bulk_modulus for d in drives]))
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        return {}
 
     @ti.func
     def pressure(self, s, t, volume):
@@ -54,6 +98,10 @@ class PressureOfGas:
         self.specific_energy = real_field(np.array([d.specific_energy for d in drives]))
         self.ambient = real_field(np.array([d.ambient_pressure for d in drives]))
 
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        return {}
+
     @ti.func
     def pressure(self, s, t, volume):
         """Pressure [Pa] over ambient at time t of a chamber of `volume` [m^3]."""
@@ -61,8 +109,15 @@ class PressureOfGas:
         return mass * self.specific_energy[s] / (volume + self.side_volume[s]) - self.ambient[s]
 
 
+def columns(commands: list[Command]) -> dict[str, np.ndarray]:
+    """What the commands say (scenarios,), by name."""
+    names = [f.name for f in dataclasses.fields(Command)]
+    return {name: np.array([getattr(c, name) for c in commands]) for name in names}
+
+
 SOURCES = {
     GivenPressure: PressureFollowsProfile,
+    ControlledPressure: PressureFollowsCommands,
     AddedVolume: PressureOfLiquid,
     AddedGas: PressureOfGas,
 }

@@ -1,4 +1,5 @@
-"""What drives a chamber: a given pressure, an added volume of liquid, or an added mass of gas.
+"""What drives a chamber: a given pressure, one that is controlled, an added volume of liquid, or an
+added mass of gas.
 
 Under a given pressure an inflated skin runs away where its pressure curve falls with the volume.
 A chamber driven by volume or by mass stays stable there: its pressure falls as the skin gives way.
@@ -8,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from softsim.loads.cycles import cycles_of
+from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import Profile
 
 S = TypeVar("S", bound="_Scheduled")
@@ -20,6 +22,11 @@ class _Scheduled:
     """A drive of which all is known beforehand."""
 
     profile: Profile
+
+    @property
+    def has_cycles(self) -> bool:
+        """Whether the profile ever falls."""
+        return len(cycles_of(self.profile)) > 0
 
     def cycles_done(self, time: float) -> int:
         """Cycles of the profile that have ended at `time` [s]; 0 of one that never falls."""
@@ -99,4 +106,23 @@ class AddedGas(_Scheduled):
         return mass * self.specific_energy / (volume + self.side_volume) ** 2
 
 
-Drive = GivenPressure | AddedVolume | AddedGas
+@dataclass(frozen=True)
+class ControlledPressure:
+    """The pressure on the facets follows commands; see loads/pressure_control.py."""
+
+    settings: EventCycles
+
+    asks_volume = False
+    has_cycles = True
+
+    def hastened(self, factor: float) -> "ControlledPressure":
+        """The drive played `factor` times as fast."""
+        return ControlledPressure(self.settings.hastened(factor))
+
+    def stiffness(self, volume: float) -> float:
+        """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
+        return 0.0
+
+
+Scheduled = GivenPressure | AddedVolume | AddedGas
+Drive = Scheduled | ControlledPressure

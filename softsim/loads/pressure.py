@@ -52,7 +52,8 @@ class FollowerPressure:
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        return {"work": self.work, "pressure": self.pressure, "volume": self.volume}
+        own = {"work": self.work, "pressure": self.pressure, "volume": self.volume}
+        return own | self.source.memory()
 
     @ti.func
     def work_done(self, s, dt):

@@ -5,7 +5,7 @@ import numpy as np
 from softsim.contact.path_features import narrowings
 from softsim.contact.pipe_path import PipePath
 from softsim.fields import read
-from softsim.model import Model, Passage
+from softsim.model import Passage
 from softsim.solver.explicit import ExplicitSolver
 
 # A node this near [m] to a place where the pipe narrows touches what narrows it: the thickness of a
@@ -16,7 +16,6 @@ TURN = np.radians(2.0)
 
 COLUMNS = {
     "arc_length": "m",  # of the body's centre along the path
-    "cycles_done": "-",  # pressure cycles that have ended
     "clearance": "m",  # smallest gap of its outline to the pipe at this moment
     # Forces of walls, means of the interval; on its outline:
     "frame_wall_force": "N",  # magnitudes summed
@@ -37,7 +36,6 @@ def path_readings(
     x = solver.positions()[0]
     row = {
         "arc_length": float(passage.path.arc_length(centre[None])[0]),
-        "cycles_done": float(cycles_done(solver.models[0], solver.time)),
         "clearance": float(passage.path.gap(x[passage.outline]).min()),
     }
     nodes, forces = wall_forces(solver, interval)
@@ -57,11 +55,6 @@ def path_samples(path: PipePath) -> np.ndarray:
         point, tangent = segment.axis_place(s)
         rows.append(np.column_stack([segment.start + s, point, tangent, segment.radius(s)]))
     return np.concatenate(rows)
-
-
-def cycles_done(model: Model, time: float) -> int:
-    """Pressure cycles of the robot that have ended at `time` [s]: of its first chamber's."""
-    return model.pressures[0].drive.cycles_done(time) if model.pressures else 0
 
 
 def wall_forces(solver: ExplicitSolver, interval: float) -> tuple[np.ndarray, np.ndarray]:

@@ -33,9 +33,10 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     with replacing(path) as partial, h5py.File(partial, "w") as file:
         for name, array in checkpoint.memory.items():
             file[f"memory/{name}"] = array
-        # Python's JSON writes floats so that reading gives the same bits.
-        file.attrs["progress"] = json.dumps(checkpoint.progress)
-        file.attrs["scene"] = checkpoint.scene
+        # Python's JSON writes floats so that reading gives the same bits. These may be longer than
+        # the 64 kB that an attribute holds.
+        file["progress"] = json.dumps(checkpoint.progress)
+        file["scene"] = checkpoint.scene
         file.attrs["device"] = checkpoint.device
 
 
@@ -56,8 +57,8 @@ def read_checkpoint(path: Path) -> Checkpoint:
                     memory.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
                 )
             )
-            progress = json.loads(file.attrs["progress"])
-            scene, device = str(file.attrs["scene"]), str(file.attrs["device"])
+            progress = json.loads(file["progress"].asstr()[()])
+            scene, device = str(file["scene"].asstr()[()]), str(file.attrs["device"])
     except (OSError, KeyError, ValueError) as error:
         raise OutputError(
             f"{path} is not a readable checkpoint: {error}",

@@ -28,6 +28,8 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found |= frame_motion(model, history)
         found["rows_at_highest"] = rows_at_highest(history)
         found["dominant_frequency"] = dominant_frequency(model, history)
+    if model.pressures:
+        found |= cycle_measures(model, history)
     if model.passage is not None:
         found["layout"] = layout_report(model.passage, history)
     if model.tendons:
@@ -52,7 +54,7 @@ def body_motion(history: History) -> dict[str, float | None]:
 def frame_motion(model: Model, history: History) -> dict[str, Any]:
     """Of the first rigid body: displacements [m], speed [m/s], pressures of onset and end [Pa]."""
     t, x = history["time"], history["frame_x"]
-    cycles = whole_cycles(model, t[-1])
+    cycles = whole_cycles(model, history)
     found: dict[str, Any] = {
         "frame_displacement": float(x[-1] - x[0]),
         "mean_speed": mean_speed(cycles, t, x),
@@ -63,6 +65,18 @@ def frame_motion(model: Model, history: History) -> dict[str, Any]:
         walks = [walk_pressures(cycle, t, x, history["pressure"]) for cycle in cycles]
         found["onset_pressure"] = [onset for onset, _ in walks]
         found["end_pressure"] = [end for _, end in walks]
+    return found
+
+
+def cycle_measures(model: Model, history: History) -> dict[str, Any]:
+    """Pressure cycles done; pressures [Pa] where each deflation began and ended, if controlled."""
+    cycles = whole_cycles(model, history)
+    found: dict[str, Any] = {"cycles_done": len(cycles)}
+    if "phase" in history:
+        t, pressure = history["time"], history["pressure"]
+        begin, end = [c.fall_begin for c in cycles], [c.fall_end for c in cycles]
+        found["deflation_begin_pressure"] = np.interp(begin, t, pressure).tolist()
+        found["deflation_end_pressure"] = np.interp(end, t, pressure).tolist()
     return found
 
 

@@ -1,11 +1,13 @@
 """Pressure cycles, and how a robot moved within them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from softsim.loads.cycles import Cycle, cycles_of
-from softsim.loads.drive import GivenPressure
+from softsim.loads.drive import ControlledPressure, GivenPressure
+from softsim.loads.pressure_control import Phase
 from softsim.model import Model
 
 # Forward progress [m] within a fall, beyond the recoil before it, that counts as motion. As the air
@@ -17,12 +19,30 @@ LEAST_PROGRESS = 1e-3
 BEGUN, ARRIVED = 0.05, 0.95
 
 
-def whole_cycles(model: Model, until: float) -> list[Cycle]:
-    """The cycles of the first chamber's given pressure that have ended at the time `until` [s]."""
-    if not model.pressures or not isinstance(model.pressures[0].drive, GivenPressure):
-        return []
-    cycles = cycles_of(model.pressures[0].drive.profile)
-    return [cycle for cycle in cycles if cycle.has_ended(until)]
+def whole_cycles(model: Model, history: Mapping[str, np.ndarray]) -> list[Cycle]:
+    """The cycles of the first chamber's pressure that have ended within a history."""
+    for load in model.pressures[:1]:
+        if isinstance(load.drive, GivenPressure):
+            until = history["time"][-1]
+            return [c for c in cycles_of(load.drive.profile) if c.has_ended(until)]
+        if isinstance(load.drive, ControlledPressure):
+            return controlled_cycles(history)
+    return []
+
+
+def controlled_cycles(history: Mapping[str, np.ndarray]) -> list[Cycle]:
+    """The cycles of a controlled pressure that have ended, from the columns cycle and phase.
+
+    A row shows the phase in which it was felt: the last one of a deflation is where that ended.
+    """
+    t, number, falls = history["time"], history["cycle"], history["phase"] == Phase.DEFLATION
+    cycles = []
+    for k in np.unique(number):
+        fall = np.flatnonzero(falls & (number == k))
+        if len(fall) > 0 and fall[-1] < len(t) - 1:
+            begin, end = float(t[fall[0] - 1]), float(t[fall[-1]])
+            cycles.append(Cycle(begin, end, end))
+    return cycles
 
 
 @dataclass(frozen=True)

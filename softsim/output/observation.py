@@ -12,7 +12,7 @@ import numpy as np
 from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.fields import read
-from softsim.loads.drive import GivenPressure
+from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.model import CylinderShape, Model, Probe
 from softsim.output import along_path
 from softsim.scene.outputs import probe_columns
@@ -28,7 +28,10 @@ def columns(model: Model) -> dict[str, str]:
         "time": "s",
         "pressure": "Pa",  # of the first chamber: what a gauge on the robot shows
         "section_pressure": "Pa",  # what acts on the plane model
+        "cycles_done": "-",  # cycles of the pressure that have ended
     }
+    if model.pressures and isinstance(model.pressures[0].drive, ControlledPressure):
+        first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
     if any(load.drive.asks_volume for load in model.pressures):
         first["chamber_volume"] = "m^3"  # enclosed by the first chamber's surface
     space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}

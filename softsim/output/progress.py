@@ -3,12 +3,16 @@
 from dataclasses import dataclass
 from typing import Any
 
+from softsim.loads.pressure_control import ControlState
 from softsim.solver.inspection import InspectionPlan
 
 
 @dataclass
 class Progress:
-    """Where a run is, beside the solver's memory: times [s], energies [J], counts."""
+    """Where a run is, beside the solver's memory: times [s], energies [J], counts.
+
+    control: what a controlled pressure remembers.
+    """
 
     inspections: InspectionPlan
     time: float = 0.0
@@ -21,9 +25,12 @@ class Progress:
     largest_turnover: float = 0.0
     largest_energy_error: float = 0.0
     wall_time: float = 0.0
+    control: ControlState | None = None
 
     @classmethod
     def written(cls, numbers: dict[str, Any]) -> "Progress":
         """As `dataclasses.asdict` wrote it."""
         plan = InspectionPlan(**numbers["inspections"])
-        return cls(**{**numbers, "inspections": plan})
+        control = numbers["control"]
+        state = None if control is None else ControlState.written(control)
+        return cls(**{**numbers, "inspections": plan, "control": state})

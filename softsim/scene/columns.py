@@ -6,6 +6,8 @@ FIXED_COLUMNS = frozenset(
         "pressure",
         "section_pressure",
         "chamber_volume",
+        "cycle",
+        "phase",
         *(f"frame_{axis}" for axis in "xyz"),
         "frame_angle",
         *(f"frame_rotation_{axis}" for axis in "xyz"),

@@ -1,12 +1,17 @@
 """Loads: pressure and chambers, motors, forces, tendons."""
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from softsim.scene.part import Part
-from softsim.scene.profiles import MassProfile, PressureProfile, VolumeProfile
+from softsim.scene.profiles import (
+    EventCyclesProfile,
+    MassProfile,
+    PressureProfile,
+    VolumeProfile,
+)
 from softsim.scene.quantities import (
     Angle,
     Direction,
@@ -27,6 +32,11 @@ from softsim.scene.quantities import (
     written,
 )
 
+Q = TypeVar("Q")
+
+# Values with which the pressure of the profile acts on the facets as it is.
+AS_GIVEN: dict[str, Any] = {"on_skin": (), "factor": 1.0, "offset": 0.0}
+
 
 class FollowerPressure(Part):
     """Pressure on facets that follows the deformation."""
@@ -38,7 +48,9 @@ class FollowerPressure(Part):
     reacts_on: Text | None = Field(
         default=None, description="Rigid body that closes the chamber and feels the reaction."
     )
-    profile: PressureProfile = Field(description="Pressure over time, as a gauge shows it.")
+    profile: PressureProfile = Field(
+        description="Pressure over time, as a gauge shows it, or the rules that it follows."
+    )
     on_skin: tuple[tuple[NotNegativePressure, NotNegativePressure], ...] = Field(
         default=(),
         description="[pressure of the profile, pressure on the skin] pairs, both rising from 0, "
@@ -65,6 +77,14 @@ class FollowerPressure(Part):
             if not (following[0] > one[0] and following[1] > one[1]):
                 raise ValueError(f"pair {number} must be above pair {number - 1} in both values")
         return scale
+
+    @field_validator("on_skin", "factor", "offset")
+    @classmethod
+    def _a_control_knows_one_pressure(cls, value: Q, info: ValidationInfo) -> Q:
+        controlled = isinstance(info.data.get("profile"), EventCyclesProfile)
+        if controlled and value != AS_GIVEN[info.field_name or ""]:
+            raise ValueError("does not go with event_cycles: its pressures are those on the skin")
+        return value
 
 
 class _Chamber(Part):

@@ -12,9 +12,11 @@ from softsim.scene.quantities import (
     Mass,
     NotNegativePressure,
     NotNegativeTime,
+    PositiveForce,
     PositivePressure,
     PositivePressureRate,
     PositiveTime,
+    PositiveVelocity,
     Volume,
     WholeNumber,
     written,
@@ -77,14 +79,10 @@ VolumeProfile = Annotated[
 MassProfile = Annotated[Ramp[Mass] | SmoothStep[Mass] | Table[Mass], Field(discriminator="kind")]
 
 
-class _Cycle(Part):
+class _Swing(Part):
     highest: PositivePressure = Field(description="Highest pressure.")
     inflation_rate: PositivePressureRate = Field(description="Rise of pressure.")
-    hold: NotNegativeTime = Field(
-        default=written("0 s"), description="Time at the highest pressure."
-    )
     lowest: NotNegativePressure = Field(description="Where the next inflation begins (P_M3^S).")
-    count: WholeNumber = Field(default=1, ge=1, le=100000, description="Number of cycles.")
     start: NotNegativeTime = Field(
         default=written("0 s"), description="When the first inflation begins."
     )
@@ -95,6 +93,13 @@ class _Cycle(Part):
         if lowest >= info.data.get("highest", math.inf):
             raise ValueError("must be below highest")
         return lowest
+
+
+class _Cycle(_Swing):
+    hold: NotNegativeTime = Field(
+        default=written("0 s"), description="Time at the highest pressure."
+    )
+    count: WholeNumber = Field(default=1, ge=1, le=100000, description="Number of cycles.")
 
 
 class CyclesProfile(_Cycle):
@@ -121,7 +126,87 @@ class NaturalDeflationProfile(_Cycle):
         return lowest
 
 
-PressureProfile = Annotated[
-    ConstantProfile | Table[NotNegativePressure] | CyclesProfile | NaturalDeflationProfile,
-    Field(discriminator="kind"),
-]
+class EventCyclesProfile(_Swing):
+    """A closed loop: inflate until contact is made, hold, deflate until motion has stopped; again.
+    Its pressures are those on the skin. What is felt is what the history shows, row by row.
+    """
+
+    kind: Literal["event_cycles"] = Field(description="Kind of profile.")
+    lowest: NotNegativePressure = Field(
+        description="Deflation goes no further, whatever happens; contact counts above it only."
+    )
+    hold: NotNegativeTime = Field(
+        default=written("0 s"), description="Time between inflation and deflation."
+    )
+    contact_force: PositiveForce = Field(
+        description="Contact is made when the walls' normal force (column wall_force_normal) is at "
+        "least this; choose it well above what weight and motor press with."
+    )
+    contact_rows: WholeNumber = Field(
+        default=1, ge=0, description="Contact is made when at least so many rows of spikes touch."
+    )
+    contact_window: PositiveTime = Field(
+        default=written("20 ms"),
+        description="The force is averaged, and touching rows are counted, over this time; some "
+        "turns of the motor.",
+    )
+    deflation_rate: PositivePressureRate = Field(description="Fall of pressure (Df_r^a).")
+    motion_speed: PositiveVelocity = Field(
+        default=written("20 mm/s"),
+        description="The robot moves when its first rigid body does so at this mean speed, in any "
+        "direction; deflation ends when it moved and no longer does. Choose it above the speed at "
+        "which the robot creeps.",
+    )
+    motion_window: PositiveTime = Field(
+        default=written("200 ms"), description="Time over which the mean speed is taken."
+    )
+    least_rows: WholeNumber = Field(
+        default=1, ge=0, description="Deflation also ends when so many rows touched and now fewer "
+        "do (0: it does not)."
+    )  # fmt: skip
+    count: Annotated[WholeNumber, Field(ge=1)] | None = Field(
+        default=None, description="Number of cycles, after which the pressure stays; by default as "
+        "many as fit."
+    )  # fmt: skip
+
+    @field_validator("contact_window")
+    @classmethod
+    def _inflation_takes_longer(cls, window: float, info: ValidationInfo) -> float:
+        longest = _duration(info, "inflation_rate")
+        if window >= longest:
+            raise ValueError(f"must be shorter than an inflation, which takes {longest:.3g} s")
+        return window
+
+    @field_validator("motion_window")
+    @classmethod
+    def _deflation_takes_longer(cls, window: float, info: ValidationInfo) -> float:
+        longest = _duration(info, "deflation_rate")
+        if window >= longest:
+            raise ValueError(
+                f"must be shorter than a deflation, which takes {longest:.3g} s at most"
+            )
+        return window
+
+    @field_validator("least_rows")
+    @classmethod
+    def _contact_that_is_made_is_not_lost(cls, least: int, info: ValidationInfo) -> int:
+        made = info.data.get("contact_rows", least)
+        if least > made:
+            raise ValueError(
+                f"must not be above contact_rows, {made}: contact would be lost when it is made"
+            )
+        return least
+
+
+def _duration(info: ValidationInfo, rate: str) -> float:
+    """Time [s] from the lowest to the highest pressure or back; infinite while one is unknown."""
+    known = info.data
+    if not {"highest", "lowest", rate} <= known.keys():
+        return math.inf
+    return float((known["highest"] - known["lowest"]) / known[rate])
+
+
+FixedProfile = (
+    ConstantProfile | Table[NotNegativePressure] | CyclesProfile | NaturalDeflationProfile
+)
+PressureProfile = Annotated[FixedProfile | EventCyclesProfile, Field(discriminator="kind")]

@@ -1,0 +1,79 @@
+"""What a robot must have for its pressure to follow what it feels."""
+
+from collections.abc import Iterator
+
+from softsim.builder.names import Names
+from softsim.loads.drive import ControlledPressure
+from softsim.loads.pressure_control import EventCycles
+from softsim.model import Model
+from softsim.scene.tree import Keys
+
+# Rows of the history by which a speed is told at least.
+ROWS_OF_A_SPEED = 4
+
+
+def refuse_what_cannot_be_felt(names: Names, model: Model) -> None:
+    """A controlled pressure whose events the history does not show."""
+    for keys, settings in controls(model):
+        refuse_a_second_chamber(names, model, keys)
+        refuse_no_motion(names, model, keys)
+        refuse_missing_rows(names, model, settings, keys)
+        refuse_a_short_window(names, settings, keys)
+
+
+def controls(model: Model) -> Iterator[tuple[Keys, EventCycles]]:
+    """The profile of each controlled pressure: its place in the scene, its settings."""
+    for load in model.pressures:
+        if isinstance(load.drive, ControlledPressure):
+            yield ("loads", load.name, "profile"), load.drive.settings
+
+
+def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:
+    """The history shows the pressure of one chamber, the first."""
+    first = model.pressures[0].name
+    if keys[1] != first:
+        raise names.loaded.error(
+            keys,
+            f"event_cycles drive the first chamber only, which is '{first}'",
+            "write this load before it",
+        )
+
+
+def refuse_no_motion(names: Names, model: Model, keys: Keys) -> None:
+    """Motion is that of the first rigid body, in real time."""
+    if model.relaxation is not None:
+        raise names.loaded.error(
+            keys,
+            "event_cycles follow the robot's motion: a static procedure has none",
+            "write time.procedure: dynamic, or a profile of kind cycles",
+        )
+    if not model.rigid_bodies:
+        raise names.loaded.error(
+            keys,
+            "event_cycles follow the motion of the first rigid body: there is none",
+            "add rigid_bodies, or write a profile of kind cycles",
+        )
+
+
+def refuse_missing_rows(names: Names, model: Model, settings: EventCycles, keys: Keys) -> None:
+    """Rows that are not there never touch; contact that is lost was there before."""
+    for key in ("contact_rows", "least_rows"):
+        wanted = getattr(settings, key)
+        if wanted > len(model.rows):
+            raise names.loaded.error(
+                (*keys, key),
+                f"{wanted} rows of spikes can never touch: the bodies have {len(model.rows)}",
+                "rows are node sets j1, j2 ...; with 0 rows do not count",
+            )
+
+
+def refuse_a_short_window(names: Names, settings: EventCycles, keys: Keys) -> None:
+    """A speed is told by the places that rows of the history show."""
+    least = ROWS_OF_A_SPEED * names.scene.output.history_interval
+    if settings.motion_window < least:
+        raise names.loaded.error(
+            (*keys, "motion_window"),
+            f"within {settings.motion_window * 1e3:.4g} ms the history has too few rows to tell a "
+            f"speed: at least {ROWS_OF_A_SPEED} are needed",
+            f"write at least {least * 1e3:.4g} ms, or a shorter output.history_interval",
+        )

@@ -1,0 +1,95 @@
+"""What a run feeds back to its pressure: a row of the history goes to the control, its command to
+the solver.
+
+Rows come at increments that depend on model and scene only, so a run decides the same whatever
+stops it in between.
+"""
+
+import logging
+from collections.abc import Mapping
+
+from softsim.loads.drive import ControlledPressure, Scheduled
+from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
+from softsim.solver.explicit import ExplicitSolver
+
+log = logging.getLogger("softsim")
+
+
+class OpenLoop:
+    """Nothing is fed back: what drives the first chamber, if there is one, was written before."""
+
+    state: ControlState | None = None
+
+    def __init__(self, solver: ExplicitSolver, drives: list[Scheduled]) -> None:
+        self.solver, self.drives = solver, drives
+
+    def cycles_done(self) -> int:
+        """Pressure cycles that have ended; 0 without a pressure, or with one that never falls."""
+        return sum(drive.cycles_done(self.solver.time) for drive in self.drives)
+
+    def readings(self) -> dict[str, float]:
+        """Columns of the history now."""
+        return {"cycles_done": self.cycles_done()}
+
+    def follow(self, row: Mapping[str, float]) -> None:
+        """A row of the history changes nothing."""
+
+
+class ClosedLoop:
+    """The pressure of the first chamber follows what the robot feels.
+
+    state: of a run to go on with, changed in place; None: of a run that begins.
+    """
+
+    def __init__(
+        self, solver: ExplicitSolver, settings: EventCycles, state: ControlState | None
+    ) -> None:
+        self.solver = solver
+        self.control = PressureControl(settings, state)
+
+    @property
+    def state(self) -> ControlState:
+        """What a checkpoint keeps; the command in force is in the solver's memory."""
+        return self.control.state
+
+    def cycles_done(self) -> int:
+        """Pressure cycles that have ended."""
+        return self.control.state.cycles_done
+
+    def readings(self) -> dict[str, float]:
+        """Columns of the history now: the number of the cycle, and its phase, too."""
+        return {
+            "cycles_done": self.cycles_done(),
+            "cycle": self.control.cycle,
+            "phase": self.control.phase_at(self.solver.time),
+        }
+
+    def follow(self, row: Mapping[str, float]) -> None:
+        """Decide on what a row of the history shows, and have it done."""
+        decision = self.control.sense(sensed(row))
+        if decision is None:
+            return
+        self.solver.terms.pressures[0].source.obey([decision.command])
+        log.info(
+            "t = %.6g s, cycle %d: %s at %.4g kPa, now %+.4g kPa/s",
+            row["time"], row["cycle"], decision.reason, 1e-3 * row["pressure"],
+            1e-3 * decision.command.rate,
+        )  # fmt: skip
+
+
+def feedback(solver: ExplicitSolver, state: ControlState | None) -> OpenLoop | ClosedLoop:
+    """The loop that the first chamber's drive asks for; state: of a run to go on with."""
+    scheduled: list[Scheduled] = []
+    for load in solver.models[0].pressures[:1]:
+        if isinstance(load.drive, ControlledPressure):
+            return ClosedLoop(solver, load.drive.settings, state)
+        scheduled.append(load.drive)
+    return OpenLoop(solver, scheduled)
+
+
+def sensed(row: Mapping[str, float]) -> Sensed:
+    """What a row of the history lets the robot feel."""
+    place = tuple(row[name] for name in ("frame_x", "frame_y", "frame_z") if name in row)
+    return Sensed(
+        row["time"], row["pressure"], row["rows_in_contact"], row["wall_force_normal"], place
+    )

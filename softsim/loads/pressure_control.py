@@ -1,0 +1,249 @@
+"""A pressure cycle that follows events, as the robot's closed loop does.
+
+A robot in a pipe stands still while it is pressed against the wall, walks while the pressure falls
+from P_M3^B to P_M3^S, and stops there, where the next inflation begins (thesis 4.2.1, 6.3). Both
+pressures depend on the pipe, so no fixed profile serves a path whose diameter changes. Here
+
+    inflation  goes on until the wall presses back (at least `contact_rows` rows of spikes touch and
+               the walls' normal force is at least `contact_force`), at most up to `highest`;
+    hold       lasts for a given time;
+    deflation  goes on until motion has stopped (faster than `motion_speed` before, slower now), or
+               contact is lost (`least_rows` rows touched before, fewer do now), at most down to
+               `lowest`.
+
+Standing still at the beginning of a deflation ends nothing, nor does contact that never was: only
+what has been can stop. A robot that never moves is inflated anew at `lowest`. Contact counts above
+`lowest` only, so that every deflation has somewhere to go.
+
+A motor shakes the robot 100 to 200 times a second, so nothing is judged by a moment: force and rows
+are taken over `contact_window`, in which the force is averaged and the most rows count; the
+velocity over `motion_window`, as the slope of the straight line that fits the places best,
+
+    v = sum (t - mean t) x / sum (t - mean t)^2,
+
+which vibration hardly enters. Windows begin anew with each phase.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from typing import Any
+
+
+class Phase(IntEnum):
+    """What the pressure does, with the number that the history shows for it."""
+
+    REST = 0  # before the first inflation, and after the last cycle
+    INFLATION = 1
+    HOLD = 2
+    DEFLATION = 3
+
+
+@dataclass(frozen=True)
+class Command:
+    """p(t) = pressure + rate (t - time), constant before `time` and once it is at `target`.
+
+    pressure, target [Pa], time [s], rate [Pa/s].
+    """
+
+    pressure: float
+    time: float
+    rate: float
+    target: float
+
+
+@dataclass(frozen=True)
+class EventCycles:
+    """Settings: pressures [Pa], rates [Pa/s], times and windows [s], force [N], speed [m/s].
+
+    count: of cycles, after which the pressure stays where it is; None: no end.
+    """
+
+    highest: float
+    lowest: float
+    inflation_rate: float
+    deflation_rate: float
+    start: float
+    hold: float
+    contact_rows: int
+    contact_force: float
+    contact_window: float
+    least_rows: int
+    motion_speed: float
+    motion_window: float
+    count: int | None
+
+    def first_command(self) -> Command:
+        """The first inflation, from 0 Pa."""
+        return Command(0.0, self.start, self.inflation_rate, self.highest)
+
+    def hastened(self, factor: float) -> "EventCycles":
+        """Everything `factor` times as fast, but for the robot: it walks as it can."""
+        return replace(
+            self,
+            inflation_rate=self.inflation_rate * factor,
+            deflation_rate=self.deflation_rate * factor,
+            start=self.start / factor,
+            hold=self.hold / factor,
+            contact_window=self.contact_window / factor,
+            motion_window=self.motion_window / factor,
+        )
+
+
+@dataclass(frozen=True)
+class Sensed:
+    """What the robot feels at `time` [s]: the pressure [Pa] now; rows of spikes that touched, and
+    the normal force of the walls [N], mean, both since the last time; where its frame is [m].
+    """
+
+    time: float
+    pressure: float
+    rows: float
+    wall_force: float
+    place: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A new command, and why, in words."""
+
+    command: Command
+    reason: str
+
+
+@dataclass
+class ControlState:
+    """All that a control remembers.
+
+    phase: INFLATION, DEFLATION or, after the last cycle, REST; it begins at `since` [s], which may
+    be still to come. felt: what was sensed in this phase, over the longest window.
+    has_moved, has_touched: in this deflation.
+    """
+
+    phase: Phase
+    since: float
+    cycles_done: int = 0
+    has_moved: bool = False
+    has_touched: bool = False
+    felt: list[Sensed] = field(default_factory=list)
+
+    @classmethod
+    def written(cls, numbers: dict[str, Any]) -> "ControlState":
+        """As `dataclasses.asdict` wrote it, by way of JSON."""
+        felt = [Sensed(**{**s, "place": tuple(s["place"])}) for s in numbers["felt"]]
+        return cls(**{**numbers, "phase": Phase(numbers["phase"]), "felt": felt})
+
+
+class PressureControl:
+    """Decides what the pressure does next. state: changed in place; by default, of the start."""
+
+    def __init__(self, settings: EventCycles, state: ControlState | None = None) -> None:
+        self.settings = settings
+        self.state = state or ControlState(Phase.INFLATION, settings.start)
+
+    def phase_at(self, time: float) -> Phase:
+        """The phase at `time` [s], not before the last decision."""
+        if time >= self.state.since:
+            return self.state.phase
+        return Phase.HOLD if self.state.phase is Phase.DEFLATION else Phase.REST
+
+    @property
+    def cycle(self) -> int:
+        """Number of the present cycle, from 1; of the last one once all are done."""
+        return self.state.cycles_done + (self.state.phase is not Phase.REST)
+
+    def sense(self, now: Sensed) -> Decision | None:
+        """Take in what is felt now; a decision where that changes the course of the pressure."""
+        if now.time < self.state.since:
+            return None
+        self._remember(now)
+        if self.state.phase is Phase.INFLATION:
+            return self._while_inflating(now)
+        if self.state.phase is Phase.DEFLATION:
+            return self._while_deflating(now)
+        return None
+
+    def _while_inflating(self, now: Sensed) -> Decision | None:
+        if now.pressure > self.settings.lowest and self._contact_is_made():
+            return self._deflate(now, "contact is made")
+        if now.pressure >= self.settings.highest:
+            return self._deflate(now, "the pressure is the highest")
+        return None
+
+    def _while_deflating(self, now: Sensed) -> Decision | None:
+        if self._motion_has_stopped():
+            return self._end_cycle(now, "motion has stopped")
+        if self._contact_is_lost():
+            return self._end_cycle(now, "contact is lost")
+        if now.pressure <= self.settings.lowest:
+            return self._end_cycle(now, "the pressure is the lowest")
+        return None
+
+    def _contact_is_made(self) -> bool:
+        felt = self._since(self.settings.contact_window)[1:]
+        if not felt:
+            return False
+        force = sum(s.wall_force for s in felt) / len(felt)
+        rows = max(s.rows for s in felt)
+        return rows >= self.settings.contact_rows and force >= self.settings.contact_force
+
+    def _contact_is_lost(self) -> bool:
+        least = self.settings.least_rows
+        self.state.has_touched |= self.state.felt[-1].rows >= least
+        felt = self._since(self.settings.contact_window)[1:]
+        return self.state.has_touched and bool(felt) and max(s.rows for s in felt) < least
+
+    def _motion_has_stopped(self) -> bool:
+        felt = self._since(self.settings.motion_window)
+        if not felt:
+            return False
+        moves = mean_speed(felt) >= self.settings.motion_speed
+        self.state.has_moved |= moves
+        return self.state.has_moved and not moves
+
+    def _deflate(self, now: Sensed, reason: str) -> Decision:
+        begin = now.time + self.settings.hold
+        rate = -self.settings.deflation_rate
+        self._enter(Phase.DEFLATION, begin)
+        return Decision(Command(now.pressure, begin, rate, self.settings.lowest), reason)
+
+    def _end_cycle(self, now: Sensed, reason: str) -> Decision:
+        self.state.cycles_done += 1
+        if self.state.cycles_done == self.settings.count:
+            self._enter(Phase.REST, now.time)
+            return Decision(Command(now.pressure, now.time, 0.0, now.pressure), reason)
+        self._enter(Phase.INFLATION, now.time)
+        rate = self.settings.inflation_rate
+        return Decision(Command(now.pressure, now.time, rate, self.settings.highest), reason)
+
+    def _enter(self, phase: Phase, since: float) -> None:
+        state = self.state
+        state.phase, state.since = phase, since
+        state.has_moved = state.has_touched = False
+        state.felt.clear()
+
+    def _remember(self, now: Sensed) -> None:
+        """Keep what the longest window needs: what lies in it, and the last before."""
+        felt = self.state.felt
+        felt.append(now)
+        begin = now.time - max(self.settings.contact_window, self.settings.motion_window)
+        while len(felt) > 1 and felt[1].time <= begin:
+            felt.pop(0)
+
+    def _since(self, window: float) -> list[Sensed]:
+        """What was felt in the last `window` [s], with the last before as its begin; nothing while
+        the phase is younger.
+        """
+        felt = self.state.felt
+        before = [k for k, s in enumerate(felt) if s.time <= felt[-1].time - window]
+        return felt[before[-1] :] if before else []
+
+
+def mean_speed(felt: Sequence[Sensed]) -> float:
+    """Magnitude [m/s] of the mean velocity, by least squares, over two moments or more."""
+    middle = sum(s.time for s in felt) / len(felt)
+    spread = sum((s.time - middle) ** 2 for s in felt)
+    axes = range(len(felt[0].place))
+    moments = [sum((s.time - middle) * s.place[k] for s in felt) for k in axes]
+    return math.hypot(*moments) / spread
