@@ -1,0 +1,68 @@
+"""Commands as the kernel reads them: before they begin, on their way, at their target."""
+
+import numpy as np
+import pytest
+
+from softsim.loads.drive import ControlledPressure
+from softsim.loads.pressure_control import Command, EventCycles
+
+CYCLES = EventCycles(
+    highest=8e3, lowest=2e3, inflation_rate=10e3, deflation_rate=5e3, start=0.1, hold=0.1,
+    contact_rows=2, contact_force=1.0, contact_window=0.02, least_rows=1,
+    motion_speed=20e-3, motion_window=0.2, count=None,
+)  # fmt: skip
+
+
+@pytest.fixture
+def source(cpu):
+    """Of two scenarios."""
+    from softsim.loads.chamber import SOURCES
+
+    return SOURCES[ControlledPressure]([ControlledPressure(CYCLES)] * 2)
+
+
+def pressures(source, scenario, times):
+    """Pressure [Pa] by the kernel's own function."""
+    import taichi as ti
+
+    from softsim.fields import read, real_field
+
+    @ti.data_oriented
+    class Reading:
+        def __init__(self):
+            self.time = real_field(np.array(times))
+            self.pressure = real_field(np.zeros(len(times)))
+
+        @ti.kernel
+        def look(self, s: ti.i32):
+            for i in self.time:
+                self.pressure[i] = source.pressure(s, self.time[i], 0.0)
+
+    reading = Reading()
+    reading.look(scenario)
+    return read(reading.pressure)
+
+
+def test_the_first_inflation(source):
+    """From nothing at 0.1 s, 10 kPa/s, up to 8 kPa."""
+    found = pressures(source, 1, [0.0, 0.1, 0.2, 0.85, 0.9, 5.0])
+    np.testing.assert_allclose(found, [0.0, 0.0, 1e3, 7.5e3, 8e3, 8e3], rtol=1e-12)
+
+
+def test_each_scenario_obeys_its_own_command(source):
+    """A fall from 6 kPa that is held until 1 s; a pressure that stays."""
+    source.obey([Command(6e3, 1.0, -5e3, 2e3), Command(3e3, 0.5, 0.0, 3e3)])
+    times = [0.0, 1.0, 1.4, 1.8, 9.0]
+    fall, rest = pressures(source, 0, times), pressures(source, 1, times)
+    np.testing.assert_allclose(fall, [6e3, 6e3, 4e3, 2e3, 2e3], rtol=1e-12)
+    assert (fall[0], fall[-1], set(rest)) == (6e3, 2e3, {3e3})  # to the last bit
+
+
+def test_commands_are_remembered(source):
+    from softsim.fields import read
+
+    source.obey([Command(6e3, 1.0, -5e3, 2e3), Command(3e3, 0.5, 0.0, 4e3)])
+    kept = {name: read(field).tolist() for name, field in source.memory().items()}
+    assert kept == {
+        "pressure": [6e3, 3e3], "time": [1.0, 0.5], "rate": [-5e3, 0.0], "target": [2e3, 4e3],
+    }  # fmt: skip

@@ -1,0 +1,125 @@
+"""The closed loop in a run: the robot's section in a 30 mm pipe, inflated until it is held."""
+
+import io
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from softsim.loads.pressure_control import Phase
+
+SCENE = """
+bodies:
+  skin: {mesh: {generator: pfr_section, element_size: 1 mm}, formulation: ring_section,
+         sector: 90 deg, rings: skin, thickness: 7 mm, material: dragon_skin_10}
+rigid_bodies: {frame: {mass: 8.5 g, inertia: 1 kg*mm^2, tied: [skin.knots], free: [x, y]}}
+environment: {walls: {pipe: {kind: pipe, diameter: 30 mm}}}
+loads:
+  air:
+    kind: follower_pressure
+    facets: [skin.chamber_top, skin.chamber_bottom]
+    reacts_on: frame
+    profile: {kind: event_cycles, highest: 9 kPa, inflation_rate: 120 kPa/s, hold: 10 ms,
+              contact_force: 0.5 N, contact_rows: 2, contact_window: 10 ms,
+              deflation_rate: 120 kPa/s, lowest: 3 kPa, motion_window: 20 ms, motion_speed: 1 m/s}
+contact: {friction_coefficient: 0.5}
+time: {end: 0.14 s}
+"""
+
+
+@pytest.fixture
+def simulation(write_scene, tmp_path, kernel_cache, monkeypatch):
+    """A simulation of the scene in a folder of that name."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+
+    def start(folder, resume=False):
+        from softsim.builder import build_model
+        from softsim.machine import choose
+        from softsim.output.folder import RunFolder
+        from softsim.run import Simulation
+        from softsim.scene.loading import load_scene
+
+        loaded = load_scene(write_scene(SCENE))
+        quiet = Console(file=io.StringIO())
+        target = RunFolder(tmp_path / folder)
+        return Simulation(loaded, build_model(loaded), target, choose("cpu", 1), resume, quiet)
+
+    return start
+
+
+def test_a_run_follows_the_wall_and_a_resumed_one_too(simulation, tmp_path):
+    results = simulation("whole").run(1e9)
+    inflation_stops_at_contact(results.history)
+    the_summary_says_where(results)
+    log = (tmp_path / "whole" / "run.log").read_text()
+    assert "cycle 1: contact is made at" in log
+    assert "cycle 1: the pressure is the lowest at 3 kPa, now +120 kPa/s" in log
+
+    # Stopped where the fall is commanded, but has not begun.
+    stop = results.history["time"][results.history["phase"] == Phase.HOLD][2]
+    stopped = simulation("parts")
+    stopped.look()
+    while stopped.solver.time < stop:
+        stopped.go_to_station()
+    assert stopped.loop.control.phase_at(stopped.solver.time) is Phase.HOLD
+    stopped.checkpoint()
+    stopped.close()
+    simulation("parts", resume=True).run(1e9)
+    whole, parts = (tmp_path / folder / "history.csv" for folder in ("whole", "parts"))
+    assert whole.read_bytes() == parts.read_bytes()
+
+
+def inflation_stops_at_contact(history):
+    """At the first row at which the mean of 10 ms is half a newton; then the pressure is held."""
+    t, pressure, phase = (history[c] for c in ("time", "pressure", "phase"))
+    force, rows = history["wall_force_normal"], history["rows_in_contact"]
+    first = history["cycle"] == 1
+    last = np.flatnonzero(first & (phase == Phase.INFLATION))[-1]
+    means = [force[k - 4 : k + 1].mean() for k in range(last - 10, last + 1)]
+    assert means[-1] >= 0.5 > max(means[:-1])
+    assert rows[last] >= 2
+    assert 3e3 < pressure[last] < 9e3
+    assert set(pressure[first & (phase == Phase.HOLD)]) == {pressure[last]}
+    fall = pressure[first & (phase == Phase.DEFLATION)]
+    assert (np.diff(fall) < 0.0).all()
+    assert fall[-1] == 3e3
+    # In a row of 2 ms 0.24 kPa, an increment more.
+    assert np.abs(np.diff(pressure)).max() < 1.01 * 120e3 * np.diff(t).max()
+    assert history["cycle"][-1] == 2
+    np.testing.assert_array_equal(history["section_pressure"], pressure)
+
+
+def the_summary_says_where(results):
+    summary, history = results.summary, results.history
+    assert summary["cycles_done"] == 1
+    held = history["pressure"][history["phase"] == Phase.HOLD][0]
+    assert summary["deflation_begin_pressure"] == [held]
+    assert summary["deflation_end_pressure"] == [3e3]
+    assert len(summary["displacement_per_cycle"]) == len(summary["end_pressure"]) == 1
+
+
+def test_cycles_of_a_pressure_that_was_written_before(build):
+    """Up for 2 ms, down for 1, up for 1, down for 1; without a pressure there are none."""
+    from softsim.feedback import feedback
+
+    bare = """
+bodies:
+  b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10, fixed: [bottom]}
+time: {end: 1 s}
+"""
+    air = """
+loads:
+  air: {kind: follower_pressure, facets: [b.top],
+        profile: {kind: cycles, highest: 2 kPa, inflation_rate: 1 MPa/s, deflation_rate: 1 MPa/s,
+                  lowest: 1 kPa, count: 2}}
+"""
+    solver = SimpleNamespace(models=[build(bare + air)], time=0.0)
+    loop = feedback(solver, None)
+    found = []
+    for solver.time in (0.0, 2.9e-3, 3e-3, 4.9e-3, 5e-3):
+        found.append(loop.cycles_done())
+    assert found == [0, 0, 1, 1, 2]
+    assert (loop.readings(), loop.state) == ({}, None)
+    assert feedback(SimpleNamespace(models=[build(bare)], time=9.0), None).cycles_done() == 0
