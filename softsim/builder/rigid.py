@@ -4,15 +4,13 @@ import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, in_mm
-from softsim.elements.geometry import Axisymmetric, RingSection
+from softsim.elements.geometry import Axisymmetric
 from softsim.model import BallShape, CylinderShape, OutlineData
 from softsim.rigid.body import RigidBodyData
 from softsim.scene.bodies import BallOutline, RigidBody
 
 # Of a model of each kind, in the order x, y, z, rotations about x, y, z.
 PLANE_FREEDOM = (True, True, False, False, False, True)
-# Diameters of a ring section are measured along y: what turns would be held back by its own rings.
-UPRIGHT_FREEDOM = (True, True, False, False, False, False)
 AXIAL_FREEDOM = (False, True, False, False, False, False)
 SPACE_FREEDOM = (True, True, True, True, True, True)
 DIRECTIONS = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
@@ -25,8 +23,6 @@ def model_freedom(names: Names) -> tuple[bool, ...]:
     """The degrees of freedom that a rigid body has in this kind of model."""
     if names.dimension == 3:
         return SPACE_FREEDOM
-    if isinstance(names.geometry, RingSection):
-        return UPRIGHT_FREEDOM
     return AXIAL_FREEDOM if isinstance(names.geometry, Axisymmetric) else PLANE_FREEDOM
 
 

@@ -8,6 +8,8 @@ bodies, tables), and the padding of the last lane vector.
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import DeviceError
 from softsim.machine import Place
@@ -57,10 +59,15 @@ def footprint(model: Model) -> Footprint:
         branches = len(body.material.branches) * components
         tensors = EDGE_COMPONENTS[type(body.geometry)] + branches
         each += len(body.cells) * REAL * (corners * d + tensors + 3)
-        # Of nodes that strain a cell without being its corners: node, slot, a constant; force.
-        beyond = body.geometry.strained_by(body.cells).shape[1] - corners
-        shared += len(body.cells) * beyond * (2 * INTEGER + REAL)
-        each += len(body.cells) * beyond * REAL * d
+        if isinstance(body.geometry, RingSection):
+            rings = body.cells[body.geometry.is_ring]
+            diameters = len(np.unique(rings)) // 2
+            # Places of a cell's diameters, two constants; cells in the diameters' order; ends,
+            # slots, place in the list.
+            shared += len(body.cells) * (INTEGER * corners + 2 * REAL)
+            shared += rings.size * INTEGER + diameters * 5 * INTEGER
+            # Tension of a cell; length and direction of a diameter, forces on its ends.
+            each += len(body.cells) * REAL + diameters * REAL * (3 + 2 * d)
         # Nodal volume and its inverse, viscosity, place in the list; J, pressure, dissipation.
         shared += len(body.points) * (3 * REAL + INTEGER)
         each += len(body.points) * 3 * REAL

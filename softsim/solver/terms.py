@@ -212,6 +212,9 @@ class Terms:
 
     def force_stages(self) -> list[Stage]:
         """Every force at the new positions, each into slots of its own."""
+        rings = [rings for body in self.bodies for rings in body.rings]
+        measured = [Pass("elements", r.blocks, (r.measure,)) for r in rings]
+        pulled = [Pass("elements", r.blocks, (r.pull,)) for r in rings]
         moved = [Pass("elements", body.blocks, (body.deform,)) for body in self.bodies]
         pressed = [
             Pass("elements", body.pressure.cells_of_node.blocks, (body.press_nodes,))
@@ -231,7 +234,7 @@ class Terms:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
         moved += [Pass("contact", contact.count, (contact.push,)) for contact in self.contacts]
-        return filled(moved, pressed, stressed)
+        return filled(measured, moved, pressed, stressed, pulled)
 
     def kick_stages(self) -> list[Stage]:
         """New half-step velocities from the summed forces."""

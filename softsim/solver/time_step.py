@@ -67,7 +67,9 @@ def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
     G[:, : geometry.dimension, : geometry.dimension] = np.einsum(
         "eai,eaj->eij", gradients, gradients
     )
-    hoop = body.cells.shape[1] * geometry.hoop_gradient(x, body.cells) ** 2
+    slopes = geometry.hoop_gradient(x, body.cells)
+    # Where others than its corners strain it, its corners strain as many more elements.
+    hoop = slopes.shape[1] / body.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
     trace = np.trace(G, axis1=1, axis2=2) + hoop
     largest = largest_eigenvalue(G) + hoop
     with np.errstate(invalid="ignore"):
