@@ -28,8 +28,8 @@ class OpenLoop:
         return sum(drive.cycles_done(self.solver.time) for drive in self.drives)
 
     def readings(self) -> dict[str, float]:
-        """Columns of the history: none."""
-        return {}
+        """Columns of the history now."""
+        return {"cycles_done": self.cycles_done()}
 
     def follow(self, row: Mapping[str, float]) -> None:
         """A row of the history changes nothing."""
@@ -57,8 +57,12 @@ class ClosedLoop:
         return self.control.state.cycles_done
 
     def readings(self) -> dict[str, float]:
-        """Columns of the history now: the number of the cycle, and its phase."""
-        return {"cycle": self.control.cycle, "phase": self.control.phase_at(self.solver.time)}
+        """Columns of the history now: the number of the cycle, and its phase, too."""
+        return {
+            "cycles_done": self.cycles_done(),
+            "cycle": self.control.cycle,
+            "phase": self.control.phase_at(self.solver.time),
+        }
 
     def follow(self, row: Mapping[str, float]) -> None:
         """Decide on what a row of the history shows, and have it done."""

@@ -347,8 +347,6 @@ class Simulation:
         interval = solver.time - max(progress.last_history, 0.0)
         seen = observe(solver, self.meter, self.balance, interval)
         row = seen.row | self.loop.readings()
-        if self.model.passage is not None:
-            row["cycles_done"] = self.loop.cycles_done()
         self.history.append(row)
         self.loop.follow(row)
         for watch in self.watches:

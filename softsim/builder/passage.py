@@ -7,7 +7,6 @@ import numpy as np
 from softsim.builder.names import Names, close_names
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
-from softsim.loads.drive import ControlledPressure
 from softsim.model import Passage, PressureData
 from softsim.scene.bodies import BallOutline, CylinderOutline
 from softsim.scene.layout import Layout
@@ -46,7 +45,7 @@ def passage(
         outline=outline_nodes[body],
         start=start,
         goal=goal(names, layout, path, start, length),
-        in_cycles=any(has_cycles(pressure) for pressure in pressures),
+        in_cycles=any(pressure.drive.has_cycles for pressure in pressures[:1]),
         patience=layout.patience,
         patience_time=layout.patience_time,
         least_progress=layout.least_progress,
@@ -146,9 +145,3 @@ def default_goal(path: PipePath, start: float, length: float) -> float:
     if last.length > length and start < inside and start < last.start:
         return inside
     return path.length - 0.5 * length
-
-
-def has_cycles(pressure: PressureData) -> bool:
-    """Whether a chamber's pressure ever falls, to rise again."""
-    drive = pressure.drive
-    return isinstance(drive, ControlledPressure) or drive.cycles_done(np.inf) > 0

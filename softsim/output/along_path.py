@@ -12,9 +12,10 @@ from softsim.solver.explicit import ExplicitSolver
 # spike.
 REACH = 2e-3
 
+TURN = np.radians(2.0)
+
 COLUMNS = {
     "arc_length": "m",  # of the body's centre along the path
-    "cycles_done": "-",  # pressure cycles that have ended
     "clearance": "m",  # smallest gap of its outline to the pipe at this moment
     # Forces of walls, means of the interval; on its outline:
     "frame_wall_force": "N",  # magnitudes summed
@@ -42,6 +43,18 @@ def path_readings(
     return row | frame_forces(forces[of_frame]) | forces_along(
         passage.path, x[nodes], forces, of_frame
     )  # fmt: skip
+
+
+def path_samples(path: PipePath) -> np.ndarray:
+    """The path for figures, a row a sample: arc length, point (d,), tangent (d,), radius [m]. Every
+    segment has its beginning and its end, a bend a sample every 2 deg too.
+    """
+    rows = []
+    for segment in path.segments:
+        s = np.linspace(0.0, segment.length, 2 + int(segment.length / segment.bend_radius / TURN))
+        point, tangent = segment.axis_place(s)
+        rows.append(np.column_stack([segment.start + s, point, tangent, segment.radius(s)]))
+    return np.concatenate(rows)
 
 
 def wall_forces(solver: ExplicitSolver, interval: float) -> tuple[np.ndarray, np.ndarray]:

@@ -24,9 +24,9 @@ def other_verdict(expect: Expect, found: dict[str, Any]) -> Iterator[str]:
         return
     expected = Verdict.PASSED if expect.passes else Verdict.STUCK
     if "layout" not in found:
-        yield f"passes: there is no verdict, {expected.value} is expected"
+        yield f"verdict {expected.value}, found none"
     elif found["layout"]["verdict"] != expected.value:
-        yield f"passes: {expected.value} is expected, and it is {found['layout']['sentence']}"
+        yield f"verdict {expected.value}, found {found['layout']['sentence']}"
 
 
 def outside_limits(expect: Expect, found: dict[str, Any]) -> Iterator[str]:

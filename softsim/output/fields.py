@@ -82,6 +82,7 @@ class FieldWriter:
 
         For the figures: walls (w, 2 d), a point of each [m] and its normal into the free side;
         pipes (p, 7), a point on the axis, its direction, the radius [m];
+        path (n, 2 d + 2), samples of a pipe's centre line: arc length, point, tangent, radius [m];
         outlines (k, 4), one a rigid body: centre in the body's axes, length, height [m].
         A name that is there already gets the new content. Raises OutputError if the disk refuses.
         """

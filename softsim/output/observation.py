@@ -28,6 +28,7 @@ def columns(model: Model) -> dict[str, str]:
         "time": "s",
         "pressure": "Pa",  # of the first chamber: what a gauge on the robot shows
         "section_pressure": "Pa",  # what acts on the plane model
+        "cycles_done": "-",  # cycles of the pressure that have ended
     }
     if model.pressures and isinstance(model.pressures[0].drive, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
@@ -257,8 +258,10 @@ def description(model: Model, title: str) -> dict:
             outlines.append([*(outline.centre - model.rigid_bodies[outline.body].centre), *size])
             owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
+    passage = model.passage
     return {
         **drawn_walls(model.walls),
+        **({} if passage is None else {"path": along_path.path_samples(passage.path)}),
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,

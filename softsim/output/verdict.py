@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from softsim.contact.path_features import nearest_feature
-from softsim.contact.pipe_path import Segment
+from softsim.contact.pipe_segment import Segment
 from softsim.model import Passage
 from softsim.output import blockage
 from softsim.output.passage import History, Verdict, watched

@@ -161,14 +161,18 @@ def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
     positions = (frames.points + frames.point_data["displacement"][index][:, :2]) * MILLI
-    outlines = np.zeros((0, 4, 2))
-    if "outlines" in frames.described and "frame_pose" in frames.extra:
-        poses = frames.extra["frame_pose"][index]
-        if "outline_bodies" in frames.described:  # not every rigid body has an outline
-            poses = poses[frames.described["outline_bodies"].astype(int)]
-        outlines = outline_corners(frames.described["outlines"], poses) * MILLI
     values = shown_values(frames, index, field, frames.cells, slice(None))
-    return Shot(positions[frames.cells], values, outlines, positions[boundary])
+    return Shot(positions[frames.cells], values, outlines_at(frames, index), positions[boundary])
+
+
+def outlines_at(frames: Frames, index: int) -> np.ndarray:
+    """Corners (k, 4, 2) [mm] of the rigid outlines in a frame of a plane run."""
+    if "outlines" not in frames.described or "frame_pose" not in frames.extra:
+        return np.zeros((0, 4, 2))
+    poses = frames.extra["frame_pose"][index]
+    if "outline_bodies" in frames.described:  # not every rigid body has an outline
+        poses = poses[frames.described["outline_bodies"].astype(int)]
+    return outline_corners(frames.described["outlines"], poses) * MILLI
 
 
 def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
