@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION
+from softsim.builder.gridded_walls import gridded_walls
 from softsim.builder.names import Names, in_mm
 from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.round_pipes import RoundPipes
@@ -15,7 +16,7 @@ from softsim.scene.surroundings import PipeWall, PlaneWall
 
 def walls(names: Names) -> tuple[Wall, ...]:
     """All walls of the scene; those of a kind that kernels take together are one."""
-    return (*flat_walls(names), *round_pipes(names))
+    return (*flat_walls(names), *round_pipes(names), *gridded_walls(names))
 
 
 def flat_walls(names: Names) -> list[HalfSpaces]:

@@ -30,6 +30,10 @@ MOST_NODES = 2**24
 CHUNK = 2**18
 
 
+class SpacingError(MeshError):
+    """A grid whose spacing is too small or too large."""
+
+
 class Facets(Protocol):
     """A wall of straight facets: polyline.Polyline, triangle_surface.TriangleSurface."""
 
@@ -157,12 +161,12 @@ def tabulated(
     """Origin (d,) [m] and values [m] of the grid of a wall in the box from low to high (d,) [m],
     enlarged by the band on all sides.
 
-    Raises MeshError, saying a spacing that would do, where the grid would be too large; where the
-    wall is too thin for it; where it has no clear inside.
+    Raises SpacingError where the grid would be too large, saying a spacing that would do, or the
+    wall is too thin for it; MeshError where the wall has no clear inside.
     """
     shape = shape_of_grid(low, high, spacing)
     if np.prod([float(n) for n in shape]) > MOST_NODES:
-        raise MeshError(
+        raise SpacingError(
             f"a grid of {' x '.join(str(n) for n in shape)} nodes, {spacing * 1e3:.3g} mm apart, "
             f"is too large: at most {MOST_NODES:,} nodes",
             hint=f"give the wall a spacing of {least_spacing(low, high) * 1e3:.3g} mm, or cut off "
@@ -265,11 +269,12 @@ def carry_on(values: np.ndarray, spacing: float) -> None:
     if not outside.any():
         return
     nearest = distance_transform_edt(outside, return_distances=False, return_indices=True)
-    here = np.nonzero(outside)
-    there = tuple(axis[here] for axis in nearest)
-    way = spacing * np.sqrt(sum((a - b).astype(float) ** 2 for a, b in zip(here, there, strict=True)))
-    seen = values[there]
-    values[here] = seen + np.where(seen < 0.0, -way, way)
+    for i in range(len(values)):  # layer by layer: all at once would take ten times the grid
+        here = np.nonzero(outside[i])
+        there = nearest[:, i][(slice(None), *here)]
+        steps = there - np.stack([np.full(len(here[0]), i), *here])
+        way, seen = spacing * np.linalg.norm(steps, axis=0), values[tuple(there)]
+        values[i][here] = seen + np.where(seen < 0.0, -way, way)
 
 
 def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float) -> None:
@@ -289,9 +294,7 @@ def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float)
             )
 
 
-def refuse_too_thin(
-    values: np.ndarray, origin: np.ndarray, spacing: float, wall: Facets
-) -> None:
+def refuse_too_thin(values: np.ndarray, origin: np.ndarray, spacing: float, wall: Facets) -> None:
     """Within two cells of every facet's centre there is a node half a spacing deep in the wall: the
     grid would have holes where it is thinner than a cell.
     """
@@ -303,7 +306,7 @@ def refuse_too_thin(
         deepest = np.minimum(deepest, values[tuple(node.T)])
     thin = np.flatnonzero(deepest > -0.5 * spacing)
     if len(thin):
-        raise MeshError(
+        raise SpacingError(
             f"near {_in_mm(origin + spacing * cell[thin[0]])} the wall is thinner than its grid "
             f"can hold, whose nodes are {spacing * 1e3:.3g} mm apart",
             hint="give the wall a spacing of half its thickness there, or make it thicker",

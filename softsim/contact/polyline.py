@@ -100,7 +100,7 @@ def gridded(name: str, polyline: Polyline, spacing: float) -> DistanceGrid:
     """The wall `name` on a grid [m] that holds all points of a polyline, and its straight
     continuations beyond.
 
-    Raises MeshError where it is too large, or the wall too thin for it.
+    Raises SpacingError where it is too large, or the wall too thin for it.
     """
     low, high = polyline.points.min(axis=0), polyline.points.max(axis=0)
     across = float(np.linalg.norm(high - low)) + 4.0 * BAND * spacing
@@ -171,9 +171,7 @@ def _meet(polyline: Polyline, one: int, others: np.ndarray) -> np.ndarray:
     a, b = starts[one], starts[one] + ways[one]
     c, d = starts[others], starts[others] + ways[others]
     across = np.sign(_cross(ways[one], c - a)) * np.sign(_cross(ways[one], d - a)) <= 0.0
-    across &= (
-        np.sign(_cross(ways[others], a - c)) * np.sign(_cross(ways[others], b - c)) <= 0.0
-    )
+    across &= np.sign(_cross(ways[others], a - c)) * np.sign(_cross(ways[others], b - c)) <= 0.0
     step = others - one
     if polyline.closed:
         neighbours = (step % count == 1) | (step % count == count - 1)
@@ -185,14 +183,16 @@ def _meet(polyline: Polyline, one: int, others: np.ndarray) -> np.ndarray:
 
 
 def _meeting_place(polyline: Polyline, one: int, other: int) -> np.ndarray:
-    """Where two edges that meet do so (2,) [m]: of two on one line, the corner that lies on both."""
+    """Where two edges that meet do so (2,) [m]; of two on one line, a corner that lies on both."""
     starts, ways = polyline.starts, polyline.ways
     a, way, c = starts[one], ways[one], starts[other]
     turn = float(_cross(way, ways[other]))
     if turn != 0.0:
         return np.asarray(a + way * _cross(c - a, ways[other]) / turn)
-    share = (c - a) @ way / (way @ way)
-    return c if 0.0 <= share <= 1.0 else c + ways[other]
+    for corner in (c, c + ways[other]):
+        if 0.0 <= (corner - a) @ way <= way @ way:
+            return corner
+    return a
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

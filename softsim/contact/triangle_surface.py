@@ -108,7 +108,8 @@ class TriangleSurface:
 def gridded(name: str, surface: TriangleSurface, spacing: float) -> DistanceGrid:
     """The wall `name` on a grid [m] that holds the whole surface.
 
-    Raises MeshError where it is too large, the wall too thin for it, or has no clear inside.
+    Raises SpacingError where it is too large, or the wall too thin for it; MeshError where that has
+    no clear inside.
     """
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
     origin, values = tabulated(surface, low, high, spacing)

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.contact.distance_grid import DistanceGrid
+from softsim.contact.gridded_walls import GriddedObstacle
 from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.surface_contact import SurfaceContact
@@ -46,7 +48,11 @@ FACETS: dict[type, Any] = {
     geometry.RingSection: RingFacets,
     geometry.Solid: TriangleFacets,
 }
-WALLS: dict[type, Any] = {HalfSpaces: FlatObstacle, RoundPipes: RoundObstacle}
+WALLS: dict[type, Any] = {
+    HalfSpaces: FlatObstacle,
+    RoundPipes: RoundObstacle,
+    DistanceGrid: GriddedObstacle,
+}
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 
 
