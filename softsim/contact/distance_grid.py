@@ -7,7 +7,8 @@ distance is right to within a diagonal of a cell.
 Between the nodes the gap is interpolated linearly along each axis. On a straight wall that is
 exact. Where the wall has the curvatures k1, k2 (radius of a circle: k1 = 1/R, k2 = 0) the gap is
 off by at most spacing^2 (|k1| + |k2|) / 8, for the distance's second derivatives along the axes
-sum up to no more; at an edge or a corner by up to half a spacing: the grid rounds it off.
+sum up to no more. At an edge or a corner, which the grid rounds off, it is off by half a cell's
+diagonal at most, as no distance changes by more than the way.
 """
 
 from collections.abc import Iterator
@@ -212,7 +213,7 @@ def distances_in_band(
         node, distance = node[order], distance[order]
         first = np.append(True, node[1:] != node[:-1])[: len(node)]
         node, distance = node[first], distance[first]
-        nearer = np.abs(distance) < np.minimum(np.abs(values[node]), (1.0 + 1e-9) * farthest[node])
+        nearer = (np.abs(distance) <= farthest[node]) & (np.abs(distance) < np.abs(values[node]))
         values[node[nearer]] = distance[nearer]
     return values.reshape(shape)
 
@@ -228,7 +229,7 @@ def farthest_facets(
     for node, facet in pairs_nearby(wall, origin, spacing, shape):
         x = places_of(node, origin, spacing, shape)
         np.minimum.at(farthest, node, np.linalg.norm(x - centres[facet], axis=1))
-    return farthest
+    return farthest + 1e-6 * spacing  # for what rounding makes of the nearest one
 
 
 def places_of(

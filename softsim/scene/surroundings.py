@@ -47,8 +47,9 @@ class _GriddedWall(Part):
     spacing: AutoOrPositiveLength = Field(
         default="auto",
         description="Between the nodes of the grid of distances that stands for the wall; auto: "
-        "the median edge of the bodies' surfaces, as nodes feel nothing finer. Edges are rounded "
-        "off by up to half of it, a radius R is met within spacing^2 / (4 R).",
+        "the median edge of the bodies' surfaces, as their nodes feel nothing finer. The wall's "
+        "edges are rounded off by about a third of it, a radius R is met within spacing^2 / (8 R) "
+        "in the plane, twice that in space.",
     )
 
 
