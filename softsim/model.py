@@ -144,6 +144,14 @@ class RigidLoad:
 
 
 @dataclass(frozen=True)
+class AxialReliefData:
+    """Takes `weight` (d,) [N], as far as it lies along x of rigid body number `body`, off it."""
+
+    body: int
+    weight: np.ndarray
+
+
+@dataclass(frozen=True)
 class TendonData:
     """A tendon on rigid body number `body` towards the unit vector `direction` (d,), which pulls
     with `stiffness` [N/m] once `slack` [m] is used up.
@@ -213,6 +221,7 @@ class Model:
     rotors: tuple[RotorLoad, ...]
     nodal_loads: tuple[NodalLoad, ...]
     rigid_loads: tuple[RigidLoad, ...]
+    axial_reliefs: tuple[AxialReliefData, ...]
     tendons: tuple[TendonData, ...]
     prescribed: tuple[PrescribedData, ...]
     probes: tuple[Probe, ...]

@@ -6,24 +6,17 @@ further down once it has lost the wall.
 
 Along the axis all 14 spikes of a ring hold and push, of which the section has 7 (vertically a ring
 is as stiff as 7, see scenes/parts/pfr.yaml): it stands for half of the robot there, and carries
-half of its weight. A force along the axis takes the rest. Its inertia along the axis stays whole.
+half of its weight (softsim/loads/axial_relief.py). Its inertia along the axis stays whole.
 """
 
-import math
-
 from validation.air import deflation
-from validation.thesis import EFFECTIVE_RATE, RING, WEIGHT
+from validation.thesis import EFFECTIVE_RATE, RING
 
 AT_ONCE = 460.0  # kPa/s: 23 kPa in 50 ms
 SLACK = 200.0  # mm, of the safety line
 LINE = (
     f"{{kind: tendon, acts_on: frame, direction: [1, 0], stiffness: 0.1 N/mm, slack: {SLACK} mm}}"
 )
-
-
-def relief(angle: int) -> float:
-    """Weight along the axis [N] that the section's share of the spikes does not carry."""
-    return WEIGHT * math.sin(math.radians(angle)) * (1.0 - 1.0 / RING)
 
 
 def upwards(pipe: int, angle: int, lowest: float) -> tuple[str, ...]:
@@ -34,6 +27,6 @@ def upwards(pipe: int, angle: int, lowest: float) -> tuple[str, ...]:
     return (
         f"environment.inclination={angle} deg",
         f"loads.line={LINE}",
-        f"loads.rest={{kind: rigid_force, acts_on: frame, force: [{relief(angle):.6g} N, 0 N]}}",
+        f"loads.relief={{kind: axial_relief, acts_on: frame, share: {1.0 - 1.0 / RING:g}}}",
         *deflation(EFFECTIVE_RATE[pipe], lowest, inflation_rate=AT_ONCE),
     )

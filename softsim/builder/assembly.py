@@ -58,6 +58,8 @@ def build_model(loaded: LoadedScene) -> Model:
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
     fixed_walls = walls.walls(names)
     walls.refuse_penetration(names, fixed_walls, points[touching])
+    down = gravity(names)
+    total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     model = Model(
         bodies=bodies,
         points=points,
@@ -72,10 +74,11 @@ def build_model(loaded: LoadedScene) -> Model:
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),
         rigid_loads=loads.rigid_loads(names),
+        axial_reliefs=loads.axial_reliefs(names, total_mass * down),
         tendons=loads.tendons(names),
         prescribed=motions,
         probes=conditions.probes(names, points, is_free),
-        gravity=gravity(names),
+        gravity=down,
         rows={
             f"{b.name}.{name}": nodes
             for b in bodies
@@ -95,16 +98,20 @@ def build_model(loaded: LoadedScene) -> Model:
 
 
 def gravity(names: Names) -> np.ndarray:
-    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards."""
+    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards, and
+    towards +z as +y is rolled away from the vertical plane through x.
+    """
     environment = names.scene.environment
-    slope = environment.inclination
-    if isinstance(names.geometry, Axisymmetric) and slope != 0.0 and environment.gravity > 0.0:
-        raise names.loaded.error(
-            ("environment", "inclination"),
-            "an axisymmetric model knows gravity along its axis only",
-            "leave the inclination out: gravity points down the axis y",
-        )
-    down = np.array([-np.sin(slope), -np.cos(slope), 0.0])
+    slope, roll = environment.inclination, environment.roll
+    for key, angle in (("inclination", slope), ("roll", roll)):
+        if isinstance(names.geometry, Axisymmetric) and angle != 0.0 and environment.gravity > 0.0:
+            raise names.loaded.error(
+                ("environment", key),
+                "an axisymmetric model knows gravity along its axis only",
+                f"leave the {key} out: gravity points down the axis y",
+            )
+    across = np.cos(slope)
+    down = np.array([-np.sin(slope), -across * np.cos(roll), across * np.sin(roll)])
     return environment.gravity * down[: names.dimension]
 
 

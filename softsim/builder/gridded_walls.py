@@ -9,7 +9,7 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import SURFACE
 from softsim.mesh.points_reading import read_points
 from softsim.mesh.surface import read_surface
-from softsim.scene.surroundings import PolylineWall, SurfaceWall
+from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
 
 
 def gridded_walls(names: Names) -> list[DistanceGrid]:

@@ -14,7 +14,15 @@ from softsim.builder.rigid import freedom
 from softsim.loads.drive import AddedGas, AddedVolume, Drive, GivenPressure
 from softsim.loads.profile import smooth_rise
 from softsim.loads.vibration import RotorData, eccentric_mass, sinusoidal_force
-from softsim.model import Body, NodalLoad, PressureData, RigidLoad, RotorLoad, TendonData
+from softsim.model import (
+    AxialReliefData,
+    Body,
+    NodalLoad,
+    PressureData,
+    RigidLoad,
+    RotorLoad,
+    TendonData,
+)
 from softsim.scene import loads as scene_loads
 from softsim.scene.tree import Keys
 from softsim.solver.time_step import element_frequencies, volume_yield
@@ -167,6 +175,16 @@ def rigid_loads(names: Names) -> tuple[RigidLoad, ...]:
             body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
             force = names.vector(load.force, (*keys, "force"))
             result.append(RigidLoad(body, force, smooth_rise(load.ramp)))
+    return tuple(result)
+
+
+def axial_reliefs(names: Names, weight: np.ndarray) -> tuple[AxialReliefData, ...]:
+    """What takes a share of the `weight` (d,) [N] of all bodies off a rigid body along its axis."""
+    result = []
+    for name, load in names.scene.loads.items():
+        if isinstance(load, scene_loads.AxialRelief):
+            body = names.rigid_number(load.acts_on, ("loads", name, "acts_on"))
+            result.append(AxialReliefData(body, load.share * weight))
     return tuple(result)
 
 

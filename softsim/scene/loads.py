@@ -166,6 +166,19 @@ class RigidForce(Part):
     )
 
 
+class AxialRelief(Part):
+    """Takes a share of the robot's weight along the body's own axis x off it: for a plane section
+    that has fewer of the robot's spikes along the axis than across it.
+    """
+
+    kind: Literal["axial_relief"] = Field(description="Kind of load.")
+    acts_on: Text = Field(description="Rigid body whose axis it is, and on which it acts.")
+    share: Number = Field(
+        gt=0.0, lt=1.0, description="Of the weight of all bodies together; 0.5 where the section "
+        "has half of the spikes."
+    )  # fmt: skip
+
+
 class Tendon(Part):
     """A tendon from a rigid body to a force gauge far away: a spring that pulls and never pushes.
     The history gets a column `pull`, the tension of the first tendon.
@@ -192,6 +205,7 @@ Load = Annotated[
     | SinusoidalForce
     | NodalForce
     | RigidForce
+    | AxialRelief
     | Tendon,
     Field(discriminator="kind"),
 ]

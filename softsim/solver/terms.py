@@ -14,6 +14,8 @@ import taichi as ti
 from softsim.contact.distance_grid import DistanceGrid
 from softsim.contact.gridded_walls import GriddedObstacle
 from softsim.contact.half_spaces import HalfSpaces
+from softsim.contact.path_obstacle import PathObstacle
+from softsim.contact.pipe_path import PipePath
 from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.walls import FlatObstacle, RoundObstacle
@@ -22,6 +24,7 @@ from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.elements.tetrahedra import Tetrahedra
+from softsim.loads.axial_relief import AxialRelief
 from softsim.loads.chamber import SOURCES
 from softsim.loads.facets import PlaneFacets, RevolvedFacets, RingFacets, TriangleFacets
 from softsim.loads.nodal import NodalForce
@@ -51,6 +54,7 @@ FACETS: dict[type, Any] = {
 WALLS: dict[type, Any] = {
     HalfSpaces: FlatObstacle,
     RoundPipes: RoundObstacle,
+    PipePath: PathObstacle,
     DistanceGrid: GriddedObstacle,
 }
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
@@ -105,6 +109,14 @@ class Terms:
             )
             for k, load in enumerate(model.rigid_loads)
         ]  # fmt: skip
+        self.axial_reliefs = [
+            AxialRelief(
+                self.rigid_bodies,
+                relief.body,
+                np.stack([m.axial_reliefs[k].weight for m in models]),
+            )
+            for k, relief in enumerate(model.axial_reliefs)
+        ]
         self.tendons = [
             Tendon(
                 self.rigid_bodies, tendon.body, np.array([m.tendons[k].stiffness for m in models]),
@@ -216,6 +228,7 @@ class Terms:
             stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
         # Loads on rigid bodies add to each other, one after another.
         pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
+        pulls += [load.pull for load in self.axial_reliefs]
         pulls += [tendon.pull for tendon in self.tendons]
         if pulls:
             moved.append(Pass("loads", 1, tuple(pulls)))
