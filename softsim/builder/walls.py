@@ -17,7 +17,6 @@ from softsim.errors import SceneError
 from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
 from softsim.scene.surroundings import PipePathWall, PipeWall, PlaneWall
 
-
 APART = "move the wall or the body so that they do not overlap"
 
 

@@ -272,7 +272,7 @@ def carry_on(values: np.ndarray, spacing: float) -> None:
     nearest = distance_transform_edt(outside, return_distances=False, return_indices=True)
     for i in range(len(values)):  # layer by layer: all at once would take ten times the grid
         here = np.nonzero(outside[i])
-        there = nearest[:, i][(slice(None), *here)]
+        there = np.stack([axis[i][here] for axis in nearest])
         steps = there - np.stack([np.full(len(here[0]), i), *here])
         way, seen = spacing * np.linalg.norm(steps, axis=0), values[tuple(there)]
         values[i][here] = seen + np.where(seen < 0.0, -way, way)

@@ -5,6 +5,8 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from softsim.errors import MeshError
 
 if TYPE_CHECKING:
@@ -20,7 +22,8 @@ def meshio_mesh(path: Path, formats: str) -> "meshio.Mesh":
 
     said = io.StringIO()
     try:
-        with redirect_stdout(said), redirect_stderr(io.StringIO()):
+        # Its STL reader takes ASCII for a count of triangles first, which overflows.
+        with redirect_stdout(said), redirect_stderr(io.StringIO()), np.errstate(over="ignore"):
             return meshio.read(path)
     # meshio passes on whatever its parsers stumble over; when no parser is left it prints the
     # cause and exits.
