@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION
+from softsim.builder.gridded_walls import gridded_walls
 from softsim.builder.names import Names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_paths
 from softsim.contact.half_spaces import HalfSpaces
@@ -13,12 +14,17 @@ from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Axisymmetric
 from softsim.errors import SceneError
+from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
 from softsim.scene.surroundings import PipePathWall, PipeWall, PlaneWall
+
+APART = "move the wall or the body so that they do not overlap"
 
 
 def walls(names: Names) -> tuple[Wall, ...]:
     """All walls of the scene; those of a kind that kernels take together are one."""
-    return (*flat_walls(names), *round_pipes(names), *pipe_paths(names))
+    return (
+        *flat_walls(names), *round_pipes(names), *pipe_paths(names), *gridded_walls(names),
+    )  # fmt: skip
 
 
 def flat_walls(names: Names) -> list[HalfSpaces]:
@@ -84,8 +90,13 @@ def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) 
 def plane_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
     """What is wrong where places (n, d) start behind the plane `name`."""
     problem = how_deep(name, wall, places)
-    hint = "move the wall or the body so that they do not overlap"
-    return names.loaded.error(("environment", "walls", name, "point"), problem, hint)
+    return names.loaded.error(("environment", "walls", name, "point"), problem, APART)
+
+
+def gridded_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
+    """What is wrong where places (n, d) start in the polyline or the surface `name`."""
+    problem = how_deep(name, wall, places)
+    return names.loaded.error(("environment", "walls", name, "kind"), problem, APART)
 
 
 def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
@@ -121,4 +132,6 @@ OVERLAPS: dict[type, Callable[[Names, str, Any, np.ndarray], SceneError]] = {
     PlaneWall: plane_overlap,
     PipeWall: pipe_overlap,
     PipePathWall: overlap,
+    PolylineWall: gridded_overlap,
+    SurfaceWall: gridded_overlap,
 }

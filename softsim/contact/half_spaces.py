@@ -22,7 +22,12 @@ class HalfSpaces:
             for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
         }
 
-    def touched_at_once(self) -> tuple[int, float]:
+    @property
+    def stored_numbers(self) -> int:
+        """None in a table."""
+        return 0
+
+    def touched_at_once(self) -> tuple[float, float]:
         """Walls that face each other are not touched together."""
         normals = facing_one_way(self.normals)
         return len(normals), float(np.linalg.eigvalsh(normals.T @ normals)[-1])

@@ -222,7 +222,12 @@ class PipePath:
         """Signed gap (n,) [m] of places x (n, d), by the path's name."""
         return {self.name: self.gap(x)}
 
-    def touched_at_once(self) -> tuple[int, float]:
+    @property
+    def stored_numbers(self) -> int:
+        """None in a table: a few a segment."""
+        return 0
+
+    def touched_at_once(self) -> tuple[float, float]:
         """In a corner only the nearest piece pushes."""
         return 1, 1.0
 

@@ -26,7 +26,12 @@ class RoundPipes:
             found[name] = radius - np.linalg.norm(across, axis=1)
         return found
 
-    def touched_at_once(self) -> tuple[int, float]:
+    @property
+    def stored_numbers(self) -> int:
+        """None in a table."""
+        return 0
+
+    def touched_at_once(self) -> tuple[float, float]:
         """All of them, perhaps from the same side."""
         return len(self.names), float(len(self.names))
 

@@ -17,10 +17,15 @@ class Wall(Protocol):
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Signed gap (n,) [m] of places x (n, d) to each surface, negative inside, by its name."""
 
-    def touched_at_once(self) -> tuple[int, float]:
+    def touched_at_once(self) -> tuple[float, float]:
         """Most surfaces that one node can touch at once, and an upper bound of the largest
-        eigenvalue of the sum of n (x) n over their normals n.
+        eigenvalue of the sum of n (x) n over their normals n; both times the slope |grad g| of the
+        gap where that is not 1.
         """
+
+    @property
+    def stored_numbers(self) -> int:
+        """How many numbers kernels keep of it that grow with its detail: of a table."""
 
     def drawn(self) -> dict[str, np.ndarray]:
         """What a run's results keep of it for the figures, by the names that

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
 from softsim.scene.part import ORIGIN, Part
 from softsim.scene.pipe_items import PipeItem
 from softsim.scene.quantities import (
@@ -65,7 +66,9 @@ class PipePathWall(Part):
     )
 
 
-Wall = Annotated[PipeWall | PlaneWall | PipePathWall, Field(discriminator="kind")]
+Wall = Annotated[
+    PipeWall | PlaneWall | PipePathWall | PolylineWall | SurfaceWall, Field(discriminator="kind")
+]
 
 
 class Environment(Part):

@@ -3,7 +3,7 @@
 Fields are counted per element, node, touching node and facet, as the classes that own them make
 them (elements/linear.py, nodes.py, contact/surface_contact.py, loads/pressure.py). What several
 scenarios of one mesh share is counted once. Left out: what does not grow with the mesh (rigid
-bodies, tables), and the padding of the last lane vector.
+bodies, profiles), and the padding of the last lane vector.
 """
 
 from dataclasses import dataclass
@@ -78,6 +78,7 @@ def footprint(model: Model) -> Footprint:
         # impulse, two dissipations.
         at_surface = REAL * (d + 1) + INTEGER
         each += len(contact.nodes) * (surfaces * at_surface + REAL * (3 * d + 4))
+    shared += REAL * sum(wall.stored_numbers for wall in model.walls)
     for load in model.pressures:
         shared += load.facets.size * 2 * INTEGER  # nodes and slots
         each += load.facets.size * REAL * d + len(load.facets) * REAL  # forces, work

@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.contact.distance_grid import DistanceGrid
+from softsim.contact.gridded_walls import GriddedObstacle
 from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.path_obstacle import PathObstacle
 from softsim.contact.pipe_path import PipePath
@@ -53,6 +55,7 @@ WALLS: dict[type, Any] = {
     HalfSpaces: FlatObstacle,
     RoundPipes: RoundObstacle,
     PipePath: PathObstacle,
+    DistanceGrid: GriddedObstacle,
 }
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 
