@@ -8,6 +8,8 @@ stops it in between.
 import logging
 from collections.abc import Mapping
 
+from scipy.spatial.transform import Rotation
+
 from softsim.loads.drive import ControlledPressure, Scheduled
 from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
 from softsim.solver.explicit import ExplicitSolver
@@ -90,6 +92,10 @@ def feedback(solver: ExplicitSolver, state: ControlState | None) -> OpenLoop | C
 def sensed(row: Mapping[str, float]) -> Sensed:
     """What a row of the history lets the robot feel."""
     place = tuple(row[name] for name in ("frame_x", "frame_y", "frame_z") if name in row)
+    turns = ("frame_rotation_x", "frame_rotation_y", "frame_rotation_z")
+    turn = [row[name] for name in turns] if "frame_z" in row else [0.0, 0.0, row["frame_angle"]]
+    axis = Rotation.from_rotvec(turn).apply([1.0, 0.0, 0.0])[: len(place)]
     return Sensed(
-        row["time"], row["pressure"], row["rows_in_contact"], row["wall_force_normal"], place
-    )
+        row["time"], row["pressure"], row["rows_in_contact"], row["wall_force_normal"], place,
+        tuple(axis.tolist()),
+    )  # fmt: skip
