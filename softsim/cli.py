@@ -159,7 +159,7 @@ def assess(
             report = read_summary(folder).get("layout")
             if report is not None:
                 console.print(segments_table(report))
-                console.print(report["sentence"], style="bold", highlight=False)
+                console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
                 console.print(f"results in {folder}", highlight=False)
 
 

@@ -37,10 +37,10 @@ def write_layout_run(folder: Path, mesh: Mesh, farthest: float, wedged: bool) ->
     """
     d = mesh.points.shape[1]
     path = laid("pipe", ITEMS, 36e-3, np.zeros(d), (False, False))
-    times = np.arange(0.0, END + 1e-9, 0.01)
+    times = np.arange(0.0, END + 1e-9, 0.04)
     moves = np.interp(times % PERIOD, [0.0, 2.0, PERIOD], [0.0, 0.0, 1.0]) + times // PERIOD
     s = 0.025 + (farthest - 0.025) * np.minimum(moves / (2.0 if wedged else 4.0), 1.0)
-    s += 1e-4 * np.sin(2.0 * np.pi * 7.0 * times)
+    s += 1e-4 * np.sin(2.0 * np.pi * 5.0 * times)
     pressure = 8e3 * np.interp(times % PERIOD, [0.0, 1.0, 2.0, PERIOD], [0.6, 1.0, 1.0, 0.6])
     centre, tangent = path.axis_place(s)
     history = History(folder / HISTORY, UNITS)
@@ -62,7 +62,7 @@ def write_layout_run(folder: Path, mesh: Mesh, farthest: float, wedged: bool) ->
         outlines=np.array([[0.0, 0.0, 33e-3, 15e-3]]),
         title="a robot in a layout",
     )
-    for time in np.arange(0.0, END + 1e-9, 0.1):
+    for time in np.arange(0.0, END + 1e-9, 0.4):
         now = float(np.interp(time, times, s))
         angle = np.arctan2(*np.array([np.interp(time, times, tangent[:, i]) for i in (1, 0)]))
         pose = [np.interp(time, times, centre[:, i]) for i in range(2)]

@@ -1,7 +1,10 @@
 """Standard robots that ship with softsim, and layouts that are given one."""
 
+from pathlib import Path
+
 import pytest
 
+from softsim.builder import build_model
 from softsim.errors import SceneError
 from softsim.scene.assessment import load_layout
 from softsim.scene.loading import load_scene
@@ -63,3 +66,14 @@ def test_a_mistake_in_a_layout_has_its_line(write_scene):
     with pytest.raises(SceneError, match="diametre") as caught:
         load_layout(write_scene(PIPE.replace("diameter", "diametre")), "pfr", [])
     assert caught.value.location.line == 1
+
+
+LAYOUTS = sorted((Path(__file__).parents[2] / "scenes" / "layouts").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS, ids=lambda path: path.stem)
+def test_every_layout_takes_every_robot(layout):
+    for robot in robot_names():
+        model = build_model(load_layout(layout, robot, []))
+        assert model.passage is not None
+        assert model.passage.in_cycles
