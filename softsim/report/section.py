@@ -59,7 +59,7 @@ class Section:
         self.shots = [_shot(frames, index, field, boundary) for index in indices]
         walls = frames.described.get("walls", np.zeros((0, 4))) * [MILLI, MILLI, 1.0, 1.0]
         self.walls = self.seen_walls(walls)
-        self.wall_lines = frames.described.get("wall_lines", NO_LINES) * MILLI
+        self.wall_lines = self.seen_lines(frames.described.get("wall_lines", NO_LINES) * MILLI)
         self.centre_lines = frames.described.get("centre_lines", NO_LINES) * MILLI
         self.values = np.concatenate([shot.values for shot in self.shots])
         planes = np.array([w.plane for w in self.walls]).reshape(-1, 4)
@@ -72,6 +72,10 @@ class Section:
     def seen_walls(self, walls: np.ndarray) -> list["Wall"]:
         """The walls (w, 4) [mm] of the run as they are drawn."""
         return [Wall(wall) for wall in walls]
+
+    def seen_lines(self, lines: np.ndarray) -> np.ndarray:
+        """Lines (k, 2, 2) [mm] of curved walls as they are drawn, the free side on their left."""
+        return lines
 
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames, with its walls."""
@@ -112,6 +116,13 @@ class HalfSection(Section):
         mirror = walls * [-1.0, 1.0, -1.0, 1.0]
         return [Wall(wall, 1.0) for wall in walls] + [Wall(wall, -1.0) for wall in mirror]
 
+    def seen_lines(self, lines: np.ndarray) -> np.ndarray:
+        """Each line at positive x, and its mirror image the other way round: its free side is on
+        its left too.
+        """
+        kept = right_of_axis(lines)
+        return np.concatenate([kept, mirrored(kept)[::-1, ::-1]])
+
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames and its mirror image, the walls, and the axis."""
         super().draw(axes, number, colours)
@@ -133,6 +144,14 @@ class HalfSection(Section):
 def mirrored(places: np.ndarray) -> np.ndarray:
     """Places (..., 2) on the other side of the axis x = 0."""
     return places * [-1.0, 1.0]
+
+
+def right_of_axis(lines: np.ndarray) -> np.ndarray:
+    """The parts (j, 2, 2) of lines (k, 2, 2) at positive x."""
+    lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
+    x, way = lines[:, :, 0], lines[:, 1] - lines[:, 0]
+    cut = lines[:, 0] - way * (x[:, 0] / np.where(way[:, 0] == 0.0, 1.0, way[:, 0]))[:, None]
+    return np.where((x < 0.0)[..., None], cut[:, None], lines)
 
 
 def ends(boundary: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from softsim.report.section import (
     chains,
     ends,
     outline_corners,
+    right_of_axis,
     view_of,
 )
 
@@ -52,6 +53,16 @@ def test_a_half_section_has_a_mirror_image(ring_run: Path) -> None:
     assert len(cells) == 2 * count
     assert cells[:count, :, 0].min() > 5.99
     np.testing.assert_array_equal(cells[count:], cells[:count] * [-1.0, 1.0])
+
+
+def test_lines_of_walls_are_cut_off_at_the_axis_and_mirrored(ring_run: Path) -> None:
+    """The free side stays on the left: above a floor, towards the axis of a wall that rises."""
+    beyond, floor, wall = [[-9, 0], [-4, 0]], [[-4, 0], [2, 3]], [[2, 3], [2, 9]]
+    lines = np.array([beyond, floor, wall], dtype=float)
+    np.testing.assert_allclose(right_of_axis(lines), [[[0, 2], [2, 3]], wall])
+    section = HalfSection(frames_of(ring_run), [0], "stretch")
+    both = section.seen_lines(lines)
+    np.testing.assert_allclose(both[2:], [[[-2, 9], [-2, 3]], [[-2, 3], [0, 2]]])
 
 
 def test_the_mirror_image_is_paler(ring_run: Path) -> None:
