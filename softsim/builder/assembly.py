@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, rigid
+from softsim.builder import conditions, contact, loads, rigid, self_contact
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.names import Names
 from softsim.elements.geometry import Axisymmetric
@@ -68,6 +68,7 @@ def build_model(loaded: LoadedScene) -> Model:
         outlines=rigid.outlines(names, points, stiffness, tied),
         walls=walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
+        self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
         pressures=loads.pressures(names, bodies, points, mass, is_free, tied),
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),
