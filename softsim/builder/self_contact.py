@@ -10,12 +10,14 @@ from scipy.spatial import cKDTree
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.elements.geometry import shape_gradients
+from softsim.mesh.bearing import nodes_borne
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, ContactData, SelfContactData
 
 # Of the penalty stiffness against a wall. Two surfaces that press each other are as stiff as one
 # after the other, a half; the nodes of each are held against the facets of the other, a half each.
-SHARE = 0.25
+# Where facets are uneven, so that one corner bears many nodes, less, but no less than this.
+LARGEST_SHARE, LEAST_SHARE = 0.25, 0.125
 
 
 def self_contact(
@@ -43,7 +45,7 @@ def self_contact(
     size = np.zeros(len(points))
     np.maximum.at(size, facets, facet_size[:, None])
     return SelfContactData(
-        contact=surface_against_surface(names, nodes, mass, stiffness),
+        contact=surface_against_surface(names, points, facets, mass, stiffness),
         facets=facets,
         node_size=size[nodes],
         facet_size=facet_size,
@@ -67,16 +69,21 @@ def named_facets(names: Names, reference: str, k: int) -> np.ndarray:
 
 
 def surface_against_surface(
-    names: Names, nodes: np.ndarray, mass: np.ndarray, stiffness: Stiffness
+    names: Names, points: np.ndarray, facets: np.ndarray, mass: np.ndarray, stiffness: Stiffness
 ) -> ContactData:
-    """Contact data of nodes (k,) against facets.
+    """Contact data of the corners of facets (f, d) against facets.
 
     No node is stiffer than most: of two that press each other the softer decides. The dashpot is
     sized by a node's own mass, even where it is tied to a rigid body: what it touches is as light.
     """
     settings = names.scene.contact
+    nodes = np.unique(facets)
     of_walls = stiffness.penalty[nodes]
-    k_n = SHARE * np.minimum(of_walls, np.median(of_walls))
+    median = np.median(of_walls)
+    evened = np.minimum(of_walls, median)
+    # What may add up at a corner (solver/self_stiffness.py) is then no more than a wall alone does.
+    share = of_walls / (2.0 * (evened + median * nodes_borne(points, facets, nodes)))
+    k_n = np.clip(share.min(), LEAST_SHARE, LARGEST_SHARE) * evened
     friction = settings.self_friction_coefficient
     return ContactData(
         nodes=nodes,

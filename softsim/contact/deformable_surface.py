@@ -19,9 +19,9 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.contact.facet_shapes import Edge, Triangle, corner
+from softsim.contact.facet_shapes import Edge, Triangle
 from softsim.fields import index_field, real_field
-from softsim.mesh.mesh import find_rows, open_rim
+from softsim.mesh.mesh import open_rim
 from softsim.nodes import Nodes
 
 NEIGHBOURHOOD = 3.0
@@ -66,7 +66,6 @@ class DeformableSurface:
         is_rim = np.zeros(nodes.count, dtype=bool)
         is_rim[open_rim(facets).ravel()] = True
         self.is_rim = index_field(is_rim)
-        self.across = index_field(facets_across(facets) if d == 3 else np.zeros((1, 1)))
 
     @ti.func
     def corners(self, s, f):
@@ -110,14 +109,13 @@ class DeformableSurface:
         return result
 
     @ti.func
-    def gap_and_normal(self, s, i, f, w, x):
-        """Signed gap [m] of node i at x to facet f, whose closest point has the weights w, and the
-        unit normal n.
+    def gap_and_normal(self, s, i, X, f, w, x):
+        """Signed gap [m] of node i at x to facet f, whose corners are at X and whose closest point
+        has the weights w, and the unit normal n.
 
         Outside, as if it did not touch, where the surface ends at that point, or goes on with
         facets that node i cannot touch: the closest point of all may lie there.
         """
-        X = self.corners(s, f)
         apart = x - X.transpose() @ w
         n = self.shape.normal(X)
         gap = apart.dot(n)
@@ -134,59 +132,38 @@ class DeformableSurface:
         """A normal of the edge or corner of facet f where w lies; none (zero) where the surface
         ends or goes on with neighbours of node i.
         """
+        heaviest = 0
+        for c in ti.static(range(1, self.nodes.dimension)):
+            if w[c] > w[heaviest]:
+                heaviest = c
+        on_corner = w[heaviest] == 1.0
+        a = self.corner[f, heaviest]
         normal = ti.Vector.zero(backend.real, self.nodes.dimension)
-        whole = 1
-        for c in ti.static(range(self.nodes.dimension)):
-            if w[c] == 1.0:
-                a = self.corner[f, c]
-                if self.is_rim[a] == 1:
+        meeting, whole = 0, 1
+        for e in range(self.first_around[a], self.first_around[a + 1]):
+            g = self.facet_around[e]
+            if on_corner or self._shares(f, g, w):
+                X = self.corners(s, g)
+                weight = ti.cast(1.0, backend.real)  # of the two sides of an edge
+                if on_corner:
+                    weight = self.shape.angle(X, self.corner_around[e])
+                normal += weight * self.shape.normal(X)
+                meeting += 1
+                if self.are_neighbours(i, g) == 1:
                     whole = 0
-                for e in range(self.first_around[a], self.first_around[a + 1]):
-                    g = self.facet_around[e]
-                    X = self.corners(s, g)
-                    normal += self.shape.angle(X, self.corner_around[e]) * self.shape.normal(X)
-                    if self.are_neighbours(i, g) == 1:
-                        whole = 0
-        if ti.static(self.nodes.dimension == 3):
-            for c in ti.static(range(3)):
-                if w[c] == 0.0 and w.max() < 1.0:
-                    g = self.across[f, c]
-                    if g < 0:
-                        whole = 0
-                    else:
-                        normal = self.shape.normal(self.corners(s, f))
-                        normal += self.shape.normal(self.corners(s, g))
-                        if self.are_neighbours(i, g) == 1:
-                            whole = 0
+        if (on_corner and self.is_rim[a] == 1) or (not on_corner and meeting != 2):
+            whole = 0
         return normal * whole
 
     @ti.func
-    def velocity_beside(self, s, f, W, z):
-        """Velocity [m/s] at the place W, z beside facet f that moves and turns with it:
-        sum_c W_c v_c + z dn/dt, with dn/dt = -sum_c grad W_c (n . v_c).
-        """
-        X, V = self.corners(s, f), self.corner_velocities(s, f)
-        n = self.shape.normal(X)
-        return V.transpose() @ W - z * (self.shape.weight_gradients(X).transpose() @ (V @ n))
-
-    @ti.func
-    def corner_force(self, s, f, c, W, z, T):
-        """What a force T at the place W, z beside facet f is on its corner c: the same power,
-        resultant and moment.
-        """
-        X = self.corners(s, f)
-        turning = corner(self.shape.weight_gradients(X), c).dot(T)
-        return W[c] * T - z * turning * self.shape.normal(X)
-
-
-def facets_across(facets: np.ndarray) -> np.ndarray:
-    """The triangle across each side of triangles (f, 3), by the corner opposite that side (f, 3);
-    -1 where there is none or more than one.
-    """
-    sides = np.stack([facets[:, [1, 2]], facets[:, [2, 0]], facets[:, [0, 1]]], axis=1)
-    sides = sides.reshape(-1, 2)
-    _, inverse, count = np.unique(
-        np.sort(sides, axis=1), axis=0, return_inverse=True, return_counts=True
-    )
-    across = find_rows(sides[:, ::-1], sides)
-    return np.where((count[inverse.ravel()] == 2) & (across >= 0), across // 3, -1).reshape(-1, 3)
+    def _shares(self, f, g, w):
+        """Whether facet g has all corners of facet f with some weight."""
+        missing = 0
+        for c in ti.static(range(self.nodes.dimension)):
+            if w[c] > 0.0:
+                found = 0
+                for k in ti.static(range(self.nodes.dimension)):
+                    if self.corner[g, k] == self.corner[f, c]:
+                        found = 1
+                missing += 1 - found
+        return missing == 0

@@ -25,6 +25,22 @@ def foot_weights(X, gradients, x):
 
 
 @ti.func
+def velocity_beside(V, gradients, n, W, z):
+    """Velocity [m/s] at the place W, z beside a facet that moves and turns with it, its corners
+    with the velocities V (rows): sum_c W_c v_c + z dn/dt, with dn/dt = -sum_c dW_c/dx (n . v_c).
+    """
+    return V.transpose() @ W - z * (gradients.transpose() @ (V @ n))
+
+
+@ti.func
+def corner_forces(gradients, n, W, z, T):
+    """What a force T at the place W, z beside a facet is on its corners (rows): the same power,
+    so the same resultant and moment.
+    """
+    return W.outer_product(T) - z * (gradients @ T).outer_product(n)
+
+
+@ti.func
 def share_along(a, b, x):
     """Where on the line from a to b the point closest to x lies: 0 at a, 1 at b."""
     along = b - a

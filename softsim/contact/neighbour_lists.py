@@ -113,19 +113,6 @@ class NeighbourLists:
         return self.radius[s, f]
 
     @ti.func
-    def are_near(self, s, i, f):
-        """Whether node i and facet f belong into each other's list."""
-        x = self.members.place[s, i]
-        reach = DEPTH * self.surface.length(i, f) + self.margin
-        result = 0
-        if (x - self.facets.place[s, f]).norm() <= reach + self.radius[s, f]:
-            X = self.surface.corners(s, f)
-            w = self.surface.shape.closest_weights(X, x)
-            if (x - X.transpose() @ w).norm() <= reach and self.surface.are_neighbours(i, f) == 0:
-                result = 1
-        return result
-
-    @ti.func
     def find_facets(self, s, p, t, dt):
         """Make the lists of the nodes of part p anew, if lists are."""
         if self.renewed[s] == 1:
@@ -135,7 +122,7 @@ class NeighbourLists:
 
     @ti.func
     def find_nodes(self, s, p, t, dt):
-        """Make the lists of the facets of part p anew, if lists are."""
+        """Make the lists of the facets of part p anew, if lists are; those of nodes are made."""
         if self.renewed[s] == 1:
             first, end = part_of(self.facets.count, p)
             for f in range(first, end):
@@ -152,13 +139,26 @@ class NeighbourLists:
             for e in range(self.facets.first[s, b], self.facets.first[s, b + 1]):
                 f = self.facets.member[s, e]
                 own = self.facets.cell(s, self.facets.place[s, f])
-                if (own == there).all() and self.are_near(s, i, f) == 1:
+                if (own == there).all() and self._are_near(s, i, f):
                     count = self._insert(s, self.near_facet, i, count, self.facet_room, f)
         return count
 
     @ti.func
+    def _are_near(self, s, i, f):
+        """Whether node i and facet f belong into each other's list."""
+        x = self.members.place[s, i]
+        reach = DEPTH * self.surface.length(i, f) + self.margin
+        result = False
+        if (x - self.facets.place[s, f]).norm() <= reach + self.radius[s, f]:
+            X = self.surface.corners(s, f)
+            w = self.surface.shape.closest_weights(X, x)
+            if (x - X.transpose() @ w).norm() <= reach:
+                result = self.surface.are_neighbours(i, f) == 0
+        return result
+
+    @ti.func
     def _find_nodes_of(self, s, f):
-        """Make the list of facet f; returns how many nodes there are."""
+        """Make the list of facet f from those of the nodes around; returns how many there are."""
         count = 0
         cell = self.members.cell(s, self.facets.place[s, f])
         for q in range(3**self.nodes.dimension):
@@ -167,9 +167,18 @@ class NeighbourLists:
             for e in range(self.members.first[s, b], self.members.first[s, b + 1]):
                 i = self.members.member[s, e]
                 own = self.members.cell(s, self.members.place[s, i])
-                if (own == there).all() and self.are_near(s, i, f) == 1:
+                if (own == there).all() and self._has_facet(s, i, f):
                     count = self._insert(s, self.near_node, f, count, self.node_room, i)
         return count
+
+    @ti.func
+    def _has_facet(self, s, i, f):
+        """Whether facet f is in the list of node i."""
+        found = False
+        for k in range(self.near_facet_count[s, i]):
+            if self.near_facet[s, i, k] == f:
+                found = True
+        return found
 
     @ti.func
     def _insert(self, s, lists: ti.template(), i, count, room, value):  # type: ignore[valid-type]  # Taichi wants an instance

@@ -1,8 +1,8 @@
 """Contact of the surface of deformable bodies with itself: nodes against facets.
 
 The laws are those of the walls (contact/penalty.py, contact/friction.py), between a node and the
-closest point of the facets that it may touch. Each side's nodes are held against the other's
-facets. What pushes a node pushes back on the corners of its facet, so momentum and angular momentum
+closest point of the facets that it may touch; of one facet, the closest, at a time. Each side's
+nodes are held against the other's facets. What pushes a node pushes back on the corners of its facet, so momentum and angular momentum
 are kept. The spring of the friction is a vector in space that goes with the facet: it grows with
 the velocity of the node relative to the place beside the facet where it is (DeformableSurface.
 velocity_beside), and turns with the tangent plane.
@@ -13,7 +13,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
-from softsim.contact.facet_shapes import foot_weights
+from softsim.contact.facet_shapes import corner, corner_forces, foot_weights, velocity_beside
 from softsim.contact.friction import slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.penalty import normal_force
@@ -103,12 +103,16 @@ class SelfContact:
         f, w = self._closest_facet(s, i, x)
         gap = ti.cast(0.0, backend.real)
         n = ti.Vector.zero(backend.real, self.nodes.dimension)
+        rate = ti.cast(0.0, backend.real)  # dg/dt = n . (v - sum_c w_c v_c)
         if f >= 0:
-            gap, n = self.surface.gap_and_normal(s, i, f, w, x)
-        if gap < 0.0:
-            self._touch(s, i, f, w, x, gap, n, dt)
-        elif self.facet[s, i] >= 0:
-            self._let_go(s, i, f, w, n, dt)
+            X, V = self.surface.corners(s, f), self.surface.corner_velocities(s, f)
+            v = self.nodes.velocity[s, self.surface.member[i]]
+            gap, n = self.surface.gap_and_normal(s, i, X, f, w, x)
+            rate = n.dot(v - V.transpose() @ w)
+            if gap < 0.0:
+                self._touch(s, i, f, X, V, w, x, v, gap, n, rate, dt)
+        if gap >= 0.0 and self.facet[s, i] >= 0:
+            self._let_go(s, i, rate, dt)
 
     @ti.func
     def _closest_facet(self, s, i, x):
@@ -129,30 +133,23 @@ class SelfContact:
         return closest, w
 
     @ti.func
-    def _gap_rate(self, s, i, f, w, n):
-        """dg/dt = n . (v - sum_c w_c v_c) [m/s]."""
-        v = self.nodes.velocity[s, self.surface.member[i]]
-        return n.dot(v - self.surface.corner_velocities(s, f).transpose() @ w)
-
-    @ti.func
-    def _touch(self, s, i, f, w, x, gap, n, dt):
-        """Node i at x touches facet f."""
-        rate = self._gap_rate(s, i, f, w, n)
+    def _touch(self, s, i, f, X, V, w, x, v, gap, n, rate, dt):
+        """Node i at x, with the velocity v, touches facet f, its corners at X with velocities V."""
         N = normal_force(gap, rate, self.penalty_stiffness[i], self.damping[i])
-
-        X = self.surface.corners(s, f)
-        W = foot_weights(X, self.surface.shape.weight_gradients(X), x)
-        z = (x - X.transpose() @ W).dot(self.surface.shape.normal(X))
-        v = self.nodes.velocity[s, self.surface.member[i]]
-        sliding = v - self.surface.velocity_beside(s, f, W, z)
+        # Where the node is beside the facet, and how fast it slides over it.
+        facet_normal = self.surface.shape.normal(X)
+        gradients = self.surface.shape.weight_gradients(X)
+        W = foot_weights(X, gradients, x)
+        z = (x - X.transpose() @ W).dot(facet_normal)
+        sliding = v - velocity_beside(V, gradients, facet_normal, W, z)
         sliding -= sliding.dot(n) * n
         inside = dt
         if self.facet[s, i] < 0 and rate * dt < gap:
             inside = gap / rate  # it crossed the surface within this increment
         stretch = self.stretch[s, i] + inside * sliding
-        k_t = self.tangential_stiffness[i]
         across = stretch.dot(n)  # by which the tangent plane has turned away
         stretch -= across * n
+        k_t = self.tangential_stiffness[i]
         slipped = slip(stretch, k_t, self.friction_coefficient[s] * N)
         stretch -= slipped
         lost = k_t * (stretch.dot(slipped) + 0.5 * across * across)
@@ -164,22 +161,21 @@ class SelfContact:
 
         friction = -k_t * stretch
         self.force[s, i] = N * n + friction
+        rubbed = corner_forces(gradients, facet_normal, W, z, friction)
         for c in ti.static(range(self.nodes.dimension)):
-            held = self.surface.corner_force(s, f, c, W, z, friction)
-            self.on_corner[s, i, c] = -w[c] * N * n - held
+            self.on_corner[s, i, c] = -w[c] * N * n - corner(rubbed, c)
         self.facet[s, i], self.gap[s, i], self.normal_force[s, i] = f, gap, N
         self.dashpot[s, i], self.stretch[s, i] = damping_force, stretch
 
     @ti.func
-    def _let_go(self, s, i, f, w, n, dt):
-        """Node i, which touched, does not any more; f, w, n: the closest facet, if one is near."""
+    def _let_go(self, s, i, rate, dt):
+        """Node i, which touched, does not any more; `rate` of its gap [m/s]."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
-        if f >= 0:
-            work = 0.5 * dt * self.dashpot[s, i] * self._gap_rate(s, i, f, w, n)
-            self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - work
-        self.force[s, i] = nothing
+        work = 0.5 * dt * self.dashpot[s, i] * rate
+        self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - work
+        self.force[s, i], self.stretch[s, i] = nothing, nothing
         self.facet[s, i], self.gap[s, i], self.normal_force[s, i] = -1, 0.0, 0.0
-        self.dashpot[s, i], self.stretch[s, i] = 0.0, nothing
+        self.dashpot[s, i] = 0.0
 
     @ti.func
     def bear(self, s, p, t, dt):

@@ -35,23 +35,41 @@ class ContactStiffness:
         A tied node pushes its rigid body instead. A node that lies on an outline or on another
         surface touches a wall at the same time only where a wall is within reach.
         """
-        walls, supports = np.zeros((2, len(x)))
-        for _, contact in self.supports:
-            supports[contact.nodes] += surface_stiffness(contact, dt)
-        surfaces = self.model.self_contact
-        if surfaces is not None:
-            supports[surfaces.contact.nodes] += self_stiffness(surfaces, x, dt)
-            supports[self.tied] = 0.0
-        if self.model.walls.count:
-            contact = self.model.contact
-            walls[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
-            walls[self.tied] = 0.0
-            both = np.flatnonzero((walls > 0.0) & (supports > 0.0))
+        walls = self._of_walls(dt)
+        others = self._of_supports(dt) + self._of_surfaces(x, dt)
+        both = np.flatnonzero((walls > 0.0) & (others > 0.0))
+        if len(both):
             gap = np.min(list(self.model.walls.gaps(x[both]).values()), axis=0)
             far = both[gap > self.reach]
-            larger = np.maximum(walls[far], supports[far])
-            walls[far], supports[far] = larger, 0.0
-        return walls + supports
+            walls[far], others[far] = np.maximum(walls[far], others[far]), 0.0
+        return walls + others
+
+    def of_hits(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Stiffness (n,) [N/m] of what a node may hit at once: walls, outlines, other surfaces."""
+        return np.max([self._of_walls(dt), self._of_supports(dt), self._of_surfaces(x, dt)], axis=0)
+
+    def _of_walls(self, dt: float) -> np.ndarray:
+        """Of nodes that are not tied, against all walls at once (n,)."""
+        stiffness = np.zeros(len(self.model.points))
+        if self.model.walls.count:
+            contact = self.model.contact
+            stiffness[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
+        return np.where(self.tied, 0.0, stiffness)
+
+    def _of_supports(self, dt: float) -> np.ndarray:
+        """Against the outlines of rigid bodies (n,)."""
+        stiffness = np.zeros(len(self.model.points))
+        for _, contact in self.supports:
+            stiffness[contact.nodes] += surface_stiffness(contact, dt)
+        return stiffness
+
+    def _of_surfaces(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Of nodes that are not tied, against each other's surfaces (n,)."""
+        stiffness = np.zeros(len(x))
+        data = self.model.self_contact
+        if data is not None:
+            stiffness[data.contact.nodes] = self_stiffness(data, x, dt)
+        return np.where(self.tied, 0.0, stiffness)
 
     def of_bodies(self, x: np.ndarray, dt: float) -> float:
         """Upper bound of omega^2 [1/s^2] of the rigid bodies alone, held by all their contacts: of

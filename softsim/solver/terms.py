@@ -245,15 +245,16 @@ class Terms:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
         moved += [Pass("contact", contact.count, (contact.push,)) for contact in self.contacts]
+        listed: Stage = []
         borne: Stage = []
         for contact in self.self_contacts:
             lists = contact.lists
             moved.append(Pass("contact", PARTS, (lists.watch,)))
             pressed.append(Pass("contact", 1, (lists.sort,)))
-            stressed.append(Pass("contact", PARTS, (lists.find_nodes,)))
             stressed.append(Pass("contact", PARTS, (lists.find_facets, contact.push)))
+            listed.append(Pass("contact", PARTS, (lists.find_nodes,)))
             borne.append(Pass("contact", PARTS, (contact.bear,)))
-        return filled(moved, pressed, stressed, borne)
+        return filled(moved, pressed, stressed, listed, borne)
 
     def kick_stages(self) -> list[Stage]:
         """New half-step velocities from the summed forces."""
