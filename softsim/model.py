@@ -62,6 +62,21 @@ class ContactData:
 
 
 @dataclass(frozen=True)
+class SelfContactData:
+    """Surfaces that may touch themselves and each other: `contact`, nodes (k,) and their constants;
+    facets (f, d), numbered as nodes. Of each node and facet the longest side at rest [m], and the
+    connected part of the bodies that it belongs to.
+    """
+
+    contact: ContactData
+    facets: np.ndarray
+    node_size: np.ndarray
+    facet_size: np.ndarray
+    node_part: np.ndarray
+    facet_part: np.ndarray
+
+
+@dataclass(frozen=True)
 class CylinderShape:
     """A capped cylinder about coordinate number `axis`; in the plane a rectangle [m]."""
 
@@ -229,8 +244,8 @@ class Model:
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
     contact is counted. increment: the user's time step [s], or None for the stable one.
-    relaxation: of a static procedure, or None where inertia is real. passage: what a
-    layout asks, or None.
+    self_contact: None where surfaces do not touch each other. relaxation: of a static procedure, or
+    None where inertia is real. passage: what a layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -242,6 +257,7 @@ class Model:
     outlines: tuple[OutlineData, ...]
     walls: tuple[Wall, ...]
     contact: ContactData
+    self_contact: SelfContactData | None
     pressures: tuple[PressureData, ...]
     rotors: tuple[RotorLoad, ...]
     nodal_loads: tuple[NodalLoad, ...]

@@ -36,6 +36,7 @@ from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.footprint import refuse_too_large
 from softsim.solver.guards import (
     refuse_broken_elements,
+    refuse_crowding,
     refuse_energy_error,
     refuse_no_equilibrium,
     refuse_unstable_step,
@@ -256,6 +257,9 @@ class Simulation:
             self.steady_since, self.increments_before = time.monotonic(), solver.increments
             self.first_increment_after = self.steady_since - self.began
         progress.time, progress.increments = solver.time, solver.increments
+        if solver.overfull():
+            self._refuse_broken_elements()  # a cause says more than a symptom
+            refuse_crowding(solver.time)
         self.finished = self._is_done()
         self.look()
 

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, passage, rigid, walls
+from softsim.builder import conditions, contact, loads, passage, rigid, self_contact, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
@@ -73,6 +73,7 @@ def build_model(loaded: LoadedScene) -> Model:
         outlines=rigid.outlines(names, points, stiffness, tied),
         walls=fixed_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
+        self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
         pressures=pressures,
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),

@@ -17,6 +17,7 @@ from softsim.scene.quantities import (
     Number,
     Point,
     PositiveLength,
+    Text,
     written,
 )
 
@@ -89,7 +90,7 @@ class Environment(Part):
 
 
 class Contact(Part):
-    """Penalty contact with Coulomb friction between surfaces and walls."""
+    """Penalty contact with Coulomb friction between surfaces and walls, and among surfaces."""
 
     friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
     penalty_stiffness: AutoOrPositiveStiffness = Field(
@@ -100,4 +101,12 @@ class Contact(Part):
     )
     damping_ratio: Number = Field(
         default=0.03, ge=0.0, le=1.0, description="Of the normal contact, of critical damping."
+    )
+    self_contact: tuple[Text, ...] = Field(
+        default=(),
+        description="Bodies, or facet sets body.set, whose surfaces may touch themselves and each "
+        "other; a quarter as stiff as walls, in which two surfaces yield and each holds the other.",
+    )
+    self_friction_coefficient: Number | None = Field(
+        default=None, ge=0.0, description="Coulomb's mu among them; as on walls by default."
     )

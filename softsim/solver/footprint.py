@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.neighbour_lists import MOST_FACETS, MOST_NODES, margin_and_room
 from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import DeviceError
 from softsim.machine import Place
-from softsim.model import ContactData, Model
+from softsim.model import ContactData, Model, SelfContactData
 
 REAL, INTEGER = 8, 4  # bytes
 # Components stored of the edges (with the hoop stretch) and of a tensor, by the kind of element.
@@ -79,10 +80,26 @@ def footprint(model: Model) -> Footprint:
         at_surface = REAL * (d + 1) + INTEGER
         each += len(contact.nodes) * (surfaces * at_surface + REAL * (3 * d + 4))
     shared += REAL * sum(wall.stored_numbers for wall in model.walls)
+    if model.self_contact is not None:
+        own, lists = _self_contact_bytes(model.self_contact, d)
+        shared += own
+        each += lists
     for load in model.pressures:
         shared += load.facets.size * 2 * INTEGER  # nodes and slots
         each += load.facets.size * REAL * d + len(load.facets) * REAL  # forces, work
     return Footprint(shared, each)
+
+
+def _self_contact_bytes(data: SelfContactData, d: int) -> tuple[int, int]:
+    """What self-contact takes, shared by all scenarios and of each of them."""
+    nodes, facets = len(data.contact.nodes), len(data.facets)
+    room = margin_and_room(data.facet_size)[2]
+    # Number, size, part and three constants; slots. Corners, the facets around them; size, part.
+    shared = nodes * (4 * INTEGER + 4 * REAL) + facets * ((3 * d + 1) * INTEGER + REAL)
+    # Lists; cells; touched facet, counts; stretch, forces on corners, slots; gap and forces, works.
+    at_node = INTEGER * (room * MOST_FACETS[d] + 8) + REAL * (d + d * d + 2 * d + d + 5)
+    at_facet = INTEGER * (room * MOST_NODES[d] + 5) + REAL * (d + 1)
+    return shared, nodes * at_node + facets * at_facet
 
 
 def _contacts(model: Model) -> list[tuple[ContactData, int]]:

@@ -148,6 +148,11 @@ class ModelStiffness:
         """Stiffness of contact over mass (n d,) [1/s^2]."""
         return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.root_yield**2
 
+    def hardest_hit(self, x: np.ndarray, dt: float) -> float:
+        """Largest omega^2 [1/s^2] of a node on what it may hit."""
+        hits = self.contact.of_hits(x, dt)
+        return float((hits[:, None] * self.root_yield.reshape(x.shape) ** 2).max())
+
     def pair_sums(self, values: np.ndarray) -> np.ndarray:
         """Sum over the elements of the values (movers, movers, m) of each pair of nodes."""
         return np.bincount(self.pair_of_movers, values.ravel(), self.pair_count)

@@ -11,12 +11,15 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.contact.deformable_surface import DeformableSurface
 from softsim.contact.distance_grid import DistanceGrid
 from softsim.contact.gridded_walls import GriddedObstacle
 from softsim.contact.half_spaces import HalfSpaces
+from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
 from softsim.contact.path_obstacle import PathObstacle
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.round_pipes import RoundPipes
+from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.walls import FlatObstacle, RoundObstacle
 from softsim.elements import geometry
@@ -141,6 +144,7 @@ class Terms:
         ]  # fmt: skip
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
+        self.self_contacts = self._self_contacts(models)
         self.nodes.corner_forces.allocate(scenarios, self.nodes.count)
         self.rigid_bodies.allocate()
 
@@ -185,6 +189,24 @@ class Terms:
             self.rigid_bodies.react(outline.body, contact.first_slot, outline.support.nodes)
             supports.append(contact)
         return supports
+
+    def _self_contacts(self, models: list[Model]) -> list[SelfContact]:
+        data = models[0].self_contact
+        if data is None:
+            return []
+        contact = data.contact
+        friction = [m.self_contact.contact.friction_coefficient for m in models if m.self_contact]
+        surface = DeformableSurface(
+            self.nodes, contact.nodes, data.facets, data.node_size, data.facet_size,
+            data.node_part, data.facet_part,
+        )  # fmt: skip
+        return [
+            SelfContact(
+                surface, NeighbourLists(surface, *margin_and_room(data.facet_size)), contact.nodes,
+                contact.penalty_stiffness, contact.tangential_stiffness, contact.damping,
+                np.array(friction),
+            )
+        ]  # fmt: skip
 
     @property
     def contacts(self) -> list[SurfaceContact]:
@@ -237,7 +259,16 @@ class Terms:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
         moved += [Pass("contact", contact.count, (contact.push,)) for contact in self.contacts]
-        return filled(measured, moved, pressed, stressed, pulled)
+        listed: Stage = []
+        borne: Stage = []
+        for contact in self.self_contacts:
+            lists = contact.lists
+            moved.append(Pass("contact", PARTS, (lists.watch,)))
+            pressed.append(Pass("contact", 1, (lists.sort,)))
+            stressed.append(Pass("contact", PARTS, (lists.find_facets, contact.push)))
+            listed.append(Pass("contact", PARTS, (lists.find_nodes,)))
+            borne.append(Pass("contact", PARTS, (contact.bear,)))
+        return filled(measured, moved, pressed, stressed, listed, borne, pulled)
 
     def kick_stages(self) -> list[Stage]:
         """New half-step velocities from the summed forces."""
@@ -271,7 +302,8 @@ class Terms:
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts"):
+        listed = ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts")
+        for name in (*listed, "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

@@ -133,7 +133,7 @@ class StableStep:
         name = element_name(body, element, x)
         shares[name] = total - sum(shares.values())
         limits = {max(shares, key=lambda part: shares[part]): stable}
-        hit = max(float(matrix.contact.max()), of_bodies)
+        hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
         if hit > 0.0:
             limits["contact that would throw back"] = LONGEST_HIT / np.sqrt(hit)
         if self.tendons > 0.0:
