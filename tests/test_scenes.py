@@ -23,13 +23,8 @@ def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
 
     results = run(
         SCENES / name,
-<<<<<<< HEAD
-        # Static scenes too: settling takes longer than a moment and has tests of its own. Nor does
-        # a moment show what a scene expects of its whole run.
-=======
         # Static scenes too: settling takes longer than a moment and has tests of its own. What a
         # scene expects, it expects of its whole run.
->>>>>>> 1dfdf0df200fa3f6c0f93ef5bde72b5d46004f53
         ["time.end=4 ms", "time.procedure=dynamic", "expect={}"],
         tmp_path,
         "cpu",
