@@ -1,9 +1,9 @@
 """A pipe along a path in kernels: the gap of contact/pipe_path.py, followed node by node.
 
 Each node remembers beside which segment it is, and moves on to a neighbour when it has passed the
-plane at an end of it: so two scalar products find the segment, wherever the path leads. Beside a
-segment one distance says whether a node is free; only of a node in the wall is it asked which wall
-is the nearest, and at the joints of cylinders and tori of one radius gap and normal are continuous.
+plane at an end of it: so two scalar products find the segment, wherever the path leads. As the gap
+is a distance, a node that is free cannot touch before it has moved as far: until then nothing is
+asked of it. At the joints of cylinders and tori of one radius gap and normal are continuous.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,9 @@ class PathObstacle(FixedFrame):
     each segment: origin (a point of its centre line, of a bend the centre), direction (along it, of
     a bend the axis, which is zero in the plane), bend_radius (0 but of a bend), radius at its
     start, slope; middle, half_way: the plane across its middle; first_piece. Of each piece: its
-    joint, ends (a, rho, a, rho), normal. near (scenarios, k): the segment beside which a node is.
+    joint, ends (a, rho, a, rho), normal. Of each node, (scenarios, k): near, the segment beside
+    which it is; seen, where it was when its gap was last looked at [m]; clearance, that gap, or
+    zero [m].
     """
 
     count = 1
@@ -58,13 +60,32 @@ class PathObstacle(FixedFrame):
         self.piece_normal = vector_field(
             padded([np.array([p.normal for p in ps]).reshape(-1, 2) for ps in pieces])
         )
-        self.near = index_field(
-            np.stack([wall.beside(*wall.coordinates(places)[:2]) for wall in walls])
-        )
+        near = np.stack([wall.beside(*wall.coordinates(places)[:2]) for wall in walls])
+        self.near = index_field(near)
+        self.seen = vector_field(np.zeros((*near.shape, places.shape[1])))
+        self.clearance = real_field(np.zeros(near.shape))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        return {"near": self.near}
+        return {"near": self.near, "seen": self.seen, "clearance": self.clearance}
+
+    @ti.func
+    def may_touch(self, s, i, x):
+        """0 as long as contact node number i has not moved, from where its gap was last looked at,
+        as far as that gap was; and where it is found free again.
+        """
+        answer = 1
+        clearance = self.clearance[s, i]
+        if (x - self.seen[s, i]).norm_sqr() < clearance * clearance:
+            answer = 0
+        else:
+            self.follow(s, i, x)
+            gap, _ = self.gap_and_normal(s, i, 0, x)
+            self.seen[s, i] = x
+            self.clearance[s, i] = ti.max(gap, 0.0)
+            if gap > 0.0 and clearance > 0.0:  # without clearance it touched, which has to end
+                answer = 0
+        return answer
 
     @ti.func
     def follow(self, s, i, x):
@@ -81,12 +102,13 @@ class PathObstacle(FixedFrame):
             if onwards == 0:
                 break
             k += onwards
-            self.near[s, i] = k
+        self.near[s, i] = k
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
         """Signed gap [m] of contact node number i at x, negative inside the wall, and the unit
-        normal of the nearest wall. In free space: a positive number, not the exact gap.
+        normal of the nearest wall. Where `may_touch` said no the gap may be that of a segment that
+        the node has left: a contact that is over is not asked again.
         """
         k = self.near[s, i]
         arm = x - self.origin[s, k]
@@ -96,19 +118,20 @@ class PathObstacle(FixedFrame):
         if self.bend_radius[s, k] > 0.0:
             across = arm - self.bend_radius[s, k] / ti.max(across.norm(), 1e-12) * across
         distance = across.norm()
+        # Of a cone this is its distance straight across, which is more than that of its piece.
         gap = self.radius[s, k] + self.slope[s, k] * a - distance
         normal = -across / ti.max(distance, 1e-12)
-        if gap < 0.0:
-            for p in range(self.first_piece[s, k], self.first_piece[s, k + 1]):
-                other, n = self.depth_and_normal(s, p, x)
-                if other > gap:
-                    gap, normal = other, n
+        side = ti.math.sign(gap)
+        for p in range(self.first_piece[s, k], self.first_piece[s, k + 1]):
+            other, n = self.distance_and_normal(s, p, x, side)
+            if other < side * gap:
+                gap, normal = side * other, n
         return gap, normal
 
     @ti.func
-    def depth_and_normal(self, s, p, x):
-        """Of a place x in the wall, against a piece of it: minus the distance [m], and the
-        direction out; from a place beside a corner that is the way to the corner.
+    def distance_and_normal(self, s, p, x, side):
+        """Distance [m] of a place x from a piece of the wall, and the piece's normal; from a place
+        beside a corner that of the way between them, side: 1 in free space, -1 in the wall.
         """
         j, ends, n = self.piece_joint[s, p], self.piece_ends[s, p], self.piece_normal[s, p]
         arm = x - self.joint_point[s, j]
@@ -120,14 +143,14 @@ class PathObstacle(FixedFrame):
         first, last = ti.Vector([ends[0], ends[1]]), ti.Vector([ends[2], ends[3]])
         way = last - first
         share = (place - first).dot(way) / way.dot(way)
-        gap = -ti.abs((place - first).dot(n))
+        distance = ti.abs((place - first).dot(n))
         if share < 0.0 or share > 1.0:
             corner = first
             if share > 1.0:
                 corner = last
-            gap = -(corner - place).norm()
-            n = (corner - place) / ti.max(-gap, 1e-12)
-        return gap, n[0] * tangent + n[1] / ti.max(rho, 1e-12) * across
+            distance = (place - corner).norm()
+            n = side * (place - corner) / ti.max(distance, 1e-12)
+        return distance, n[0] * tangent + n[1] / ti.max(rho, 1e-12) * across
 
 
 class Tables:

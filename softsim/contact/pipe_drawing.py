@@ -9,17 +9,16 @@ from softsim.contact.pipe_segment import Segment
 # Chord of an arc: at most this angle [rad].
 CHORD = np.radians(3.0)
 FACES_AROUND = 48
+# What is shown of the flat face around an open end: up to this share of the pipe's radius.
+FACE_SHARE = 1.25
 
 
 def drawn(segments: Sequence[Segment], closed: tuple[bool, bool]) -> dict[str, np.ndarray]:
     """Arrays for the figures, by their names in the results (FieldWriter.describe)."""
     places, tangents, radii = stations(segments)
-    if closed[0]:
-        places, tangents = (np.concatenate([a[:1], a]) for a in (places, tangents))
-        radii = np.concatenate([[0.0], radii])
-    if closed[1]:
-        places, tangents = (np.concatenate([a, a[-1:]]) for a in (places, tangents))
-        radii = np.concatenate([radii, [0.0]])
+    places, tangents = (np.concatenate([a[:1], a, a[-1:]]) for a in (places, tangents))
+    ends = [0.0 if is_closed else FACE_SHARE for is_closed in closed]
+    radii = np.concatenate([[ends[0] * radii[0]], radii, [ends[1] * radii[-1]]])
     keep = np.ones(len(radii), dtype=bool)  # a smooth joint once
     keep[1:] = (np.linalg.norm(np.diff(places, axis=0), axis=1) > 1e-9) | (np.diff(radii) != 0.0)
     places, tangents, radii = places[keep], tangents[keep], radii[keep]
@@ -48,7 +47,7 @@ def wall_lines(places: np.ndarray, tangents: np.ndarray, radii: np.ndarray) -> n
     left = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
     right_side, left_side = (places + sign * radii[:, None] * left for sign in (-1.0, 1.0))
     along_right = np.stack([right_side[:-1], right_side[1:]], axis=1)
-    along_left = np.stack([left_side[1:], left_side[:-1]], axis=1)
+    along_left = np.stack([left_side[1:], left_side[:-1]], axis=1)[::-1]
     return np.concatenate([along_right, along_left])
 
 

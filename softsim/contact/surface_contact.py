@@ -21,7 +21,7 @@ class SurfaceContact:
     nodes: the shared nodes. contact_nodes: their numbers (k,).
     obstacle: `count` surfaces with `gap_and_normal`, `local_position`, `relative_velocity` and
         `global_vector`. Anchors live in its own frame, so an obstacle that moves carries them. It
-        may remember where each node is (`follow`, once an increment; `memory`).
+        may know that a node is far away, and remember where it is (`may_touch`; `memory`).
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: dashpot of the normal law (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-].
@@ -91,11 +91,11 @@ class SurfaceContact:
         a = self.node[i]
         x = self.nodes.position[s, a]
         q = self.obstacle.local_position(s, x)
-        self.obstacle.follow(s, i, q)
+        surfaces = self.surfaces * self.obstacle.may_touch(s, i, q)
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
         normal_total = ti.cast(0.0, backend.real)
         touched = 0  # now or in the last increment: else all is zero and stays so
-        for w in range(self.surfaces):
+        for w in range(surfaces):
             gap, n = self.obstacle.gap_and_normal(s, i, w, q)
             if gap < 0.0:
                 touched = 1

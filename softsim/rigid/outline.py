@@ -25,8 +25,9 @@ class MovingFrame:
         return {}
 
     @ti.func
-    def follow(self, s, i, q):
-        """An outline is the same wherever the node was before."""
+    def may_touch(self, s, i, q):
+        """Whether contact node number i at q may touch: its gap is as cheap."""
+        return 1
 
     @ti.func
     def local_position(self, s, x):
