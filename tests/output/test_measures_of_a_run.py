@@ -22,6 +22,14 @@ loads:
                   deflation_rate: 2 kPa/s, lowest: 10 kPa, count: 2}}
   gauge: {kind: tendon, acts_on: frame}
 """
+EVENTS = """
+loads:
+  air: {kind: follower_pressure, facets: [b.top],
+        profile: {kind: event_cycles, highest: 20 kPa, inflation_rate: 20 kPa/s, hold: 1 s,
+                  deflation_rate: 2 kPa/s, lowest: 10 kPa, contact_force: 1 N, contact_rows: 0,
+                  least_rows: 0}}
+  gauge: {kind: tendon, acts_on: frame}
+"""
 END = "time: {end: 20 s}\n"
 # Pressure: up until 1, held until 2, down until 7; up until 7.5, held until 8.5, down until 13.5 s.
 TIMES = [0.0, 1.0, 2.0, 7.0, 7.5, 8.5, 13.5]
@@ -63,6 +71,24 @@ def test_two_cycles(build):
     assert found["peak_pull"] == 1.5
     assert found["mean_pull"] == pytest.approx((0.5 * 11.5 + 1.0 * 2e-3) / 13.5, rel=2e-4)
     assert found["dominant_frequency"] is None
+    assert found["cycles_done"] == 2
+    assert "deflation_end_pressure" not in found  # the scene says it
+
+
+def test_cycles_that_follow_events(build):
+    """The same course, found by a control: where it turned is news."""
+    rows = history(14.0)
+    part = np.searchsorted([1.0, 2.0, 7.0, 7.5, 8.5, 13.5], rows["time"] - 1e-9)
+    rows["cycle"] = np.array([1, 1, 1, 2, 2, 2, 3])[part]
+    rows["phase"] = np.array([1, 2, 3, 1, 2, 3, 1])[part]
+    found = measures(build(BODY + EVENTS + END), rows)
+    given = measures(build(BODY + CYCLES + END), history(14.0))
+    assert found["cycles_done"] == 2
+    assert found["deflation_begin_pressure"] == pytest.approx([20e3, 20e3], rel=1e-12)
+    assert found["deflation_end_pressure"] == pytest.approx([10e3, 10e3], rel=1e-12)
+    for name in ("displacement_per_cycle", "displacement_while_falling", "mean_speed"):
+        assert found[name] == pytest.approx(given[name], rel=1e-9)
+    assert found["onset_pressure"] == given["onset_pressure"]
 
 
 def test_a_cycle_that_has_not_ended_does_not_count(build):

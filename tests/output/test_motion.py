@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from softsim.loads.cycles import Cycle
-from softsim.output.motion import forward_walk, walk_pressures
+from softsim.loads.pressure_control import Phase
+from softsim.output.motion import controlled_cycles, forward_walk, walk_pressures
 
 ROWS = np.linspace(0.0, 10.0, 5001)
 FALL = Cycle(0.0, 10.0, 10.0)
@@ -62,3 +63,20 @@ def test_sliding_back_after_a_walk_leaves_the_walk():
 
 def test_a_fall_without_rows():
     assert forward_walk(np.zeros(0)) is None
+
+
+def test_cycles_of_a_controlled_pressure():
+    """Rows 1 s apart: rest, up, hold, down; up, no hold, down; up again."""
+    rest, up, hold, down = Phase.REST, Phase.INFLATION, Phase.HOLD, Phase.DEFLATION
+    history = {
+        "time": np.arange(9.0),
+        "cycle": np.array([1, 1, 1, 1, 1, 2, 2, 3, 3], dtype=float),
+        "phase": np.array([rest, up, hold, down, down, up, down, up, hold], dtype=float),
+    }
+    first, second = Cycle(2.0, 4.0, 4.0), Cycle(5.0, 6.0, 6.0)
+    assert controlled_cycles(history) == [first, second]
+    unfinished = {name: column[:7] for name, column in history.items()}
+    assert controlled_cycles(unfinished) == [first]
+    over = {**history, "cycle": np.minimum(history["cycle"], 2.0)}
+    over["phase"] = np.where(history["cycle"] == 3.0, rest, history["phase"])
+    assert controlled_cycles(over) == [first, second]

@@ -88,6 +88,17 @@ loads:
   a: {kind: added_volume, facets: [b.chamber], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
 time: {end: 1 s, procedure: static}
 """,
+    "of a closed loop": """
+bodies:
+  b: {mesh: {generator: block, length: 3 mm, height: 3 mm, element_size: 3 mm},
+      formulation: plane_strain, thickness: 1 mm, material: ecoflex_00_30, fixed: [bottom]}
+rigid_bodies: {r: {mass: 1 g, inertia: 1 g*mm^2}}
+loads:
+  a: {kind: follower_pressure, facets: [b.top],
+      profile: {kind: event_cycles, highest: 2 kPa, lowest: 1 kPa, inflation_rate: 1 kPa/s,
+                deflation_rate: 1 kPa/s, contact_force: 1 N, contact_rows: 0, least_rows: 0}}
+time: {end: 1 s}
+""",
     "in space": """
 bodies:
   b: {mesh: {generator: box, length: 3 mm, height: 3 mm, width: 3 mm, element_size: 3 mm},
