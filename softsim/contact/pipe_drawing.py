@@ -15,7 +15,7 @@ FACE_SHARE = 1.25
 
 def drawn(segments: Sequence[Segment], closed: tuple[bool, bool]) -> dict[str, np.ndarray]:
     """Arrays for the figures, by their names in the results (FieldWriter.describe)."""
-    places, tangents, radii = stations(segments)
+    _, places, tangents, radii = stations(segments)
     places, tangents = (np.concatenate([a[:1], a, a[-1:]]) for a in (places, tangents))
     ends = [0.0 if is_closed else FACE_SHARE for is_closed in closed]
     radii = np.concatenate([[ends[0] * radii[0]], radii, [ends[1] * radii[-1]]])
@@ -28,18 +28,19 @@ def drawn(segments: Sequence[Segment], closed: tuple[bool, bool]) -> dict[str, n
     return {"wall_faces": wall_faces(places, tangents, radii), **centre_line}
 
 
-def stations(segments: Sequence[Segment]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Places (n, d) [m] and tangents (n, d) along the centre line, and the pipe's radii (n,) [m]
-    there; joints twice.
+def stations(segments: Sequence[Segment]) -> tuple[np.ndarray, ...]:
+    """Arc lengths (n,) [m], places (n, d) [m] and tangents (n, d) along the centre line, and the
+    pipe's radii (n,) [m] there; joints twice.
     """
-    places, tangents, radii = [], [], []
+    arcs, places, tangents, radii = [], [], [], []
     for segment in segments:
         s = np.linspace(0.0, segment.length, 2 + int(segment.length / segment.bend_radius / CHORD))
         place, tangent = segment.axis_place(s)
+        arcs.append(segment.start + s)
         places.append(place)
         tangents.append(tangent)
         radii.append(segment.radius(s))
-    return np.concatenate(places), np.concatenate(tangents), np.concatenate(radii)
+    return tuple(np.concatenate(parts) for parts in (arcs, places, tangents, radii))
 
 
 def wall_lines(places: np.ndarray, tangents: np.ndarray, radii: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from softsim.contact.path_features import narrowings
+from softsim.contact.pipe_drawing import stations
 from softsim.contact.pipe_path import PipePath
 from softsim.fields import read
 from softsim.model import Passage
@@ -11,8 +12,6 @@ from softsim.solver.explicit import ExplicitSolver
 # A node this near [m] to a place where the pipe narrows touches what narrows it: the thickness of a
 # spike.
 REACH = 2e-3
-
-TURN = np.radians(2.0)
 
 COLUMNS = {
     "arc_length": "m",  # of the body's centre along the path
@@ -46,15 +45,8 @@ def path_readings(
 
 
 def path_samples(path: PipePath) -> np.ndarray:
-    """The path for figures, a row a sample: arc length, point (d,), tangent (d,), radius [m]. Every
-    segment has its beginning and its end, a bend a sample every 2 deg too.
-    """
-    rows = []
-    for segment in path.segments:
-        s = np.linspace(0.0, segment.length, 2 + int(segment.length / segment.bend_radius / TURN))
-        point, tangent = segment.axis_place(s)
-        rows.append(np.column_stack([segment.start + s, point, tangent, segment.radius(s)]))
-    return np.concatenate(rows)
+    """The path for figures (n, 2 d + 2), a row a station: arc length, point, tangent, radius."""
+    return np.column_stack(stations(path.segments))
 
 
 def wall_forces(solver: ExplicitSolver, interval: float) -> tuple[np.ndarray, np.ndarray]:

@@ -19,7 +19,7 @@ Report = Mapping[str, Any]
 MOST_MOMENTS, LEAST_MOMENTS = 8, 5
 """Robots in the picture."""
 
-APART = 1.15
+APART = 1.3
 """Distance between two of them, in lengths of the robot, so that they do not cover each other."""
 
 LEGIBLE = 0.09
