@@ -1,8 +1,9 @@
 """Which facets each node of a surface may touch before long, and the other way round.
 
-Verlet lists: a pair is listed when it is closer than DEPTH facets and a margin. They hold until a
-node has moved by half the margin; that is looked at in every increment, before any force, so every
-pair that is closer than DEPTH is listed at all times, however fast it moves. What is asked of the
+Verlet lists: a pair is listed when it is closer than DEPTH facets and a margin. They hold until two
+nodes have moved by the margin relative to each other; that is looked at in every increment, before
+any force (by the box that holds all displacements, so a body that moves as a whole costs nothing).
+So every pair that is closer than DEPTH is listed at all times, however fast it moves. Asked of the
 increment is only that nothing gets deeper than DEPTH at once: v dt < DEPTH h. At the stable step,
 dt about h/c with the speed of sound c, that is a speed of 0.7 c (here some 27 m/s), and a plane
 impact at 2 v presses as deep as 2 v/c facets.
@@ -17,7 +18,7 @@ import taichi as ti
 from softsim import backend
 from softsim.contact.cell_lists import CellLists
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
-from softsim.fields import index_field, real_field
+from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import PARTS
 
 # The margin over the mean side. Wider: more to look at in each increment. Narrower: made anew more
@@ -70,26 +71,36 @@ class NeighbourLists:
         self.near_facet_count = index_field(np.zeros(by_member))
         self.near_node = index_field(np.zeros((*by_facet, self.node_room)))
         self.near_node_count = index_field(np.zeros(by_facet))
-        self.moved, self.renewed = index_field(np.ones(scenarios)), index_field(np.zeros(scenarios))
+        by_part = np.zeros((scenarios, PARTS, d))
+        self.least, self.most = vector_field(by_part), vector_field(by_part)
+        self.stale, self.renewed = index_field(np.ones(scenarios)), index_field(np.zeros(scenarios))
         self.overfull = index_field(np.zeros(scenarios))
 
     @ti.func
     def watch(self, s, p, t, dt):
-        """Note whether one of the nodes of part p has moved by half the margin."""
-        farthest = ti.cast(0.0, backend.real)
+        """Least and most displacement of the nodes of part p since the lists were made."""
         first, end = part_of(self.members.count, p)
+        least = ti.Vector.one(backend.real, self.nodes.dimension) * 1e30
+        most = -least
         for i in range(first, end):
             moved = self.nodes.position[s, self.surface.member[i]] - self.members.place[s, i]
-            farthest = ti.max(farthest, moved.norm_sqr())
-        if farthest > 0.25 * self.margin * self.margin:
-            self.moved[s] = 1
+            least, most = ti.min(least, moved), ti.max(most, moved)
+        self.least[s, p], self.most[s, p] = least, most
 
     @ti.func
     def sort(self, s, p, t, dt):
-        """If one has: sort nodes and facets into cells. One worker does it all, in order."""
-        self.renewed[s] = self.moved[s]
-        if self.moved[s] == 1:
-            self.moved[s] = 0
+        """Whether lists are made anew; if so, sort nodes and facets into cells. One worker does it
+        all, in order.
+        """
+        least, most = self.least[s, 0], self.most[s, 0]
+        for part in range(1, PARTS):
+            least = ti.min(least, self.least[s, part])
+            most = ti.max(most, self.most[s, part])
+        self.renewed[s] = self.stale[s]
+        if (most - least).norm_sqr() > self.margin * self.margin:
+            self.renewed[s] = 1
+        if self.renewed[s] == 1:
+            self.stale[s] = 0
             for k in range(self.members.count):
                 self.members.place[s, k] = self.nodes.position[s, self.surface.member[k]]
             widest = 0.0

@@ -44,13 +44,16 @@ def test_lists_hold_every_pair_within_reach(build, cpu):
     assert len(by_node) > 50
 
 
-def test_lists_are_made_anew_when_a_node_has_moved_half_the_margin(build, cpu):
+def test_lists_are_made_anew_when_nodes_have_moved_by_the_margin(build, cpu):
+    """Relative to each other: not when the whole moves."""
     model = build(PLANE)
     rig = SurfaceRig(model)
     x = pressed_together(model, 0.0)
     rig.place(x)
     first = listed(rig)
-    x[model.bodies[1].nodes, 1] += 0.499e-3 * MARGIN
+    x += [5e-3, 3e-3]
+    rig.place(x)
+    x[model.bodies[1].nodes, 1] += 0.999e-3 * MARGIN
     rig.place(x)
     assert listed(rig) == first
     x[model.bodies[1].nodes, 1] += 0.002e-3 * MARGIN
