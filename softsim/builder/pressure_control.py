@@ -62,7 +62,7 @@ def refuse_missing_rows(names: Names, model: Model, settings: EventCycles, keys:
         if wanted > len(model.rows):
             raise names.loaded.error(
                 (*keys, key),
-                f"{wanted} rows of spikes can never touch: the bodies have {len(model.rows)}",
+                f"{key} asks for {wanted}, the bodies have {len(model.rows)} rows of spikes",
                 "rows are node sets j1, j2 ...; with 0 rows do not count",
             )
 

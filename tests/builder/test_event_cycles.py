@@ -63,7 +63,7 @@ def test_other_chambers_may_follow(build):
         ("count", "    on_skin: [[0 Pa, 0 Pa], [2 Pa, 1 Pa]]\n", ":18:14", "on_skin: does not go"),
         ("count", "    factor: 0.5\n", ":18:13", "factor: does not go with event_cycles"),
         ("count", "    offset: 1 kPa\n", ":18:13", "offset: does not go with event_cycles"),
-        ("contact_rows: 0", "contact_rows: 5", ":16:21", "5 rows of spikes can never touch"),
+        ("contact_rows: 0", "contact_rows: 5", ":16:21", "the bodies have 0 rows of spikes"),
         ("rigid_bodies: {frame: {mass: 8 g, inertia: 1 kg*mm^2}}", "", ":10:7", "there is none"),
         ("end: 1 s", "end: 1 s, procedure: static", ":10:7", "a static procedure has none"),
     ],
