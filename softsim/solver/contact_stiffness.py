@@ -3,8 +3,8 @@
 A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
 dashpot c_n, whose velocity lags half a step behind, acts on the stable step as a spring 2 c_n / dt
 (solver/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
-most the sum of the squares of what each would have against something fixed. Surfaces against each other:
-self_stiffness.py.
+most the sum of the squares of what each would have against something fixed. Surfaces against each
+other: self_stiffness.py.
 """
 
 import numpy as np
