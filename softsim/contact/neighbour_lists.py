@@ -22,8 +22,8 @@ from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import PARTS
 
 # The margin over the mean side. Wider: more to look at in each increment. Narrower: made anew more
-# often.
-MARGIN = 1.0
+# often. With DEPTH it is less than NEIGHBOURHOOD, so that lists are empty at rest.
+MARGIN = 1.5
 # Facets that a node may have near it, nodes that a facet may, in facets of equal length: those of
 # both sides of a fin pressed to half its length, twice over, in the plane; in space as many across.
 MOST_FACETS = {2: 32, 3: 128}
@@ -62,8 +62,8 @@ class NeighbourLists:
         scenarios, d = nodes.scenarios, nodes.dimension
         self.surface, self.nodes, self.margin = surface, nodes, margin
         self.longest_reach = DEPTH * longest + margin
-        self.members = CellLists(scenarios, surface.member_count, d)
-        self.facets = CellLists(scenarios, surface.facet_count, d)
+        self.cells = CellLists(scenarios, surface.facet_count, d)  # of the facets' centroids
+        self.place = vector_field(np.zeros((scenarios, surface.member_count, d)))  # of the nodes
         self.radius = real_field(np.zeros((scenarios, surface.facet_count)))
         self.facet_room, self.node_room = room * MOST_FACETS[d], room * MOST_NODES[d]
         by_member, by_facet = (scenarios, surface.member_count), (scenarios, surface.facet_count)
@@ -79,17 +79,17 @@ class NeighbourLists:
     @ti.func
     def watch(self, s, p, t, dt):
         """Least and most displacement of the nodes of part p since the lists were made."""
-        first, end = part_of(self.members.count, p)
+        first, end = part_of(self.surface.member_count, p)
         least = ti.Vector.one(backend.real, self.nodes.dimension) * 1e30
         most = -least
         for i in range(first, end):
-            moved = self.nodes.position[s, self.surface.member[i]] - self.members.place[s, i]
+            moved = self.nodes.position[s, self.surface.member[i]] - self.place[s, i]
             least, most = ti.min(least, moved), ti.max(most, moved)
         self.least[s, p], self.most[s, p] = least, most
 
     @ti.func
     def sort(self, s, p, t, dt):
-        """Whether lists are made anew; if so, sort nodes and facets into cells. One worker does it
+        """Whether lists are made anew; if so, sort facets into cells. One worker does it
         all, in order.
         """
         least, most = self.least[s, 0], self.most[s, 0]
@@ -101,13 +101,12 @@ class NeighbourLists:
             self.renewed[s] = 1
         if self.renewed[s] == 1:
             self.stale[s] = 0
-            for k in range(self.members.count):
-                self.members.place[s, k] = self.nodes.position[s, self.surface.member[k]]
+            for k in range(self.surface.member_count):
+                self.place[s, k] = self.nodes.position[s, self.surface.member[k]]
             widest = 0.0
-            for f in range(self.facets.count):
+            for f in range(self.surface.facet_count):
                 widest = ti.max(widest, self._place_facet(s, f))
-            self.members.sort(s, self.longest_reach + widest)
-            self.facets.sort(s, self.longest_reach + widest)
+            self.cells.sort(s, self.longest_reach + widest)
 
     @ti.func
     def _place_facet(self, s, f):
@@ -119,7 +118,7 @@ class NeighbourLists:
         for c in ti.static(range(d)):
             arm = self.nodes.position[s, self.surface.corner[f, c]] - centre
             square = ti.max(square, arm.norm_sqr())
-        self.facets.place[s, f] = centre
+        self.cells.place[s, f] = centre
         self.radius[s, f] = ti.sqrt(square)
         return self.radius[s, f]
 
@@ -127,81 +126,72 @@ class NeighbourLists:
     def find_facets(self, s, p, t, dt):
         """Make the lists of the nodes of part p anew, if lists are."""
         if self.renewed[s] == 1:
-            first, end = part_of(self.members.count, p)
+            first, end = part_of(self.surface.member_count, p)
             for i in range(first, end):
                 self.near_facet_count[s, i] = self._find_facets_of(s, i)
-
-    @ti.func
-    def find_nodes(self, s, p, t, dt):
-        """Make the lists of the facets of part p anew, if lists are; those of nodes are made."""
-        if self.renewed[s] == 1:
-            first, end = part_of(self.facets.count, p)
-            for f in range(first, end):
-                self.near_node_count[s, f] = self._find_nodes_of(s, f)
 
     @ti.func
     def _find_facets_of(self, s, i):
         """Make the list of node i; returns how many facets there are."""
         count = 0
-        cell = self.facets.cell(s, self.members.place[s, i])
+        x = self.place[s, i]
+        cell = self.cells.cell(s, x)
         for q in range(3**self.nodes.dimension):
-            there = self.facets.around(cell, q)
-            b = self.facets.list_of(there)
-            for e in range(self.facets.first[s, b], self.facets.first[s, b + 1]):
-                f = self.facets.member[s, e]
-                own = self.facets.cell(s, self.facets.place[s, f])
-                if (own == there).all() and self._are_near(s, i, f):
-                    count = self._insert(s, self.near_facet, i, count, self.facet_room, f)
+            there = self.cells.around(cell, q)
+            b = self.cells.list_of(there)
+            for e in range(self.cells.first[s, b], self.cells.first[s, b + 1]):
+                f = self.cells.member[s, e]
+                centre = self.cells.place[s, f]
+                reach = DEPTH * self.surface.length(i, f) + self.margin
+                outside = reach + self.radius[s, f]
+                # Cells that share a list are told apart last: most facets are too far anyway.
+                if (
+                    (x - centre).norm_sqr() <= outside * outside
+                    and self._is_near(s, i, f, x, reach)
+                    and (self.cells.cell(s, centre) == there).all()
+                ):
+                    count = self._insert(s, i, count, f)
         return count
 
     @ti.func
-    def _are_near(self, s, i, f):
-        """Whether node i and facet f belong into each other's list."""
-        x = self.members.place[s, i]
-        reach = DEPTH * self.surface.length(i, f) + self.margin
+    def _is_near(self, s, i, f, x, reach):
+        """Whether facet f is within reach of node i at x, and no neighbour at rest."""
+        X = self.surface.corners(s, f)
+        w = self.surface.shape.closest_weights(X, x)
         result = False
-        if (x - self.facets.place[s, f]).norm() <= reach + self.radius[s, f]:
-            X = self.surface.corners(s, f)
-            w = self.surface.shape.closest_weights(X, x)
-            if (x - X.transpose() @ w).norm() <= reach:
-                result = self.surface.are_neighbours(i, f) == 0
+        if (x - X.transpose() @ w).norm_sqr() <= reach * reach:
+            result = self.surface.are_neighbours(i, f) == 0
         return result
 
     @ti.func
-    def _find_nodes_of(self, s, f):
-        """Make the list of facet f from those of the nodes around; returns how many there are."""
-        count = 0
-        cell = self.members.cell(s, self.facets.place[s, f])
-        for q in range(3**self.nodes.dimension):
-            there = self.members.around(cell, q)
-            b = self.members.list_of(there)
-            for e in range(self.members.first[s, b], self.members.first[s, b + 1]):
-                i = self.members.member[s, e]
-                own = self.members.cell(s, self.members.place[s, i])
-                if (own == there).all() and self._has_facet(s, i, f):
-                    count = self._insert(s, self.near_node, f, count, self.node_room, i)
-        return count
-
-    @ti.func
-    def _has_facet(self, s, i, f):
-        """Whether facet f is in the list of node i."""
-        found = False
-        for k in range(self.near_facet_count[s, i]):
-            if self.near_facet[s, i, k] == f:
-                found = True
-        return found
-
-    @ti.func
-    def _insert(self, s, lists: ti.template(), i, count, room, value):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Put a value into list i, in order; returns how many there are now."""
+    def _insert(self, s, i, count, f):
+        """Put facet f into the list of node i, in order; returns how many there are now."""
         result = count
-        if count == room:
+        if count == self.facet_room:
             self.overfull[s] = 1
         else:
             k = count
-            while k > 0 and lists[s, i, k - 1] > value:
-                lists[s, i, k] = lists[s, i, k - 1]
+            while k > 0 and self.near_facet[s, i, k - 1] > f:
+                self.near_facet[s, i, k] = self.near_facet[s, i, k - 1]
                 k -= 1
-            lists[s, i, k] = value
+            self.near_facet[s, i, k] = f
             result = count + 1
         return result
+
+    @ti.func
+    def find_nodes(self, s, p, t, dt):
+        """Make the lists of the facets anew from those of the nodes, if lists are. One worker does
+        it all, in order.
+        """
+        if self.renewed[s] == 1:
+            for f in range(self.surface.facet_count):
+                self.near_node_count[s, f] = 0
+            for i in range(self.surface.member_count):
+                for k in range(self.near_facet_count[s, i]):
+                    f = self.near_facet[s, i, k]
+                    count = self.near_node_count[s, f]
+                    if count == self.node_room:
+                        self.overfull[s] = 1
+                    else:
+                        self.near_node[s, f, count] = i
+                        self.near_node_count[s, f] = count + 1

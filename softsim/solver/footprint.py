@@ -94,10 +94,12 @@ def _self_contact_bytes(data: SelfContactData, d: int) -> tuple[int, int]:
     """What self-contact takes, shared by all scenarios and of each of them."""
     nodes, facets = len(data.contact.nodes), len(data.facets)
     room = margin_and_room(data.facet_size)[2]
-    # Number, size, part and three constants; slots. Corners, the facets around them; size, part.
+    # Number, size, part and three constants; slot. Corners, the facets around them; size, part.
     shared = nodes * (4 * INTEGER + 4 * REAL) + facets * ((3 * d + 1) * INTEGER + REAL)
-    # Lists; cells; touched facet, counts; stretch, forces on corners, slots; gap and forces, works.
-    at_node = INTEGER * (room * MOST_FACETS[d] + 8) + REAL * (d + d * d + 2 * d + d + 5)
+    # List, its length, facet touched, whether loaded; place, stretch, force, slot, forces on
+    # corners; gap, dashpot, normal force, two dissipations.
+    at_node = INTEGER * (room * MOST_FACETS[d] + 3) + REAL * (4 * d + d * d + 5)
+    # List, its length, cells; place, radius.
     at_facet = INTEGER * (room * MOST_NODES[d] + 5) + REAL * (d + 1)
     return shared, nodes * at_node + facets * at_facet
 

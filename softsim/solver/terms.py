@@ -266,7 +266,7 @@ class Terms:
             moved.append(Pass("contact", PARTS, (lists.watch,)))
             pressed.append(Pass("contact", 1, (lists.sort,)))
             stressed.append(Pass("contact", PARTS, (lists.find_facets, contact.push)))
-            listed.append(Pass("contact", PARTS, (lists.find_nodes,)))
+            listed.append(Pass("contact", 1, (lists.find_nodes,)))
             borne.append(Pass("contact", PARTS, (contact.bear,)))
         return filled(measured, moved, pressed, stressed, listed, borne, pulled)
 
