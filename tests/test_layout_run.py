@@ -74,6 +74,37 @@ def test_a_ball_that_is_not_pushed_is_stuck(simulation):
     assert idle.summary["simulated_time"] == pytest.approx(30e-3, abs=2.1e-3)
 
 
+def test_a_frame_too_long_for_a_bend_is_wedged(simulation):
+    """The longest rectangle of height W that a bend of radius R in a pipe of diameter D takes has
+    (R - D/2 + W)^2 + (L/2)^2 = (R + D/2)^2; this one is 3 % longer. Its corners lack 0.8 mm, the
+    work of the force over the way presses them in by sqrt(2 E / k), a third of a millimetre.
+    """
+    from softsim.errors import ExpectationError
+
+    longest = 2.0 * np.sqrt(55.0**2 - 40.0**2)  # mm: R 40, D 30, W 15
+    pipe = "[{straight: 90 mm}, {bend: 90 deg, radius: 40 mm}, {straight: 100 mm}]"
+    outline = f"{{length: {1.03 * longest:.6g} mm, height: 15 mm}}"
+    wedged = simulation(
+        "wedged",
+        f"environment.walls.pipe.pipe={pipe}",
+        "environment.walls.pipe.diameter=30 mm",
+        f"rigid_bodies.ball.outline={outline}",
+        "rigid_bodies.ball.center=[45 mm, 0 mm]",
+        "rigid_bodies.ball.mass=10 g",
+        "rigid_bodies.ball.inertia=5 kg*mm^2",
+        "loads.push.force=[5 mN, 5 mN]",
+        "contact.penalty_stiffness=10 kN/m",
+        "contact.damping_ratio=0.1",
+        "layout={patience_time: 300 ms}",
+        "time.end=3 s",
+        "expect.passes=true",
+    )
+    with pytest.raises(ExpectationError, match="frame wedged"):
+        wedged.run(1e9)
+    layout = wedged.summary["layout"]
+    assert (layout["where"]["segment"], layout["blocked_by"]) == (2, "frame wedged")
+
+
 def test_a_wall_pushes_across_the_path(simulation):
     """Around the bend the ball leans on its outer wall, on that side alone."""
     results = simulation("round", "layout.goal=70 mm").run(1e9)
