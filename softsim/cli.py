@@ -1,12 +1,13 @@
-"""The command line: softsim run, check, fit-material, calibrate-section, report and more."""
+"""The command line: softsim run, check, assess, fit-material, report and more."""
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -67,6 +68,7 @@ def run(
     """Run a scene: numbers, curves and pictures into a run folder."""
     with _explained() as console:
         from softsim.commands.summary import profile_table, summary_table
+        from softsim.output.folder import read_summary
         from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
         from softsim.run import run as run_scene
 
@@ -78,7 +80,7 @@ def run(
             )  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
             if profile:
-                console.print(profile_table(_summary(folder)["profile"]))
+                console.print(profile_table(read_summary(folder)["profile"]))
             raise
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
@@ -117,6 +119,48 @@ def check(
 
             console.print(duration_table(loaded, model, choice))
         console.print(f"{scene}: fine")
+
+
+@app.command()
+def assess(
+    layout: Annotated[
+        Path, typer.Argument(help="Scene file of a pipe_path, without a robot.", show_default=False)
+    ],
+    robot: Annotated[str, typer.Option(help="Standard robot that is put into it.")] = "pfr",
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Run folder; default: runs/LAYOUT_ROBOT.")
+    ] = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    threads: Threads = "auto",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+) -> None:
+    """Ask whether a robot gets through a layout of pipes: exit code 0 if it passes, 5 if not.
+
+    What LAYOUT says wins over what the robot brings. Without `time` it has 60 s; the run ends as
+    soon as the verdict is there.
+    """
+    with _explained() as console:
+        from softsim.commands.layout import segments_table
+        from softsim.output.folder import read_summary
+        from softsim.scene.assessment import load_layout
+
+        loaded = load_layout(layout, robot, overrides or [])
+        folder = out or Path("runs") / f"{layout.stem}_{robot}"
+        from softsim.run import run as run_scene  # imports Taichi
+
+        try:
+            run_scene(
+                loaded, [], folder, device.value, resume, console, threads, profile_after=math.inf
+            )
+        finally:
+            # Whatever ended it, what is known of the way is shown.
+            _draw(folder, console)
+            report = read_summary(folder).get("layout")
+            if report is not None:
+                console.print(segments_table(report))
+                console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
+                console.print(f"results in {folder}", highlight=False)
 
 
 @app.command()
@@ -252,18 +296,12 @@ def _draw(folder: Path, console: Console) -> None:
     """All figures of a run folder that has something to draw."""
     if not (folder / "history.csv").is_file():
         return
+    from softsim.output.folder import read_summary
     from softsim.report.figures import draw_all
 
-    field = _summary(folder).get("snapshot_field", "stretch")
+    field = read_summary(folder).get("snapshot_field", "stretch")
     for figure in draw_all(folder, field):
         console.print(f"figure  {figure}", highlight=False)
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    """What summary.json of a run folder holds; nothing where there is none."""
-    file = folder / "summary.json"
-    found: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.is_file() else {}
-    return found
 
 
 @contextmanager

@@ -8,6 +8,8 @@ stops it in between.
 import logging
 from collections.abc import Mapping
 
+from scipy.spatial.transform import Rotation
+
 from softsim.loads.drive import ControlledPressure, Scheduled
 from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
 from softsim.solver.explicit import ExplicitSolver
@@ -28,8 +30,8 @@ class OpenLoop:
         return sum(drive.cycles_done(self.solver.time) for drive in self.drives)
 
     def readings(self) -> dict[str, float]:
-        """Columns of the history: none."""
-        return {}
+        """Columns of the history now."""
+        return {"cycles_done": self.cycles_done()}
 
     def follow(self, row: Mapping[str, float]) -> None:
         """A row of the history changes nothing."""
@@ -57,8 +59,12 @@ class ClosedLoop:
         return self.control.state.cycles_done
 
     def readings(self) -> dict[str, float]:
-        """Columns of the history now: the number of the cycle, and its phase."""
-        return {"cycle": self.control.cycle, "phase": self.control.phase_at(self.solver.time)}
+        """Columns of the history now: the number of the cycle, and its phase, too."""
+        return {
+            "cycles_done": self.cycles_done(),
+            "cycle": self.control.cycle,
+            "phase": self.control.phase_at(self.solver.time),
+        }
 
     def follow(self, row: Mapping[str, float]) -> None:
         """Decide on what a row of the history shows, and have it done."""
@@ -86,6 +92,10 @@ def feedback(solver: ExplicitSolver, state: ControlState | None) -> OpenLoop | C
 def sensed(row: Mapping[str, float]) -> Sensed:
     """What a row of the history lets the robot feel."""
     place = tuple(row[name] for name in ("frame_x", "frame_y", "frame_z") if name in row)
+    turns = ("frame_rotation_x", "frame_rotation_y", "frame_rotation_z")
+    turn = [row[name] for name in turns] if "frame_z" in row else [0.0, 0.0, row["frame_angle"]]
+    axis = Rotation.from_rotvec(turn).apply([1.0, 0.0, 0.0])[: len(place)]
     return Sensed(
-        row["time"], row["pressure"], row["rows_in_contact"], row["wall_force_normal"], place
-    )
+        row["time"], row["pressure"], row["rows_in_contact"], row["wall_force_normal"], place,
+        tuple(axis.tolist()),
+    )  # fmt: skip

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.pipe_path import PipePath
+from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
 from softsim.loads.drive import Drive
 from softsim.loads.profile import Profile
@@ -60,35 +62,18 @@ class ContactData:
 
 
 @dataclass(frozen=True)
-class WallsData:
-    """Half spaces: names, points (w, d) [m] and unit normals (w, d) into the free side. Round
-    pipes in space: names, points on the axes (p, 3), unit axes (p, 3), radii (p,) [m].
+class SelfContactData:
+    """Surfaces that may touch themselves and each other: `contact`, nodes (k,) and their constants;
+    facets (f, d), numbered as nodes. Of each node and facet the longest side at rest [m], and the
+    connected part of the bodies that it belongs to.
     """
 
-    names: tuple[str, ...]
-    points: np.ndarray
-    normals: np.ndarray
-    pipe_names: tuple[str, ...]
-    pipe_points: np.ndarray
-    pipe_axes: np.ndarray
-    pipe_radii: np.ndarray
-
-    @property
-    def count(self) -> int:
-        """Walls of both kinds."""
-        return len(self.names) + len(self.pipe_names)
-
-    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap [m] of places x (n, d) to each wall, by the wall's name."""
-        found = {
-            name: (x - point) @ normal
-            for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
-        }
-        pipes = zip(self.pipe_names, self.pipe_points, self.pipe_axes, self.pipe_radii, strict=True)
-        for name, point, axis, radius in pipes:
-            across = (x - point) - np.outer((x - point) @ axis, axis)
-            found[name] = radius - np.linalg.norm(across, axis=1)
-        return found
+    contact: ContactData
+    facets: np.ndarray
+    node_size: np.ndarray
+    facet_size: np.ndarray
+    node_part: np.ndarray
+    facet_part: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -215,6 +200,29 @@ class Probe:
     geometry: Geometry
 
 
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """The way of rigid body number `body` along a pipe, and when there is nothing more to wait for.
+
+    items: what the user's list of the pipe says, an entry a text. length: of the body along the
+    pipe [m]. outline: its nodes that touch walls (k,). start, goal: arc length of its centre at
+    rest, and where it has passed [m]. It has stopped when it gains less than `least_progress` [m]
+    within `patience` pressure cycles, or `patience_time` [s] where it is not `in_cycles`.
+    """
+
+    path: PipePath
+    items: tuple[str, ...]
+    body: int
+    length: float
+    outline: np.ndarray
+    start: float
+    goal: float
+    in_cycles: bool
+    patience: int
+    patience_time: float
+    least_progress: float
+
+
 # Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
 LOCAL_DAMPING = 0.8
 
@@ -236,7 +244,8 @@ class Model:
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
     contact is counted. increment: the user's time step [s], or None for the stable one.
-    relaxation: of a static procedure, or None where inertia is real.
+    self_contact: None where surfaces do not touch each other. relaxation: of a static procedure, or
+    None where inertia is real. passage: what a layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -246,8 +255,9 @@ class Model:
     is_free: np.ndarray
     rigid_bodies: tuple[RigidBodyData, ...]
     outlines: tuple[OutlineData, ...]
-    walls: WallsData
+    walls: tuple[Wall, ...]
     contact: ContactData
+    self_contact: SelfContactData | None
     pressures: tuple[PressureData, ...]
     rotors: tuple[RotorLoad, ...]
     nodal_loads: tuple[NodalLoad, ...]
@@ -264,6 +274,7 @@ class Model:
     bulk_viscosity: float
     energy_error_limit: float
     relaxation: Relaxation | None
+    passage: Passage | None
 
     @property
     def dimension(self) -> int:

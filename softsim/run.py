@@ -27,6 +27,7 @@ from softsim.output.folder import RunFolder
 from softsim.output.history import History, read_history
 from softsim.output.measures import measures
 from softsim.output.observation import columns, description, frame, mesh_of, observe
+from softsim.output.passage import Watch, watched
 from softsim.output.progress import Progress
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
@@ -35,6 +36,7 @@ from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.footprint import refuse_too_large
 from softsim.solver.guards import (
     refuse_broken_elements,
+    refuse_crowding,
     refuse_energy_error,
     refuse_no_equilibrium,
     refuse_unstable_step,
@@ -140,6 +142,7 @@ class Simulation:
         else:
             self.progress = self._resume(checkpoint)
         self.loop = feedback(self.solver, self.progress.control)
+        self.watches = self._watches()
         self.wall_before = self.progress.wall_time
         self.first_increment_after = 0.0
         # The rate counts from the first station on, which compiles.
@@ -180,6 +183,12 @@ class Simulation:
         self.fields = FieldWriter.resumed(path / files.RESULTS, progress.time)
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increments)
         return progress
+
+    def _watches(self) -> list[Watch]:
+        """What ends the run before its time: the watch of a layout; it has seen all rows so far."""
+        if self.model.passage is None:
+            return []
+        return [watched(self.model.passage, read_history(self.target.path / files.HISTORY))]
 
     def run(self, profile_after: float) -> Results:
         """The loop, a summary whatever ends it, and the costs of a long one's passes."""
@@ -248,6 +257,9 @@ class Simulation:
             self.steady_since, self.increments_before = time.monotonic(), solver.increments
             self.first_increment_after = self.steady_since - self.began
         progress.time, progress.increments = solver.time, solver.increments
+        if solver.overfull():
+            self._refuse_broken_elements()  # a cause says more than a symptom
+            refuse_crowding(solver.time)
         self.finished = self._is_done()
         self.look()
 
@@ -329,6 +341,7 @@ class Simulation:
             self.finished or solver.time >= progress.next_history
         ):
             self._write_row()
+        self.finished = self.finished or any(watch.is_over for watch in self.watches)
         if solver.time >= progress.next_frame or self.finished:
             self._write_frame()
             progress.next_frame = _next_multiple(self.output.frame_interval, solver.time)
@@ -340,6 +353,8 @@ class Simulation:
         row = seen.row | self.loop.readings()
         self.history.append(row)
         self.loop.follow(row)
+        for watch in self.watches:
+            watch.see_row(row)
         progress.last_history = solver.time
         progress.next_history = _next_multiple(self.output.history_interval, solver.time)
         progress.largest_turnover = self.balance.largest_turnover

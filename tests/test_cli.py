@@ -186,3 +186,38 @@ def test_light_commands_do_not_import_taichi(write_scene, command):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
     assert done.returncode == 0
+
+
+PIPE = """\
+environment:
+  walls:
+    pipe: {kind: pipe_path, diameter: 36 mm, start: [-25 mm, 0 mm], pipe: [{straight: 90 mm}]}
+output: {frame_interval: 1 ms}
+"""
+
+
+def test_assess_prints_the_verdict_and_tells_scripts(write_scene, tmp_path):
+    layout, out = write_scene(PIPE), tmp_path / "out"
+    done = softsim("assess", layout, "--out", out, "--device", "cpu", "--set", "time.end=4 ms")
+    assert done.returncode == 5, done.stderr
+    assert "1  straight 90 mm" in done.stdout
+    assert "unfinished: 0 of 49 mm in 0.0 s, in segment 1 (straight 90 mm) at 25 mm" in done.stdout
+    assert "verdict passed, found unfinished" in done.stderr
+    assert (out / "layout.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    "robot, layout, said",
+    [
+        ("snake", PIPE, ["--robot snake", "there is no robot 'snake'", "pfr"]),
+        ("pfr", PIPE.replace("pipe_path", "pipe_way"), [":3:18", "'pipe_way' is unknown here"]),
+        ("pfr", "title: nothing\n", ["no wall is of kind pipe_path"]),
+    ],
+)
+def test_assess_refuses(write_scene, tmp_path, robot, layout, said):
+    done = softsim("assess", write_scene(layout), "--robot", robot, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    for words in said:
+        assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -121,5 +121,5 @@ loads:
     for solver.time in (0.0, 2.9e-3, 3e-3, 4.9e-3, 5e-3):
         found.append(loop.cycles_done())
     assert found == [0, 0, 1, 1, 2]
-    assert (loop.readings(), loop.state) == ({}, None)
+    assert (loop.readings(), loop.state) == ({"cycles_done": 2}, None)
     assert feedback(SimpleNamespace(models=[build(bare)], time=9.0), None).cycles_done() == 0

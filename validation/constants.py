@@ -53,7 +53,7 @@ CONSTANTS = (
     Constant(
         "what a strip stands for", "pfr_36mm.yaml", "bodies.skin.sector",
         "not fitted: a quarter of the robot, the vertical stiffness of a ring of 14 spikes is that "
-        "of 7; see parts/pfr.yaml",
+        "of 7; see robot:pfr/section",
     ),
     *(
         Constant(f"pressure on the skin at P_M3^S, {pipe} mm pipe", f"pfr_{pipe}mm.yaml",

@@ -5,8 +5,9 @@ then. So it is inflated within 50 ms, in which it falls by 1 cm. A safety line c
 further down once it has lost the wall.
 
 Along the axis all 14 spikes of a ring hold and push, of which the section has 7 (vertically a ring
-is as stiff as 7, see scenes/parts/pfr.yaml): it stands for half of the robot there, and carries
-half of its weight (softsim/loads/axial_relief.py). Its inertia along the axis stays whole.
+is as stiff as 7, see softsim/scene/library/pfr/section.yaml): it stands for half of the robot
+there, and carries half of its weight (softsim/loads/axial_relief.py). Its inertia along the axis
+stays whole.
 """
 
 from validation.air import deflation

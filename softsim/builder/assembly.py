@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, rigid
+from softsim.builder import conditions, contact, loads, passage, rigid, self_contact, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
@@ -44,10 +44,11 @@ def build_model(loaded: LoadedScene) -> Model:
         held[nodes] = True
     is_free = ~held
     velocity = np.where(is_free, conditions.initial_velocity(names, bodies, points), 0.0)
+    outline_nodes = [
+        soft_count + np.flatnonzero(corner_owner == r) for r in range(len(scene.rigid_bodies))
+    ]
     rigid_bodies = tuple(
-        rigid.rigid_body(
-            names, name, np.concatenate([tied[r], soft_count + np.flatnonzero(corner_owner == r)])
-        )
+        rigid.rigid_body(names, name, np.concatenate([tied[r], outline_nodes[r]]))
         for r, name in enumerate(scene.rigid_bodies)
     )
     stiffness = contact.Stiffness(
@@ -57,8 +58,9 @@ def build_model(loaded: LoadedScene) -> Model:
     )
     surfaces = [b.node_sets["surface"] for b in bodies]
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
-    walls = contact.walls(names)
-    contact.refuse_penetration(names, walls, points[touching])
+    fixed_walls = walls.walls(names)
+    walls.refuse_penetration(names, fixed_walls, points[touching])
+    pressures = loads.pressures(names, bodies, points, mass, is_free, tied)
     down = gravity(names)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     model = Model(
@@ -69,9 +71,10 @@ def build_model(loaded: LoadedScene) -> Model:
         is_free=is_free,
         rigid_bodies=rigid_bodies,
         outlines=rigid.outlines(names, points, stiffness, tied),
-        walls=walls,
+        walls=fixed_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
-        pressures=loads.pressures(names, bodies, points, mass, is_free, tied),
+        self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
+        pressures=pressures,
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),
         rigid_loads=loads.rigid_loads(names),
@@ -92,6 +95,7 @@ def build_model(loaded: LoadedScene) -> Model:
         bulk_viscosity=bulk_viscosity(names),
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
+        passage=passage.passage(names, fixed_walls, outline_nodes, pressures),
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)
@@ -100,16 +104,20 @@ def build_model(loaded: LoadedScene) -> Model:
 
 
 def gravity(names: Names) -> np.ndarray:
-    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards."""
+    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards, and
+    towards +z as +y is rolled away from the vertical plane through x.
+    """
     environment = names.scene.environment
-    slope = environment.inclination
-    if isinstance(names.geometry, Axisymmetric) and slope != 0.0 and environment.gravity > 0.0:
-        raise names.loaded.error(
-            ("environment", "inclination"),
-            "an axisymmetric model knows gravity along its axis only",
-            "leave the inclination out: gravity points down the axis y",
-        )
-    down = np.array([-np.sin(slope), -np.cos(slope), 0.0])
+    slope, roll = environment.inclination, environment.roll
+    for key, angle in (("inclination", slope), ("roll", roll)):
+        if isinstance(names.geometry, Axisymmetric) and angle != 0.0 and environment.gravity > 0.0:
+            raise names.loaded.error(
+                ("environment", key),
+                "an axisymmetric model knows gravity along its axis only",
+                f"leave the {key} out: gravity points down the axis y",
+            )
+    across = np.cos(slope)
+    down = np.array([-np.sin(slope), -across * np.cos(roll), across * np.sin(roll)])
     return environment.gravity * down[: names.dimension]
 
 

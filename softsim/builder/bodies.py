@@ -114,7 +114,7 @@ def ring_section(
     if data.rotation != 0.0:
         raise loaded.error(
             (*keys, "rotation"),
-            "a ring_section cannot be turned: its axis is parallel to x",
+            "the mesh of a ring_section cannot be turned: at rest its axis is parallel to x",
             "incline the environment instead (environment.inclination), or turn the mesh itself",
         )
     if data.rings not in mesh.cell_sets:

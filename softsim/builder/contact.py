@@ -1,17 +1,16 @@
-"""Contact: stiffness and damping of each node, walls, and bodies that start inside them."""
+"""Contact: stiffness, damping and mass of each node."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.builder.names import Names, in_mm
-from softsim.elements.geometry import Axisymmetric, nodal_sums
+from softsim.builder.names import Names
+from softsim.elements.geometry import nodal_sums
 from softsim.mesh.mesh import signed_volumes
-from softsim.model import Body, ContactData, WallsData
+from softsim.model import Body, ContactData
 from softsim.rigid.body import RigidBodyData
 from softsim.scene import surroundings
-from softsim.scene.surroundings import PipeWall, PlaneWall
 
 # A node may start this far inside a wall: rounding of a shape that just fits.
 ALLOWED_PENETRATION = 1e-9
@@ -83,57 +82,3 @@ def contact_mass(
         smallest = np.diag(body.inertia)[list(body.free[3:])].min(initial=np.inf)
         effective[body.tied] = 1.0 / (1.0 / body.mass + arm_squared / smallest)
     return effective
-
-
-def walls(names: Names) -> WallsData:
-    """All walls of the scene; a pipe is two walls of a section, round elsewhere."""
-    dimension = names.dimension
-    flat: list[tuple[str, np.ndarray, np.ndarray]] = []
-    round_pipes: list[tuple[str, float, float]] = []
-    for name, wall in names.scene.environment.walls.items():
-        keys = ("environment", "walls", name)
-        if isinstance(wall, PlaneWall):
-            normal = names.vector(wall.normal, (*keys, "normal"))
-            point = names.vector(wall.point, (*keys, "point"))
-            flat.append((name, point, normal / np.linalg.norm(normal)))
-        elif dimension == 3:
-            round_pipes.append((name, wall.axis_height, 0.5 * wall.diameter))
-        elif isinstance(names.geometry, Axisymmetric):
-            flat.append((name, np.array([0.5 * wall.diameter, 0.0]), np.array([-1.0, 0.0])))
-        else:
-            for side, sign in (("top", 1.0), ("bottom", -1.0)):
-                height = wall.axis_height + sign * 0.5 * wall.diameter
-                flat.append((f"{name}.{side}", np.array([0.0, height]), np.array([0.0, -sign])))
-    return WallsData(
-        names=tuple(name for name, _, _ in flat),
-        points=np.array([p for _, p, _ in flat]).reshape(-1, dimension),
-        normals=np.array([n for _, _, n in flat]).reshape(-1, dimension),
-        pipe_names=tuple(name for name, _, _ in round_pipes),
-        pipe_points=np.array([[0.0, height, 0.0] for _, height, _ in round_pipes]).reshape(-1, 3),
-        pipe_axes=np.array([[1.0, 0.0, 0.0] for _ in round_pipes]).reshape(-1, 3),
-        pipe_radii=np.array([radius for _, _, radius in round_pipes]),
-    )
-
-
-def refuse_penetration(names: Names, data: WallsData, places: np.ndarray) -> None:
-    """Nothing that may touch a wall, at places (n, d), starts inside it."""
-    for name, gaps in data.gaps(places).items():
-        worst = int(np.argmin(gaps))
-        if gaps[worst] >= -ALLOWED_PENETRATION:
-            continue
-        key = name.partition(".")[0]
-        wall = names.scene.environment.walls[key]
-        hint, value = "move the wall or the body so that they do not overlap", "point"
-        if isinstance(wall, PipeWall):
-            # All of its gaps: the pipe may be too narrow on both sides.
-            sides = [g.min() for side, g in data.gaps(places).items() if side.startswith(key)]
-            widest = wall.diameter - 2.0 * min(sides)
-            enough = np.ceil((widest - 2.0 * ALLOWED_PENETRATION) * 1e6) / 1e3  # mm, up to a um
-            hint = f"a pipe that takes it has a diameter of at least {enough:g} mm"
-            value = "diameter"
-        raise names.loaded.error(
-            ("environment", "walls", key, value),
-            f"wall '{key}' starts {-gaps[worst] * 1e3:.3g} mm inside the body, deepest at "
-            f"{in_mm(places[worst])}",
-            hint,
-        )

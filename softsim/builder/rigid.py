@@ -4,29 +4,30 @@ import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, in_mm
-from softsim.elements.geometry import Axisymmetric, RingSection
+from softsim.elements.geometry import Axisymmetric
 from softsim.model import BallShape, CylinderShape, OutlineData
 from softsim.rigid.body import RigidBodyData
 from softsim.scene.bodies import BallOutline, RigidBody
+from softsim.scene.surroundings import PipeWall, PlaneWall
 
 # Of a model of each kind, in the order x, y, z, rotations about x, y, z.
 PLANE_FREEDOM = (True, True, False, False, False, True)
-# Diameters of a ring section are measured along y: what turns would be held back by its own rings.
-UPRIGHT_FREEDOM = (True, True, False, False, False, False)
 AXIAL_FREEDOM = (False, True, False, False, False, False)
 SPACE_FREEDOM = (True, True, True, True, True, True)
 DIRECTIONS = ("x", "y", "z", "rotation_x", "rotation_y", "rotation_z")
 
 # Points that stand for a round outline where it meets a wall.
 POINTS_AROUND = 24
+# Lengths into which the sides of a cylinder are divided where walls may bulge and so touch between
+# its corners: in the plane, and in space. Of a bend's inner side, of radius r, they miss length^2 /
+# 8 r: with a frame of 33 mm and r = 40 mm that is 3 um, and 24 um in space.
+LENGTHS_ALONG = {2: 32, 3: 12}
 
 
 def model_freedom(names: Names) -> tuple[bool, ...]:
     """The degrees of freedom that a rigid body has in this kind of model."""
     if names.dimension == 3:
         return SPACE_FREEDOM
-    if isinstance(names.geometry, RingSection):
-        return UPRIGHT_FREEDOM
     return AXIAL_FREEDOM if isinstance(names.geometry, Axisymmetric) else PLANE_FREEDOM
 
 
@@ -117,7 +118,7 @@ def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
     for r, (name, data) in enumerate(names.scene.rigid_bodies.items()):
         if data.outline is None:
             continue
-        arms = shape_points(outline_shape(names, data), names.dimension)
+        arms = touching_points(names, outline_shape(names, data))
         if isinstance(names.geometry, Axisymmetric):
             arms = arms[arms[:, 0] >= 0.0]
         points.append(names.vector(data.center, ("rigid_bodies", name, "center")) + arms)
@@ -125,22 +126,56 @@ def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate(points), np.concatenate(owners)
 
 
-def shape_points(shape: CylinderShape | BallShape, dimension: int) -> np.ndarray:
-    """Points (k, d) on an outline, relative to its centre: corners, or evenly around."""
-    around = 2.0 * np.pi * np.arange(POINTS_AROUND) / POINTS_AROUND
-    circle = np.stack([np.cos(around), np.sin(around)], axis=1)
+def touching_points(names: Names, shape: CylinderShape | BallShape) -> np.ndarray:
+    """Points (k, d) of an outline, relative to its centre, that may touch the walls of the scene.
+
+    Planes and straight pipes touch a cylinder at its corners or rims first; other walls may touch
+    its sides anywhere.
+    """
     if isinstance(shape, BallShape):
-        if dimension == 2:
-            return shape.radius * circle
-        turns = [[c, s * np.cos(a), s * np.sin(a)] for c, s in circle for a in around]
-        return shape.radius * np.unique(np.round(turns, 12), axis=0)
-    ends = shape.half_length * np.array([-1.0, 1.0])
-    if dimension == 3:
-        return np.array([[e, *(shape.radius * c)] for e in ends for c in circle])
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
+        return ball_points(shape, names.dimension)
+    walls = names.scene.environment.walls.values()
+    straight = all(isinstance(wall, PlaneWall | PipeWall) for wall in walls)
+    lengths = 1 if straight else LENGTHS_ALONG[names.dimension]
+    if names.dimension == 3:
+        return cylinder_points(shape, lengths)
+    return rectangle_points(shape, lengths)
+
+
+def ball_points(shape: BallShape, dimension: int) -> np.ndarray:
+    """Points (k, d) on a ball or, in the plane, a disc."""
+    circle = points_around()
+    if dimension == 2:
+        return shape.radius * circle
+    turns = [[c, s * across, s * up] for c, s in circle for across, up in circle]
+    return shape.radius * np.unique(np.round(turns, 12), axis=0)
+
+
+def cylinder_points(shape: CylinderShape, lengths: int) -> np.ndarray:
+    """Points (k, 3) on the rims of a cylinder along x, and on rings between that divide it into so
+    many lengths.
+    """
+    along = shape.half_length * np.linspace(-1.0, 1.0, lengths + 1)
+    return np.array([[a, *(shape.radius * c)] for a in along for c in points_around()])
+
+
+def rectangle_points(shape: CylinderShape, lengths: int) -> np.ndarray:
+    """Corners of a rectangle (k, 2), and points between that divide its longer side into so many
+    lengths and its shorter one into as many as are not longer.
+    """
     half = np.full(2, shape.radius)
     half[shape.axis] = shape.half_length
-    return corners * half
+    counts = np.ceil(lengths * half / half.max() * (1.0 - 1e-9)).astype(int)
+    x, y = (h * np.linspace(-1.0, 1.0, n + 1) for h, n in zip(half, counts, strict=True))
+    below, right = ([[a, -half[1]] for a in x[:-1]], [[half[0], b] for b in y[:-1]])
+    one_way = np.array([*below, *right])
+    return np.concatenate([one_way, -one_way])
+
+
+def points_around() -> np.ndarray:
+    """Points (POINTS_AROUND, 2) evenly around the unit circle."""
+    around = 2.0 * np.pi * np.arange(POINTS_AROUND) / POINTS_AROUND
+    return np.stack([np.cos(around), np.sin(around)], axis=1)
 
 
 def outlines(

@@ -12,6 +12,7 @@ def summary_table(summary: Mapping[str, Any]) -> Table:
     """What a run says of itself in a few lines."""
     table = Table(show_header=False, box=None)
     shown: dict[str, Callable[[Any], str]] = {
+        "layout": lambda v: str(v["sentence"]),
         "simulated_time": lambda v: f"{v:.4g} s",
         "wall_time": duration,
         "element_count": str,

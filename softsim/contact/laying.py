@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.contact.pipe_path import BEND, STRAIGHT, TAPER, PipePath, Segment
+from softsim.contact.pipe_path import PipePath
+from softsim.contact.pipe_segment import BEND, STRAIGHT, TAPER, Segment
 
 
 @dataclass(frozen=True)

@@ -1,82 +1,81 @@
 """A pipe along a path: straight, bent and tapered segments, steps between them. Geometry in numpy.
 
-A place has path coordinates: s, the arc length [m] of the nearest point of the centre line, and d,
-the distance [m] from there. In the half plane of s and d the wall is a chain of straight pieces:
-lines along s for straight segments and bends, a slope for a cone, a line along d for a step or a
-closed end. The signed gap is the distance to the nearest of them. That is exact for cylinders, tori
-and cones, because s and d are lengths there; beside the joint of a bend with something else it is
-off by the share gap / bend radius, which vanishes at the wall.
+A place lies beside a segment: between the planes across the path at both of its ends. There its
+distance d from the centre line, against the pipe's radius, tells whether it is free, and r - d is
+its gap to the wall of a straight segment (a cylinder) or a bend (a torus). All other walls, cones,
+steps and the ends of the pipe, are bodies of revolution about the tangent of a joint: with the
+distance a [m] from the plane of the joint and rho [m] from its tangent they are straight lines in
+the half plane of a and rho. The gap is the distance to the nearest of all these, and exact.
+
+Of a bend's wall no place outside its two planes is nearer to the inside of it than to its rim, so a
+wall across a joint matters only where it is a cone, a step or an end of the pipe.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-STRAIGHT, BEND, TAPER = "straight", "bend", "taper"
+from softsim.contact import pipe_drawing
+from softsim.contact.pipe_segment import BEND, TAPER, Segment
+
+# How far the flat face reaches in which an open end lies [m]: it has no rim.
+FACE = 100.0
 
 
 @dataclass(frozen=True, eq=False)
-class Segment:
-    """A piece of the path. kind: straight, bend, taper. item: its number in the list it is from.
-
-    start: arc length where it begins [m]; length [m]. point (d,) [m], tangent and side (d,): where
-    it begins, its direction there, and the direction towards which it bends (unit, across; any one
-    of those across for what is straight). bend_radius: of the centre line, infinite unless a bend.
-    radii: of the pipe at both ends [m].
+class Joint:
+    """Where segments meet or the path ends: a plane through `point` (d,) [m] across the unit vector
+    `tangent` (d,), the direction of travel.
     """
 
-    kind: str
-    item: int
-    start: float
-    length: float
     point: np.ndarray
     tangent: np.ndarray
-    side: np.ndarray
-    bend_radius: float
-    radii: tuple[float, float]
 
-    @property
-    def end(self) -> float:
-        """Arc length where it ends [m]."""
-        return self.start + self.length
+    def coordinates(self, x: np.ndarray) -> np.ndarray:
+        """Distances (n, 2) [m] of places x (n, d): a from the plane, rho from the tangent."""
+        arm = x - self.point
+        a = arm @ self.tangent
+        return np.stack([a, np.linalg.norm(arm - np.outer(a, self.tangent), axis=1)], axis=1)
 
-    @property
-    def centre(self) -> np.ndarray:
-        """Centre (d,) of a bend [m]."""
-        return self.point + self.bend_radius * self.side
 
-    def axis_place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Point of the centre line (n, d) [m] and tangent there (n, d), s (n,) [m] after `start`;
-        beyond its ends it goes on as it is.
-        """
-        if self.kind != BEND:
-            return self.point + np.outer(s, self.tangent), np.tile(self.tangent, (len(s), 1))
-        angle = s / self.bend_radius
-        cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
-        place = self.centre + self.bend_radius * (sin * self.tangent - cos * self.side)
-        return place, cos * self.tangent + sin * self.side
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A wall of revolution about the tangent of joint number `joint`: the line between `ends`
+    (2, 2) [m], each a and rho, with the unit `normal` (2,) into the free side.
+    """
 
-    def along(self, x: np.ndarray) -> np.ndarray:
-        """Arc length (n,) after `start` [m] of the nearest point of the line, or the circle, that
-        the segment is a part of; of a circle between half a turn before and after its middle.
-        """
-        if self.kind != BEND:
-            return (x - self.point) @ self.tangent
-        arm = x - self.centre
-        middle = 0.5 * self.length / self.bend_radius
-        angle = np.arctan2(arm @ self.tangent, -(arm @ self.side)) - middle
-        return self.bend_radius * (np.mod(angle + np.pi, 2.0 * np.pi) - np.pi + middle)
+    joint: int
+    ends: np.ndarray
+    normal: np.ndarray
 
-    def radius(self, s: np.ndarray) -> np.ndarray:
-        """Radius of the pipe (n,) [m], s (n,) [m] after `start`."""
-        return self.radii[0] + (self.radii[1] - self.radii[0]) * s / self.length
+    @classmethod
+    def cone(cls, joint: int, a: float, segment: Segment) -> "Piece":
+        """The wall of a taper that begins at `a`."""
+        way = np.array([segment.length, segment.radii[1] - segment.radii[0]])
+        first = np.array([a, segment.radii[0]])
+        normal = np.array([way[1], -way[0]]) / np.linalg.norm(way)
+        return cls(joint, np.array([first, first + way]), normal)
+
+    @classmethod
+    def ring(cls, joint: int, a: float, before: float, after: float) -> "Piece":
+        """A flat wall at `a` where the radius changes: free on the side of the larger one."""
+        normal = np.array([np.sign(after - before), 0.0])
+        return cls(joint, np.array([[a, before], [a, after]]), normal)
+
+    def distance(self, at: np.ndarray) -> np.ndarray:
+        """Distance (n,) [m] of places at (n, 2)."""
+        way = self.ends[1] - self.ends[0]
+        arm = at - self.ends[0]
+        share = np.clip(arm @ way / (way @ way), 0.0, 1.0)
+        return np.asarray(np.linalg.norm(arm - share[:, None] * way, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
 class PipePath:
     """A pipe whose wall is free inside. closed: whether a flat wall closes its start, its end; an
-    open end has nothing beyond it.
+    open end lies in a flat face and has nothing but free space before it.
     """
 
     name: str
@@ -84,50 +83,108 @@ class PipePath:
     closed: tuple[bool, bool]
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """One surface."""
+        return (self.name,)
+
+    @property
     def length(self) -> float:
         """Of the centre line [m]."""
         return self.segments[-1].end
 
     @cached_property
-    def pieces(self) -> tuple[np.ndarray, ...]:
-        """Of each segment the pieces (k, 2, 2) of the wall that a place beside it can be nearest
-        to: ends of s after the segment's start, and d. Its own piece comes first; those of a
-        neighbour that goes on smoothly are left out.
-        """
-        return tuple(self._pieces_beside(k) for k in range(len(self.segments)))
+    def joints(self) -> tuple[Joint, ...]:
+        """Before each segment, and the end of the path."""
+        last = self.segments[-1]
+        point, tangent = last.axis_place(np.array([last.length]))
+        return (*(Joint(s.point, s.tangent) for s in self.segments), Joint(point[0], tangent[0]))
 
-    def _pieces_beside(self, k: int) -> np.ndarray:
-        segment = self.segments[k]
-        length, (first, last) = segment.length, segment.radii
-        found = [[(0.0, first), (length, last)]]
-        slope = (last - first) / length
-        if k > 0:
-            before = self.segments[k - 1]
-            found += _pieces_across(0.0, first, slope, before.radii[1], -before.length, before)
-        elif self.closed[0]:
-            found.append([(0.0, 0.0), (0.0, first)])
-        if k + 1 < len(self.segments):
-            after = self.segments[k + 1]
-            found += _pieces_across(length, last, slope, after.radii[0], after.length, after)
-        elif self.closed[1]:
-            found.append([(length, last), (length, 0.0)])
-        return np.array(found)
+    @property
+    def outer_radii(self) -> tuple[float, float]:
+        """Of the flat walls at the start and the end [m]: none where a wall closes it. A face
+        beside a bend ends where the bend would come back to it.
+        """
+        radii = [min(FACE, self.segments[k].bend_radius) for k in (0, -1)]
+        return (0.0 if self.closed[0] else radii[0], 0.0 if self.closed[1] else radii[1])
+
+    @cached_property
+    def pieces(self) -> tuple[tuple[Piece, ...], ...]:
+        """The walls of revolution that a place can be nearest to: before the start of the path,
+        beside each of its segments, and beyond its end.
+        """
+        count = len(self.segments)
+        beside = []
+        for k, segment in enumerate(self.segments):
+            reach = max(segment.radii)  # no farther than that from the wall beside it
+            own = [Piece.cone(k, 0.0, segment)] if segment.kind == TAPER else []
+            beside.append((*own, *self._before(k, reach), *self._after(k + 1, reach)))
+        first, last = self.segments[0].radii[0], self.segments[-1].radii[1]
+        return (tuple(self._after(0, first)), *beside, tuple(self._before(count, last)))
+
+    def _after(self, joint: int, reach: float) -> Iterator[Piece]:
+        """From a joint on up to the next bend, no farther than `reach` [m]."""
+        a = 0.0
+        for k in range(joint, len(self.segments) + 1):
+            if a > reach:
+                return
+            yield from self._ring(k, joint, a)
+            if k == len(self.segments) or self.segments[k].kind == BEND:
+                return
+            if self.segments[k].kind == TAPER:
+                yield Piece.cone(joint, a, self.segments[k])
+            a += self.segments[k].length
+
+    def _before(self, joint: int, reach: float) -> Iterator[Piece]:
+        """From a joint back to the bend before it, no farther than `reach` [m]."""
+        a = 0.0
+        for k in range(joint, -1, -1):
+            if a < -reach:
+                return
+            yield from self._ring(k, joint, a)
+            if k == 0 or self.segments[k - 1].kind == BEND:
+                return
+            a -= self.segments[k - 1].length
+            if self.segments[k - 1].kind == TAPER:
+                yield Piece.cone(joint, a, self.segments[k - 1])
+
+    def _ring(self, number: int, joint: int, a: float) -> Iterator[Piece]:
+        """The flat wall at joint `number`, if there is one, at `a` [m] from `joint`."""
+        outer = self.outer_radii
+        before = outer[0] if number == 0 else self.segments[number - 1].radii[1]
+        after = outer[1] if number == len(self.segments) else self.segments[number].radii[0]
+        if before != after:
+            yield Piece.ring(joint, a, before, after)
 
     def coordinates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Number of the nearest segment (n,), arc length (n,) after its start and distance from
         the centre line (n,) [m] of places x (n, d). Before the start and beyond the end of the
-        path its first and last segment go on.
+        path the centre line goes straight on.
         """
-        count = len(self.segments)
-        along, distance = np.zeros((2, count, len(x)))
+        last = len(self.segments) - 1
+        along, distance = np.zeros((2, last + 1, len(x)))
         for k, segment in enumerate(self.segments):
-            low = -np.inf if k == 0 else 0.0
-            high = np.inf if k == count - 1 else segment.length
-            along[k] = np.clip(segment.along(x), low, high)
+            along[k] = np.clip(segment.along(x), 0.0, segment.length)
             distance[k] = np.linalg.norm(x - segment.axis_place(along[k])[0], axis=1)
         nearest = distance.argmin(axis=0)
         one = np.arange(len(x))
-        return nearest, along[nearest, one], distance[nearest, one]
+        s, d = along[nearest, one], distance[nearest, one]
+        at = self.joints[0].coordinates(x)
+        before = (nearest == 0) & (s == 0.0) & (at[:, 0] < 0.0)
+        s[before], d[before] = at[before].T
+        at = self.joints[-1].coordinates(x)
+        length = self.segments[last].length
+        beyond = (nearest == last) & (s == length) & (at[:, 0] > 0.0)
+        s[beyond], d[beyond] = length + at[beyond, 0], at[beyond, 1]
+        return nearest, s, d
+
+    def beside(self, nearest: np.ndarray, along: np.ndarray) -> np.ndarray:
+        """Where places are (n,), numbered as `pieces` are, by their nearest segments (n,) and the
+        arc lengths (n,) [m] after the starts of these.
+        """
+        last = len(self.segments) - 1
+        before = (nearest == 0) & (along < 0.0)
+        beyond = (nearest == last) & (along > self.segments[last].length)
+        return nearest + np.where(before, 0, np.where(beyond, 2, 1))
 
     def arc_length(self, x: np.ndarray) -> np.ndarray:
         """Arc length s (n,) [m] of places x (n, d); below 0 before the start."""
@@ -135,25 +192,53 @@ class PipePath:
         return np.array([s.start for s in self.segments])[nearest] + along
 
     def gap(self, x: np.ndarray) -> np.ndarray:
-        """Signed gap (n,) [m] of places x (n, d), negative in the wall; infinite beyond an open
-        end.
-        """
+        """Signed gap (n,) [m] of places x (n, d), negative in the wall."""
         nearest, along, distance = self.coordinates(x)
-        result = np.full(len(x), np.inf)
-        last = len(self.segments) - 1
-        for k, segment in enumerate(self.segments):
-            before = (nearest == k) & (along < 0.0)
-            beyond = (nearest == k) & (along > segment.length)
-            outside = (before & (k == 0)) | (beyond & (k == last))
-            is_open = (before & (not self.closed[0])) | (beyond & (not self.closed[1]))
-            here = np.flatnonzero((nearest == k) & np.logical_not(outside & is_open))
-            at = np.stack([along[here], distance[here]], axis=1)
-            free = (at[:, 1] < segment.radius(at[:, 0])) & np.logical_not(outside[here])
-            result[here] = np.where(free, 1.0, -1.0) * distance_to_pieces(at, self.pieces[k])
+        beside = self.beside(nearest, along)
+        result = np.zeros(len(x))
+        for number, pieces in enumerate(self.pieces):
+            here = np.flatnonzero(beside == number)
+            radius, to_wall = self._own_wall(number, along[here], distance[here])
+            for piece in pieces:
+                at = self.joints[piece.joint].coordinates(x[here])
+                to_wall = np.minimum(to_wall, piece.distance(at))
+            result[here] = np.where(distance[here] < radius, to_wall, -to_wall)
         return result
 
+    def _own_wall(
+        self, number: int, along: np.ndarray, distance: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Radius of the free space (n,) [m] where places are, negative where there is none, and
+        their distance (n,) [m] from the wall around it, infinite where that is one of the pieces.
+        """
+        count, nowhere = len(self.segments), np.full(len(along), np.inf)
+        if number in (0, count + 1):
+            return np.full(len(along), -FACE if self.closed[number > 0] else FACE), nowhere
+        segment = self.segments[number - 1]
+        radius = segment.radius(along)
+        return radius, nowhere if segment.kind == TAPER else np.abs(radius - distance)
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Signed gap (n,) [m] of places x (n, d), by the path's name."""
+        return {self.name: self.gap(x)}
+
+    @property
+    def stored_numbers(self) -> int:
+        """None in a table: a few a segment."""
+        return 0
+
+    def touched_at_once(self) -> tuple[float, float]:
+        """In a corner only the nearest piece pushes."""
+        return 1, 1.0
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """The wall, in the plane as lines and in space as faces, and the centre line."""
+        return pipe_drawing.drawn(self.segments, self.closed)
+
     def axis_place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Point of the centre line (n, d) [m] and unit tangent (n, d) at arc lengths s (n,) [m]."""
+        """Point of the centre line (n, d) [m] and unit tangent (n, d) at arc lengths s (n,) [m];
+        beyond the ends it goes straight on.
+        """
         starts = np.array([segment.start for segment in self.segments])
         number = np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(starts) - 1)
         dimension = len(self.segments[0].point)
@@ -167,27 +252,3 @@ class PipePath:
         """The segment that has the arc length s [m]; the first and last go on beyond the ends."""
         starts = [segment.start for segment in self.segments]
         return self.segments[max(0, int(np.searchsorted(starts, s, side="right")) - 1)]
-
-
-def _pieces_across(
-    joint: float, own: float, slope: float, other: float, step: float, neighbour: Segment
-) -> list[list[tuple[float, float]]]:
-    """Pieces of the wall across the joint at s = `joint` to a neighbour `step` long, which lies
-    before it if negative; own, other: radii on both sides of the joint.
-    """
-    change = (neighbour.radii[1] - neighbour.radii[0]) / neighbour.length
-    if own == other and slope == change:
-        return []
-    far = neighbour.radii[0] if step < 0.0 else neighbour.radii[1]
-    found = [[(joint, other), (joint + step, far)]]
-    if own != other:
-        found.append([(joint, own), (joint, other)])
-    return found
-
-
-def distance_to_pieces(at: np.ndarray, pieces: np.ndarray) -> np.ndarray:
-    """Distance (n,) [m] of places at (n, 2) to the nearest of pieces (k, 2, 2)."""
-    first, way = pieces[:, 0], pieces[:, 1] - pieces[:, 0]
-    arm = at[:, None] - first
-    share = np.clip((arm * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
-    return np.asarray(np.linalg.norm(arm - share[..., None] * way, axis=2).min(axis=1))

@@ -20,7 +20,8 @@ class SurfaceContact:
     ----------
     nodes: the shared nodes. contact_nodes: their numbers (k,).
     obstacle: `count` surfaces with `gap_and_normal`, `local_position`, `relative_velocity` and
-        `global_vector`. Anchors live in its own frame, so an obstacle that moves carries them.
+        `global_vector`. Anchors live in its own frame, so an obstacle that moves carries them. It
+        may know that a node is far away, and remember where it is (`may_touch`; `memory`).
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: dashpot of the normal law (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-].
@@ -75,6 +76,7 @@ class SurfaceContact:
             "impulse": self.impulse,
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
+            **self.obstacle.memory(),
         }
 
     def clear_impulses(self) -> None:
@@ -89,11 +91,12 @@ class SurfaceContact:
         a = self.node[i]
         x = self.nodes.position[s, a]
         q = self.obstacle.local_position(s, x)
+        surfaces = self.surfaces * self.obstacle.may_touch(s, i, q)
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
         normal_total = ti.cast(0.0, backend.real)
         touched = 0  # now or in the last increment: else all is zero and stays so
-        for w in range(self.surfaces):
-            gap, n = self.obstacle.gap_and_normal(s, w, q)
+        for w in range(surfaces):
+            gap, n = self.obstacle.gap_and_normal(s, i, w, q)
             if gap < 0.0:
                 touched = 1
                 v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
@@ -148,7 +151,7 @@ class SurfaceContact:
         for i in range(self.count):
             q = self.obstacle.local_position(s, self.nodes.position[s, self.node[i]])
             for w in range(self.surfaces):
-                gap, n = self.obstacle.gap_and_normal(s, w, q)
+                gap, n = self.obstacle.gap_and_normal(s, i, w, q)
                 if gap < 0.0 and self.touching[s, i, w] == 1:
                     stretch = q - self.anchor[s, i, w]
                     stretch -= stretch.dot(n) * n

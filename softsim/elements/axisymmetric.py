@@ -35,7 +35,7 @@ class Axisymmetric(Triangles):
         )
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # d(hoop stretch)/d(radius of a corner): 1 / (3 R).
-        self.hoop_gradient = lane_data(self.padded(geometry.hoop_gradient(points, cells)))
+        self.hoop_gradient = lane_data(self.padded(geometry.hoop_gradient(points, cells)[:, 0, 0]))
 
     @ti.func
     def stretch_across(self, s, b, x_sum, y_sum):
@@ -51,7 +51,3 @@ class Axisymmetric(Triangles):
     def force_across(self, s, b, S):
         """-V F_zz S_zz / (3 R) along x on each corner; S comes times V."""
         return -(self.hoop[s, b] * S.zz) * self.hoop_gradient[b], self.metric.lane(0.0)
-
-    @ti.func
-    def push_opposite(self, s, b, y):
-        """Nothing lies opposite."""

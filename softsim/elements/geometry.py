@@ -22,6 +22,11 @@ def shape_gradients(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
 
 
+def _nothing(*shape: int) -> np.ndarray:
+    """Zeros that take no memory; not to be written to."""
+    return np.broadcast_to(0.0, shape)
+
+
 def _embedded(F: np.ndarray, out_of_plane: np.ndarray) -> np.ndarray:
     """Plane gradients (m, 2, 2) and F_zz (m,) as (m, 3, 3)."""
     result = np.zeros((len(F), 3, 3))
@@ -31,12 +36,11 @@ def _embedded(F: np.ndarray, out_of_plane: np.ndarray) -> np.ndarray:
 
 
 class _Section(ABC):
-    """What sections share. A geometry says what is stretched around (`hoop_stretch`), along which
-    component it moves outward (`radial`), and which nodes a pressure on an edge acts on.
+    """What sections share. A geometry says what is stretched around (`hoop_stretch`) and how its
+    nodes' motion does that, and which nodes a pressure on an edge acts on.
     """
 
     dimension = 2
-    radial = 0
 
     @abstractmethod
     def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -47,17 +51,19 @@ class _Section(ABC):
         plane = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
         return _embedded(plane, self.hoop_stretch(points, cells, x))
 
-    @abstractmethod
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m], referred to x."""
-
     def strained_by(self, cells: np.ndarray) -> np.ndarray:
         """Nodes (m, movers) whose motion strains each cell, its corners first: no others."""
         return cells
 
-    def hoop_slopes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """dF_zz/dx (m, movers) [1/m] of these nodes along `radial`."""
-        return np.repeat(self.hoop_gradient(points, cells)[:, None], cells.shape[1], axis=1)
+    @abstractmethod
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """dF_zz/dx / F_zz (m, movers, d) [1/m] of these nodes, now at x."""
+
+    def hoop_curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Of d^2F_zz/dx^2 / F_zz an upper bound (m, movers, movers) [1/m^2] that is the same for
+        every component: none where F_zz is linear in x.
+        """
+        return _nothing(len(cells), cells.shape[1], cells.shape[1])
 
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, corners) that a pressure on edges (k, 2) acts on: their ends."""
@@ -84,8 +90,8 @@ class PlaneStrain(_Section):
         return np.ones(len(cells))
 
     def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: none here."""
-        return np.zeros(len(cells))
+        """dF_zz/dx / F_zz (m, 3, 2) [1/m]: none here."""
+        return _nothing(*cells.shape, 2)
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] on the free side of a closed chain of edges (k, 2)."""
@@ -126,8 +132,10 @@ class Axisymmetric(_Section):
         return x[cells][:, :, 0].sum(axis=1) / points[cells][:, :, 0].sum(axis=1)
 
     def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: 1 / (3 r)."""
-        return 1.0 / x[cells][:, :, 0].sum(axis=1)
+        """dF_zz/dx / F_zz (m, 3, 2) [1/m]: 1 / (3 r) along the radius."""
+        gradient = np.zeros((*cells.shape, 2))
+        gradient[:, :, 0] = 1.0 / x[cells][:, :, 0].sum(axis=1, keepdims=True)
+        return gradient
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] between a chain of edges (k, 2), revolved, and the axis."""
@@ -146,16 +154,16 @@ class Axisymmetric(_Section):
 
 @dataclass(frozen=True, eq=False)
 class RingSection(_Section):
-    """A section of a robot that is round about its axis x: two strips, opposite sides of the same
-    rings of skin, with single fins on them.
+    """A section of a robot that is round about its axis: two strips, opposite sides of the same
+    rings of skin, with single fins on them. At rest the axis is parallel to x.
 
-    What a full ring has and a plane section lacks is its tension around. An opposite pair of places
-    is a diameter apart, so of a ring cell, whose corners c have the opposite nodes c',
-        F_zz = sum_c (y_c - y_c') / sum_c (Y_c - Y_c'),
-    whatever the ring does as a whole: moved across the axis it is not stretched. That it stays
-    round, with this diameter, and its axis parallel to x, is the assumption: a section that turns
-    is held back. A strip stands for `sector` [rad] of the ring's
-    circumference; of what stands singly on it, for a `thickness` [m] of that, in plane strain.
+    What a full ring has and a plane section lacks is its tension around. Opposite places are a
+    diameter apart, so of a ring cell, whose corners c have the opposite nodes c',
+        F_zz = sum_c |x_c - x_c'| / sum_c |X_c - X_c'|.
+    The assumption is that rings stay round with these diameters, in the section's plane. A ring
+    that moves or turns as a whole is not stretched, wherever it goes. A strip stands for `sector`
+    [rad] of the ring's circumference; of what stands singly on it, for a `thickness` [m] of that,
+    in plane strain.
 
     opposite: node across the axis of each node (n,), numbered within the body. is_ring: (m,) cells
     that go around. Not for parts of a body: cells are all of them, in their order.
@@ -166,15 +174,14 @@ class RingSection(_Section):
     opposite: np.ndarray
     is_ring: np.ndarray
     name = "ring_section"
-    radial = 1
 
-    def _diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Signed sum of the corners' diameters (m,): positive of the upper strip."""
-        return (x[cells] - x[self.opposite[cells]])[:, :, 1].sum(axis=1)
+    def diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """|x_c - x_c'| of the corners (m, 3) [m]."""
+        return np.linalg.norm(x[cells] - x[self.opposite[cells]], axis=2)
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]: sector r A (Pappus), or thickness A."""
-        radius = np.abs(self._diameters(points, cells)) / 6.0
+        radius = self.diameters(points, cells).sum(axis=1) / 6.0
         depth = np.where(self.is_ring, self.sector * radius, self.thickness)
         return depth * signed_volumes(points, cells)
 
@@ -182,20 +189,14 @@ class RingSection(_Section):
         """Share (m, corners) of an element's mass that each corner carries: of a ring cell as
         `Axisymmetric` has it.
         """
-        radius = np.abs((points[cells] - points[self.opposite[cells]])[:, :, 1])
-        total = radius.sum(axis=1, keepdims=True)
-        return np.where(self.is_ring[:, None], (radius + total) / (4.0 * total), 1.0 / 3.0)
+        diameters = self._ring_diameters(points, cells)
+        total = diameters.sum(axis=1, keepdims=True)
+        return np.where(self.is_ring[:, None], (diameters + total) / (4.0 * total), 1.0 / 3.0)
 
     def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F_zz (m,): present over reference diameter; of single parts one."""
-        stretch = self._diameters(x, cells) / self._diameters(points, cells)
-        return np.where(self.is_ring, stretch, 1.0)
-
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """d(hoop strain)/dy of a corner (m,) [1/m], where its opposite moves as far the other way,
-        as it does when the ring breathes.
-        """
-        return np.where(self.is_ring, 2.0 / self._diameters(x, cells), 0.0)
+        now, before = (self._ring_diameters(at, cells).sum(axis=1) for at in (x, points))
+        return now / before
 
     def strained_by(self, cells: np.ndarray) -> np.ndarray:
         """Nodes (m, 6) whose motion strains each cell: its corners, and of a ring cell the nodes
@@ -203,10 +204,30 @@ class RingSection(_Section):
         """
         return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
 
-    def hoop_slopes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """dF_zz/dy (m, 6) [1/m] of these nodes: 1 over the sum of diameters D, -1 / D."""
-        slope = 0.5 * self.hoop_gradient(points, cells)[:, None]
-        return np.repeat(np.hstack([slope, -slope]), 3, axis=1)
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """dF_zz/dx / F_zz (m, 6, 2) [1/m] of these nodes: with the unit vector n_c from c' to c
+        n_c / sum |x_c - x_c'| on c, the opposite on c'.
+        """
+        diameters = self._ring_diameters(x, cells)
+        direction = (x[cells] - x[self.opposite[cells]]) / diameters[:, :, None]
+        gradient = direction / diameters.sum(axis=1)[:, None, None]
+        gradient[~self.is_ring] = 0.0
+        return np.concatenate([gradient, -gradient], axis=1)
+
+    def hoop_curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Bound of d^2F_zz/dx^2 / F_zz (m, 6, 6) [1/m^2]: what turns a diameter lengthens it, by
+            d^2 |x_c - x_c'| = |t_c . (u_c - u_c')|^2 / |x_c - x_c'|,  t_c across the diameter;
+        taken for every direction.
+        """
+        diameters = self._ring_diameters(x, cells)
+        turning = 1.0 / (diameters * diameters.sum(axis=1, keepdims=True))
+        turning[~self.is_ring] = 0.0
+        each = turning[:, :, None] * np.eye(3)
+        return np.block([[each, -each], [-each, each]])
+
+    def _ring_diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """As `diameters`; of single parts, which may lie on the axis, one metre."""
+        return np.where(self.is_ring[:, None], self.diameters(x, cells), 1.0)
 
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the opposite ones,
@@ -215,25 +236,47 @@ class RingSection(_Section):
         return np.column_stack([edges, first_node + self.opposite[edges - first_node]])
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] between edges and the axis over the sector; facets: of `pressed`."""
-        (rise, _), (first, second) = self._frusta(x, facets)
-        return self.sector / 6.0 * float((rise * (first**2 + first * second + second**2)).sum())
+        """Volume [m^3] between edges and the axis over the sector; facets: of `pressed`.
+
+        That of frusta, sector/6 h (a^2 + a b + b^2) with radii a, b and the length h along the
+        axis, in terms that turn with the section: the diameters are d_a = x_a - x_a' and d_b, so
+        2 a = |d_a|, and 2 h a = (x_b - x_a) x d_a, or with d_b and b, where they are parallel.
+        """
+        _, lengths, crossed = self._frusta(x, facets)
+        return self.sector / 24.0 * float((crossed * _weighted(lengths)).sum())
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
         """d(enclosed volume)/dx of the nodes (k, 4, d) [m^2]: forces of a pressure of 1 Pa."""
-        (rise, side), (a, b) = self._frusta(x, facets)
-        squares = 2.0 * side * (a**2 + a * b + b**2)
-        first, second = side * rise * (2.0 * a + b), side * rise * (a + 2.0 * b)
-        none = np.zeros_like(a)
-        corners = [(-squares, first), (squares, second), (none, -first), (none, -second)]
-        return self.sector / 12.0 * np.stack([np.stack(c, axis=1) for c in corners], axis=1)
+        diameters, lengths, crossed = self._frusta(x, facets)
+        edge = x[facets[:, 1]] - x[facets[:, 0]]
+        weights = _weighted(lengths)[:, :, None]
+        of_edge = (weights * _across(diameters)).sum(axis=1)
+        direction = diameters / lengths[:, :, None]
+        a, b = (
+            _weighted(crossed)[:, :, None] * direction - weights * _across(edge)[:, None]
+        ).transpose(1, 0, 2)
+        return self.sector / 24.0 * np.stack([a - of_edge, b + of_edge, -a, -b], axis=1)
 
-    def _frusta(self, x: np.ndarray, facets: np.ndarray) -> tuple[tuple, tuple]:
-        """Of facets (k, 4): length along the axis [m], side (+1 upper), radii [m] of the ends."""
-        a, b, opposite_a, opposite_b = x[facets].transpose(1, 0, 2)
-        side = np.sign(a[:, 1] + b[:, 1] - opposite_a[:, 1] - opposite_b[:, 1])
-        radii = side * (a - opposite_a)[:, 1] / 2.0, side * (b - opposite_b)[:, 1] / 2.0
-        return (side * (b - a)[:, 0], side), radii
+    def _frusta(
+        self, x: np.ndarray, facets: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of both ends of facets (k, 4): diameters d (k, 2, 2) [m], their lengths (k, 2) [m], and
+        the facet's edge times them, D x d = D_x d_y - D_y d_x (k, 2) [m^2].
+        """
+        edge = x[facets[:, 1]] - x[facets[:, 0]]
+        diameters = x[facets[:, :2]] - x[facets[:, 2:]]
+        crossed = np.einsum("ki,kci->kc", edge, _across(diameters))
+        return diameters, np.linalg.norm(diameters, axis=2), crossed
+
+
+def _across(vectors: np.ndarray) -> np.ndarray:
+    """(d_y, -d_x) of vectors d (..., 2): D x d = D . that."""
+    return np.stack([vectors[..., 1], -vectors[..., 0]], axis=-1)
+
+
+def _weighted(ends: np.ndarray) -> np.ndarray:
+    """Of two ends (k, 2) each with half of the other."""
+    return ends + 0.5 * ends[:, ::-1]
 
 
 @dataclass(frozen=True)
@@ -242,7 +285,6 @@ class Solid:
 
     name = "solid"
     dimension = 3
-    radial = 0
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]."""
@@ -264,17 +306,17 @@ class Solid:
         """Nodes (m, 4) whose motion strains each cell: its corners."""
         return cells
 
-    def hoop_slopes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Nothing goes around here (m, 4)."""
-        return np.zeros(cells.shape)
+    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Nothing goes around here (m, 4, 3)."""
+        return _nothing(*cells.shape, 3)
+
+    def hoop_curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Nothing goes around here (m, 4, 4)."""
+        return _nothing(len(cells), 4, 4)
 
     def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, 3) that a pressure on facets acts on: their corners."""
         return facets
-
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """d(hoop strain)/d(radial displacement) of a corner (m,) [1/m]: none here."""
-        return np.zeros(len(cells))
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] on the free side of a closed surface of triangles (k, 3)."""

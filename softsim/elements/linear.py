@@ -1,6 +1,7 @@
 """What all linear elements share: lanes of corners, one material point, averaged nodal pressure.
 
-An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`.
+An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`; before and after them
+for those of the `rings`, of elements that have some.
 Tensors are written in the basis of each element's edges, see elements/metric.py.
 """
 
@@ -10,6 +11,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.elements.diameters import Diameters
 from softsim.elements.geometry import Geometry, nodal_sizes
 from softsim.elements.material import Material
 from softsim.elements.material_points import MaterialPoints
@@ -44,6 +46,7 @@ class LinearElements:
     ) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
         self.nodes, self.metric = nodes, metric
+        self.rings: tuple[Diameters, ...] = ()
         self.first_node, self.node_count = first_node, len(points)
         self.corners = cells.shape[1]
         self.blocks = backend.lane_blocks(len(cells))

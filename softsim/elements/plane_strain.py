@@ -45,7 +45,3 @@ class PlaneStrain(Triangles):
     def force_across(self, s, b, S):
         """The stress across the section does no work."""
         return self.metric.lane(0.0), self.metric.lane(0.0)
-
-    @ti.func
-    def push_opposite(self, s, b, y):
-        """Nothing lies opposite."""

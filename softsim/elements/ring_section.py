@@ -1,10 +1,10 @@
 """Linear triangles of a section whose rings resist being widened: two strips, one robot.
 
-In the plane as elements/triangles.py says. Of a ring cell the hoop stretch is that of the diameter
-between its corners c and the nodes c' opposite them,
-    F_zz = sum_c (y_c - y_c') / D,   D = sum_c (Y_c - Y_c'),
-so dF_zz/dy_c = 1/D and dF_zz/dy_c' = -1/D: what pulls a corner inward pulls its opposite as much,
-and a ring that moves as a whole feels nothing. Cells of single parts have F_zz = 1.
+In the plane as elements/triangles.py says. Of a ring cell the hoop stretch is that of the diameters
+between its corners c and the nodes c' opposite them (elements/diameters.py),
+    F_zz = sum_c |x_c - x_c'| / D,   D = sum_c |X_c - X_c'|,
+so its stress pulls at each of them with the tension V F_zz S_zz / D. Cells of single parts have
+F_zz = 1.
 """
 
 import numpy as np
@@ -12,6 +12,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements import geometry as shapes
+from softsim.elements.diameters import Diameters
 from softsim.elements.material import Material
 from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
@@ -36,24 +37,33 @@ class RingSection(Triangles):
         super().__init__(
             nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
         )
+        is_ring = geometry.is_ring
+        # Both nodes of a diameter have its number: each is named after its smaller node.
+        name = np.minimum(cells, geometry.opposite[cells])[is_ring]
+        first, number = np.unique(name, return_inverse=True)
+        number = number.reshape(name.shape)
+        ends = first_node + np.stack([first, geometry.opposite[first]], axis=1)
+        lanes = self.blocks * backend.lanes()
+        self.diameters = Diameters(nodes, ends, number, np.flatnonzero(is_ring), lanes)
+        self.rings = (self.diameters,)
+        place = np.full(cells.shape, self.diameters.nowhere)
+        place[is_ring] = self.diameters.places[number]
+        self.place = index_field(by_lane(self.padded(place)))
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # 1 / D of ring cells, and F_zz of the others.
-        self.hoop_gradient = lane_data(self.padded(geometry.hoop_slopes(points, cells)[:, 0]))
-        self.single = lane_data(self.padded(np.where(geometry.is_ring, 0.0, 1.0)))
-        opposite = self.padded(first_node + geometry.opposite[cells])
-        self.opposite = index_field(by_lane(opposite))
-        pushes = self.padded(geometry.is_ring) & (np.arange(len(opposite)) < len(cells))
-        owner = np.where(pushes[:, None], opposite, -1)
-        self.first_opposite_slot = nodes.corner_forces.claim(by_lane(owner))
+        at_rest = geometry.diameters(points, cells).sum(axis=1)
+        slope = np.divide(1.0, at_rest, out=np.zeros(len(cells)), where=is_ring)
+        self.hoop_slope = lane_data(self.padded(slope))
+        self.single = lane_data(self.padded(np.where(is_ring, 0.0, 1.0)))
 
     @ti.func
     def stretch_across(self, s, b, x_sum, y_sum):
         """Store F_zz from the corners' diameters."""
-        diameters = y_sum
+        diameters = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
             for c in ti.static(range(3)):
-                diameters[lane] -= self.nodes.position[s, self.opposite[b, c, lane]][1]
-        self.hoop[s, b] = self.single[b] + diameters * self.hoop_gradient[b]
+                diameters[lane] += self.diameters.length[s, self.place[b, c, lane]]
+        self.hoop[s, b] = self.single[b] + diameters * self.hoop_slope[b]
 
     @ti.func
     def stored_stretch_across(self, s, b):
@@ -62,13 +72,8 @@ class RingSection(Triangles):
 
     @ti.func
     def force_across(self, s, b, S):
-        """-V F_zz S_zz / D along y on each corner; S comes times V."""
-        return self.metric.lane(0.0), -(self.hoop[s, b] * S.zz) * self.hoop_gradient[b]
-
-    @ti.func
-    def push_opposite(self, s, b, y):
-        """The opposite of that on the nodes opposite the corners, into their slots."""
-        for c in ti.static(range(3)):
-            first = self.first_opposite_slot + (3 * b + c) * ti.static(backend.lanes())
-            for lane in ti.static(range(backend.lanes())):
-                self.nodes.corner_forces.component[1][s, first + lane] = -y[lane]
+        """Nothing on the corners alone: the diameters get V F_zz S_zz / D; S comes times V."""
+        tension = self.hoop[s, b] * S.zz * self.hoop_slope[b]
+        for lane in ti.static(range(backend.lanes())):
+            self.diameters.tension[s, b * ti.static(backend.lanes()) + lane] = tension[lane]
+        return self.metric.lane(0.0), self.metric.lane(0.0)

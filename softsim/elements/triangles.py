@@ -4,8 +4,8 @@ Edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; across it F_zz is the el
 forces
     f_1 = -V (S^aa d_a + S^ab d_b),  f_2 = -V (S^ab d_a + S^bb d_b),  f_0 = -f_1 - f_2,
 each with -V F_zz S_zz dF_zz/dx more. An element of this kind says what F_zz is (`stretch_across`,
-which stores what is needed to find it again in `stored_stretch_across`), what force F_zz S_zz
-puts on each corner (`force_across`), and on what else (`push_opposite`).
+which stores what is needed to find it again in `stored_stretch_across`), and what force F_zz S_zz
+puts on each corner (`force_across`).
 """
 
 from typing import Any
@@ -23,7 +23,6 @@ class Triangles(LinearElements):
     stretch_across: Any
     stored_stretch_across: Any
     force_across: Any
-    push_opposite: Any
 
     @ti.func
     def deform(self, s, b, t, dt):
@@ -88,4 +87,3 @@ class Triangles(LinearElements):
         self.push_corner(s, b, 1, 1, y + y1)
         self.push_corner(s, b, 2, 0, x + x2)
         self.push_corner(s, b, 2, 1, y + y2)
-        self.push_opposite(s, b, y)

@@ -23,6 +23,11 @@ class _Scheduled:
 
     profile: Profile
 
+    @property
+    def has_cycles(self) -> bool:
+        """Whether the profile ever falls."""
+        return len(cycles_of(self.profile)) > 0
+
     def cycles_done(self, time: float) -> int:
         """Cycles of the profile that have ended at `time` [s]; 0 of one that never falls."""
         return sum(cycle.has_ended(time) for cycle in cycles_of(self.profile))
@@ -108,6 +113,7 @@ class ControlledPressure:
     settings: EventCycles
 
     asks_volume = False
+    has_cycles = True
 
     def hastened(self, factor: float) -> "ControlledPressure":
         """The drive played `factor` times as fast."""

@@ -79,7 +79,10 @@ class RevolvedFacets:
 @ti.data_oriented
 class RingFacets:
     """Edges of a section with the nodes opposite their ends (k, 4), over `geometry.sector` of the
-    ring: parts of frusta whose radii are half the diameters. See elements/geometry.py.
+    ring: parts of frusta. With the edge D = x_b - x_a, the diameters d_a = x_a - x_a' and d_b, and
+    c = D x d = D_x d_y - D_y d_x, their volume is
+        V = sector/24 [c_a (|d_a| + |d_b|/2) + c_b (|d_b| + |d_a|/2)],
+    see elements/geometry.py. It turns with the section, so its gradient has no moment.
     """
 
     corners = 4
@@ -91,29 +94,35 @@ class RingFacets:
 
     @ti.func
     def frustum(self, s, i):
-        """Length along the axis, side (1 upper strip, -1 lower one), radii of the ends."""
+        """D, d_a, d_b, |d_a|, |d_b|."""
         a = self.nodes.position[s, self.node[i, 0]]
         b = self.nodes.position[s, self.node[i, 1]]
-        across_a = 0.5 * (a[1] - self.nodes.position[s, self.node[i, 2]][1])
-        across_b = 0.5 * (b[1] - self.nodes.position[s, self.node[i, 3]][1])
-        side = ti.math.sign(across_a + across_b)
-        return side * (b[0] - a[0]), side, side * across_a, side * across_b
+        across_a = a - self.nodes.position[s, self.node[i, 2]]
+        across_b = b - self.nodes.position[s, self.node[i, 3]]
+        return b - a, across_a, across_b, across_a.norm(), across_b.norm()
 
     @ti.func
     def unit_forces(self, s, i):
         """Forces of a pressure of 1 Pa on facet i [m^2]: the gradient of `volume`."""
-        rise, side, a, b = self.frustum(s, i)
-        part = self.sector[0] / 12.0
-        square = part * 2.0 * side * (a * a + a * b + b * b)
-        first = part * side * rise * (2.0 * a + b)
-        second = part * side * rise * (a + 2.0 * b)
-        return ti.Matrix([[-square, first], [square, second], [0.0, -first], [0.0, -second]])
+        D, d_a, d_b, l_a, l_b = self.frustum(s, i)
+        part = self.sector[0] / 24.0
+        weight_a, weight_b = part * (l_a + 0.5 * l_b), part * (l_b + 0.5 * l_a)
+        c_a, c_b = D.cross(d_a), D.cross(d_b)
+        normal = ti.Vector([-D[1], D[0]])  # d(D x d)/dd
+        of_edge = weight_a * d_a + weight_b * d_b
+        e = ti.Vector([of_edge[1], -of_edge[0]])  # d(D x d)/dD
+        a = weight_a * normal + part * (c_a + 0.5 * c_b) / l_a * d_a
+        b = weight_b * normal + part * (c_b + 0.5 * c_a) / l_b * d_b
+        return ti.Matrix(
+            [[a[0] - e[0], a[1] - e[1]], [b[0] + e[0], b[1] + e[1]], [-a[0], -a[1]], [-b[0], -b[1]]]
+        )
 
     @ti.func
     def volume(self, s, i):
         """What facet i adds to the volume of its chamber [m^3], down to the axis."""
-        rise, _side, a, b = self.frustum(s, i)
-        return self.sector[0] / 6.0 * rise * (a * a + a * b + b * b)
+        D, d_a, d_b, l_a, l_b = self.frustum(s, i)
+        c_a, c_b = D.cross(d_a), D.cross(d_b)
+        return self.sector[0] / 24.0 * (c_a * (l_a + 0.5 * l_b) + c_b * (l_b + 0.5 * l_a))
 
 
 @ti.data_oriented

@@ -7,13 +7,14 @@ pressures depend on the pipe, so no fixed profile serves a path whose diameter c
     inflation  goes on until the wall presses back (at least `contact_rows` rows of spikes touch and
                the walls' normal force is at least `contact_force`), at most up to `highest`;
     hold       lasts for a given time;
-    deflation  goes on until motion has stopped (faster than `motion_speed` before, slower now), or
-               contact is lost (`least_rows` rows touched before, fewer do now), at most down to
-               `lowest`.
+    deflation  goes on until motion has stopped (forward faster than `motion_speed` before, slower
+               now), or the robot slips back as fast, or contact is lost (`least_rows` rows touched
+               before, fewer do now), at most down to `lowest`.
 
 Standing still at the beginning of a deflation ends nothing, nor does contact that never was: only
 what has been can stop. A robot that never moves is inflated anew at `lowest`. Contact counts above
-`lowest` only, so that every deflation has somewhere to go.
+`lowest` only, so that every deflation has somewhere to go. Forward is where the frame's own axis
+points: in a bend that turns with the robot.
 
 A motor shakes the robot 100 to 200 times a second, so nothing is judged by a moment: force and rows
 are taken over `contact_window`, in which the force is averaged and the most rows count; the
@@ -21,10 +22,10 @@ velocity over `motion_window`, as the slope of the straight line that fits the p
 
     v = sum (t - mean t) x / sum (t - mean t)^2,
 
-which vibration hardly enters. Windows begin anew with each phase.
+which vibration hardly enters; of it the part along the axis counts. Windows begin anew with each
+phase.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
@@ -94,7 +95,8 @@ class EventCycles:
 @dataclass(frozen=True)
 class Sensed:
     """What the robot feels at `time` [s]: the pressure [Pa] now; rows of spikes that touched, and
-    the normal force of the walls [N], mean, both since the last time; where its frame is [m].
+    the normal force of the walls [N], mean, both since the last time; where its frame is [m], and
+    the unit vector along its axis, forward.
     """
 
     time: float
@@ -102,6 +104,7 @@ class Sensed:
     rows: float
     wall_force: float
     place: tuple[float, ...]
+    axis: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,10 @@ class ControlState:
     @classmethod
     def written(cls, numbers: dict[str, Any]) -> "ControlState":
         """As `dataclasses.asdict` wrote it, by way of JSON."""
-        felt = [Sensed(**{**s, "place": tuple(s["place"])}) for s in numbers["felt"]]
+        felt = [
+            Sensed(**{**s, "place": tuple(s["place"]), "axis": tuple(s["axis"])})
+            for s in numbers["felt"]
+        ]
         return cls(**{**numbers, "phase": Phase(numbers["phase"]), "felt": felt})
 
 
@@ -172,7 +178,10 @@ class PressureControl:
         return None
 
     def _while_deflating(self, now: Sensed) -> Decision | None:
-        if self._motion_has_stopped():
+        speed = self._forward_speed()
+        if speed <= -self.settings.motion_speed:
+            return self._end_cycle(now, "it slips back")
+        if self._motion_has_stopped(speed):
             return self._end_cycle(now, "motion has stopped")
         if self._contact_is_lost():
             return self._end_cycle(now, "contact is lost")
@@ -194,11 +203,13 @@ class PressureControl:
         felt = self._since(self.settings.contact_window)[1:]
         return self.state.has_touched and bool(felt) and max(s.rows for s in felt) < least
 
-    def _motion_has_stopped(self) -> bool:
+    def _forward_speed(self) -> float:
+        """Over the motion window [m/s]; 0 while the phase is younger."""
         felt = self._since(self.settings.motion_window)
-        if not felt:
-            return False
-        moves = mean_speed(felt) >= self.settings.motion_speed
+        return forward_speed(felt) if felt else 0.0
+
+    def _motion_has_stopped(self, speed: float) -> bool:
+        moves = speed >= self.settings.motion_speed
         self.state.has_moved |= moves
         return self.state.has_moved and not moves
 
@@ -240,10 +251,13 @@ class PressureControl:
         return felt[before[-1] :] if before else []
 
 
-def mean_speed(felt: Sequence[Sensed]) -> float:
-    """Magnitude [m/s] of the mean velocity, by least squares, over two moments or more."""
+def forward_speed(felt: Sequence[Sensed]) -> float:
+    """Mean velocity [m/s], by least squares over two moments or more, along the last one's axis."""
     middle = sum(s.time for s in felt) / len(felt)
     spread = sum((s.time - middle) ** 2 for s in felt)
-    axes = range(len(felt[0].place))
-    moments = [sum((s.time - middle) * s.place[k] for s in felt) for k in axes]
-    return math.hypot(*moments) / spread
+    moments = (
+        (s.time - middle) * place * along
+        for s in felt
+        for place, along in zip(s.place, felt[-1].axis, strict=True)
+    )
+    return sum(moments) / spread

@@ -1,8 +1,6 @@
-"""Bodies from gmsh .msh and VTK .vtu files. The only user of meshio."""
+"""Bodies from gmsh .msh and VTK .vtu files."""
 
-import io
 from collections import defaultdict
-from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +8,7 @@ import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.content import Content
+from softsim.mesh.file_reading import meshio_mesh
 
 if TYPE_CHECKING:
     import meshio
@@ -31,7 +30,7 @@ def read_gmsh_vtk(path: Path) -> Content:
     Raises MeshError if the file cannot be read, has cells other than linear triangles and
     tetrahedra, triangles or lines apart from the body, or a set without members.
     """
-    mesh = _meshio_mesh(path)
+    mesh = meshio_mesh(path, "formats: gmsh .msh, VTK .vtu, ABAQUS .inp")
     blocks = _blocks_by_type(mesh, path)
     cell_type = "tetra" if "tetra" in blocks else "triangle"
     cells = blocks[cell_type]
@@ -55,23 +54,6 @@ def read_gmsh_vtk(path: Path) -> Content:
     for name, nodes in mesh.point_sets.items():
         content.node_sets[name] = np.asarray(nodes, dtype=np.int64)
     return content
-
-
-def _meshio_mesh(path: Path) -> "meshio.Mesh":
-    import meshio  # takes longer to import than the rest of this package
-
-    said = io.StringIO()
-    try:
-        with redirect_stdout(said), redirect_stderr(io.StringIO()):
-            return meshio.read(path)
-    # meshio passes on whatever its parsers stumble over; when no parser is left it prints the
-    # cause and exits.
-    except (Exception, SystemExit) as fault:
-        cause = said.getvalue().strip() or f"{type(fault).__name__}: {fault}"
-        raise MeshError(
-            f"{path}: cannot be read as a mesh ({cause})",
-            hint="formats: gmsh .msh, VTK .vtu, ABAQUS .inp; otherwise the file is damaged",
-        ) from fault
 
 
 def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:

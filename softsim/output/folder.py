@@ -69,6 +69,13 @@ class RunFolder:
         self.write_text_atomic(name, text + "\n")
 
 
+def read_summary(folder: Path) -> dict[str, Any]:
+    """What summary.json of a run folder holds; nothing where there is none."""
+    file = folder / SUMMARY
+    found: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.is_file() else {}
+    return found
+
+
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A file beside `path` to write to, which takes the place of `path` at the end of the block.

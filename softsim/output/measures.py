@@ -7,6 +7,7 @@ import numpy as np
 from softsim.loads.cycles import Cycle
 from softsim.model import Model
 from softsim.output.motion import walk_pressures, whole_cycles
+from softsim.output.verdict import layout_report
 from softsim.output.vibration import dominant_frequency
 from softsim.scene.outputs import probe_columns
 
@@ -29,6 +30,8 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found["dominant_frequency"] = dominant_frequency(model, history)
     if model.pressures:
         found |= cycle_measures(model, history)
+    if model.passage is not None:
+        found["layout"] = layout_report(model.passage, history)
     if model.tendons:
         found["peak_pull"] = float(history["pull"].max())
         found["mean_pull"] = mean_pull(history)

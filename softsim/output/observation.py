@@ -4,14 +4,17 @@ Contact quantities are averages over the interval since the last row, so that th
 motor does not alias into them; a row of spikes is in contact if it touched within the interval.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.fields import read
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.model import CylinderShape, Model, Probe
+from softsim.output import along_path
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
@@ -25,6 +28,7 @@ def columns(model: Model) -> dict[str, str]:
         "time": "s",
         "pressure": "Pa",  # of the first chamber: what a gauge on the robot shows
         "section_pressure": "Pa",  # what acts on the plane model
+        "cycles_done": "-",  # cycles of the pressure that have ended
     }
     if model.pressures and isinstance(model.pressures[0].drive, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
@@ -53,6 +57,8 @@ def columns(model: Model) -> dict[str, str]:
     }
     if model.relaxation is not None:
         last["unbalanced_share"] = "-"  # of the forces, see solver/equilibrium.py
+    if model.passage is not None:
+        last |= along_path.COLUMNS
     for probe in model.probes:
         last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
     return first | last
@@ -117,6 +123,9 @@ def observe(
     row["energy_error"] = balance.error(energies)
     if model.relaxation is not None:
         row["unbalanced_share"] = unbalanced_share(solver)
+    if model.passage is not None:
+        place = frame_pose(solver, model.passage.body).centre
+        row |= along_path.path_readings(solver, model.passage, place, interval)
     if model.probes:
         x = solver.positions()[0]
         for probe in model.probes:
@@ -241,7 +250,7 @@ def frame(solver: ExplicitSolver) -> Frame:
 
 def description(model: Model, title: str) -> dict:
     """What FieldWriter.describe stores for the figures: walls, outlines, sets, title."""
-    outlines, owners, walls = [], [], model.walls
+    outlines, owners = [], []
     for outline in model.outlines:
         shape = outline.shape
         if model.dimension == 2 and isinstance(shape, CylinderShape):
@@ -249,14 +258,22 @@ def description(model: Model, title: str) -> dict:
             outlines.append([*(outline.centre - model.rigid_bodies[outline.body].centre), *size])
             owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
+    passage = model.passage
     return {
-        "walls": np.concatenate([walls.points, walls.normals], axis=1),
-        "pipes": np.concatenate(
-            [walls.pipe_points, walls.pipe_axes, walls.pipe_radii[:, None]], axis=1
-        ),
+        **drawn_walls(model.walls),
+        **({} if passage is None else {"path": along_path.path_samples(passage.path)}),
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,
         "title": title,
         "formulation": model.bodies[0].geometry.name,
     }
+
+
+def drawn_walls(walls: Sequence[Wall]) -> dict[str, np.ndarray]:
+    """What the walls keep for the figures, those of a kind joined."""
+    parts: dict[str, list[np.ndarray]] = {}
+    for wall in walls:
+        for name, array in wall.drawn().items():
+            parts.setdefault(name, []).append(array)
+    return {name: np.concatenate(arrays) for name, arrays in parts.items()}

@@ -7,7 +7,7 @@ import numpy as np
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames, read_frames
-from softsim.output.folder import HISTORY, RESULTS
+from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history, read_units
 from softsim.report.curves import (
     History,
@@ -23,6 +23,7 @@ from softsim.report.curves import (
     travelling_column,
     travels,
 )
+from softsim.report.layout import draw_layout, shows_layout
 from softsim.report.moments import moments
 from softsim.report.probes import curves_of, draw_pressure_probe, draw_probes, inflation_curves
 from softsim.report.snapshots import draw_snapshots, is_axisymmetric
@@ -53,7 +54,7 @@ CURVES: dict[str, tuple[Content, Drawing]] = {
 }
 """Figure -> whether a history has something to show in it, and how it is drawn."""
 
-SNAPSHOTS = "snapshots.png"
+SNAPSHOTS, LAYOUT = "snapshots.png", "layout.png"
 
 
 def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
@@ -86,6 +87,12 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     if frames is not None:
         _draw_snapshots_of_run(history, frames, snapshot_field, folder / SNAPSHOTS)
         drawn.append(folder / SNAPSHOTS)
+    report = read_summary(folder).get("layout")
+    if frames is not None and report is not None and shows_layout(frames, history):
+        draw_layout(history, frames, report, folder / LAYOUT)
+        drawn.append(folder / LAYOUT)
+    else:
+        (folder / LAYOUT).unlink(missing_ok=True)
     return drawn
 
 

@@ -15,6 +15,11 @@ from softsim.report.style import FRAME, INK, QUIET, WALL
 PALE = 0.6
 """Share of white in the mirror image of a half section."""
 
+THICKNESS = 0.08
+"""Of the solid that is drawn behind a curved wall, of the width of the picture."""
+
+NO_LINES = np.zeros((0, 2, 2))
+
 
 @dataclass(frozen=True)
 class Shot:
@@ -54,8 +59,11 @@ class Section:
         self.shots = [_shot(frames, index, field, boundary) for index in indices]
         walls = frames.described.get("walls", np.zeros((0, 4))) * [MILLI, MILLI, 1.0, 1.0]
         self.walls = self.seen_walls(walls)
+        self.wall_lines = self.seen_lines(frames.described.get("wall_lines", NO_LINES) * MILLI)
+        self.centre_lines = frames.described.get("centre_lines", NO_LINES) * MILLI
         self.values = np.concatenate([shot.values for shot in self.shots])
-        self.view = view_of(self.places(), np.array([w.plane for w in self.walls]).reshape(-1, 4))
+        planes = np.array([w.plane for w in self.walls]).reshape(-1, 4)
+        self.view = view_of(self.places(), planes, self.wall_lines.reshape(-1, 2))
 
     def places(self) -> np.ndarray:
         """All places (n, 2) [mm] that any picture must show."""
@@ -65,11 +73,18 @@ class Section:
         """The walls (w, 4) [mm] of the run as they are drawn."""
         return [Wall(wall) for wall in walls]
 
+    def seen_lines(self, lines: np.ndarray) -> np.ndarray:
+        """Lines (k, 2, 2) [mm] of curved walls as they are drawn, the free side on their left."""
+        return lines
+
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames, with its walls."""
         shot = self.shots[number]
         for wall in self.walls:
             draw_wall(axes, wall, self.view)
+        draw_wall_lines(axes, self.wall_lines, self.view)
+        if len(self.centre_lines):
+            draw_edges(axes, self.centre_lines, QUIET, zorder=1.7)
         draw_outlines(axes, shot.outlines)
         draw_cells(axes, shot.corners, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         draw_edges(axes, shot.boundary, INK)
@@ -101,6 +116,13 @@ class HalfSection(Section):
         mirror = walls * [-1.0, 1.0, -1.0, 1.0]
         return [Wall(wall, 1.0) for wall in walls] + [Wall(wall, -1.0) for wall in mirror]
 
+    def seen_lines(self, lines: np.ndarray) -> np.ndarray:
+        """Each line at positive x, and its mirror image the other way round: its free side is on
+        its left too.
+        """
+        kept = right_of_axis(lines)
+        return np.concatenate([kept, mirrored(kept)[::-1, ::-1]])
+
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames and its mirror image, the walls, and the axis."""
         super().draw(axes, number, colours)
@@ -122,6 +144,14 @@ class HalfSection(Section):
 def mirrored(places: np.ndarray) -> np.ndarray:
     """Places (..., 2) on the other side of the axis x = 0."""
     return places * [-1.0, 1.0]
+
+
+def right_of_axis(lines: np.ndarray) -> np.ndarray:
+    """The parts (j, 2, 2) of lines (k, 2, 2) at positive x."""
+    lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
+    x, way = lines[:, :, 0], lines[:, 1] - lines[:, 0]
+    cut = lines[:, 0] - way * (x[:, 0] / np.where(way[:, 0] == 0.0, 1.0, way[:, 0]))[:, None]
+    return np.where((x < 0.0)[..., None], cut[:, None], lines)
 
 
 def ends(boundary: np.ndarray) -> np.ndarray:
@@ -161,14 +191,18 @@ def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
     positions = (frames.points + frames.point_data["displacement"][index][:, :2]) * MILLI
-    outlines = np.zeros((0, 4, 2))
-    if "outlines" in frames.described and "frame_pose" in frames.extra:
-        poses = frames.extra["frame_pose"][index]
-        if "outline_bodies" in frames.described:  # not every rigid body has an outline
-            poses = poses[frames.described["outline_bodies"].astype(int)]
-        outlines = outline_corners(frames.described["outlines"], poses) * MILLI
     values = shown_values(frames, index, field, frames.cells, slice(None))
-    return Shot(positions[frames.cells], values, outlines, positions[boundary])
+    return Shot(positions[frames.cells], values, outlines_at(frames, index), positions[boundary])
+
+
+def outlines_at(frames: Frames, index: int) -> np.ndarray:
+    """Corners (k, 4, 2) [mm] of the rigid outlines in a frame of a plane run."""
+    if "outlines" not in frames.described or "frame_pose" not in frames.extra:
+        return np.zeros((0, 4, 2))
+    poses = frames.extra["frame_pose"][index]
+    if "outline_bodies" in frames.described:  # not every rigid body has an outline
+        poses = poses[frames.described["outline_bodies"].astype(int)]
+    return outline_corners(frames.described["outlines"], poses) * MILLI
 
 
 def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
@@ -212,8 +246,41 @@ def draw_wall(axes: Axes, wall: Wall, view: np.ndarray) -> None:
         line.set_clip_path(half)
 
 
-def view_of(places: np.ndarray, walls: np.ndarray) -> np.ndarray:
-    """xmin, xmax, ymin, ymax [mm]: all places (n, 2), the walls near them, a margin."""
+def draw_wall_lines(axes: Axes, lines: np.ndarray, view: np.ndarray) -> None:
+    """A curved wall, by its lines (k, 2, 2) [mm], and a strip of the solid behind it."""
+    depth = THICKNESS * max(view[1] - view[0], view[3] - view[2])
+    for chain in chains(lines):
+        strip = np.concatenate([chain, behind(chain, depth)[::-1]])
+        solid = Polygon(strip, facecolor=WALL, edgecolor=QUIET, hatch="////", linewidth=0, zorder=1)
+        axes.add_patch(solid)
+        axes.plot(*chain.T, color=INK, linewidth=0.9, zorder=1.5)
+
+
+def chains(lines: np.ndarray) -> list[np.ndarray]:
+    """Polylines (n, 2) of the lines (k, 2, 2) of which each begins where the last one ended."""
+    if not len(lines):
+        return []
+    size = np.ptp(lines.reshape(-1, 2), axis=0).max()
+    apart = np.linalg.norm(lines[1:, 0] - lines[:-1, 1], axis=1) > 1e-6 * size
+    parts = np.split(lines, np.flatnonzero(apart) + 1)
+    return [np.concatenate([part[:, 0], part[-1:, 1]]) for part in parts]
+
+
+def behind(chain: np.ndarray, depth: float) -> np.ndarray:
+    """A polyline (n, 2) moved by `depth` to its right, mitred where it turns."""
+    way = np.diff(chain, axis=0)
+    right = np.stack([way[:, 1], -way[:, 0]], axis=1) / np.linalg.norm(way, axis=1)[:, None]
+    before, after = np.concatenate([right[:1], right]), np.concatenate([right, right[-1:]])
+    # (a + b) / (1 + a b) has the length 1 / cos of half the turn; a hairpin is cut off.
+    mitre = (before + after) / np.maximum(1.0 + (before * after).sum(axis=1), 0.5)[:, None]
+    return chain + depth * mitre
+
+
+def view_of(places: np.ndarray, walls: np.ndarray, wall_points: np.ndarray) -> np.ndarray:
+    """xmin, xmax, ymin, ymax [mm]: all places (n, 2), the walls near them, a margin.
+
+    walls: flat ones, (w, 4). wall_points: on curved ones (p, 2) [mm].
+    """
     size = np.ptp(places, axis=0).max()
     feet = []
     for wall in walls:
@@ -221,7 +288,9 @@ def view_of(places: np.ndarray, walls: np.ndarray) -> np.ndarray:
         nearest = np.argmin(gaps)
         if gaps[nearest] < size / 2:
             feet.append(places[nearest] - gaps[nearest] * wall[2:])
-    shown = np.concatenate([places, np.reshape(feet, (-1, 2))])
+    low, high = places.min(axis=0) - size / 4, places.max(axis=0) + size / 4
+    near = np.all((wall_points > low) & (wall_points < high), axis=1)
+    shown = np.concatenate([places, np.reshape(feet, (-1, 2)), wall_points[near]])
     low, high = shown.min(axis=0), shown.max(axis=0)
     margin = 0.06 * size
     return np.array([low[0] - margin, high[0] + margin, low[1] - margin, high[1] + margin])

@@ -24,6 +24,8 @@ in the darkest colours of the scale, and more of either would make a colour read
 PIPE_FACES = 72
 """Around a pipe."""
 
+NO_FACES = np.zeros((0, 4, 3))
+
 ARROW = 20.0
 """Length of the arrows that show directions [points]."""
 
@@ -90,16 +92,22 @@ class Surface:
             frames.described.get("pipes", np.zeros((0, 7))) * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI],
             corners_of_box(places),
         )
-        walls = visible_side(faces, np.zeros(len(faces)), self.camera)
-        self.walls = replace(walls, light=0.5 + 0.5 * walls.light)  # quieter than the body
-        shown = np.concatenate([self.camera.project(places), walls.corners.reshape(-1, 2)])
+        curved = frames.described.get("wall_faces", NO_FACES) * MILLI
+        walls = [visible_side(f, np.zeros(len(f)), self.camera) for f in (faces, curved)]
+        # Quieter than the body.
+        self.walls = [replace(wall, light=0.5 + 0.5 * wall.light) for wall in walls]
+        parts = [self.camera.project(places), self.walls[0].corners.reshape(-1, 2)]
+        if len(curved):  # it leads on and on: as far as there is something near the body
+            parts.append(self.camera.project(around(corners_of_box(places))))
+        shown = np.concatenate(parts)
         low, high = shown.min(axis=0), shown.max(axis=0)
         margin = 0.03 * (high - low).max()
         self.view = np.column_stack([low - margin, high + margin]).ravel()
 
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames, in front of the walls behind it."""
-        _draw_faces(axes, self.walls, np.tile(to_rgba(WALL), (len(self.walls.light), 1)))
+        for wall in self.walls:
+            _draw_faces(axes, wall, np.tile(to_rgba(WALL), (len(wall.light), 1)))
         shot = self.shots[number]
         _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         axes.set_axis_off()
@@ -163,6 +171,12 @@ def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndar
             sides = [ring[:-1] + low, ring[:-1] + high, ring[1:] + high, ring[1:] + low]
             faces.append(np.stack(sides, axis=1))
     return np.concatenate(faces)
+
+
+def around(box: np.ndarray) -> np.ndarray:
+    """Corners (8, 3) of a box, with room on every side: a quarter of its longest edge."""
+    centre = box.mean(axis=0)
+    return box + np.sign(box - centre) * 0.25 * np.ptp(box, axis=0).max()
 
 
 def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,6 +20,15 @@ class MovingFrame:
         self.bodies, self.body = bodies, body
         self.centre = vector_field(np.asarray(centre)[None])
 
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: none, the body has its own."""
+        return {}
+
+    @ti.func
+    def may_touch(self, s, i, q):
+        """Whether contact node number i at q may touch: its gap is as cheap."""
+        return 1
+
     @ti.func
     def local_position(self, s, x):
         """Place in the body's axes [m]."""
@@ -51,7 +60,7 @@ class Cylinder(MovingFrame):
         self.radius = real_field(np.array([shape.radius]))
 
     @ti.func
-    def gap_and_normal(self, s, w, q):
+    def gap_and_normal(self, s, i, w, q):
         """Signed gap to the nearer of side and cap [m] (the edge between them is no case of its
         own: a soft skin lies on the sides) and its outward normal, both in the body's axes.
         """
@@ -77,7 +86,7 @@ class Ball(MovingFrame):
         self.radius = real_field(np.array([shape.radius]))
 
     @ti.func
-    def gap_and_normal(self, s, w, q):
+    def gap_and_normal(self, s, i, w, q):
         """Signed gap [m] and the outward normal."""
         d = q - self.centre[0]
         distance = d.norm()

@@ -26,6 +26,15 @@ FIXED_COLUMNS = frozenset(
         "contact_energy",
         "energy_error",
         "unbalanced_share",
+        "arc_length",
+        "cycles_done",
+        "clearance",
+        "frame_wall_force",
+        "frame_pinch",
+        "frame_drag",
+        "thrust",
+        "drag",
+        "narrowing_drag",
     }
 )
 """All that observation.columns names in any model without probes; further columns are probes'."""

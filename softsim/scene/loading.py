@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from softsim.errors import Option, SceneError
 from softsim.scene.reporting import did_you_mean, scene_error, title
 from softsim.scene.resolved import resolved_text
+from softsim.scene.robots import PREFIX, part_file
 from softsim.scene.schema import Scene
 from softsim.scene.structure import Place
 from softsim.scene.tree import Key, Keys, Tree, child, merged, nearest, plain, replaced
@@ -62,8 +63,21 @@ def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     ------
     SceneError: anything that keeps it from being a scene; it holds every problem found.
     """
-    path = Path(path)
-    tree = _Includes(path.parent).read(path)
+    return validated(read_scene(Path(path)), Path(path), overrides)
+
+
+def read_scene(path: Path) -> Tree:
+    """What a scene file says, merged over the files that it includes. SceneError as load_scene."""
+    return _Includes(path.parent).read(path)
+
+
+def read_part(folder: Path, named: Tree) -> Tree:
+    """What a part says that a scene in `folder` includes by name. SceneError as load_scene."""
+    return _Includes(folder).part(named)
+
+
+def validated(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedScene:
+    """The scene that a tree is, once overrides have won. SceneError as load_scene."""
     for override in overrides:
         tree = overridden(tree, override)
     try:
@@ -91,15 +105,19 @@ class _Includes:
             return tree
         own = {key: value for key, value in tree.value.items() if key != "include"}
         self.open.append(path)
-        parts = [self._part(named) for named in _listed(tree.value["include"])]
+        parts = [self.part(named) for named in _listed(tree.value["include"])]
         self.open.pop()
         result = replace(tree, value={})
         for part in [*parts, replace(tree, value=own)]:
             result = merged(result, part)
         return result
 
-    def _part(self, named: Tree) -> Tree:
-        path = _inside(self.folder, named)
+    def part(self, named: Tree) -> Tree:
+        """The tree of a file that is included by its name."""
+        if str(named.value).startswith(PREFIX):
+            path = part_file(named)
+        else:
+            path = _inside(self.folder, named)
         if path in self.open:
             circle = " -> ".join(str(p) for p in [*self.open[self.open.index(path) :], path])
             raise SceneError("files include each other in a circle", circle, named.origin)

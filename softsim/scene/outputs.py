@@ -95,39 +95,43 @@ class Output(Part):
         return probes
 
 
-class _Range(Part):
+class Range(Part):
+    """Limits of a value; each kind of value reads them in its own unit."""
+
+    min: float | None = None
+    max: float | None = None
+
     @model_validator(mode="after")
-    def _limits_leave_room(self) -> "_Range":
-        least, most = getattr(self, "min", None), getattr(self, "max", None)
-        if least is None and most is None:
+    def _limits_leave_room(self) -> "Range":
+        if self.min is None and self.max is None:
             raise ValueError("gives no limit: give min, max or both")
-        if least is not None and most is not None and least > most:
+        if self.min is not None and self.max is not None and self.min > self.max:
             raise ValueError("min must not be above max")
         return self
 
 
-class LengthRange(_Range):
+class LengthRange(Range):
     """Limits of a length."""
 
     min: Length | None = Field(default=None, description="Smallest allowed value.")
     max: Length | None = Field(default=None, description="Largest allowed value.")
 
 
-class VelocityRange(_Range):
+class VelocityRange(Range):
     """Limits of a velocity."""
 
     min: Velocity | None = Field(default=None, description="Smallest allowed value.")
     max: Velocity | None = Field(default=None, description="Largest allowed value.")
 
 
-class ForceRange(_Range):
+class ForceRange(Range):
     """Limits of a force."""
 
     min: Force | None = Field(default=None, description="Smallest allowed value.")
     max: Force | None = Field(default=None, description="Largest allowed value.")
 
 
-class NumberRange(_Range):
+class NumberRange(Range):
     """Limits of a number."""
 
     min: Number | None = Field(default=None, description="Smallest allowed value.")
@@ -137,6 +141,11 @@ class NumberRange(_Range):
 class Expect(Part):
     """Values the scene expects of its own run; outside them the run ends with exit code 5."""
 
+    passes: bool | None = Field(
+        default=None,
+        strict=True,
+        description="The verdict of the layout: true, passed; false, stuck.",
+    )
     frame_displacement: LengthRange | None = Field(
         default=None, description="Of the first rigid body along x, from start to end."
     )

@@ -153,9 +153,9 @@ class EventCyclesProfile(_Swing):
     deflation_rate: PositivePressureRate = Field(description="Fall of pressure (Df_r^a).")
     motion_speed: PositiveVelocity = Field(
         default=written("20 mm/s"),
-        description="The robot moves when its first rigid body does so at this mean speed, in any "
-        "direction; deflation ends when it moved and no longer does. Choose it above the speed at "
-        "which the robot creeps.",
+        description="The robot moves when its first rigid body does so at this mean speed, forward "
+        "along its own axis; deflation ends when it moved and no longer does, or when it slips "
+        "back as fast. Choose it above the speed at which the robot creeps.",
     )
     motion_window: PositiveTime = Field(
         default=written("200 ms"), description="Time over which the mean speed is taken."

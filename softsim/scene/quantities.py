@@ -71,6 +71,7 @@ def written(*texts: str) -> Any:
 
 Length = Annotated[float, Quantity("m")]
 PositiveLength = Annotated[float, Quantity("m", "positive")]
+AutoOrPositiveLength = Annotated[float | Literal["auto"], Quantity("m", "positive", "auto")]
 NotNegativeLength = Annotated[float, Quantity("m", "not negative")]
 PositiveTime = Annotated[float, Quantity("s", "positive")]
 NotNegativeTime = Annotated[float, Quantity("s", "not negative")]

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from softsim.errors import SceneError
 from softsim.scene.schema import Scene
-from softsim.scene.structure import Place, discriminators, place_of
+from softsim.scene.structure import Place, discriminators, first_key, place_of
 from softsim.scene.tree import Keys, Tree, nearest
 
 MOST_SHOWN = 20
@@ -128,15 +128,13 @@ def _unknown_variant(place: Place, tree: Tree) -> SceneError:
             held.origin,
         )
     tags = [pair for model in place.models for pair in discriminators(model).items()]
+    others = [first_key(model) for model in place.models if not discriminators(model)]
+    if not tags:
+        words = [key for key in held.value if difflib.get_close_matches(key, others)]
+        hint = did_you_mean(words[0], others) if words else f"begin with {', '.join(others)}"
+        return SceneError(f"{name}: says not what it is", hint, held.origin)
     key, allowed = tags[0][0], [tag for _, tag in tags]
-    others = [
-        f"{name}: ..."
-        for model in place.models
-        if not discriminators(model)
-        for name, field in model.model_fields.items()
-        if field.is_required()
-    ]
-    choice = " or ".join([f"{key}: {' | '.join(allowed)}", *others])
+    choice = " or ".join([f"{key}: {' | '.join(allowed)}", *(f"{other}: ..." for other in others)])
     if key not in held.value:
         return SceneError(f"{name}: the key '{key}' is missing", f"give {choice}", held.key_origin)
     told = held.value[key]

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from softsim.scene.bodies import Body, RigidBody
 from softsim.scene.conditions import Condition
+from softsim.scene.layout import Layout
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
 from softsim.scene.outputs import Expect, Output
@@ -75,6 +76,10 @@ class Scene(Part):
     loads: dict[Name, Load] = Field(default={}, description="Loads by name.")
     time: Time = Field(description="How long, in which steps.")
     solver: Solver = Field(default_factory=Solver, description="Settings of the integrator.")
+    layout: Layout | None = Field(
+        default=None,
+        description="Whether the robot gets through a pipe_path; no question by default.",
+    )
     output: Output = Field(default_factory=Output, description="What is written, how often.")
     expect: Expect = Field(default_factory=Expect, description="Regression values of the scene.")
 
@@ -83,7 +88,8 @@ def scene_json_schema() -> dict[str, Any]:
     """JSON schema of a scene file, so that an editor completes and checks its keys."""
     schema = Scene.model_json_schema()
     schema["properties"]["include"] = {
-        "description": "A file, or a list of them, that this one adds to; keys here win.",
+        "description": "A file, or a list of them, that this one adds to; keys here win. "
+        "Robots that ship with softsim go by name: robot:pfr.",
         "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
     }
     return schema

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 
 from softsim.scene.tree import Key, Keys
@@ -36,13 +36,27 @@ class Place:
         is_tuple = get_origin(_bare(self.annotation)) is tuple
         return len(arguments) if is_tuple and Ellipsis not in arguments else None
 
+    @property
+    def tags(self) -> dict[str, Model]:
+        """What pydantic calls each of the classes here in the loc of an error -> the class."""
+        found: dict[str, Model] = {}
+        for option in get_args(_bare(self.annotation)):
+            notes = get_args(option)[1:] if get_origin(option) is Annotated else ()
+            given = [note.tag for note in notes if isinstance(note, Tag)]
+            for model in Place(option).models:
+                found |= dict.fromkeys(given or discriminators(model).values(), model)
+        return found
+
     def variant(self, value: Any) -> "Place":
-        """The place with the class that the mapping `value` means, by its law, kind, generator."""
+        """The place with the class that the mapping `value` means, by its law, kind, generator, or
+        by the first key of a class that has none of these.
+        """
         given = value if isinstance(value, dict) else {}
         matching = [
             model
             for model in self.models
             if all(given.get(key) == tag for key, tag in discriminators(model).items())
+            and (discriminators(model) or first_key(model) in given)
         ]
         return (
             Place(matching[0], self.field, self.keys) if len(self.models) > 1 and matching else self
@@ -50,9 +64,7 @@ class Place:
 
     def tagged(self, tag: str) -> "Place":
         """The place with the class that pydantic calls `tag`."""
-        by_tag = {t: m for m in self.models for t in discriminators(m).values()}
-        untagged = [m for m in self.models if not discriminators(m)]
-        return Place(by_tag.get(tag) or untagged[0], self.field, self.keys)
+        return Place(self.tags[tag], self.field, self.keys)
 
     def inside(self, key: Key) -> "Place | None":
         """The place of the entry `key`; None where the schema has none."""
@@ -78,6 +90,11 @@ def discriminators(model: Model) -> dict[str, str]:
         for name, field in model.model_fields.items()
         if get_origin(field.annotation) is Literal and field.is_required()
     }
+
+
+def first_key(model: Model) -> str:
+    """The first key of a class."""
+    return next(iter(model.model_fields))
 
 
 def place_of(root: Model, loc: Sequence[Key]) -> Place:

@@ -4,7 +4,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
 from softsim.scene.part import ORIGIN, Part
+from softsim.scene.pipe_items import PipeItem
 from softsim.scene.quantities import (
     Angle,
     AutoOrPositiveStiffness,
@@ -15,6 +17,7 @@ from softsim.scene.quantities import (
     Number,
     Point,
     PositiveLength,
+    Text,
     written,
 )
 
@@ -41,7 +44,32 @@ class PlaneWall(Part):
     )
 
 
-Wall = Annotated[PipeWall | PlaneWall, Field(discriminator="kind")]
+End = Literal["start", "end"]
+
+
+class PipePathWall(Part):
+    """A pipe that leads along a path: in a section two walls, in space round."""
+
+    kind: Literal["pipe_path"] = Field(description="Kind of wall.")
+    diameter: PositiveLength = Field(description="Inner diameter where it starts.")
+    start: Point = Field(
+        default=ORIGIN, description="Where its centre line starts, in the direction of +x."
+    )
+    closed: tuple[End, ...] = Field(
+        default=(),
+        description="Ends that a flat wall closes: start, end; the others lie in a flat face with "
+        "free space before it.",
+    )
+    pipe: tuple[PipeItem, ...] = Field(
+        min_length=1,
+        description="One after another: {straight: 120 mm}, {bend: 90 deg, radius: 60 mm}, "
+        "{taper: 30 mm, to: 41 mm}, {step: 30 mm}.",
+    )
+
+
+Wall = Annotated[
+    PipeWall | PlaneWall | PipePathWall | PolylineWall | SurfaceWall, Field(discriminator="kind")
+]
 
 
 class Environment(Part):
@@ -53,11 +81,16 @@ class Environment(Part):
     inclination: Angle = Field(
         default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."
     )
+    roll: Angle = Field(
+        default=written("0 deg"),
+        description="Of +y about x, from the vertical plane through x; 90 deg: a section lies on "
+        "its side and feels no weight across x.",
+    )
     walls: dict[Name, Wall] = Field(default={}, description="Fixed walls, by name.")
 
 
 class Contact(Part):
-    """Penalty contact with Coulomb friction between surfaces and walls."""
+    """Penalty contact with Coulomb friction between surfaces and walls, and among surfaces."""
 
     friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
     penalty_stiffness: AutoOrPositiveStiffness = Field(
@@ -68,4 +101,12 @@ class Contact(Part):
     )
     damping_ratio: Number = Field(
         default=0.03, ge=0.0, le=1.0, description="Of the normal contact, of critical damping."
+    )
+    self_contact: tuple[Text, ...] = Field(
+        default=(),
+        description="Bodies, or facet sets body.set, whose surfaces may touch themselves and each "
+        "other; a quarter as stiff as walls, in which two surfaces yield and each holds the other.",
+    )
+    self_friction_coefficient: Number | None = Field(
+        default=None, ge=0.0, description="Coulomb's mu among them; as on walls by default."
     )

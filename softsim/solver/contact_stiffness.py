@@ -3,13 +3,18 @@
 A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
 dashpot c_n, whose velocity lags half a step behind, acts on the stable step as a spring 2 c_n / dt
 (solver/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
-most the sum of the squares of what each would have against something fixed.
+most the sum of the squares of what each would have against something fixed. Surfaces against each
+other: self_stiffness.py.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from softsim.model import ContactData, Model, OutlineData, WallsData
+from softsim.contact.wall import Wall
+from softsim.model import ContactData, Model, OutlineData
 from softsim.solver.rigid_inertia import TIED_SHARE, least_inertia
+from softsim.solver.self_stiffness import self_stiffness, surface_stiffness
 
 # Within the increments between two inspections nothing moves by more of the model's size.
 REACH = 0.1
@@ -27,40 +32,71 @@ class ContactStiffness:
         self.supports = [(o, o.support) for o in model.outlines if o.support is not None]
 
     def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] against walls and outlines, nodes at x (n, d), at the step dt [s].
+        """Stiffness (n,) [N/m] against walls, outlines and other surfaces, nodes at x (n, d), at
+        the step dt [s].
 
-        A tied node pushes its rigid body instead. A node that lies on an outline touches a wall at
-        the same time only where a wall is within reach.
+        A tied node pushes its rigid body instead. A node that lies on an outline or on another
+        surface touches a wall at the same time only where a wall is within reach.
         """
-        walls, supports = np.zeros((2, len(x)))
-        for _, contact in self.supports:
-            supports[contact.nodes] += surface_stiffness(contact, dt)
-        if self.model.walls.count:
-            contact = self.model.contact
-            walls[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
-            walls[self.tied] = 0.0
-            both = np.flatnonzero((walls > 0.0) & (supports > 0.0))
-            gap = np.min(list(self.model.walls.gaps(x[both]).values()), axis=0)
+        walls = self._of_walls(dt)
+        others = self._of_supports(dt) + self._of_surfaces(x, dt)
+        both = np.flatnonzero((walls > 0.0) & (others > 0.0))
+        if len(both):
+            gaps = [gap for wall in self.model.walls for gap in wall.gaps(x[both]).values()]
+            gap = np.min(gaps, axis=0)
             far = both[gap > self.reach]
-            larger = np.maximum(walls[far], supports[far])
-            walls[far], supports[far] = larger, 0.0
-        return walls + supports
+            walls[far], others[far] = np.maximum(walls[far], others[far]), 0.0
+        return walls + others
+
+    def of_hits(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Stiffness (n,) [N/m] of what a node may hit at once: walls, outlines, other surfaces."""
+        return np.max([self._of_walls(dt), self._of_supports(dt), self._of_surfaces(x, dt)], axis=0)
+
+    def _of_walls(self, dt: float) -> np.ndarray:
+        """Of nodes that are not tied, against all walls at once (n,)."""
+        stiffness = np.zeros(len(self.model.points))
+        if self.model.walls:
+            contact = self.model.contact
+            stiffness[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
+        return np.where(self.tied, 0.0, stiffness)
+
+    def _of_supports(self, dt: float) -> np.ndarray:
+        """Against the outlines of rigid bodies (n,)."""
+        stiffness = np.zeros(len(self.model.points))
+        for _, contact in self.supports:
+            stiffness[contact.nodes] += surface_stiffness(contact, dt)
+        return stiffness
+
+    def _of_surfaces(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Of nodes that are not tied, against each other's surfaces (n,)."""
+        stiffness = np.zeros(len(x))
+        data = self.model.self_contact
+        if data is not None:
+            stiffness[data.contact.nodes] = self_stiffness(data, x, dt)
+        return np.where(self.tied, 0.0, stiffness)
 
     def of_bodies(self, x: np.ndarray, dt: float) -> float:
         """Upper bound of omega^2 [1/s^2] of the rigid bodies alone, held by all their contacts: of
-        tied nodes and corners with walls, of their outline with all that it supports.
+        tied nodes with walls and other surfaces, of corners with walls, of their outline with all
+        that it supports.
 
         Springs k_a at arms r_a make omega^2 at most sum k_a / M + sum k_a r_a^2 / I.
         """
         model = self.model
         stiffness, moment = np.zeros((2, len(model.rigid_bodies)))
-        if model.walls.count:
+        of_tied: list[tuple[np.ndarray, np.ndarray]] = []
+        if model.walls:
             at_walls = wall_stiffness(model.contact, model.walls, dt)
+            of_tied.append((model.contact.nodes, at_walls))
+        if model.self_contact is not None:
+            at_surfaces = self_stiffness(model.self_contact, x, dt)
+            of_tied.append((model.self_contact.contact.nodes, at_surfaces))
+        for nodes, k in of_tied:
             for r, body in enumerate(model.rigid_bodies):
-                own = np.isin(model.contact.nodes, body.tied)
-                arms = model.points[model.contact.nodes[own]] - body.centre
-                stiffness[r] += at_walls[own].sum()
-                moment[r] += (at_walls[own] * (arms**2).sum(axis=1)).sum()
+                own = np.isin(nodes, body.tied)
+                arms = model.points[nodes[own]] - body.centre
+                stiffness[r] += k[own].sum()
+                moment[r] += (k[own] * (arms**2).sum(axis=1)).sum()
         for outline, contact in self.supports:
             k = surface_stiffness(contact, dt)
             stiffness[outline.body] += k.sum()
@@ -81,31 +117,13 @@ class ContactStiffness:
         return np.minimum(np.linalg.norm(x[nodes] - centre, axis=1) + off_centre, farthest)
 
 
-def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
-    """Largest stiffness (k,) [N/m] of each node against one surface."""
-    normal = contact.penalty_stiffness + 2.0 * contact.damping / dt
-    return np.maximum(normal, contact.tangential_stiffness)
-
-
-def wall_stiffness(contact: ContactData, walls: WallsData, dt: float) -> np.ndarray:
+def wall_stiffness(contact: ContactData, walls: Sequence[Wall], dt: float) -> np.ndarray:
     """Largest stiffness (k,) [N/m] of each node against all walls that it can touch at once.
 
-    The sum over their normals n is k_t w I + (k_n - k_t) sum n (x) n for w walls; a round pipe adds
-    at most 1 to the largest eigenvalue of sum n (x) n.
+    The sum over their normals n is k_t w I + (k_n - k_t) sum n (x) n for w surfaces; the largest
+    eigenvalue of a sum is at most the sum of the largest ones.
     """
-    normals = touched_at_once(walls.normals)
-    pipes = len(walls.pipe_names)
-    alike = np.linalg.eigvalsh(normals.T @ normals)[-1] + pipes
+    surfaces, alike = np.sum([wall.touched_at_once() for wall in walls], axis=0)
     k_n = contact.penalty_stiffness + 2.0 * contact.damping / dt
     k_t = contact.tangential_stiffness
-    return (len(normals) + pipes) * k_t + alike * np.maximum(k_n - k_t, 0.0)
-
-
-def touched_at_once(normals: np.ndarray) -> np.ndarray:
-    """Of the unit normals (w, d) of half spaces those that one node can touch: walls that face
-    each other are far apart, so of two opposite sides only the one with more walls counts.
-    """
-    cosines = normals @ normals.T
-    alike, opposite = (cosines > 1.0 - 1e-9).sum(axis=1), (cosines < 1e-9 - 1.0).sum(axis=1)
-    first = np.array([tuple(n) > tuple(-n) for n in normals], dtype=bool)
-    return normals[(alike > opposite) | ((alike == opposite) & first)]
+    return surfaces * k_t + alike * np.maximum(k_n - k_t, 0.0)

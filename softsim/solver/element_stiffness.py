@@ -22,13 +22,14 @@ class ElementStiffness:
 
     volume_gradient (movers, d, m) [m^2]: d(a corner's share of the present volume)/dx of a mover.
     shape_stiffness (movers, movers, m) [N/m]: between movers, the same for every component.
-    hoop_root (movers, m) [(N/m)^(1/2)]: its products are more of it along component `radial`.
+    hoop_root (movers, d, r) [(N/m)^(1/2)]: its products are more of it, of the elements `around`
+        (r,), whose F_zz changes.
     """
 
     volume_gradient: np.ndarray
     shape_stiffness: np.ndarray
     hoop_root: np.ndarray
-    radial: int
+    around: np.ndarray
 
     def energies(self, u: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Twice the energy (m,) [J] of movers displaced by u (d, movers, m) [m]; pressure
@@ -36,14 +37,17 @@ class ElementStiffness:
         """
         dilation = np.einsum("aim,iam->m", self.volume_gradient, u)
         shape = np.einsum("abm,iam,ibm->m", self.shape_stiffness, u, u)
-        hoop = (self.hoop_root * u[self.radial]).sum(axis=0)
-        return dilation * pressure.sum(axis=0) + shape + hoop**2
+        energies = dilation * pressure.sum(axis=0) + shape
+        hoop = np.einsum("air,iar->r", self.hoop_root, u[:, :, self.around])
+        energies[self.around] += hoop**2
+        return energies
 
 
 class BodyStiffness:
     """The elements of one body, with what does not change as they deform.
 
-    cells (corners, m) and movers (movers, m): node numbers within the body.
+    cells (corners, m) and movers (movers, m): node numbers within the body. around (r,): elements
+    whose F_zz changes.
     nodal_volumes (n,) [m^3], bulk_modulus [Pa] and bulk_viscosity (n,) [Pa s]: of its averaged
     nodal pressure (elements/nodal_pressure.py).
     """
@@ -57,8 +61,8 @@ class BodyStiffness:
         )
         geometry = body.geometry
         self.movers = np.ascontiguousarray(geometry.strained_by(body.cells).T, dtype=np.int32)
-        self.radial = geometry.radial
-        self.hoop_slopes = np.ascontiguousarray(geometry.hoop_slopes(body.points, body.cells).T)
+        slopes = geometry.hoop_gradient(body.points, body.cells)
+        self.around = np.flatnonzero(slopes.any(axis=(1, 2)))
         share = self.volumes[:, None] / self.corners
         self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
         material = body.material
@@ -84,7 +88,32 @@ class BodyStiffness:
             for f, batch in zip(F, batches, strict=True)
         ]
         gradient, shape, hoop = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
-        return ElementStiffness(gradient, shape, hoop, self.radial)
+        share = J * self.volumes / self.corners
+        return self.with_hoops(x, gradient, shape, share[self.around], hoop[self.around])
+
+    def with_hoops(
+        self,
+        x: np.ndarray,
+        volume_gradient: np.ndarray,
+        shape_stiffness: np.ndarray,
+        share: np.ndarray,
+        stiffness: np.ndarray,
+    ) -> ElementStiffness:
+        """What F_zz adds to a stiffness (arrays over all elements) that took it as fixed.
+
+        share (r,) [m^3]: of the present volume, a corner's. stiffness (r,) [J]: V (material F_zz^2
+        + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
+        that is V tau_zz (Kirchhoff stress), at most V (2 W' b_bar_zz + |q|) of solver/tangent.py.
+        """
+        geometry, cells = self.body.geometry, self.body.cells
+        gradient, curvature = (
+            np.moveaxis(of_all[self.around], 0, -1)
+            for of_all in (geometry.hoop_gradient(x, cells), geometry.hoop_curvature(x, cells))
+        )
+        volume_gradient[:, :, self.around] += share * gradient
+        shape_stiffness[:, :, self.around] += stiffness * curvature
+        root = np.sqrt(stiffness) * gradient
+        return ElementStiffness(volume_gradient, shape_stiffness, root, self.around)
 
     def deformation(self, x: np.ndarray, hoop_stretch: np.ndarray, batch: slice) -> np.ndarray:
         """F (3, 3, batch) with the body's nodes at x (n, d) [m]; hoop_stretch (m,): of sections."""
@@ -99,14 +128,14 @@ class BodyStiffness:
     def stiffness(
         self, F: np.ndarray, J: np.ndarray, pressure: np.ndarray, batch: slice
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """What ElementStiffness holds, of a batch deformed by F under this pressure [Pa]."""
+        """Of a batch deformed by F under this pressure [Pa], as if F_zz stayed: volume gradient
+        and shape stiffness as in ElementStiffness; and how stiff it is if F_zz does not.
+        """
         gradients, volumes = self.gradients[:, :, batch], self.volumes[batch]
-        slopes = self.hoop_slopes[:, batch]
         d = gradients.shape[1]
         with np.errstate(invalid="ignore", divide="ignore"):
             b_bar = np.abs(J) ** (-2.0 / 3.0) * (F[:, None] * F).sum(axis=2)
             present = (cofactors(F)[:d, :d] * gradients[:, None]).sum(axis=2) / J
-            hoop = slopes / F[2, 2]
         I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
         e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
         e_size = np.sqrt(np.maximum(e_squared, 0.0))
@@ -114,14 +143,12 @@ class BodyStiffness:
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
         share = J * volumes / self.corners
-        movers, corners = len(slopes), self.corners
+        movers, corners = len(self.movers), self.corners
         volume_gradient = np.zeros((movers, d, len(J)))
         volume_gradient[:corners] = share * present
-        volume_gradient[:, self.radial] += share * hoop
         shape = np.zeros((movers, movers, len(J)))
         shape[:corners, :corners] = gram(gradients, material) + gram(present, spatial)
-        hoop_root = np.sign(slopes) * np.sqrt(material * slopes**2 + spatial * hoop**2)
-        return volume_gradient, shape, hoop_root
+        return volume_gradient, shape, material * F[2, 2] ** 2 + spatial
 
 
 def gram(gradients: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -96,7 +96,7 @@ class Meter:
                 viscous += body.dissipated_energy(s)
             for tendon in ti.static(self.terms.tendons):
                 internal += tendon.stored_energy(s)
-            for surface in ti.static(self.terms.contacts):
+            for surface in ti.static(self.terms.contacts + self.terms.self_contacts):
                 contact += surface.stored_energy(s)
                 dissipated = surface.dissipated_energy(s)
                 friction += dissipated[0]

@@ -81,6 +81,10 @@ class ExplicitSolver:
         """x (scenarios, nodes, d) [m]."""
         return fields.read(self.terms.nodes.position)
 
+    def overfull(self) -> bool:
+        """Whether a list of what may touch had no room, so that contact was missed."""
+        return any(fields.read(c.lists.overfull).any() for c in self.terms.self_contacts)
+
     def memory(self) -> dict[str, np.ndarray]:
         """Everything that must be kept to continue to the same bits."""
         return {name: fields.read(field) for name, field in self.terms.memory().items()}

@@ -3,15 +3,18 @@
 Fields are counted per element, node, touching node and facet, as the classes that own them make
 them (elements/linear.py, nodes.py, contact/surface_contact.py, loads/pressure.py). What several
 scenarios of one mesh share is counted once. Left out: what does not grow with the mesh (rigid
-bodies, tables), and the padding of the last lane vector.
+bodies, profiles), and the padding of the last lane vector.
 """
 
 from dataclasses import dataclass
 
+import numpy as np
+
+from softsim.contact.neighbour_lists import MOST_FACETS, MOST_NODES, margin_and_room
 from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import DeviceError
 from softsim.machine import Place
-from softsim.model import ContactData, Model
+from softsim.model import ContactData, Model, SelfContactData
 
 REAL, INTEGER = 8, 4  # bytes
 # Components stored of the edges (with the hoop stretch) and of a tensor, by the kind of element.
@@ -57,10 +60,15 @@ def footprint(model: Model) -> Footprint:
         branches = len(body.material.branches) * components
         tensors = EDGE_COMPONENTS[type(body.geometry)] + branches
         each += len(body.cells) * REAL * (corners * d + tensors + 3)
-        # Of nodes that strain a cell without being its corners: node, slot, a constant; force.
-        beyond = body.geometry.strained_by(body.cells).shape[1] - corners
-        shared += len(body.cells) * beyond * (2 * INTEGER + REAL)
-        each += len(body.cells) * beyond * REAL * d
+        if isinstance(body.geometry, RingSection):
+            rings = body.cells[body.geometry.is_ring]
+            diameters = len(np.unique(rings)) // 2
+            # Places of a cell's diameters, two constants; cells in the diameters' order; ends,
+            # slots, place in the list.
+            shared += len(body.cells) * (INTEGER * corners + 2 * REAL)
+            shared += rings.size * INTEGER + diameters * 5 * INTEGER
+            # Tension of a cell; length and direction of a diameter, forces on its ends.
+            each += len(body.cells) * REAL + diameters * REAL * (3 + 2 * d)
         # Nodal volume and its inverse, viscosity, place in the list; J, pressure, dissipation.
         shared += len(body.points) * (3 * REAL + INTEGER)
         each += len(body.points) * 3 * REAL
@@ -71,16 +79,32 @@ def footprint(model: Model) -> Footprint:
         # impulse, two dissipations.
         at_surface = REAL * (d + 1) + INTEGER
         each += len(contact.nodes) * (surfaces * at_surface + REAL * (3 * d + 4))
+    shared += REAL * sum(wall.stored_numbers for wall in model.walls)
+    if model.self_contact is not None:
+        own, lists = _self_contact_bytes(model.self_contact, d)
+        shared += own
+        each += lists
     for load in model.pressures:
         shared += load.facets.size * 2 * INTEGER  # nodes and slots
         each += load.facets.size * REAL * d + len(load.facets) * REAL  # forces, work
     return Footprint(shared, each)
 
 
+def _self_contact_bytes(data: SelfContactData, d: int) -> tuple[int, int]:
+    """What self-contact takes, shared by all scenarios and of each of them."""
+    nodes, facets = len(data.contact.nodes), len(data.facets)
+    room = margin_and_room(data.facet_size)[2]
+    # Number, size, part and three constants; slots. Corners, the facets around them; size, part.
+    shared = nodes * (4 * INTEGER + 4 * REAL) + facets * ((3 * d + 1) * INTEGER + REAL)
+    # Lists; cells; touched facet, counts; stretch, forces on corners, slots; gap and forces, works.
+    at_node = INTEGER * (room * MOST_FACETS[d] + 8) + REAL * (d + d * d + 2 * d + d + 5)
+    at_facet = INTEGER * (room * MOST_NODES[d] + 5) + REAL * (d + 1)
+    return shared, nodes * at_node + facets * at_facet
+
+
 def _contacts(model: Model) -> list[tuple[ContactData, int]]:
     """Each list of nodes with the number of surfaces that it is held against."""
-    half_spaces, pipes = len(model.walls.names), len(model.walls.pipe_names)
-    against_walls = [(model.contact, count) for count in (half_spaces, pipes) if count]
+    against_walls = [(model.contact, len(wall.names)) for wall in model.walls]
     supports = [(o.support, 1) for o in model.outlines if o.support is not None]
     return against_walls + supports
 

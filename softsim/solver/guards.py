@@ -47,6 +47,19 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
             )
 
 
+def refuse_crowding(time: float) -> NoReturn:
+    """Stop: a node or a facet has more of its surface near it than can be listed.
+
+    Raises StabilityError.
+    """
+    raise StabilityError(
+        f"too many facets of contact.self_contact came close to one node before t = {time:.6g} s: "
+        "not all could be watched",
+        "the surface is crumpled, or its facets differ too much in length: lower the load, mesh it "
+        "evenly, or leave the crumpled part out of contact.self_contact",
+    )
+
+
 def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
     """What is doubtful about the strain now: a law past the strain that it was fitted on, or past
     the loss of its stiffness (dW/dI1 <= 0), by body and kind.

@@ -2,7 +2,8 @@
 
 K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: averaged nodal pressure, G_a = dJ_a/dx, with
                                                 its bulk viscosity eta_a
-  + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py
+  + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
+                                                with d^2F_zz where elements go around
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
 Nodes that are tied to a rigid body count as free, with some of its mass (rigid_inertia.py); what
@@ -29,13 +30,15 @@ class ScaledStiffness:
 
     strain (n + n d, n d): G M^-1/2 above M^-1/2 (shape and initial stress) M^-1/2 [1/s^2], for one
     product takes less time than two. dilation (n d, n): the transpose of G M^-1/2. bulk_stiffness
-    (n,) [J]: V_a (kappa + 2 eta_a / dt). contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s]
-    whose squares are added.
+    (n,) [J]: V_a (kappa + 2 eta_a / dt). hoops: rows (r, n d) [1/s] whose squares are added, of the
+    elements that go around. contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s] whose squares
+    are added.
     """
 
     strain: sp.csr_matrix
     dilation: sp.csr_matrix
     bulk_stiffness: np.ndarray
+    hoops: sp.csr_matrix
     contact: np.ndarray
     chambers: list[np.ndarray]
 
@@ -45,6 +48,7 @@ class ScaledStiffness:
         strained = self.strain @ v
         result = self.dilation @ (self.bulk_stiffness * strained[:n])
         result += strained[n:]
+        result += self.hoops.T @ (self.hoops @ v)
         result += self.contact * v
         for chamber in self.chambers:
             result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py
@@ -63,9 +67,10 @@ class ScaledStiffness:
         row, and the whole of each chamber.
         """
         n = len(self.bulk_stiffness)
-        strained = abs(self.strain) @ np.ones(len(self.contact))
+        ones, hoops = np.ones(len(self.contact)), abs(self.hoops)
+        strained = abs(self.strain) @ ones
         rows = abs(self.dilation) @ (self.bulk_stiffness * strained[:n])
-        rows += strained[n:] + self.contact
+        rows += strained[n:] + hoops.T @ (hoops @ ones) + self.contact
         return float(rows.max() + self.chamber_frequency())
 
 
@@ -105,6 +110,12 @@ class ModelStiffness:
         self.compression_scale = self.root_yield[second_component] / self.nodal_volumes[first]
         self.shape_scale = self.root_yield[first_component] * self.root_yield[second_component]
 
+        around = np.concatenate([b.movers[:, b.around] + b.body.first_node for b in self.bodies], 1)
+        strained = around[:, None] * d + np.arange(d)[:, None]  # (movers, d, r)
+        rows = np.broadcast_to(np.arange(around.shape[1]), strained.shape).ravel()
+        self.hoops = numbered(rows, strained.ravel(), (around.shape[1], n * d))
+        self.hoop_scale = self.root_yield[strained.ravel()]
+
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
         """Of each body with all nodes at x (n, d) [m]."""
         return [b.at(x[b.body.nodes]) for b in self.bodies]
@@ -114,16 +125,15 @@ class ModelStiffness:
         d = x.shape[1]
         gradient = np.concatenate([e.volume_gradient for e in elements], axis=2)
         shape = np.concatenate([e.shape_stiffness for e in elements], axis=2)
-        hoop = np.concatenate([e.hoop_root for e in elements], axis=1)
+        hoop = np.concatenate([e.hoop_root for e in elements], axis=2)
         G = np.stack([self.pair_sums(self._of_corners(gradient[:, i])) for i in range(d)])
         K = np.repeat(self.pair_sums(shape)[None], d, axis=0)
-        if hoop.any():
-            K[elements[0].radial] += self.pair_sums(hoop[:, None] * hoop)
         G_values = G.T.ravel() * self.compression_scale
         return ScaledStiffness(
             with_values(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
             with_values(self.dilation, G_values),
             self.nodal_volumes * self.bulk_modulus,
+            with_values(self.hoops, hoop.ravel() * self.hoop_scale),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
         )
@@ -137,6 +147,11 @@ class ModelStiffness:
     def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Stiffness of contact over mass (n d,) [1/s^2]."""
         return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.root_yield**2
+
+    def hardest_hit(self, x: np.ndarray, dt: float) -> float:
+        """Largest omega^2 [1/s^2] of a node on what it may hit."""
+        hits = self.contact.of_hits(x, dt)
+        return float((hits[:, None] * self.root_yield.reshape(x.shape) ** 2).max())
 
     def pair_sums(self, values: np.ndarray) -> np.ndarray:
         """Sum over the elements of the values (movers, movers, m) of each pair of nodes."""

@@ -11,8 +11,17 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.contact.deformable_surface import DeformableSurface
+from softsim.contact.distance_grid import DistanceGrid
+from softsim.contact.gridded_walls import GriddedObstacle
+from softsim.contact.half_spaces import HalfSpaces
+from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
+from softsim.contact.path_obstacle import PathObstacle
+from softsim.contact.pipe_path import PipePath
+from softsim.contact.round_pipes import RoundPipes
+from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.contact.walls import RoundPipes, StraightWalls
+from softsim.contact.walls import FlatObstacle, RoundObstacle
 from softsim.elements import geometry
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.plane_strain import PlaneStrain
@@ -44,6 +53,12 @@ FACETS: dict[type, Any] = {
     geometry.Axisymmetric: RevolvedFacets,
     geometry.RingSection: RingFacets,
     geometry.Solid: TriangleFacets,
+}
+WALLS: dict[type, Any] = {
+    HalfSpaces: FlatObstacle,
+    RoundPipes: RoundObstacle,
+    PipePath: PathObstacle,
+    DistanceGrid: GriddedObstacle,
 }
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 
@@ -129,6 +144,7 @@ class Terms:
         ]  # fmt: skip
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
+        self.self_contacts = self._self_contacts(models)
         self.nodes.corner_forces.allocate(scenarios, self.nodes.count)
         self.rigid_bodies.allocate()
 
@@ -149,26 +165,15 @@ class Terms:
         )  # fmt: skip
 
     def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
-        contact, walls = models[0].contact, [m.walls for m in models]
+        contact, friction = models[0].contact, [m.contact.friction_coefficient for m in models]
         if len(contact.nodes) == 0:
             return []
-        obstacles: list[Any] = []
-        if walls[0].names:
-            obstacles.append(
-                StraightWalls(
-                    np.stack([w.points for w in walls]), np.stack([w.normals for w in walls])
-                )
-            )
-        if walls[0].pipe_names:
-            obstacles.append(
-                RoundPipes(
-                    np.stack([w.pipe_points for w in walls]),
-                    np.stack([w.pipe_axes for w in walls]),
-                    np.stack([w.pipe_radii for w in walls]),
-                )
-            )
-        friction = [m.contact.friction_coefficient for m in models]
-        return [self._contact(contact, obstacle, friction) for obstacle in obstacles]
+        places = models[0].points[contact.nodes]
+        alike = zip(*(m.walls for m in models), strict=True)  # a wall of each scenario
+        return [
+            self._contact(contact, WALLS[type(walls[0])](walls, places), friction)
+            for walls in alike
+        ]
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
         supports = []
@@ -184,6 +189,24 @@ class Terms:
             self.rigid_bodies.react(outline.body, contact.first_slot, outline.support.nodes)
             supports.append(contact)
         return supports
+
+    def _self_contacts(self, models: list[Model]) -> list[SelfContact]:
+        data = models[0].self_contact
+        if data is None:
+            return []
+        contact = data.contact
+        friction = [m.self_contact.contact.friction_coefficient for m in models if m.self_contact]
+        surface = DeformableSurface(
+            self.nodes, contact.nodes, data.facets, data.node_size, data.facet_size,
+            data.node_part, data.facet_part,
+        )  # fmt: skip
+        return [
+            SelfContact(
+                surface, NeighbourLists(surface, *margin_and_room(data.facet_size)), contact.nodes,
+                contact.penalty_stiffness, contact.tangential_stiffness, contact.damping,
+                np.array(friction),
+            )
+        ]  # fmt: skip
 
     @property
     def contacts(self) -> list[SurfaceContact]:
@@ -214,6 +237,9 @@ class Terms:
 
     def force_stages(self) -> list[Stage]:
         """Every force at the new positions, each into slots of its own."""
+        rings = [rings for body in self.bodies for rings in body.rings]
+        measured = [Pass("elements", r.blocks, (r.measure,)) for r in rings]
+        pulled = [Pass("elements", r.blocks, (r.pull,)) for r in rings]
         moved = [Pass("elements", body.blocks, (body.deform,)) for body in self.bodies]
         pressed = [
             Pass("elements", body.pressure.cells_of_node.blocks, (body.press_nodes,))
@@ -233,7 +259,16 @@ class Terms:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
         moved += [Pass("contact", contact.count, (contact.push,)) for contact in self.contacts]
-        return filled(moved, pressed, stressed)
+        listed: Stage = []
+        borne: Stage = []
+        for contact in self.self_contacts:
+            lists = contact.lists
+            moved.append(Pass("contact", PARTS, (lists.watch,)))
+            pressed.append(Pass("contact", 1, (lists.sort,)))
+            stressed.append(Pass("contact", PARTS, (lists.find_facets, contact.push)))
+            listed.append(Pass("contact", PARTS, (lists.find_nodes,)))
+            borne.append(Pass("contact", PARTS, (contact.bear,)))
+        return filled(measured, moved, pressed, stressed, listed, borne, pulled)
 
     def kick_stages(self) -> list[Stage]:
         """New half-step velocities from the summed forces."""
@@ -267,7 +302,8 @@ class Terms:
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts"):
+        listed = ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts")
+        for name in (*listed, "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

@@ -67,7 +67,9 @@ def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
     G[:, : geometry.dimension, : geometry.dimension] = np.einsum(
         "eai,eaj->eij", gradients, gradients
     )
-    hoop = body.cells.shape[1] * geometry.hoop_gradient(x, body.cells) ** 2
+    slopes = geometry.hoop_gradient(x, body.cells)
+    # Where others than its corners strain it, its corners strain as many more elements.
+    hoop = slopes.shape[1] / body.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
     trace = np.trace(G, axis1=1, axis2=2) + hoop
     largest = largest_eigenvalue(G) + hoop
     with np.errstate(invalid="ignore"):
@@ -131,7 +133,7 @@ class StableStep:
         name = element_name(body, element, x)
         shares[name] = total - sum(shares.values())
         limits = {max(shares, key=lambda part: shares[part]): stable}
-        hit = max(float(matrix.contact.max()), of_bodies)
+        hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
         if hit > 0.0:
             limits["contact that would throw back"] = LONGEST_HIT / np.sqrt(hit)
         if self.tendons > 0.0:

@@ -140,11 +140,11 @@ SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
         (RINGS.replace("rings: skin", "rings: skin_top"), "skin_top",
          "belongs to no ring cell, the one opposite it does: half a ring", "both strips"),
         (RINGS.replace("rings: skin", "rings: skin\n    rotation: 5 deg"), "5 deg",
-         "a ring_section cannot be turned", "environment.inclination"),
+         "the mesh of a ring_section cannot be turned", "environment.inclination"),
         (RINGS + CHAMBER % "skin.surface", "[skin.surface]",
          "that belongs to no ring, so they enclose nothing", "facets of the rings alone"),
-        (RINGS.replace("tied", "free: [x, rotation], tied"), "rotation]",
-         "'frame' cannot move in rotation", "here a rigid body has: x, y"),
+        (RINGS.replace("tied", "free: [rotation, z], tied"), "z]",
+         "'frame' cannot move in z", "here a rigid body has: x, y, rotation_z"),
         # rigid bodies
         (CUBE + rigid(frame=["cube.top"]).replace("tied", "free: [y], initial_velocity: "
          "[1 m/s, 0 m/s], tied"), "[1 m/s, 0 m/s]",

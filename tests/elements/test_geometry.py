@@ -25,6 +25,15 @@ ROUND = STRIPS[PAIRED][:, :, 0].mean(axis=1) < 0.0
 SECTOR, DEPTH = 1.2, 5e-3
 RINGS = RingSection(DEPTH, SECTOR, OPPOSITE, ROUND)
 BOX = box(3e-3, 2e-3, 4e-3, 1e-3)
+# What presses on the strips from inside.
+INSIDE = SECTION.facet_sets["bottom"]
+EDGES = np.concatenate([INSIDE, INSIDE[:, ::-1] + len(SECTION.points)])
+
+
+def turned(x, angle):
+    """Points (n, 2) turned about the origin [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return x @ np.array([[c, s], [-s, c]])
 
 
 def test_volumes_add_up():
@@ -71,42 +80,88 @@ def test_deformation_of_a_stretched_ring():
 
 
 def test_deformation_of_a_ring_section():
-    """Radii and lengths stretched, moved far across the axis: F_zz is 1.2 of rings, of others 1."""
-    x = STRIPS * [0.9, 1.2] + [3e-3, -50e-3]
-    F = RINGS.deformation(STRIPS, PAIRED, x)
+    """Radii and lengths stretched, moved far across the axis: F_zz is 1.2 of rings, of others 1.
+    Turned upside down, and by any angle, it stays so.
+    """
+    stretched = STRIPS * [0.9, 1.2] + [3e-3, -50e-3]
     expected = np.where(ROUND[:, None, None], np.diag([0.9, 1.2, 1.2]), np.diag([0.9, 1.2, 1.0]))
-    np.testing.assert_allclose(F, expected, atol=1e-12)
+    for angle in (0.0, 0.8, np.pi):
+        F = RINGS.deformation(STRIPS, PAIRED, turned(stretched, angle))
+        R = np.eye(3)
+        R[:2, :2] = turned(np.eye(2), angle).T
+        np.testing.assert_allclose(F, R @ expected, atol=1e-12)
+
+
+def test_a_single_part_may_lie_on_the_axis():
+    """There a node is its own opposite: a diameter of no length, which is nobody's."""
+    points, cells = np.array([[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]]), np.array([[0, 1, 2]])
+    fin = RingSection(DEPTH, SECTOR, np.array([0, 1, 2]), np.array([False]))
+    assert fin.hoop_stretch(points, cells, 1.1 * points) == 1.0
+    assert (fin.hoop_gradient(points, cells) == 0.0).all()
+    assert (fin.hoop_curvature(points, cells) == 0.0).all()
 
 
 def test_what_strains_a_ring_and_how_much():
-    """F_zz is linear in the nodes' y: its slopes by differences of any size. Nothing else moves it,
-    and a ring that moves as a whole keeps it.
+    """Its nodes off their places at random: slopes of F_zz by central differences, off by a third
+    derivative of 1/D^3, D >= 2 mm, times h^2 / 6 and by eps / h, both 1e-8 of 1/D. Nothing else
+    moves it, and a ring that moves as a whole keeps it.
     """
-    movers, slopes = RINGS.strained_by(PAIRED), RINGS.hoop_slopes(STRIPS, PAIRED)
+    x = STRIPS + 0.2e-3 * np.random.default_rng(3).standard_normal(STRIPS.shape)
+    F_zz = RINGS.hoop_stretch(STRIPS, PAIRED, x)
+    movers, slopes = RINGS.strained_by(PAIRED), RINGS.hoop_gradient(x, PAIRED)
     np.testing.assert_array_equal(movers[:, :3], PAIRED)
     np.testing.assert_allclose(slopes.sum(axis=1), 0.0, atol=1e-12 * np.abs(slopes).max())
-    expected = np.zeros((len(PAIRED), len(STRIPS)))
-    np.add.at(expected, (np.arange(len(PAIRED))[:, None], movers), slopes)
-    moves = 0.1e-3 * np.eye(len(STRIPS))
-    found = [RINGS.hoop_stretch(STRIPS, PAIRED, STRIPS + np.outer(m, [0.0, 1.0])) for m in moves]
-    np.testing.assert_allclose((np.array(found).T - 1.0) / 0.1e-3, expected, atol=1e-9)
-    assert (expected[~ROUND] == 0.0).all() and (expected[ROUND] != 0.0).sum() == 6 * ROUND.sum()
+    expected = np.zeros((len(PAIRED), *STRIPS.shape))
+    np.add.at(expected, (np.arange(len(PAIRED))[:, None], movers), slopes * F_zz[:, None, None])
+    h, found = 1e-7, np.zeros_like(expected)
+    for a, i in np.ndindex(STRIPS.shape):
+        step = np.zeros_like(x)
+        step[a, i] = h
+        ends = [RINGS.hoop_stretch(STRIPS, PAIRED, x + s * step) for s in (1.0, -1.0)]
+        found[:, a, i] = (ends[0] - ends[1]) / (2.0 * h)
+    np.testing.assert_allclose(found, expected, atol=1e-7 / 2e-3)
+    moved = (expected != 0.0).any(axis=2)
+    assert not moved[~ROUND].any() and moved[ROUND].sum() == 6 * ROUND.sum()
 
 
-@pytest.mark.parametrize("scatter", [0.0, 0.2e-3])
-def test_pressure_on_a_ring_is_the_gradient_of_its_volume(scatter):
-    """By central differences of a cubic: off by a third derivative of 1 times h^2 / 6, 1e-13 m^2,
-    and as much of round-off, beside forces of 1e-6 m^2.
+def test_how_turning_a_diameter_stretches_its_ring():
+    """d^2F_zz along random displacements by second differences, off by 1e-4 of it as above: it is
+    not below zero, and not above what bounds it; it reaches that where nothing moves along a
+    diameter.
+    """
+    rng, h = np.random.default_rng(4), 2e-6
+    x = STRIPS + 0.2e-3 * rng.standard_normal(STRIPS.shape)
+    F_zz = RINGS.hoop_stretch(STRIPS, PAIRED, x)
+    bound = RINGS.hoop_curvature(x, PAIRED)
+    across = x - x[OPPOSITE]
+    across /= np.maximum(np.linalg.norm(across, axis=1), 1e-30)[:, None]
+    random = rng.standard_normal(x.shape)
+    turning = random - across * (across * random).sum(axis=1)[:, None]
+    for u, reached in ((random, 0.0), (turning, 1.0)):
+        ends = [RINGS.hoop_stretch(STRIPS, PAIRED, x + s * h * u) for s in (1.0, -1.0)]
+        second = (ends[0] + ends[1] - 2.0 * F_zz) / h**2 / F_zz
+        v = u[RINGS.strained_by(PAIRED)]
+        most = np.einsum("mai,mab,mbi->m", v, bound, v)
+        error = 1e-4 * most.max()
+        assert (second <= most + error).all()
+        assert (second >= reached * most - error).all()
+
+
+@pytest.mark.parametrize(("scatter", "angle"), [(0.0, 0.0), (0.0, 2.0), (0.2e-3, 0.7)])
+def test_pressure_on_a_ring_is_the_gradient_of_its_volume(scatter, angle):
+    """By central differences of about a cubic: off by a third derivative of 1 times h^2 / 6,
+    1e-13 m^2, and as much of round-off, beside forces of 1e-6 m^2. No facet's forces move or turn
+    the section.
     """
     x = STRIPS + scatter * np.random.default_rng(2).standard_normal(STRIPS.shape)
-    upper = SECTION.facet_sets["bottom"]
-    edges = np.concatenate([upper, upper[:, ::-1] + len(SECTION.points)])
-    facets = RINGS.pressed(edges + 7, 7) - 7  # of a body whose nodes begin at 7
-    np.testing.assert_array_equal(facets[:, 2:], OPPOSITE[edges])
+    x = turned(x, angle)
+    facets = RINGS.pressed(EDGES + 7, 7) - 7  # of a body whose nodes begin at 7
+    np.testing.assert_array_equal(facets[:, 2:], OPPOSITE[EDGES])
     if scatter == 0.0:
         assert RINGS.enclosed_volume(x, facets) == pytest.approx(SECTOR * 1e-3**2 * 4e-3)
+    forces = RINGS.volume_gradient(x, facets)
     found = np.zeros_like(x)
-    np.add.at(found, facets, RINGS.volume_gradient(x, facets))
+    np.add.at(found, facets, forces)
     h = 1e-6
     for a in np.unique(facets):
         for i in range(2):
@@ -114,7 +169,28 @@ def test_pressure_on_a_ring_is_the_gradient_of_its_volume(scatter):
             step[a, i] = h
             ends = [RINGS.enclosed_volume(x + s * step, facets) for s in (1.0, -1.0)]
             assert found[a, i] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), abs=1e-12)
-    np.testing.assert_allclose(found.sum(axis=0), 0.0, atol=1e-18)
+    np.testing.assert_allclose(forces.sum(axis=1), 0.0, atol=1e-18)
+    moments = x[facets][..., 0] * forces[..., 1] - x[facets][..., 1] * forces[..., 0]
+    np.testing.assert_allclose(moments.sum(axis=1), 0.0, atol=1e-20)
+
+
+def test_frusta_whose_ends_are_parallel():
+    """Diameters along y, their middles anywhere: between them and over the sector there is
+    sector/6 h (a^2 + a b + b^2) on each side, and F_zz is the ratio of the sums of the radii.
+    """
+    rng, half = np.random.default_rng(6), len(SECTION.points)
+    radii = UPPER[:, 1] - 2e-3 + 0.2e-3 * rng.random(half)
+    middles = np.stack([UPPER[:, 0] + 0.2e-3 * rng.random(half), 3e-3 * rng.random(half)], axis=1)
+    x = np.concatenate([middles + np.outer(s * radii, [0.0, 1.0]) for s in (1.0, -1.0)])
+    a, b = INSIDE.T
+    # Lower facets run the other way about: the upper ones' mirror images.
+    parts = (middles[b] - middles[a])[:, 0] * (radii[a] ** 2 + radii[a] * radii[b] + radii[b] ** 2)
+    volume = RINGS.enclosed_volume(x, RINGS.pressed(EDGES, 0))
+    assert volume == pytest.approx(2.0 * SECTOR / 6.0 * parts.sum(), rel=1e-12)
+    at_rest = UPPER[:, 1] - 2e-3
+    stretch = radii[SECTION.cells].sum(axis=1) / at_rest[SECTION.cells].sum(axis=1)
+    expected = np.where(ROUND, np.tile(stretch, 2), 1.0)
+    np.testing.assert_allclose(RINGS.hoop_stretch(STRIPS, PAIRED, x), expected, rtol=1e-12)
 
 
 def test_gradients_reproduce_a_linear_field():

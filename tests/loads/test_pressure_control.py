@@ -16,7 +16,7 @@ from softsim.loads.pressure_control import (
     Phase,
     PressureControl,
     Sensed,
-    mean_speed,
+    forward_speed,
 )
 
 ROW = 2e-3
@@ -36,16 +36,20 @@ def pressure(command: Command, t: float) -> float:
     return min(max(command.pressure + command.rate * (t - command.time), low), high)
 
 
+def sensed(t, p, rows, force, place):
+    return Sensed(t, p, rows, force, place, (1.0, 0.0, 0.0)[: len(place)])
+
+
 def rows_of(control, command, felt, end, begin=0):
     """Rows (time, pressure, phase, cycle) up to `end` [s], with decisions; felt(t, p, phase) gives
-    rows of spikes, force [N] and place.
+    rows of spikes, force [N] and place; it faces along the first axis.
     """
     seen, decisions = [], []
     for k in range(begin, round(end / ROW) + 1):
         t = k * ROW
         p, phase = pressure(command, t), control.phase_at(t)
         seen.append((t, p, phase, control.cycle))
-        decision = control.sense(Sensed(t, p, *felt(t, p, phase)))
+        decision = control.sense(sensed(t, p, *felt(t, p, phase)))
         if decision is not None:
             decisions.append((t, p, decision.reason))
             command = decision.command
@@ -117,7 +121,7 @@ def walker(*points):
         if phase is Phase.DEFLATION:
             begun.append(t)
         since = t - begun[0] if begun else 0.0
-        return 3, 0.5e-3 * max(p - 4e3, 0.0), (0.3, interpolated(since, points))
+        return 3, 0.5e-3 * max(p - 4e3, 0.0), (interpolated(since, points), 0.3)
 
     return felt
 
@@ -204,9 +208,20 @@ def test_nothing_happens_before_the_start():
     assert decisions[0][0] == pytest.approx(0.3 + decisions[0][1] / 10e3)
 
 
-def test_the_mean_speed_of_a_line_is_its_own():
-    felt = [Sensed(t, 0.0, 0, 0.0, (3.0 * t, 1.0, -4.0 * t)) for t in (0.0, 0.1, 0.15, 0.4)]
-    assert mean_speed(felt) == pytest.approx(5.0, rel=1e-12)
+def test_deflation_ends_when_the_robot_slips_back_without_having_moved():
+    """Still for 1 s, then 40 mm/s down: half of it is reached half a window later."""
+    _, decisions = course(SLOW, walker((0.0, 0.0), (1.0, 0.0), (2.0, -0.04)), 3.2)
+    t, _, reason = decisions[1]
+    assert reason == "it slips back"
+    assert t - decisions[0][0] - CYCLES.hold == pytest.approx(1.1, abs=2 * ROW)
+
+
+def test_the_speed_of_a_line_is_its_own_along_the_axis():
+    felt = [
+        Sensed(t, 0.0, 0, 0.0, (3.0 * t, 1.0, -4.0 * t), (0.6, 0.0, 0.8))
+        for t in (0.0, 0.1, 0.15, 0.4)
+    ]
+    assert forward_speed(felt) == pytest.approx(3.0 * 0.6 - 4.0 * 0.8, rel=1e-12)
 
 
 def test_hastened_cycles_have_the_same_course_sooner():
@@ -282,6 +297,6 @@ def command_after(felt, cut):
     for k in range(cut + 1):
         t = k * ROW
         p = pressure(command, t)
-        decision = control.sense(Sensed(t, p, *felt(t, p, control.phase_at(t))))
+        decision = control.sense(sensed(t, p, *felt(t, p, control.phase_at(t))))
         command = command if decision is None else decision.command
     return command

@@ -13,9 +13,12 @@ from softsim.report.section import (
     HalfSection,
     Section,
     Wall,
+    behind,
     boundary_edges,
+    chains,
     ends,
     outline_corners,
+    right_of_axis,
     view_of,
 )
 
@@ -50,6 +53,16 @@ def test_a_half_section_has_a_mirror_image(ring_run: Path) -> None:
     assert len(cells) == 2 * count
     assert cells[:count, :, 0].min() > 5.99
     np.testing.assert_array_equal(cells[count:], cells[:count] * [-1.0, 1.0])
+
+
+def test_lines_of_walls_are_cut_off_at_the_axis_and_mirrored(ring_run: Path) -> None:
+    """The free side stays on the left: above a floor, towards the axis of a wall that rises."""
+    beyond, floor, wall = [[-9, 0], [-4, 0]], [[-4, 0], [2, 3]], [[2, 3], [2, 9]]
+    lines = np.array([beyond, floor, wall], dtype=float)
+    np.testing.assert_allclose(right_of_axis(lines), [[[0, 2], [2, 3]], wall])
+    section = HalfSection(frames_of(ring_run), [0], "stretch")
+    both = section.seen_lines(lines)
+    np.testing.assert_allclose(both[2:], [[[-2, 9], [-2, 3]], [[-2, 3], [0, 2]]])
 
 
 def test_the_mirror_image_is_paler(ring_run: Path) -> None:
@@ -91,9 +104,31 @@ def test_the_ends_of_a_tube_are_lines_across_its_bore() -> None:
 def test_a_near_wall_is_in_the_view_and_a_far_one_is_not() -> None:
     places = np.array([[0.0, 0.0], [10.0, 4.0]])
     near, far = [0.0, -2.0, 0.0, 1.0], [40.0, 0.0, -1.0, 0.0]
-    view = view_of(places, np.array([near, far]))
+    view = view_of(places, np.array([near, far]), np.zeros((0, 2)))
     assert view[2] < -2.0
     assert view[1] < 20.0
+
+
+def test_a_curved_wall_is_in_the_view_where_it_is_near() -> None:
+    places = np.array([[0.0, 0.0], [10.0, 4.0]])
+    view = view_of(places, np.zeros((0, 4)), np.array([[5.0, 6.0], [40.0, 6.0]]))
+    assert view[3] > 6.0
+    assert view[1] < 20.0
+
+
+def test_lines_that_follow_each_other_are_one_chain() -> None:
+    corner = [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [1.0, 1.0]]]
+    away = [[[5.0, 5.0], [6.0, 5.0]]]
+    found = chains(np.array(corner + away))
+    np.testing.assert_array_equal(found[0], [[0, 0], [1, 0], [1, 1]])
+    np.testing.assert_array_equal(found[1], [[5, 5], [6, 5]])
+    assert chains(np.zeros((0, 2, 2))) == []
+
+
+def test_the_solid_lies_right_of_a_curved_wall_as_thick_everywhere() -> None:
+    """Around a corner to the left: mitred, so that both strips keep their thickness."""
+    chain = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0]])
+    np.testing.assert_allclose(behind(chain, 0.5), [[0.0, -0.5], [2.5, -0.5], [2.5, 2.0]])
 
 
 def test_a_wall_goes_through_unless_it_has_a_side() -> None:

@@ -1,5 +1,6 @@
 """Bodies in space: what the camera sees, how it is lit, what stands behind it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -151,3 +152,16 @@ def test_a_round_length_fits_and_is_not_much_shorter(longest: float) -> None:
     length = round_length(longest)
     assert longest / 2.5 < length <= longest
     assert f"{length:e}"[0] in "125"
+
+
+def test_a_curved_wall_is_drawn_where_it_faces_the_camera(box_run: Path) -> None:
+    """The picture reaches a quarter of the body's size around it, however far the wall leads."""
+    frames = read_frames(box_run / RESULTS)
+    seen = CAMERA.towards
+    one, other = tangents(seen)
+    square = np.array([-one - other, one - other, one + other, other - one]) - 2.0 * seen
+    lines = {"wall_faces": np.array([square, square[::-1], square + 1e3 * one])}
+    alone = Surface(frames, [0], "stretch")
+    walled = Surface(replace(frames, described=frames.described | lines), [0], "stretch")
+    assert len(walled.walls[1].light) == 2
+    assert (walled.view[1] - walled.view[0]) < 2.0 * (alone.view[1] - alone.view[0])

@@ -37,10 +37,16 @@ bodies:
 environment: {walls: {pipe: {kind: pipe, diameter: 36 mm}}}
 time: {end: 1 s}
 """
+GROUND = SECTION.replace(
+    "{kind: pipe, diameter: 36 mm}",
+    "{kind: polyline, points: [[-40 mm, -20 mm], [40 mm, -18 mm]], spacing: 0.5 mm}",
+)
 
 
 @pytest.mark.parametrize(
-    "text", [SECTION, RINGS, RING, SOLID], ids=["plane", "rings", "revolved", "space"]
+    "text",
+    [SECTION, RINGS, RING, SOLID, GROUND],
+    ids=["plane", "rings", "revolved", "space", "ground"],
 )
 def test_the_count_is_that_of_the_fields(build, cpu, text):
     """Within a tenth, shared and own part alike: those of one scenario and of three."""

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from softsim.contact.half_spaces import facing_one_way
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
-from softsim.solver.contact_stiffness import touched_at_once
 from softsim.solver.time_step import stable_increment
 
 PRESSED = """
@@ -73,11 +73,11 @@ def test_a_light_rigid_body_in_a_static_run_is_named(build):
 def test_walls_that_are_touched_at_once():
     """Two walls that face each other count once, a corner twice; a copy of a wall counts too."""
     up, down, right = np.array([[0.0, 1.0], [0.0, -1.0], [1.0, 0.0]])
-    assert len(touched_at_once(np.array([up, down]))) == 1
-    assert len(touched_at_once(np.array([up, right]))) == 2
-    assert len(touched_at_once(np.array([up, down, right, -right]))) == 2
-    assert len(touched_at_once(np.array([up, down, down]))) == 2
-    assert len(touched_at_once(np.zeros((0, 2)))) == 0
+    assert len(facing_one_way(np.array([up, down]))) == 1
+    assert len(facing_one_way(np.array([up, right]))) == 2
+    assert len(facing_one_way(np.array([up, down, right, -right]))) == 2
+    assert len(facing_one_way(np.array([up, down, down]))) == 2
+    assert len(facing_one_way(np.zeros((0, 2)))) == 0
 
 
 LIGHT = """

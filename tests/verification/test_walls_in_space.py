@@ -56,7 +56,7 @@ def kernel_gaps(obstacle, places):
     @ti.kernel
     def look():
         for w, i in gaps:
-            gap, n = obstacle.gap_and_normal(0, w, x[i])
+            gap, n = obstacle.gap_and_normal(0, i, w, x[i])
             gaps[w, i] = gap
             normals[w, i] = n
 
@@ -91,7 +91,9 @@ def test_gap_and_normal(build, cpu):
         "narrow": np.column_stack([0 * x, 1e-3 - y, -z]) / radii["narrow"][:, None],
         "wide": np.column_stack([0 * x, -4e-3 - y, -z]) / radii["wide"][:, None],
     }
-    for name, gaps in model.walls.gaps(places).items():
+    gaps_by_name = {n: gap for wall in model.walls for n, gap in wall.gaps(places).items()}
+    assert gaps_by_name.keys() == exact.keys()
+    for name, gaps in gaps_by_name.items():
         assert (gaps < 0.0).any() and (gaps > 0.0).any()
         np.testing.assert_allclose(gaps, exact[name], rtol=0.0, atol=1e-16)
     planes, pipes = (c.obstacle for c in Terms([model]).wall_contacts)

@@ -1,0 +1,318 @@
+"""A wall on a grid: signed distances at its nodes, interpolated between them.
+
+Any wall of straight facets becomes one table. Near the wall the values at the nodes are exact;
+away from it each node continues from the nearest exact one: the sign is carried on, and the
+distance is right to within a diagonal of a cell.
+
+Between the nodes the gap is interpolated linearly along each axis. On a straight wall that is
+exact. Where the wall has the curvatures k1, k2 (radius of a circle: k1 = 1/R, k2 = 0) the gap is
+off by at most spacing^2 (|k1| + |k2|) / 8, for the distance's second derivatives along the axes
+sum up to no more. At an edge or a corner, which the grid rounds off, it is off by half a cell's
+diagonal at most, as no distance changes by more than the way.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Protocol
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from softsim.errors import MeshError
+
+# Distances are exact within so many spacings of the wall. More than a cell's diagonal, so that this
+# holds for all nodes of a cell that the wall passes: and no wall lies between a node outside the
+# band and the nearest one inside, since there is a node within half a diagonal of anywhere.
+BAND = 3
+# Nodes of the largest grid: 130 MB of values, under 1 GB while they are computed.
+MOST_NODES = 2**24
+# Pairs of a node and a facet that are looked at together: some 100 MB.
+CHUNK = 2**18
+
+
+class SpacingError(MeshError):
+    """A grid whose spacing is too small or too large."""
+
+
+class Facets(Protocol):
+    """A wall of straight facets: polyline.Polyline, triangle_surface.TriangleSurface."""
+
+    def boxes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates (m, d) [m] of each facet."""
+
+    def spheres(self) -> tuple[np.ndarray, np.ndarray]:
+        """For each facet the mean of its corners (m, d) [m], and the radius (m,) [m] of the sphere
+        around it that holds them.
+        """
+
+    def plane_distances(self, x: np.ndarray, facet: np.ndarray) -> np.ndarray:
+        """No more than the distance (k,) [m] of places x (k, d) to facets number `facet` (k,)."""
+
+    def signed_distances(self, x: np.ndarray, facet: np.ndarray) -> np.ndarray:
+        """Distance (k,) [m] of places x (k, d) to facets number `facet` (k,), negative in the
+        wall; the sign is right where no other facet is nearer.
+        """
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Straight walls beyond a grid in the plane: points where they begin, unit directions in which
+    they go on without an end, unit normals into the free side, all (e, d).
+    """
+
+    points: np.ndarray
+    directions: np.ndarray
+    normals: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceGrid:
+    """Signed distances of one wall, `name`: values (nx, ny) or (nx, ny, nz) [m] at the nodes
+    origin (d,) + spacing * (i, j, k) [m], negative in the wall.
+
+    Outside of the grid's box the gap is that of the nearest place of its rim, farther by the
+    distance to there: free remains free and solid remains solid. `lines`: walls that go on there;
+    the nearest of all counts. picture: what `drawn` returns.
+    """
+
+    name: str
+    origin: np.ndarray
+    spacing: float
+    values: np.ndarray
+    lines: Lines
+    picture: dict[str, np.ndarray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of its one surface."""
+        return (self.name,)
+
+    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
+        """Signed gap (n,) [m] of places x (n, d), negative in the wall, by the wall's name."""
+        last = np.array(self.values.shape) - 1.0
+        u = (x - self.origin) / self.spacing
+        rim = np.clip(u, 0.0, last)
+        gap = self._interpolated(rim)
+        beyond = self.spacing * np.linalg.norm(u - rim, axis=1)
+        gap += np.where(gap < 0.0, -beyond, beyond)
+        for point, direction, normal in zip(
+            self.lines.points, self.lines.directions, self.lines.normals, strict=True
+        ):
+            height = (x - point) @ normal
+            is_nearer = (beyond > 0.0) & ((x - point) @ direction > 0.0)
+            is_nearer &= np.abs(height) < np.abs(gap)
+            gap = np.where(is_nearer, height, gap)
+        return {self.name: gap}
+
+    def _interpolated(self, u: np.ndarray) -> np.ndarray:
+        """Values (n,) [m] at places u (n, d) within the grid, in spacings from its origin."""
+        cell = np.minimum(u.astype(int), np.array(self.values.shape) - 2)
+        share = u - cell
+        result = np.zeros(len(u))
+        for corner in product((0, 1), repeat=u.shape[1]):
+            weight = np.where(corner, share, 1.0 - share).prod(axis=1)
+            result += weight * self.values[tuple((cell + corner).T)]
+        return result
+
+    def touched_at_once(self) -> tuple[float, float]:
+        """One surface, whose gap changes by up to `steepest` for each metre that a node moves."""
+        return self.steepest(), self.steepest()
+
+    def steepest(self) -> float:
+        """Largest slope |grad g| [-] of the gap in cells that reach into the wall: 1 where it is
+        straight, up to the root of d at an edge.
+        """
+        axes, least = range(self.values.ndim), self.values
+        for axis in axes:
+            least = _of_neighbours(np.minimum, least, axis)
+        # Farther in than the band is exact, nothing gets.
+        touched = (least < 0.0) & (least > -BAND * self.spacing)
+        squared = np.zeros(int(touched.sum()))
+        for axis in axes:
+            # Of the edges of a cell along an axis the steepest; of a straight wall all are alike.
+            steps = np.abs(np.diff(self.values, axis=axis))
+            for other in axes:
+                if other != axis:
+                    steps = _of_neighbours(np.maximum, steps, other)
+            squared += (steps[touched] / self.spacing) ** 2
+        return float(np.sqrt(squared.max(initial=1.0)))
+
+    @property
+    def stored_numbers(self) -> int:
+        """Of the table."""
+        return self.values.size
+
+    def drawn(self) -> dict[str, np.ndarray]:
+        """The facets that the grid was made from."""
+        return self.picture
+
+
+def _of_neighbours(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndarray:
+    """A function of each two neighbours along an axis."""
+    count = values.shape[axis]
+    return np.asarray(
+        function(values.take(range(count - 1), axis), values.take(range(1, count), axis))
+    )
+
+
+def tabulated(
+    wall: Facets, low: np.ndarray, high: np.ndarray, spacing: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Origin (d,) [m] and values [m] of the grid of a wall in the box from low to high (d,) [m],
+    enlarged by the band on all sides.
+
+    Raises SpacingError where the grid would be too large, saying a spacing that would do, or the
+    wall is too thin for it; MeshError where the wall has no clear inside.
+    """
+    shape = shape_of_grid(low, high, spacing)
+    if np.prod([float(n) for n in shape]) > MOST_NODES:
+        raise SpacingError(
+            f"a grid of {' x '.join(str(n) for n in shape)} nodes, {spacing * 1e3:.3g} mm apart, "
+            f"is too large: at most {MOST_NODES:,} nodes",
+            hint=f"give the wall a spacing of {least_spacing(low, high) * 1e3:.3g} mm, or cut off "
+            "what nothing can get to",
+        )
+    origin = low - BAND * spacing
+    values = distances_in_band(wall, origin, spacing, shape)
+    carry_on(values, spacing)
+    refuse_unclear_sides(values, origin, spacing)
+    refuse_too_thin(values, origin, spacing, wall)
+    return origin, values
+
+
+def shape_of_grid(low: np.ndarray, high: np.ndarray, spacing: float) -> tuple[int, ...]:
+    """Nodes along each axis of the box (d,) [m] with the band on both sides."""
+    return tuple(int(n) for n in np.ceil((high - low) / spacing) + 2 * BAND + 1)
+
+
+def least_spacing(low: np.ndarray, high: np.ndarray) -> float:
+    """A spacing [m] in two digits with which the box has a grid that is not too large."""
+    spacing = float(np.ptp(np.stack([low, high]), axis=0).max()) / MOST_NODES
+    while np.prod([float(n) for n in shape_of_grid(low, high, spacing)]) > MOST_NODES:
+        spacing *= 1.02
+    digit = 10.0 ** (np.floor(np.log10(spacing)) - 1.0)
+    return float(np.ceil(spacing / digit) * digit)
+
+
+def distances_in_band(
+    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> np.ndarray:
+    """Signed distances [m] at the nodes in the band, infinite at the others."""
+    farthest = farthest_facets(wall, origin, spacing, shape)
+    centres, radii = wall.spheres()
+    values = np.full(len(farthest), np.inf)
+    for node, facet in pairs_nearby(wall, origin, spacing, shape):
+        x = places_of(node, origin, spacing, shape)
+        near = np.linalg.norm(x - centres[facet], axis=1) - radii[facet] <= farthest[node]
+        node, facet, x = node[near], facet[near], x[near]
+        near = wall.plane_distances(x, facet) <= farthest[node]
+        node, distance = node[near], wall.signed_distances(x[near], facet[near])
+        # Of each node the nearest facet: the first one in the order of the nodes.
+        order = np.lexsort((np.abs(distance), node))
+        node, distance = node[order], distance[order]
+        first = np.append(True, node[1:] != node[:-1])[: len(node)]
+        node, distance = node[first], distance[first]
+        nearer = (np.abs(distance) <= farthest[node]) & (np.abs(distance) < np.abs(values[node]))
+        values[node[nearer]] = distance[nearer]
+    return values.reshape(shape)
+
+
+def farthest_facets(
+    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> np.ndarray:
+    """How far from each node its nearest facet can be [m], as the facets' centres tell, and no
+    farther than the band (nodes,): farther facets need not be looked at.
+    """
+    centres, _ = wall.spheres()
+    farthest = np.full(int(np.prod(shape)), BAND * spacing)
+    for node, facet in pairs_nearby(wall, origin, spacing, shape):
+        x = places_of(node, origin, spacing, shape)
+        np.minimum.at(farthest, node, np.linalg.norm(x - centres[facet], axis=1))
+    return farthest + 1e-6 * spacing  # for what rounding makes of the nearest one
+
+
+def places_of(
+    node: np.ndarray, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> np.ndarray:
+    """Places (k, d) [m] of nodes (k,), numbered along the last axis first."""
+    return np.asarray(origin + spacing * np.stack(np.unravel_index(node, shape), axis=1))
+
+
+def pairs_nearby(
+    wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Nodes, numbered along the last axis first, and facets (k,) whose boxes, enlarged by the band,
+    they lie in; a part at a time.
+    """
+    low, high = wall.boxes()
+    last = np.array(shape) - 1
+    begin = np.ceil((low - origin) / spacing - BAND).clip(0, last + 1).astype(int)
+    end = np.floor((high - origin) / spacing + BAND).clip(-1, last).astype(int)
+    sizes = np.maximum(end - begin + 1, 0)
+    ends = np.cumsum(sizes.prod(axis=1))
+    for first in range(0, int(ends[-1]), CHUNK):
+        pair = np.arange(first, min(first + CHUNK, int(ends[-1])))
+        facet = np.searchsorted(ends, pair, side="right")
+        rest = pair - (ends[facet] - sizes[facet].prod(axis=1))
+        index = np.empty((len(pair), len(shape)), dtype=int)
+        for axis in reversed(range(len(shape))):
+            index[:, axis] = begin[facet, axis] + rest % sizes[facet, axis]
+            rest //= sizes[facet, axis]
+        yield np.ravel_multi_index(tuple(index.T), shape), facet
+
+
+def carry_on(values: np.ndarray, spacing: float) -> None:
+    """Give the nodes outside the band the sign of the nearest one inside, and its distance from
+    the wall and theirs from it together [m]: too much by a cell's diagonal at most.
+    """
+    outside = np.isinf(values)
+    if not outside.any():
+        return
+    nearest = distance_transform_edt(outside, return_distances=False, return_indices=True)
+    for i in range(len(values)):  # layer by layer: all at once would take ten times the grid
+        here = np.nonzero(outside[i])
+        there = np.stack([axis[i][here] for axis in nearest])
+        steps = there - np.stack([np.full(len(here[0]), i), *here])
+        way, seen = spacing * np.linalg.norm(steps, axis=0), values[tuple(there)]
+        values[i][here] = seen + np.where(seen < 0.0, -way, way)
+
+
+def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float) -> None:
+    """Between neighbours of opposite signs runs the wall, so that their distances from it make up
+    no more than the spacing; else the signs contradict each other.
+    """
+    for axis in range(values.ndim):
+        count = values.shape[axis]
+        one, other = values.take(range(count - 1), axis), values.take(range(1, count), axis)
+        wrong = ((one < 0.0) != (other < 0.0)) & (np.abs(one - other) > (1.0 + 1e-9) * spacing)
+        if wrong.any():
+            place = origin + spacing * np.argwhere(wrong)[0]
+            raise MeshError(
+                f"the surface has no clear inside near {_in_mm(place)}",
+                hint="it crosses itself there, or a part of it is turned inside out: make it one "
+                "solid with all normals outwards",
+            )
+
+
+def refuse_too_thin(values: np.ndarray, origin: np.ndarray, spacing: float, wall: Facets) -> None:
+    """Within two cells of every facet's centre there is a node half a spacing deep in the wall: the
+    grid would have holes where it is thinner than a cell.
+    """
+    u, last = (wall.spheres()[0] - origin) / spacing, np.array(values.shape) - 1
+    cell = u[((u >= 0.0) & (u <= last)).all(axis=1)].astype(int)
+    deepest = np.full(len(cell), np.inf)
+    for step in product(range(-2, 4), repeat=len(last)):
+        node = np.clip(cell + step, 0, last)
+        deepest = np.minimum(deepest, values[tuple(node.T)])
+    thin = np.flatnonzero(deepest > -0.5 * spacing)
+    if len(thin):
+        raise SpacingError(
+            f"near {_in_mm(origin + spacing * cell[thin[0]])} the wall is thinner than its grid "
+            f"can hold, whose nodes are {spacing * 1e3:.3g} mm apart",
+            hint="give the wall a spacing of half its thickness there, or make it thicker",
+        )
+
+
+def _in_mm(place: np.ndarray) -> str:
+    return "(" + ", ".join(f"{c * 1e3:.4g}" for c in place) + ") mm"

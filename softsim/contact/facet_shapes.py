@@ -1,0 +1,124 @@
+"""Shape of one facet, an edge of a section or a triangle in space: closest point, normal.
+
+A facet is given by the rows of X (d, d), the places of its corners. A place x lies beside it at
+x = sum_c W_c X_c + z n with the weights W of its foot in the facet's line or plane, some of them
+negative where the foot lies outside; the closest point of the facet has weights w >= 0.
+"""
+
+import taichi as ti
+
+from softsim import backend
+
+
+@ti.func
+def corner(X, k):
+    """Row k of X."""
+    return ti.Vector([X[k, j] for j in ti.static(range(X.m))])
+
+
+@ti.func
+def foot_weights(X, gradients, x):
+    """W (d,): linear in x, each 1 at its own corner and 0 at the others."""
+    W = gradients @ (x - corner(X, 0))
+    W[0] += 1.0
+    return W
+
+
+@ti.func
+def velocity_beside(V, gradients, n, W, z):
+    """Velocity [m/s] at the place W, z beside a facet that moves and turns with it, its corners
+    with the velocities V (rows): sum_c W_c v_c + z dn/dt, with dn/dt = -sum_c dW_c/dx (n . v_c).
+    """
+    return V.transpose() @ W - z * (gradients.transpose() @ (V @ n))
+
+
+@ti.func
+def corner_forces(gradients, n, W, z, T):
+    """What a force T at the place W, z beside a facet is on its corners (rows): the same power,
+    so the same resultant and moment.
+    """
+    return W.outer_product(T) - z * (gradients @ T).outer_product(n)
+
+
+@ti.func
+def share_along(a, b, x):
+    """Where on the line from a to b the point closest to x lies: 0 at a, 1 at b."""
+    along = b - a
+    return ti.math.clamp((x - a).dot(along) / along.norm_sqr(), 0.0, 1.0)
+
+
+@ti.data_oriented
+class Edge:
+    """An edge of a section, with the material to its left."""
+
+    dimension = 2
+
+    @ti.func
+    def normal(self, X):
+        """Unit normal out of the material."""
+        along = corner(X, 1) - corner(X, 0)
+        return ti.Vector([along[1], -along[0]]).normalized()
+
+    @ti.func
+    def weight_gradients(self, X):
+        """dW_c/dx, a row for each corner [1/m]."""
+        along = corner(X, 1) - corner(X, 0)
+        g = along / along.norm_sqr()
+        return ti.Matrix([[-g[0], -g[1]], [g[0], g[1]]])
+
+    @ti.func
+    def closest_weights(self, X, x):
+        """w of the point of the edge that is closest to x."""
+        t = share_along(corner(X, 0), corner(X, 1), x)
+        return ti.Vector([1.0 - t, t])
+
+    @ti.func
+    def angle(self, X, k):
+        """How much a corner's own normal counts in that of the surface: both edges alike."""
+        return ti.cast(1.0, backend.real)
+
+
+@ti.data_oriented
+class Triangle:
+    """A triangle in space; seen from outside its corners go counter-clockwise."""
+
+    dimension = 3
+
+    @ti.func
+    def normal(self, X):
+        """Unit normal out of the material."""
+        a = corner(X, 0)
+        return (corner(X, 1) - a).cross(corner(X, 2) - a).normalized()
+
+    @ti.func
+    def weight_gradients(self, X):
+        """dW_c/dx, a row for each corner [1/m]."""
+        a = corner(X, 0)
+        e, f = corner(X, 1) - a, corner(X, 2) - a
+        area = e.cross(f)
+        g1, g2 = f.cross(area) / area.norm_sqr(), area.cross(e) / area.norm_sqr()
+        g0 = -g1 - g2
+        return ti.Matrix([[g0[0], g0[1], g0[2]], [g1[0], g1[1], g1[2]], [g2[0], g2[1], g2[2]]])
+
+    @ti.func
+    def closest_weights(self, X, x):
+        """w of the point of the triangle that is closest to x: its foot, or on one of the sides."""
+        w = foot_weights(X, self.weight_gradients(X), x)
+        if w.min() < 0.0:
+            nearest = ti.cast(1e30, backend.real)
+            for k in ti.static(range(3)):
+                i, j = ti.static(k, (k + 1) % 3)
+                a, b = corner(X, i), corner(X, j)
+                t = share_along(a, b, x)
+                square = (x - a - t * (b - a)).norm_sqr()
+                if square < nearest:
+                    nearest = square
+                    w = ti.Vector([0.0, 0.0, 0.0])
+                    w[i], w[j] = 1.0 - t, t
+        return w
+
+    @ti.func
+    def angle(self, X, k):
+        """Angle [rad] at corner k: how much its own normal counts in that of the surface."""
+        e, f = corner(X, (k + 1) % 3) - corner(X, k), corner(X, (k + 2) % 3) - corner(X, k)
+        return ti.atan2(e.cross(f).norm(), e.dot(f))

@@ -1,0 +1,98 @@
+"""Walls on grids of distances in kernels: gap and normal by interpolation between the nodes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+from softsim.contact.distance_grid import DistanceGrid
+from softsim.contact.walls import FixedFrame
+from softsim.fields import index_field, real_field, vector_field
+
+
+@ti.data_oriented
+class GriddedObstacle(FixedFrame):
+    """One wall on a grid, as contact/distance_grid.py describes it; an entry of `walls` a scenario.
+
+    places: of the contact nodes at the start (k, d) [m]. Scenarios with the same grid share it.
+    """
+
+    count = 1
+
+    def __init__(self, walls: Sequence[DistanceGrid], places: np.ndarray) -> None:
+        self.dimension = walls[0].values.ndim
+        self.value, first = joined([w.values for w in walls])
+        self.first = index_field(first)
+        self.nodes = vector_field(np.array([w.values.shape for w in walls], dtype=float))
+        self.origin = vector_field(np.stack([w.origin for w in walls]))
+        self.spacing = real_field(np.array([w.spacing for w in walls]))
+        self.lines = len(walls[0].lines.points)
+        self.line_point = vector_field(np.stack([w.lines.points for w in walls]))
+        self.line_direction = vector_field(np.stack([w.lines.directions for w in walls]))
+        self.line_normal = vector_field(np.stack([w.lines.normals for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Signed gap [m] of contact node number i at x, negative inside the wall, and its gradient
+        as a unit vector: the normal.
+        """
+        h = self.spacing[s]
+        u = (x - self.origin[s]) / h
+        rim = ti.min(ti.max(u, 0.0), self.nodes[s] - 1.0)
+        gap, n = self.interpolated(s, rim)
+        if (u - rim).norm_sqr() > 0.0:
+            beyond = h * (u - rim).norm()
+            gap += ti.select(gap < 0.0, -beyond, beyond)
+            for e in range(self.lines):
+                arm = x - self.line_point[s, e]
+                height = arm.dot(self.line_normal[s, e])
+                if arm.dot(self.line_direction[s, e]) > 0.0 and ti.abs(height) < ti.abs(gap):
+                    gap, n = height, self.line_normal[s, e]
+        return gap, n
+
+    @ti.func
+    def interpolated(self, s, u):
+        """Gap [m] at u, in spacings from the origin and within the grid, and its gradient as a unit
+        vector.
+
+        g = sum of w_c g_c over the corners c of the cell; w_c is the product, over the axes, of the
+        share of the way across the cell, or what is left of it. The derivative of w_c along an axis
+        is the product over the other axes, with the sign of the corner's side.
+        """
+        d = ti.static(self.dimension)
+        cell = ti.min(ti.floor(u), self.nodes[s] - 2.0)
+        share = u - cell
+        gap = ti.cast(0.0, backend.real)
+        slope = ti.Vector.zero(backend.real, d)
+        for corner in ti.static(range(2**d)):
+            number = 0
+            for a in ti.static(range(d)):
+                number = number * ti.cast(self.nodes[s][a], ti.i32) + (
+                    ti.cast(cell[a], ti.i32) + (corner >> a) % 2
+                )
+            value = self.value[self.first[s] + number]
+            weight = ti.cast(1.0, backend.real)
+            for a in ti.static(range(d)):
+                weight *= share[a] if ti.static((corner >> a) % 2) else 1.0 - share[a]
+            gap += weight * value
+            for a in ti.static(range(d)):
+                of_slope = value if ti.static((corner >> a) % 2) else -value
+                for b in ti.static(range(d)):
+                    if ti.static(b != a):
+                        of_slope *= share[b] if ti.static((corner >> b) % 2) else 1.0 - share[b]
+                slope[a] += of_slope
+        return gap, slope / ti.max(slope.norm(), 1e-12)
+
+
+def joined(tables: Sequence[np.ndarray]) -> tuple[ti.ScalarField, np.ndarray]:
+    """One field of the numbers of all tables, those that are alike once, and where each begins."""
+    kept: list[np.ndarray] = []
+    begins: list[int] = []
+    for table in tables:
+        alike = [k for k, one in enumerate(kept) if np.array_equal(one, table)]
+        if not alike:
+            kept.append(table)
+        number = alike[0] if alike else len(kept) - 1
+        begins.append(sum(one.size for one in kept[:number]))
+    return real_field(np.concatenate([one.ravel() for one in kept])), np.array(begins)

@@ -1,0 +1,207 @@
+"""Which facets each node of a surface may touch before long, and the other way round.
+
+Verlet lists: a pair is listed when it is closer than DEPTH facets and a margin. They hold until two
+nodes have moved by the margin relative to each other; that is looked at in every increment, before
+any force (by the box that holds all displacements, so a body that moves as a whole costs nothing).
+So every pair that is closer than DEPTH is listed at all times, however fast it moves. Asked of the
+increment is only that nothing gets deeper than DEPTH at once: v dt < DEPTH h. At the stable step,
+dt about h/c with the speed of sound c, that is a speed of 0.7 c (here some 27 m/s), and a plane
+impact at 2 v presses as deep as 2 v/c facets.
+
+The lists only spare work: they are in the order of the numbers, and what is farther than DEPTH
+does nothing, so a run has the same bits whenever they are made anew.
+"""
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+from softsim.contact.cell_lists import CellLists
+from softsim.contact.deformable_surface import DEPTH, DeformableSurface
+from softsim.fields import index_field, real_field, vector_field
+from softsim.nodes import PARTS
+
+# The margin over the mean side. Wider: more to look at in each increment. Narrower: made anew more
+# often.
+MARGIN = 1.0
+# Facets that a node may have near it, nodes that a facet may, in facets of equal length: those of
+# both sides of a fin pressed to half its length, twice over, in the plane; in space as many across.
+MOST_FACETS = {2: 32, 3: 128}
+MOST_NODES = {2: 32, 3: 96}
+
+
+@ti.func
+def part_of(count, p):
+    """First and end of part p of so many indices."""
+    return count * p // PARTS, count * (p + 1) // PARTS
+
+
+def margin_and_room(facet_size: np.ndarray) -> tuple[float, float, int]:
+    """Margin and longest side [m] for facets of these sides (f,) [m], and how much more room lists
+    need than between facets of equal sides.
+    """
+    mean, longest = float(facet_size.mean()), float(facet_size.max())
+    return MARGIN * mean, longest, int(np.ceil(longest / mean))
+
+
+@ti.data_oriented
+class NeighbourLists:
+    """Pairs of nodes and facets of a surface that may touch.
+
+    Work is done in PARTS of the nodes or facets, so that most of it is passed over at once while
+    nothing is near.
+
+    Fields: near_facet (scenarios, k, room), near_facet_count; near_node (scenarios, f, room),
+    near_node_count, in increasing order. renewed (scenarios,): whether they are made anew in this
+    increment. overfull (scenarios,): whether a list had no room, which the host has to look at.
+    """
+
+    def __init__(self, surface: DeformableSurface, margin: float, longest: float, room: int):
+        """margin [m]. longest: side of a facet at rest [m]. room: times MOST_FACETS, MOST_NODES."""
+        nodes = surface.nodes
+        scenarios, d = nodes.scenarios, nodes.dimension
+        self.surface, self.nodes, self.margin = surface, nodes, margin
+        self.longest_reach = DEPTH * longest + margin
+        self.members = CellLists(scenarios, surface.member_count, d)
+        self.facets = CellLists(scenarios, surface.facet_count, d)
+        self.radius = real_field(np.zeros((scenarios, surface.facet_count)))
+        self.facet_room, self.node_room = room * MOST_FACETS[d], room * MOST_NODES[d]
+        by_member, by_facet = (scenarios, surface.member_count), (scenarios, surface.facet_count)
+        self.near_facet = index_field(np.zeros((*by_member, self.facet_room)))
+        self.near_facet_count = index_field(np.zeros(by_member))
+        self.near_node = index_field(np.zeros((*by_facet, self.node_room)))
+        self.near_node_count = index_field(np.zeros(by_facet))
+        by_part = np.zeros((scenarios, PARTS, d))
+        self.least, self.most = vector_field(by_part), vector_field(by_part)
+        self.stale, self.renewed = index_field(np.ones(scenarios)), index_field(np.zeros(scenarios))
+        self.overfull = index_field(np.zeros(scenarios))
+
+    @ti.func
+    def watch(self, s, p, t, dt):
+        """Least and most displacement of the nodes of part p since the lists were made."""
+        first, end = part_of(self.members.count, p)
+        least = ti.Vector.one(backend.real, self.nodes.dimension) * 1e30
+        most = -least
+        for i in range(first, end):
+            moved = self.nodes.position[s, self.surface.member[i]] - self.members.place[s, i]
+            least, most = ti.min(least, moved), ti.max(most, moved)
+        self.least[s, p], self.most[s, p] = least, most
+
+    @ti.func
+    def sort(self, s, p, t, dt):
+        """Whether lists are made anew; if so, sort nodes and facets into cells. One worker does it
+        all, in order.
+        """
+        least, most = self.least[s, 0], self.most[s, 0]
+        for part in range(1, PARTS):
+            least = ti.min(least, self.least[s, part])
+            most = ti.max(most, self.most[s, part])
+        self.renewed[s] = self.stale[s]
+        if (most - least).norm_sqr() > self.margin * self.margin:
+            self.renewed[s] = 1
+        if self.renewed[s] == 1:
+            self.stale[s] = 0
+            for k in range(self.members.count):
+                self.members.place[s, k] = self.nodes.position[s, self.surface.member[k]]
+            widest = 0.0
+            for f in range(self.facets.count):
+                widest = ti.max(widest, self._place_facet(s, f))
+            self.members.sort(s, self.longest_reach + widest)
+            self.facets.sort(s, self.longest_reach + widest)
+
+    @ti.func
+    def _place_facet(self, s, f):
+        """Put facet f where its centroid is; returns the distance to its farthest corner."""
+        X = self.surface.corners(s, f)
+        d = ti.static(self.nodes.dimension)
+        centre = X.transpose() @ ti.Vector([1.0 / d for _ in ti.static(range(d))])
+        square = 0.0
+        for c in ti.static(range(d)):
+            arm = self.nodes.position[s, self.surface.corner[f, c]] - centre
+            square = ti.max(square, arm.norm_sqr())
+        self.facets.place[s, f] = centre
+        self.radius[s, f] = ti.sqrt(square)
+        return self.radius[s, f]
+
+    @ti.func
+    def find_facets(self, s, p, t, dt):
+        """Make the lists of the nodes of part p anew, if lists are."""
+        if self.renewed[s] == 1:
+            first, end = part_of(self.members.count, p)
+            for i in range(first, end):
+                self.near_facet_count[s, i] = self._find_facets_of(s, i)
+
+    @ti.func
+    def find_nodes(self, s, p, t, dt):
+        """Make the lists of the facets of part p anew, if lists are; those of nodes are made."""
+        if self.renewed[s] == 1:
+            first, end = part_of(self.facets.count, p)
+            for f in range(first, end):
+                self.near_node_count[s, f] = self._find_nodes_of(s, f)
+
+    @ti.func
+    def _find_facets_of(self, s, i):
+        """Make the list of node i; returns how many facets there are."""
+        count = 0
+        cell = self.facets.cell(s, self.members.place[s, i])
+        for q in range(3**self.nodes.dimension):
+            there = self.facets.around(cell, q)
+            b = self.facets.list_of(there)
+            for e in range(self.facets.first[s, b], self.facets.first[s, b + 1]):
+                f = self.facets.member[s, e]
+                own = self.facets.cell(s, self.facets.place[s, f])
+                if (own == there).all() and self._are_near(s, i, f):
+                    count = self._insert(s, self.near_facet, i, count, self.facet_room, f)
+        return count
+
+    @ti.func
+    def _are_near(self, s, i, f):
+        """Whether node i and facet f belong into each other's list."""
+        x = self.members.place[s, i]
+        reach = DEPTH * self.surface.length(i, f) + self.margin
+        result = False
+        if (x - self.facets.place[s, f]).norm() <= reach + self.radius[s, f]:
+            X = self.surface.corners(s, f)
+            w = self.surface.shape.closest_weights(X, x)
+            if (x - X.transpose() @ w).norm() <= reach:
+                result = self.surface.are_neighbours(i, f) == 0
+        return result
+
+    @ti.func
+    def _find_nodes_of(self, s, f):
+        """Make the list of facet f from those of the nodes around; returns how many there are."""
+        count = 0
+        cell = self.members.cell(s, self.facets.place[s, f])
+        for q in range(3**self.nodes.dimension):
+            there = self.members.around(cell, q)
+            b = self.members.list_of(there)
+            for e in range(self.members.first[s, b], self.members.first[s, b + 1]):
+                i = self.members.member[s, e]
+                own = self.members.cell(s, self.members.place[s, i])
+                if (own == there).all() and self._has_facet(s, i, f):
+                    count = self._insert(s, self.near_node, f, count, self.node_room, i)
+        return count
+
+    @ti.func
+    def _has_facet(self, s, i, f):
+        """Whether facet f is in the list of node i."""
+        found = False
+        for k in range(self.near_facet_count[s, i]):
+            if self.near_facet[s, i, k] == f:
+                found = True
+        return found
+
+    @ti.func
+    def _insert(self, s, lists: ti.template(), i, count, room, value):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Put a value into list i, in order; returns how many there are now."""
+        result = count
+        if count == room:
+            self.overfull[s] = 1
+        else:
+            k = count
+            while k > 0 and lists[s, i, k - 1] > value:
+                lists[s, i, k] = lists[s, i, k - 1]
+                k -= 1
+            lists[s, i, k] = value
+            result = count + 1
+        return result

@@ -1,0 +1,200 @@
+"""A wall drawn as a polyline in the plane: signed distances, exactly; what makes it no wall.
+
+The free side is on the left of who walks along the points. A polyline that is not closed goes on
+straight beyond its ends, without an end.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from softsim.contact.distance_grid import BAND, DistanceGrid, Lines, tabulated
+from softsim.errors import MeshError
+
+
+@dataclass(frozen=True, eq=False)
+class Polyline:
+    """points (n, 2) [m], no two neighbours alike; closed: whether the last is joined to the first.
+
+    The first and the last point of an open one say where it stops, see `prolonged`.
+    """
+
+    points: np.ndarray
+    closed: bool
+
+    @cached_property
+    def starts(self) -> np.ndarray:
+        """Where its edges begin (m, 2) [m]."""
+        return self.points if self.closed else self.points[:-1]
+
+    @cached_property
+    def ways(self) -> np.ndarray:
+        """From the beginning of each edge to its end (m, 2) [m]."""
+        return np.roll(self.points, -1, axis=0)[: len(self.starts)] - self.starts
+
+    @cached_property
+    def directions(self) -> np.ndarray:
+        """Unit vectors (m, 2) along the edges."""
+        return self.ways / np.linalg.norm(self.ways, axis=1)[:, None]
+
+    @cached_property
+    def normals(self) -> np.ndarray:
+        """Unit normals (m, 2) of the edges, into the free side."""
+        return self.directions @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+    @property
+    def ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points, outward directions and normals (2, 2) of the two lines on which an open polyline
+        goes on; (0, 2) of a closed one.
+        """
+        if self.closed:
+            return (np.zeros((0, 2)),) * 3
+        outwards = self.directions[[0, -1]] * [[-1.0], [1.0]]
+        return self.points[[0, -1]], outwards, self.normals[[0, -1]]
+
+    def prolonged(self, length: float) -> "Polyline":
+        """With both ends moved outwards by `length` [m]; a closed one as it is."""
+        if self.closed:
+            return self
+        points, outwards, _ = self.ends
+        beyond = points + length * outwards
+        return Polyline(np.vstack([beyond[:1], self.points[1:-1], beyond[1:]]), False)
+
+    def boxes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest coordinates (m, 2) [m] of each edge."""
+        ends = np.stack([self.starts, self.starts + self.ways])
+        return ends.min(axis=0), ends.max(axis=0)
+
+    def spheres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Middles (m, 2) and half lengths (m,) [m] of the edges."""
+        return self.starts + 0.5 * self.ways, 0.5 * np.linalg.norm(self.ways, axis=1)
+
+    def plane_distances(self, x: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        """Distance (k,) [m] of places x (k, 2) to the straight lines of edges number `edge`."""
+        return np.abs(((x - self.starts[edge]) * self.normals[edge]).sum(axis=1))
+
+    def signed_distances(self, x: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        """Distance (k,) [m] of places x (k, 2) to edges number `edge` (k,). Its sign is right where
+        no other edge is nearer: at a corner it is that of the sum of both normals
+        (softsim/contact/triangle_surface.py, in the plane).
+        """
+        way, arm = self.ways[edge], x - self.starts[edge]
+        share = np.clip((arm * way).sum(axis=1) / (way**2).sum(axis=1), 0.0, 1.0)
+        arm -= share[:, None] * way
+        before, after = self._neighbouring_normals()
+        side = self.normals[edge]
+        side = side + np.where((share == 0.0)[:, None], before[edge], 0.0)
+        side = side + np.where((share == 1.0)[:, None], after[edge], 0.0)
+        return np.linalg.norm(arm, axis=1) * np.where((arm * side).sum(axis=1) < 0.0, -1.0, 1.0)
+
+    def _neighbouring_normals(self) -> tuple[np.ndarray, np.ndarray]:
+        """Normals (m, 2) of the edges before and after each; an open end has its own again."""
+        normals = self.normals
+        if self.closed:
+            return np.roll(normals, 1, axis=0), np.roll(normals, -1, axis=0)
+        return np.vstack([normals[:1], normals[:-1]]), np.vstack([normals[1:], normals[-1:]])
+
+
+def gridded(name: str, polyline: Polyline, spacing: float) -> DistanceGrid:
+    """The wall `name` on a grid [m] that holds all points of a polyline, and its straight
+    continuations beyond.
+
+    Raises SpacingError where it is too large, or the wall too thin for it.
+    """
+    low, high = polyline.points.min(axis=0), polyline.points.max(axis=0)
+    across = float(np.linalg.norm(high - low)) + 4.0 * BAND * spacing
+    long_enough = polyline.prolonged(across)
+    origin, values = tabulated(long_enough, low, high, spacing)
+    edges = np.stack([long_enough.starts, long_enough.starts + long_enough.ways], axis=1)
+    picture = {"wall_lines": edges}
+    return DistanceGrid(name, origin, spacing, values, Lines(*polyline.ends), picture)
+
+
+def checked_polyline(points: np.ndarray, closed: bool) -> Polyline:
+    """The wall along points (n, 2) [m]; that the last point of a closed one repeats the first is
+    allowed.
+
+    Raises MeshError: too few points, two neighbours alike, an edge that folds back on the one
+    before it, edges that cross or touch, an open one's straight continuations included.
+    """
+    if closed and len(points) > 1 and np.array_equal(points[0], points[-1]):
+        points = points[:-1]
+    least = 3 if closed else 2
+    if len(points) < least:
+        raise MeshError(
+            f"a polyline of {len(points)} different points: at least {least} are due",
+            hint="write its points one after the other, the free side on the left",
+        )
+    polyline = Polyline(points, closed)
+    alike = np.flatnonzero((polyline.ways == 0.0).all(axis=1))
+    if len(alike):
+        raise MeshError(
+            f"points {alike[0]} and {(alike[0] + 1) % len(points)} (counted from 0) are the same",
+            hint="leave one of them out",
+        )
+    size = np.ptp(points, axis=0).max()
+    crossing = first_crossing(polyline.prolonged(1e3 * size))
+    if crossing is not None:
+        one, other, place = crossing
+        where = " (prolonged straight beyond the ends)" if not closed else ""
+        raise MeshError(
+            f"the polyline meets itself: its edges {one} and {other}{where}, counted from 0, "
+            f"at ({place[0] * 1e3:.6g}, {place[1] * 1e3:.6g}) mm",
+            hint="a wall has a free side and a solid side: it must not cross, touch or fold back "
+            "on itself",
+        )
+    return polyline
+
+
+def first_crossing(polyline: Polyline) -> tuple[int, int, np.ndarray] | None:
+    """Two edges of a polyline that have a point in common, other than the corner of neighbours, and
+    that point (2,) [m]; or None.
+    """
+    low, high = polyline.boxes()
+    count = len(low)
+    order = np.argsort(low[:, 0], kind="stable")
+    # Edges whose ranges of x overlap: in order of their beginnings, those up to the own end.
+    last = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    for k in range(count):
+        one, others = order[k], order[k + 1 : last[k]]
+        others = others[(low[others, 1] <= high[one, 1]) & (high[others, 1] >= low[one, 1])]
+        for other in others[_meet(polyline, one, others)]:
+            i, j = sorted((int(one), int(other)))
+            return i, j, _meeting_place(polyline, i, j)
+    return None
+
+
+def _meet(polyline: Polyline, one: int, others: np.ndarray) -> np.ndarray:
+    """Which of the edges `others` (k,) meet edge `one`, neighbours only where they fold back."""
+    starts, ways, count = polyline.starts, polyline.ways, len(polyline.starts)
+    a, b = starts[one], starts[one] + ways[one]
+    c, d = starts[others], starts[others] + ways[others]
+    across = np.sign(_cross(ways[one], c - a)) * np.sign(_cross(ways[one], d - a)) <= 0.0
+    across &= np.sign(_cross(ways[others], a - c)) * np.sign(_cross(ways[others], b - c)) <= 0.0
+    step = others - one
+    if polyline.closed:
+        neighbours = (step % count == 1) | (step % count == count - 1)
+    else:
+        neighbours = np.abs(step) == 1
+    along = (polyline.directions[others] * polyline.directions[one]).sum(axis=1)
+    folded = along < -1.0 + 1e-12
+    return np.where(neighbours, folded, across)
+
+
+def _meeting_place(polyline: Polyline, one: int, other: int) -> np.ndarray:
+    """Where two edges that meet do so (2,) [m]; of two on one line, a corner that lies on both."""
+    starts, ways = polyline.starts, polyline.ways
+    a, way, c = starts[one], ways[one], starts[other]
+    turn = float(_cross(way, ways[other]))
+    if turn != 0.0:
+        return np.asarray(a + way * _cross(c - a, ways[other]) / turn)
+    for corner in (c, c + ways[other]):
+        if 0.0 <= (corner - a) @ way <= way @ way:
+            return corner
+    return a
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The component across the plane of a x b, vectors (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -1,0 +1,31 @@
+"""How many nodes of a surface the corner of a facet can bear at most.
+
+A node on a facet weighs on its corners by its barycentric weights. A corner's weight falls to zero
+over its reach, h; of nodes that lie s apart on a line no more than
+    1 + 2 sum_j max(0, 1 - j s/h)
+is borne, with one of them on the corner, and in space the square of that. One if s = h.
+"""
+
+import numpy as np
+
+
+def nodes_borne(x: np.ndarray, facets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """The most (k,) that each of `nodes` (k,), which are the corners of the facets (f, d), bears of
+    the densest of them, all nodes at x (n, d).
+    """
+    extent = nodal_extents(x, facets)[nodes]
+    ratio = extent / extent.min()
+    whole = np.floor(ratio)
+    return (1.0 + 2.0 * whole - whole * (whole + 1.0) / ratio) ** (x.shape[1] - 1)
+
+
+def nodal_extents(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Length (n,) [m] of the facets (f, d) that belongs to each node, in space the root of its
+    area; zero of others.
+    """
+    d = x.shape[1]
+    edges = x[facets[:, 1:]] - x[facets[:, :1]]
+    squared = np.linalg.det(edges @ edges.transpose(0, 2, 1))
+    share = np.sqrt(squared) / (2.0 if d == 2 else 6.0)
+    own = np.bincount(facets.ravel(), np.repeat(share, d), minlength=len(x))
+    return own ** (1.0 / (d - 1))

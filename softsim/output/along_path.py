@@ -1,0 +1,89 @@
+"""Where a body is along its pipe, how near to the wall, and how walls push and hold the robot."""
+
+import numpy as np
+
+from softsim.contact.path_features import narrowings
+from softsim.contact.pipe_drawing import stations
+from softsim.contact.pipe_path import PipePath
+from softsim.fields import read
+from softsim.model import Passage
+from softsim.solver.explicit import ExplicitSolver
+
+# A node this near [m] to a place where the pipe narrows touches what narrows it: the thickness of a
+# spike.
+REACH = 2e-3
+
+COLUMNS = {
+    "arc_length": "m",  # of the body's centre along the path
+    "clearance": "m",  # smallest gap of its outline to the pipe at this moment
+    # Forces of walls, means of the interval; on its outline:
+    "frame_wall_force": "N",  # magnitudes summed
+    "frame_pinch": "N",  # half of what of that cancels out: a force that clamps it from two sides
+    "frame_drag": "N",  # against the way along the path
+    # on the whole robot:
+    "thrust": "N",  # what pushes it along the path
+    "drag": "N",  # what pushes it back
+    "narrowing_drag": "N",  # the part of the drag that acts where the pipe narrows
+}
+"""Columns that the history of a layout has beside the others."""
+
+
+def path_readings(
+    solver: ExplicitSolver, passage: Passage, centre: np.ndarray, interval: float
+) -> dict[str, float]:
+    """The columns now; centre (d,) of the body [m], `interval` [s] since impulses were cleared."""
+    x = solver.positions()[0]
+    row = {
+        "arc_length": float(passage.path.arc_length(centre[None])[0]),
+        "clearance": float(passage.path.gap(x[passage.outline]).min()),
+    }
+    nodes, forces = wall_forces(solver, interval)
+    of_frame = np.isin(nodes, passage.outline)
+    return row | frame_forces(forces[of_frame]) | forces_along(
+        passage.path, x[nodes], forces, of_frame
+    )  # fmt: skip
+
+
+def path_samples(path: PipePath) -> np.ndarray:
+    """The path for figures (n, 2 d + 2), a row a station: arc length, point, tangent, radius."""
+    return np.column_stack(stations(path.segments))
+
+
+def wall_forces(solver: ExplicitSolver, interval: float) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (k,) that touched walls since impulses were cleared, and the mean forces (k, d) [N] of
+    all walls on them.
+    """
+    model = solver.models[0]
+    impulses = np.zeros((len(model.contact.nodes), model.dimension))
+    for walls in solver.terms.wall_contacts:
+        impulses += read(walls.impulse)[0]
+    touched = impulses.any(axis=1) if interval > 0.0 else np.zeros(len(impulses), dtype=bool)
+    return model.contact.nodes[touched], impulses[touched] / (interval or 1.0)
+
+
+def frame_forces(forces: np.ndarray) -> dict[str, float]:
+    """Sum of the magnitudes of forces (k, d) [N], and half of what cancels out in their sum: N of
+    two opposite forces N, nothing of forces that all point one way.
+    """
+    whole = float(np.linalg.norm(forces, axis=1).sum())
+    rest = float(np.linalg.norm(forces.sum(axis=0)))
+    return {"frame_wall_force": whole, "frame_pinch": 0.5 * (whole - rest)}
+
+
+def forces_along(
+    path: PipePath, places: np.ndarray, forces: np.ndarray, of_frame: np.ndarray
+) -> dict[str, float]:
+    """Forces (k, d) [N] at places (k, d) [m], as they push along the path or against it; of_frame
+    (k,): which act on the outline.
+    """
+    s = path.arc_length(places)
+    along = (forces * path.axis_place(s)[1]).sum(axis=1)
+    drag = np.maximum(-along, 0.0)
+    low, high = narrowings(path).T
+    near = ((s[:, None] >= low - REACH) & (s[:, None] <= high + REACH)).any(axis=1)
+    return {
+        "frame_drag": float(drag[of_frame].sum()),
+        "thrust": float(np.maximum(along, 0.0).sum()),
+        "drag": float(drag.sum()),
+        "narrowing_drag": float(drag[near].sum()),
+    }

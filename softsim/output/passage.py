@@ -1,0 +1,95 @@
+"""Whether a body gets through a pipe: passed, stuck, or unfinished, decided row by row.
+
+A robot goes forward in jerks and is drawn back by a millimetre or two whenever the air leaves, so
+what counts is the farthest place that it has reached.
+"""
+
+from collections.abc import Mapping
+from enum import Enum
+
+import numpy as np
+
+from softsim.model import Passage
+
+History = dict[str, np.ndarray]
+
+SEEN = ("time", "arc_length", "cycles_done")
+"""Columns of a history that a watch looks at."""
+
+
+class Verdict(str, Enum):
+    """unfinished: the time was up while it still moved."""
+
+    PASSED = "passed"
+    STUCK = "stuck"
+    UNFINISHED = "unfinished"
+
+
+class Watch:
+    """Follows a body along its pipe. A run that shows its rows again decides alike."""
+
+    def __init__(self, passage: Passage) -> None:
+        self.passage = passage
+        self.verdict = Verdict.UNFINISHED
+        self.farthest = passage.start
+        # Where and when it had last gained `least_progress`, and in which cycle, counted from 1.
+        self.milestone, self.milestone_time, self.milestone_cycle = passage.start, 0.0, 0
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the verdict is there."""
+        return self.verdict is not Verdict.UNFINISHED
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """A row of the history, as it is written."""
+        self.see(*(row[name] for name in SEEN))
+
+    def see(self, time: float, arc_length: float, cycles_done: float) -> None:
+        """A row of the history: time [s], arc length of the body's centre [m], and how many
+        pressure cycles have ended.
+        """
+        if self.is_over:
+            return
+        passage = self.passage
+        self.farthest = max(self.farthest, arc_length)
+        if self.farthest >= self.milestone + passage.least_progress:
+            self.milestone, self.milestone_time = self.farthest, time
+            self.milestone_cycle = int(cycles_done) + 1
+        if arc_length >= passage.goal:
+            self.verdict = Verdict.PASSED
+        elif self._has_stopped(time, cycles_done) or self._has_fallen(arc_length):
+            self.verdict = Verdict.STUCK
+
+    def _has_fallen(self, arc_length: float) -> bool:
+        return has_fallen(self.passage, self.farthest - arc_length)
+
+    def _has_stopped(self, time: float, cycles_done: float) -> bool:
+        """No progress for as long as the user is patient; cycles count when they are whole."""
+        if self.passage.in_cycles:
+            return cycles_done - self.milestone_cycle >= self.passage.patience
+        return time - self.milestone_time >= self.passage.patience_time
+
+
+def has_fallen(passage: Passage, way_back: float) -> bool:
+    """Whether a body that went back so far [m] from its farthest place has lost its grip: by more
+    than its own length, ten times what elastic recoil draws it back.
+    """
+    return way_back > passage.length
+
+
+def watched(passage: Passage, history: History) -> Watch:
+    """The watch after all rows of a history."""
+    watch = Watch(passage)
+    for row in zip(*(history[name].tolist() for name in SEEN), strict=True):
+        watch.see(*row)
+    return watch
+
+
+def last_rows(passage: Passage, history: History) -> np.ndarray:
+    """Which rows (rows,) belong to the last whole cycle; to the last `patience_time` in a run
+    without cycles; all where there is no whole one.
+    """
+    time, done = history["time"], history["cycles_done"]
+    if not passage.in_cycles:
+        return np.asarray(time >= time[-1] - passage.patience_time)
+    return np.asarray(done == max(done[-1] - 1.0, 0.0))

@@ -1,0 +1,138 @@
+"""What summary.json says under `layout`: the verdict, where, how long in each segment, and why."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from softsim.contact.path_features import nearest_feature
+from softsim.contact.pipe_segment import Segment
+from softsim.model import Passage
+from softsim.output import blockage
+from softsim.output.passage import History, Verdict, watched
+
+
+def layout_report(passage: Passage, history: History) -> dict[str, Any]:
+    """Verdict, place, segments, and what blocked it, SI; lengths are arc lengths along the path."""
+    watch = watched(passage, history)
+    time, s = history["time"], history["arc_length"]
+    report = {
+        "verdict": watch.verdict.value,
+        "start": passage.start,
+        "goal": passage.goal,
+        "time": float(time[-1]),
+        "where": where(passage, watch.farthest),
+        "final_arc_length": float(s[-1]),
+        "segments": [
+            segment_report(passage, segment, history) for segment in passage.path.segments
+        ],
+        "at_end": {
+            "rows_in_contact": float(history["rows_in_contact"][-1]),
+            "clearance": finite(history["clearance"][-1]),
+        },
+    }
+    if watch.verdict is Verdict.STUCK:
+        report |= blockage_report(passage, history)
+    report["patience"] = {
+        name: getattr(passage, name) for name in ("patience", "patience_time", "least_progress")
+    }
+    return report | {"sentence": sentence(report)}
+
+
+def where(passage: Passage, place: float) -> dict[str, Any]:
+    """The segment of a place [m] along the path, by its number in the user's list, from 1, and the
+    nearest feature of the path with its distance ahead of the place [m].
+    """
+    segment = passage.path.segment_at(place)
+    nearest = nearest_feature(passage.path, place)
+    return {
+        "segment": segment.item + 1,
+        "what": passage.items[segment.item],
+        "arc_length": place,
+        "nearest_feature": nearest
+        and {
+            "name": f"{nearest.edge.value} {passage.items[nearest.item]}".strip(),
+            "segment": nearest.item + 1,
+            "distance": nearest.place - place,
+        },
+    }
+
+
+def segment_report(passage: Passage, segment: Segment, history: History) -> dict[str, Any]:
+    """When the body's centre came into a segment and left it for the first time [s], None where it
+    did not; its mean speed there [m/s], rows in contact and least clearance [m] while in it.
+    """
+    time, s = history["time"], history["arc_length"]
+    is_last = segment is passage.path.segments[-1]
+    entered = 0 if passage.start >= segment.start else first(s >= segment.start)
+    left = None if is_last else first(s >= segment.end)
+    skipped = entered is None or passage.start >= segment.end
+    stay = slice(entered, None if left is None else left + 1)
+    inside = (s >= segment.start) & (s < segment.end) | is_last & (s >= segment.end)
+    found: dict[str, Any] = {
+        "segment": segment.item + 1,
+        "what": passage.items[segment.item],
+        "start": segment.start,
+        "end": segment.end,
+        "entered": None if skipped else float(time[entered]),
+        "left": None if skipped or left is None else float(time[left]),
+        "mean_speed": None if skipped else mean_speed(time[stay], s[stay]),
+        "rows_in_contact": None,
+        "most_rows_in_contact": None,
+        "least_clearance": None,
+    }
+    if inside.any():
+        rows, clearance = history["rows_in_contact"][inside], history["clearance"][inside]
+        found["rows_in_contact"] = float(np.median(rows))
+        found["most_rows_in_contact"] = float(rows.max())
+        found["least_clearance"] = finite(clearance.min())
+    return found
+
+
+def first(condition: np.ndarray) -> int | None:
+    """The first row at which the condition (rows,) holds; None if it never does."""
+    return int(np.argmax(condition)) if condition.any() else None
+
+
+def mean_speed(time: np.ndarray, s: np.ndarray) -> float | None:
+    """From the first place to the farthest, over the whole time [m/s]; None of one row."""
+    span = float(time[-1] - time[0])
+    return float(s.max() - s[0]) / span if span > 0.0 else None
+
+
+def finite(value: float) -> float | None:
+    """The number, or None where it is none: a body beyond an open end is clear of all walls."""
+    return float(value) if np.isfinite(value) else None
+
+
+def blockage_report(passage: Passage, history: History) -> dict[str, Any]:
+    """What blocked a stuck body, what that was read from, and the thresholds of the rules."""
+    found = blockage.evidence(passage, history)
+    return {
+        "blocked_by": blockage.blocked_by(found),
+        "remark": blockage.remark(found),
+        "evidence": asdict(found),
+        "thresholds": {
+            "touching_share": blockage.TOUCHING,
+            "pinch_share": blockage.PINCHED,
+            "frame_drag_share": blockage.MAIN_PART,
+            "narrowing_drag_share": blockage.MAIN_PART,
+            "fell_back": passage.length,
+        },
+    }
+
+
+def sentence(report: dict[str, Any]) -> str:
+    """The verdict in a line."""
+    place, time = report["where"], report["time"]
+    gained = (place["arc_length"] - report["start"]) * 1e3
+    segment = f"segment {place['segment']} ({place['what']}) at {place['arc_length'] * 1e3:.0f} mm"
+    said = {
+        Verdict.PASSED: lambda: f"passed: {gained:.0f} mm in {time:.1f} s",
+        Verdict.STUCK: lambda: f"stuck in {segment}: {report['blocked_by']}",
+        Verdict.UNFINISHED: lambda: (
+            f"unfinished: {gained:.0f} of {(report['goal'] - report['start']) * 1e3:.0f} mm in "
+            f"{time:.1f} s, in {segment}"
+        ),
+    }
+    return said[Verdict(report["verdict"])]()

@@ -1,0 +1,177 @@
+"""A robot at moments along its pipe, in one picture: the plane in which the pipe lies."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.patches import Polygon
+
+from softsim.mesh.mesh import boundary_facets
+from softsim.output.fields import Frames
+from softsim.report.colours import MILLI
+from softsim.report.section import boundary_edges, draw_edges, draw_outlines, outlines_at
+from softsim.report.style import INK, QUIET, WALL
+
+WALL_DEPTH = 3.0
+"""Of the hatched wall [mm]."""
+
+LABEL_GAP = 4.0
+"""Between a wall and what is written beside it [mm]."""
+
+LEFT = np.array([[0.0, 1.0], [-1.0, 0.0]])
+"""Turns directions (..., 2) by a quarter to the left, from the right side of a product."""
+
+STRAIGHT = 1e-6
+"""A turn [rad] below which a pipe goes straight on."""
+
+
+@dataclass(frozen=True)
+class Pipe:
+    """A pipe in the picture: arc lengths (n,), centre line (n, 2), unit normals to its left (n, 2),
+    radii (n,), all in mm; two samples at one place where the radius jumps.
+
+    origin (d,) [mm] and axes (2, d): of the plane of the picture.
+    """
+
+    s: np.ndarray
+    centre: np.ndarray
+    left: np.ndarray
+    radius: np.ndarray
+    origin: np.ndarray
+    axes: np.ndarray
+
+    @classmethod
+    def described(cls, path: np.ndarray) -> "Pipe":
+        """From what a run's results keep of it: arc length, point, tangent, radius (n, 2 d + 2)."""
+        d = (path.shape[1] - 2) // 2
+        points, tangents = path[:, 1 : 1 + d] * MILLI, path[:, 1 + d : 1 + 2 * d]
+        axes = plane_of(points, tangents[0])
+        along = tangents @ axes.T
+        along /= np.linalg.norm(along, axis=1)[:, None]
+        left = along @ LEFT
+        origin = points[0]
+        return cls(
+            path[:, 0] * MILLI, (points - origin) @ axes.T + origin @ axes.T, left,
+            path[:, -1] * MILLI, origin, axes,
+        )  # fmt: skip
+
+    def project(self, places: np.ndarray) -> np.ndarray:
+        """Places (..., d) [mm] in the picture (..., 2)."""
+        return places @ self.axes.T
+
+    def side(self, sign: float, beyond: float = 0.0) -> np.ndarray:
+        """The wall on the left (sign 1) or right (-1), moved outwards by `beyond` [mm] (n, 2)."""
+        return self.centre + sign * (self.radius + beyond)[:, None] * self.left
+
+    def beside(self, s: float, sign: float, beyond: float) -> tuple[np.ndarray, np.ndarray]:
+        """A place (2,) `beyond` [mm] outside the wall at the arc length s, and its direction (2,)
+        from the centre line.
+        """
+        outward = sign * self._at(s, self.left)
+        return self._at(s, self.centre) + (self._at(s, self.radius) + beyond) * outward, outward
+
+    def _at(self, s: float, values: np.ndarray) -> np.ndarray:
+        columns = values.reshape(len(self.s), -1).T
+        found = np.array([np.interp(s, self.s, column) for column in columns])
+        return found[0] if values.ndim == 1 else found
+
+    def outer_side(self, s: float) -> float:
+        """The side (1 left, -1 right) with more room to write beside the arc length s: the outer
+        one of a bend, elsewhere that of the whole pipe.
+        """
+        here = np.array([self._at(s + way, self.left) for way in (-1.0, 1.0)])
+        for left in (here, self.left):
+            turn = float(((left[:-1] @ LEFT) * left[1:]).sum())
+            if abs(turn) > STRAIGHT:
+                return -np.sign(turn)
+        return 1.0
+
+
+def plane_of(points: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Unit vectors (2, d) of the plane in which a centre line lies: its first direction and, across
+    it, left in the plane; in space towards its farthest point, or in the plane of x and y where it
+    is straight.
+    """
+    if len(first) == 2:
+        return np.array([first, first @ LEFT])
+    away = points - points[0]
+    away = away - np.outer(away @ first, first)
+    across = away[np.argmax(np.linalg.norm(away, axis=1))]
+    if np.linalg.norm(across) < 1e-6:
+        across = np.array([0.0, 1.0, 0.0]) - first[1] * first
+    return np.array([first, across / np.linalg.norm(across)])
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot at a moment: where its centre is along the pipe [mm], what is written beside it, and
+    the stored frame that shows it.
+    """
+
+    place: float
+    label: str
+    colour: str
+    frame: int
+
+
+def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
+    """The walls, the solid behind them, and a line across the pipe at each joint [mm]."""
+    for sign in (1.0, -1.0):
+        face = pipe.side(sign)
+        solid = np.concatenate([face, pipe.side(sign, WALL_DEPTH)[::-1]])
+        axes.add_patch(
+            Polygon(solid, facecolor=WALL, edgecolor=QUIET, hatch="/////", linewidth=0, zorder=1)
+        )
+        axes.plot(*face.T, color=INK, linewidth=0.9, zorder=1.5)
+    axes.plot(*pipe.centre.T, color=QUIET, linewidth=0.5, linestyle=(0, (9, 3, 1.5, 3)), zorder=1.2)
+    for joint in joints:
+        across = np.array([pipe.beside(joint, sign, 0.0)[0] for sign in (1.0, -1.0)])
+        axes.plot(*across.T, color=QUIET, linewidth=0.7, linestyle=":", zorder=1.6)
+
+
+def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
+    """The deformed mesh and the outlines of rigid bodies, and the label outside the wall."""
+    d = frames.points.shape[1]
+    x = pipe.project(places(frames, robot.frame))
+    if d == 2:
+        draw_outlines(axes, outlines_at(frames, robot.frame))
+        faces, rim = frames.cells, boundary_edges(frames.cells)
+        draw_edges(axes, x[rim], INK)
+    else:
+        faces = boundary_facets(frames.cells)
+    mesh = PolyCollection(
+        list(x[faces]), facecolors=robot.colour, edgecolors=robot.colour, linewidths=0.3, zorder=3
+    )
+    axes.add_collection(mesh, autolim=False)
+    write_beside(axes, pipe, robot.place, pipe.outer_side(robot.place), robot.label, INK)
+
+
+def places(frames: Frames, frame: int) -> np.ndarray:
+    """Where the nodes are in a frame (n, d) [mm]."""
+    d = frames.points.shape[1]
+    return (frames.points + frames.point_data["displacement"][frame][:, :d]) * MILLI
+
+
+def write_beside(axes: Axes, pipe: Pipe, place: float, sign: float, text: str, colour: str) -> None:
+    """A text outside the wall on one side of the pipe at a place [mm] along it."""
+    at, outward = pipe.beside(place, sign, WALL_DEPTH + LABEL_GAP)
+    steep = abs(outward[1]) > abs(outward[0])
+    axes.text(
+        at[0], at[1], text, color=colour, fontsize=8.0, zorder=6,
+        ha="center" if steep else ("left" if outward[0] > 0.0 else "right"),
+        va="center" if not steep else ("bottom" if outward[1] > 0.0 else "top"),
+    )  # fmt: skip
+
+
+def view_of(pipe: Pipe, frames: Frames, robots: Sequence[Robot]) -> np.ndarray:
+    """xmin, xmax, ymin, ymax [mm]: the pipe with its wall, room for what stands beside it, and
+    robots that stick out of an end.
+    """
+    margin = WALL_DEPTH + LABEL_GAP + 12.0
+    shown = [pipe.side(sign, margin) for sign in (1.0, -1.0)]
+    shown += [pipe.project(places(frames, robot.frame)) for robot in robots]
+    everything = np.concatenate(shown)
+    everything = everything[np.isfinite(everything).all(axis=1)]
+    return np.column_stack([everything.min(axis=0), everything.max(axis=0)]).ravel()

@@ -1,0 +1,192 @@
+"""How a robot got through a layout: where it was when, over time, and where it got stuck."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from softsim.output.fields import Frames
+from softsim.report.along_pipe import Pipe, Robot, draw_pipe, draw_robot, view_of, write_beside
+from softsim.report.colours import MILLI
+from softsim.report.curves import History, draw_signal, has, label_time, pressurised
+from softsim.report.style import BLUE, GREEN, INK, ORANGE, PAGE_WIDTH, QUIET, RED, SKY, drawing
+
+Report = Mapping[str, Any]
+
+MOST_MOMENTS, LEAST_MOMENTS = 8, 5
+"""Robots in the picture."""
+
+APART = 1.3
+"""Distance between two of them, in lengths of the robot, so that they do not cover each other."""
+
+LEGIBLE = 0.09
+"""The same as a share of the picture, so that what is written beside them does not."""
+
+LINE = 0.075
+"""Height of a line of text as a share of the panel of the progress."""
+
+TALLEST = 4.6
+"""Of the picture of the pipe [inch]."""
+
+ENDS = {"passed": GREEN, "stuck": RED, "unfinished": ORANGE}
+"""Colour of the robot at the end."""
+
+
+def draw_layout(history: History, frames: Frames, report: Report, path: Path) -> None:
+    """The pipe with the robot at moments along it; below, progress over time with the segments
+    shaded, pressure and rows in contact.
+
+    report: what the summary says under `layout`. Raises OutputError if the disk refuses.
+    """
+    pipe = Pipe.described(frames.described["path"])
+    shown = robots(pipe, history, frames, report)
+    view = view_of(pipe, frames, shown)
+    width, height = view[1] - view[0], view[3] - view[2]
+    picture = min(PAGE_WIDTH * height / width, TALLEST)
+    panels = ["pressure"] if pressurised(history) else []
+    heights = [picture, 2.2, *[0.8 for _ in panels], 0.8]
+    with drawing(path, sum(heights) + 0.9) as figure:
+        grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
+        top = figure.add_subplot(grid[0])
+        top.set(xlim=view[:2], ylim=view[2:], aspect="equal", xlabel="[mm]", ylabel="[mm]")
+        top.grid(False)
+        top.set_title(report["sentence"])
+        draw_picture(top, pipe, frames, shown, report["segments"])
+        progress = figure.add_subplot(grid[1])
+        draw_progress(progress, history, report)
+        lower = [figure.add_subplot(grid[k], sharex=progress) for k in range(2, len(heights))]
+        for axes in (progress, *lower[:-1]):
+            axes.tick_params(labelbottom=False)
+        if pressurised(history):
+            draw_signal(lower[0], history["time"], history["pressure"] / 1e3, ORANGE, None)
+            lower[0].set_ylabel("air [kPa]")
+            lower[0].set_ylim(bottom=0.0)
+        draw_signal(lower[-1], history["time"], history["rows_in_contact"], BLUE, None)
+        lower[-1].set_ylabel("rows in\ncontact")
+        lower[-1].set_ylim(bottom=0.0)
+        lower[-1].yaxis.set_major_locator(MaxNLocator(4, integer=True))
+        label_time(lower[-1], history)
+        figure.align_ylabels([progress, *lower])
+
+
+def shows_layout(frames: Frames, history: History) -> bool:
+    """Whether a run along a pipe has a frame to show, and says where it was."""
+    return "path" in frames.described and len(frames) > 0 and has(history, "arc_length")
+
+
+def draw_picture(
+    axes: Axes, pipe: Pipe, frames: Frames, shown: Sequence[Robot], segments: Sequence[Report]
+) -> None:
+    """The pipe, the number of each segment, and the robot at its moments."""
+    draw_pipe(axes, pipe, [segment["start"] * MILLI for segment in segments[1:]])
+    for segment in segments:
+        middle = 0.5 * (segment["start"] + segment["end"]) * MILLI
+        inner = -pipe.outer_side(middle)
+        write_beside(axes, pipe, middle, inner, str(segment["segment"]), QUIET)
+    for robot in shown:
+        draw_robot(axes, pipe, frames, robot)
+
+
+def robots(pipe: Pipe, history: History, frames: Frames, report: Report) -> list[Robot]:
+    """The robot at the frames nearest to when it came to its places, and at its end."""
+    time, s = history["time"], history["arc_length"] * MILLI
+    extent = float(max(np.ptp(pipe.centre, axis=0)))
+    apart = max(APART * float(np.ptp(frames.points[:, 0])) * MILLI, LEGIBLE * extent)
+    end = Robot(
+        float(s[-1]), f"{time[-1]:.1f} s", ENDS[report["verdict"]], nearest(frames, time[-1])
+    )
+    found = [end]
+    for place in places(float(s[0]), float(s.max()), segment_middles(report), apart):
+        when = float(time[np.argmax(s >= place)])
+        frame = nearest(frames, when)
+        at = float(np.interp(frames.times[frame], time, s))
+        if all(abs(at - other.place) >= 0.9 * apart for other in found):
+            label = f"{frames.times[frame]:.1f} s"
+            found.append(Robot(at, label, SKY if len(found) > 1 else QUIET, frame))
+    return found
+
+
+def segment_middles(report: Report) -> list[float]:
+    """Middles of the segments [mm]."""
+    return [0.5 * (g["start"] + g["end"]) * MILLI for g in report["segments"]]
+
+
+def places(start: float, farthest: float, wanted: list[float], apart: float) -> list[float]:
+    """Where along the pipe [mm] to show the robot: at its start, in the middle of each segment as
+    far as it came, and in the largest gaps between, no closer than `apart`.
+    """
+    chosen = [start]
+    ends = [start, farthest]
+    for place in wanted:
+        inside = start < place < farthest
+        if inside and min(abs(place - other) for other in [*ends, *chosen]) >= apart:
+            chosen.append(place)
+    while len(chosen) + 1 < LEAST_MOMENTS:
+        taken = sorted([*chosen, farthest])
+        gaps = np.diff(taken)
+        widest = int(np.argmax(gaps))
+        if gaps[widest] < 2.0 * apart:
+            break
+        chosen.append(0.5 * (taken[widest] + taken[widest + 1]))
+    return sorted(chosen[: MOST_MOMENTS - 1])
+
+
+def nearest(frames: Frames, time: float) -> int:
+    """The stored frame nearest to a time [s]."""
+    return int(np.argmin(np.abs(frames.times - time)))
+
+
+def draw_progress(axes: Axes, history: History, report: Report) -> None:
+    """Arc length over time, up to the goal; a band for each segment that is in view."""
+    s = history["arc_length"] * MILLI
+    goal = report["goal"] * MILLI
+    low, high = min(float(s.min()), report["start"] * MILLI), max(goal, float(s.max()))
+    room = 0.05 * (high - low)
+    low, high = low - room, high + room
+    axes.set_ylim(low, high)
+    draw_bands(axes, report["segments"], low, high)
+    axes.axhline(goal, color=GREEN, linewidth=0.9, linestyle="--")
+    write_at_height(axes, "goal", 0.0, goal, (3.0, 2.0), GREEN)
+    draw_signal(axes, history["time"], s, BLUE, None)
+    end = (history["time"][-1], s[-1])
+    axes.plot(*end, "X", color=ENDS[report["verdict"]], markersize=8, clip_on=False, zorder=5)
+    axes.set_ylabel("centre along\nthe pipe [mm]")
+
+
+def draw_bands(axes: Axes, segments: Sequence[Report], low: float, high: float) -> None:
+    """Every other segment shaded; to the right what the user wrote of each. low, high: of the axis
+    [mm]. The last segment goes on beyond its end.
+    """
+    seen = []
+    for number, segment in enumerate(segments):
+        bottom = max(segment["start"] * MILLI, low)
+        top = high if segment is segments[-1] else min(segment["end"] * MILLI, high)
+        if bottom >= top:
+            continue
+        if number % 2 == 0:
+            axes.axhspan(bottom, top, color=SKY, alpha=0.16, linewidth=0)
+        seen.append((0.5 * (bottom + top), f"{segment['segment']}  {segment['what']}"))
+    heights = spread([height for height, _ in seen], LINE * (high - low))
+    for height, (_, said) in zip(heights, seen, strict=True):
+        write_at_height(axes, said, 1.0, height, (8.0, -2.5), INK)
+
+
+def write_at_height(
+    axes: Axes, text: str, x: float, y: float, offset: tuple[float, float], colour: str
+) -> None:
+    """A small text at the share x of the width and the value y, moved by `offset` [points]."""
+    axes.annotate(
+        text, (x, y), offset, xycoords=("axes fraction", "data"), textcoords="offset points",
+        fontsize=7.5, color=colour, annotation_clip=False,
+    )  # fmt: skip
+
+
+def spread(heights: list[float], apart: float) -> list[float]:
+    """Rising heights moved up as far as needed for each to be `apart` above the one before."""
+    result: list[float] = []
+    for height in heights:
+        result.append(max(height, result[-1] + apart) if result else height)
+    return result

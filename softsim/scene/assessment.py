@@ -1,0 +1,34 @@
+"""A layout of pipes, and a standard robot put into it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from softsim.errors import Option, SceneError
+from softsim.scene.loading import LoadedScene, read_part, read_scene, validated
+from softsim.scene.reporting import did_you_mean
+from softsim.scene.robots import PREFIX, robot_names
+from softsim.scene.tree import Tree, merged
+from softsim.scene.yaml_reading import read_text
+
+QUESTION = """
+layout: {}
+expect: {passes: true}
+time: {end: 60 s}
+"""
+"""What is asked of a layout that does not say it itself; a run ends as soon as it is answered."""
+
+
+def load_layout(path: Path, robot: str, overrides: Sequence[str]) -> LoadedScene:
+    """The scene of a layout file with a robot in it; what the file says wins.
+
+    Raises
+    ------
+    SceneError: no such robot, or anything that keeps the whole from being a scene.
+    """
+    option = Option(f"--robot {robot}")
+    if robot not in robot_names():
+        raise SceneError(f"there is no robot {robot!r}", did_you_mean(robot, robot_names()), option)
+    question = read_text(QUESTION, lambda line, column: Option("softsim assess"))
+    assert question is not None
+    lower = merged(question, read_part(path.parent, Tree(PREFIX + robot, option, option)))
+    return validated(merged(lower, read_scene(path)), path, overrides)

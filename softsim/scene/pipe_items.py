@@ -1,0 +1,81 @@
+"""The items of which a user lays a pipe: the first key of each names its kind."""
+
+import math
+from typing import Annotated, Any, Union
+
+from pydantic import Discriminator, Field, Tag, field_validator
+
+from softsim.scene.part import Part
+from softsim.scene.quantities import Angle, PositiveLength, written
+
+DIAMETER = Field(
+    default=None, description="Of the pipe where it begins: the same as where the last item ended."
+)
+
+
+class StraightItem(Part):
+    """Straight on."""
+
+    straight: PositiveLength = Field(description="Its length.")
+    diameter: PositiveLength | None = DIAMETER
+
+
+class BendItem(Part):
+    """An arc."""
+
+    bend: Angle = Field(
+        description="Angle by which the direction changes; positive to the left, towards +y where "
+        "the path begins along +x."
+    )
+    radius: PositiveLength = Field(description="Of the centre line.")
+    turned: Angle = Field(
+        default=written("0 deg"),
+        description="In space: about the direction of travel, from the left to where it bends.",
+    )
+    diameter: PositiveLength | None = DIAMETER
+
+    @field_validator("bend")
+    @classmethod
+    def _less_than_a_turn(cls, bend: float) -> float:
+        if bend == 0.0:
+            raise ValueError("a bend must not be 0: write straight: instead")
+        if abs(bend) >= 2.0 * math.pi:
+            raise ValueError("a bend must be less than 360 deg: it would run into itself")
+        return bend
+
+
+class TaperItem(Part):
+    """A cone to another diameter."""
+
+    taper: PositiveLength = Field(description="Its length along the axis.")
+    to: PositiveLength = Field(description="Diameter at its end.")
+    diameter: PositiveLength | None = DIAMETER
+
+
+class StepItem(Part):
+    """A sudden change of the diameter, without length."""
+
+    step: PositiveLength = Field(description="Diameter from here on.")
+    diameter: PositiveLength | None = DIAMETER
+
+
+ITEMS: dict[str, type[Part]] = {
+    "straight": StraightItem, "bend": BendItem, "taper": TaperItem, "step": StepItem,
+}  # fmt: skip
+
+
+def _kind(value: Any) -> str | None:
+    if isinstance(value, dict):
+        return next((key for key in value if key in ITEMS), None)
+    return next((kind for kind, item in ITEMS.items() if isinstance(value, item)), None)
+
+
+PipeItem = Annotated[
+    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
+        Annotated[StraightItem, Tag("straight")],
+        Annotated[BendItem, Tag("bend")],
+        Annotated[TaperItem, Tag("taper")],
+        Annotated[StepItem, Tag("step")],
+    ],
+    Discriminator(_kind),
+]

@@ -1,0 +1,90 @@
+"""What a scene's layout asks, and layouts that ask nothing that can be answered."""
+
+import numpy as np
+import pytest
+
+from softsim.errors import SceneError
+
+SCENE = """\
+bodies:
+  block: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10,
+          position: [-50 mm, 0 mm], fixed: [bottom]}
+rigid_bodies:
+  frame: {mass: 1 g, inertia: 1 g*mm^2, center: [30 mm, 0 mm],
+          outline: {length: 33 mm, height: 15 mm}}
+environment:
+  walls:
+    pipe: {kind: pipe_path, diameter: 36 mm,
+           pipe: [{straight: 60 mm}, {bend: 90 deg, radius: 60 mm}, {step: 41 mm},
+                  {straight: 80 mm}]}
+layout: {}
+time: {end: 1 s}
+"""
+PIPE = SCENE[SCENE.index("{kind: pipe_path") : SCENE.index("\nlayout")]
+BEND = 0.06 * 0.5 * np.pi
+
+
+def test_defaults(build):
+    model = build(SCENE)
+    passage = model.passage
+    assert passage.items == (
+        "straight 60 mm", "bend 90 deg, radius 60 mm", "step 41 mm", "straight 80 mm",
+    )  # fmt: skip
+    assert (passage.body, passage.length, passage.start) == (0, 0.033, pytest.approx(0.03))
+    assert passage.goal == pytest.approx(0.06 + BEND + 0.0165)  # wholly in the last segment
+    assert (passage.in_cycles, passage.patience, passage.patience_time) == (False, 2, 3.0)
+    arms = model.points[passage.outline] - [0.03, 0.0]
+    assert np.abs(arms).max(axis=0) == pytest.approx([0.0165, 0.0075])
+
+
+def test_the_goal_where_the_last_segment_is_short(build):
+    short = SCENE.replace("straight: 80 mm", "straight: 20 mm")
+    assert build(short).passage.goal == pytest.approx(0.08 + BEND - 0.0165)
+
+
+def test_the_goal_where_it_starts_in_the_last_segment(build):
+    straight = SCENE.replace(PIPE[PIPE.index("[") :], "[{straight: 80 mm}]}")
+    assert build(straight).passage.goal == pytest.approx(0.08 - 0.0165)
+
+
+def test_cycles_of_the_pressure_count(build):
+    air = "loads: {{air: {{kind: follower_pressure, facets: [block.top], profile: {}}}}}\n"
+    cycles = (
+        "{kind: cycles, highest: 2 kPa, inflation_rate: 9 kPa/s, deflation_rate: 9 kPa/s, "
+        "lowest: 1 kPa}"
+    )
+    assert build(SCENE + air.format(cycles)).passage.in_cycles
+    assert not build(SCENE + air.format("{kind: constant, value: 2 kPa}")).passage.in_cycles
+
+
+def test_no_question_no_passage(build):
+    assert build(SCENE.replace("layout: {}\n", "")).passage is None
+
+
+@pytest.mark.parametrize(
+    ("change", "line", "message"),
+    [
+        (("layout: {}", "expect: {passes: true}"), 13, "asks no question"),
+        ((PIPE, "{kind: plane, point: [0 mm, -99 mm]}"), 10, "no wall is of kind pipe_path"),
+        (("{}", "{path: tube}"), 13, "no wall 'tube' of kind pipe_path"),
+        (("{}", "{body: snake}"), 13, "no rigid body 'snake'"),
+        (("{}", "{goal: 20 mm}"), 13, "cannot have passed at 20 mm"),
+        (("{}", "{goal: 2 m}"), 13, "cannot have passed at 2000 mm"),
+        (("{}", "{patience: 0}"), 13, "must be at least 1"),
+        ((",\n          outline: {length: 33 mm, height: 15 mm}", ""), 6, "has no outline"),
+    ],
+)
+def test_refused(build, change, line, message):
+    with pytest.raises(SceneError, match=message) as caught:
+        build(SCENE.replace(*change))
+    assert caught.value.exit_code == 2
+    assert caught.value.location.line == line
+
+
+def test_two_pipes_need_a_name(build):
+    other = "    other: {kind: pipe_path, diameter: 50 mm, pipe: [{straight: 200 mm}]}\n"
+    two = SCENE.replace("layout: {}\n", other + "layout: {}\n")
+    with pytest.raises(SceneError, match="there are 2 pipes: pipe, other"):
+        build(two)
+    assert build(two, "layout.path=other").passage.path.name == "other"

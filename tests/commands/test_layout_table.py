@@ -1,0 +1,28 @@
+"""The table of segments that `softsim assess` prints."""
+
+import io
+
+from rich.console import Console
+
+from softsim.commands.layout import segments_table
+
+SEGMENT = {
+    "segment": 1, "what": "straight 70 mm", "start": 0.0, "end": 0.07, "entered": 0.0, "left": 2.5,
+    "mean_speed": 0.018, "rows_in_contact": 3.0, "most_rows_in_contact": 4.0,
+    "least_clearance": 2.5e-3,
+}  # fmt: skip
+AHEAD = {"segment": 2, "what": "bend 90 deg, radius 60 mm", "start": 0.07, "end": 0.1642} | (
+    dict.fromkeys([*SEGMENT][4:])
+)
+
+
+def lines(report) -> list[str]:
+    console = Console(file=io.StringIO(), width=80)
+    console.print(segments_table(report))
+    return console.file.getvalue().splitlines()
+
+
+def test_a_row_a_segment():
+    first, second = (" ".join(line.split()) for line in lines({"segments": [SEGMENT, AHEAD]})[2:])
+    assert first == "1 straight 70 mm 0 70 0.00 2.50 18.0 4 2.50"
+    assert second == "2 bend 90 deg, radius 60 mm 70 164"

@@ -1,0 +1,101 @@
+"""Gap and normal from grids in kernels, against numpy."""
+
+import numpy as np
+import pytest
+import taichi as ti
+from surfaces import sphere
+
+from softsim.contact import polyline, triangle_surface
+from softsim.contact.gridded_walls import GriddedObstacle
+from softsim.contact.triangle_surface import TriangleSurface
+
+GROUND = np.array([[0, 0], [10, 0], [10, 4], [20, 4], [30, 9]]) * 1e-3
+
+
+def ground(spacing=0.7e-3):
+    return polyline.gridded("ground", polyline.checked_polyline(GROUND, False), spacing)
+
+
+def hollow():
+    points, triangles = sphere(8e-3, 8)
+    return triangle_surface.gridded("hollow", TriangleSurface(points, triangles[:, ::-1]), 0.9e-3)
+
+
+def look(walls, scenario, places):
+    """Gaps (n,) and normals (n, d) that contact computes."""
+    from softsim.fields import real_field, vector_field
+
+    obstacle = GriddedObstacle(walls, places)
+    x = vector_field(places)
+    gaps, normals = real_field(np.zeros(len(places))), vector_field(np.zeros(places.shape))
+
+    @ti.kernel
+    def each():
+        for i in gaps:
+            gap, n = obstacle.gap_and_normal(scenario, i, 0, x[i])
+            gaps[i] = gap
+            normals[i] = n
+
+    each()
+    return gaps.to_numpy(), normals.to_numpy()
+
+
+@pytest.mark.parametrize("made", [ground, hollow])
+def test_gap_as_in_numpy_and_its_gradient_as_normal(cpu, made):
+    """Inside the box and outside; the gradient by central differences, within a cell."""
+    grid = made()
+    (name,) = grid.names
+    d = len(grid.origin)
+    rng = np.random.default_rng(7)
+    size = grid.spacing * (np.array(grid.values.shape) - 1)
+    places = grid.origin + size * rng.uniform(-0.2, 1.2, (3000, d))
+    places[:5] += 3.0 * size  # far away
+    gaps, normals = look([grid], 0, places)
+    np.testing.assert_allclose(gaps, grid.gaps(places)[name], rtol=1e-14, atol=1e-17)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
+    u = (places - grid.origin) / grid.spacing
+    step = 1e-5
+    share = u - np.floor(u)
+    within = ((u > 0.0) & (places < grid.origin + size)).all(axis=1)
+    within &= ((share > step) & (share < 1.0 - step)).all(axis=1)
+    h = step * grid.spacing
+    slopes = [
+        (grid.gaps(places + h * e)[name] - grid.gaps(places - h * e)[name]) / (2.0 * h)
+        for e in np.eye(d)
+    ]
+    gradient = np.stack(slopes, axis=1)[within]
+    # Round-off 1e-16 * 30 mm over the step of 1e-5 cells, along slopes of 0.3 at least.
+    length = np.linalg.norm(gradient, axis=1)[:, None]
+    steep = length[:, 0] > 0.3
+    assert steep.sum() > 500
+    np.testing.assert_allclose(normals[within][steep], (gradient / length)[steep], atol=1e-8)
+
+
+def test_beside_a_ground_s_end_the_normal_is_the_line_s(cpu):
+    grid = ground()
+    normal = np.array([-5.0, 10.0]) / np.hypot(5.0, 10.0)
+    along = np.array([10.0, 5.0]) / np.hypot(5.0, 10.0)
+    places = GROUND[-1] + 0.3 * along + np.outer([-1e-4, 1e-4], normal)
+    gaps, normals = look([grid], 0, places)
+    np.testing.assert_allclose(gaps, [-1e-4, 1e-4], rtol=1e-9)
+    np.testing.assert_allclose(normals, [normal, normal], rtol=1e-12)
+
+
+def test_scenarios_share_a_grid_or_have_their_own(cpu):
+    same, finer = ground(), ground(0.3e-3)
+    places = np.random.default_rng(3).uniform([5e-3, 0.0], [15e-3, 6e-3], (200, 2))
+    walls = [same, finer, ground()]
+    assert GriddedObstacle(walls, places).value.shape[0] == same.values.size + finer.values.size
+    for scenario, grid in enumerate(walls):
+        gaps, _ = look(walls, scenario, places)
+        np.testing.assert_allclose(gaps, grid.gaps(places)["ground"], rtol=1e-13, atol=1e-17)
+
+
+@pytest.mark.parametrize("made", [ground, hollow])
+def test_a_lost_node_reads_nothing_outside_the_table(cpu, made):
+    """A run that fails goes on with NaN until a guard reads it: that must not end the process."""
+    grid = made()
+    places = np.full((3, len(grid.origin)), np.nan)
+    places[1], places[2, 0] = np.inf, 0.0
+    _, normals = look([grid], 0, places)
+    assert np.isfinite(normals).all()

@@ -1,0 +1,81 @@
+"""What the summary says of a passage, on histories made up for it."""
+
+import json
+
+import numpy as np
+import pytest
+from passages import ARC, STEP, history, passage
+
+from softsim.output.verdict import layout_report, where
+
+
+def test_passed():
+    """50 mm/s from 30 mm on, until the row at which the goal, 270.7 mm, is reached."""
+    rows = history([0.0, 4.82], [30.0, 271.0], period=100.0)
+    rows["rows_in_contact"] = np.where(rows["arc_length"] < 0.12, 3.0, 4.0)
+    rows["clearance"] = np.where(rows["arc_length"] < STEP, 2e-3, 1e-3)
+    report = layout_report(passage(), rows)
+    assert report["verdict"] == "passed"
+    assert report["sentence"] == "passed: 241 mm in 4.8 s"
+    assert "blocked_by" not in report
+    straight, bend, second, last = report["segments"]
+    assert (straight["segment"], bend["segment"], second["segment"], last["segment"]) == (
+        1,
+        2,
+        3,
+        5,
+    )
+    # Rows are 10 ms and 0.5 mm apart.
+    assert straight["entered"] == 0.0
+    assert straight["left"] == bend["entered"] == pytest.approx(1.8, abs=0.011)
+    assert bend["left"] == pytest.approx(1.8 + ARC / 0.05, abs=0.011)
+    assert last["left"] is None
+    for segment in report["segments"]:
+        assert segment["mean_speed"] == pytest.approx(0.05, rel=1e-3)
+    assert (straight["rows_in_contact"], bend["rows_in_contact"]) == (3.0, 4.0)
+    assert (bend["least_clearance"], last["least_clearance"]) == (2e-3, 1e-3)
+    assert report["at_end"] == {"rows_in_contact": 4.0, "clearance": 1e-3}
+    json.dumps(report, allow_nan=False)
+
+
+def test_stuck():
+    """It comes to 151 mm in 4 s, then stands for two cycles, 1 mm behind."""
+    rows = history([0.0, 4.0, 5.0, 8.0], [30.0, 151.0, 150.0, 150.0], clearance=-1e-5,
+                   frame_wall_force=1.0, frame_pinch=0.4)  # fmt: skip
+    report = layout_report(passage(), rows)
+    assert report["sentence"] == (
+        "stuck in segment 2 (bend 90 deg, radius 60 mm) at 151 mm: frame wedged"
+    )
+    assert report["final_arc_length"] == pytest.approx(0.15)
+    assert report["evidence"]["pinch_share"] == pytest.approx(0.4)
+    assert report["thresholds"]["fell_back"] == 33e-3
+    second = report["segments"][2]
+    assert second["entered"] is second["mean_speed"] is second["least_clearance"] is None
+    json.dumps(report, allow_nan=False)
+
+
+def test_unfinished():
+    report = layout_report(passage(), history([0.0, 3.0], [30.0, 90.0]))
+    assert report["sentence"] == (
+        "unfinished: 60 of 241 mm in 3.0 s, in segment 1 (straight 120 mm) at 90 mm"
+    )
+
+
+def test_a_body_beyond_an_open_end_is_clear_of_all_walls():
+    report = layout_report(passage(), history([0.0, 1.0], [30.0, 30.0], clearance=np.inf))
+    assert report["at_end"]["clearance"] is report["segments"][0]["least_clearance"] is None
+    json.dumps(report, allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("place", "segment", "name", "distance"),
+    [
+        (0.1, 1, "beginning of bend 90 deg, radius 60 mm", 0.02),
+        (0.12 + ARC - 0.01, 2, "end of bend 90 deg, radius 60 mm", 0.01),
+        (STEP + 0.03, 5, "step 30 mm", -0.03),
+    ],
+)
+def test_where(place, segment, name, distance):
+    found = where(passage(), place)
+    assert (found["segment"], found["nearest_feature"]["name"]) == (segment, name)
+    assert found["nearest_feature"]["distance"] == pytest.approx(distance)

@@ -1,0 +1,79 @@
+"""Standard robots that ship with softsim, and layouts that are given one."""
+
+from pathlib import Path
+
+import pytest
+
+from softsim.builder import build_model
+from softsim.errors import SceneError
+from softsim.scene.assessment import load_layout
+from softsim.scene.loading import load_scene
+from softsim.scene.robots import LIBRARY, part_names, robot_names
+
+PIPE = """\
+environment: {walls: {pipe: {kind: pipe, diameter: 36 mm}}}
+"""
+
+
+def test_names():
+    assert "pfr" in robot_names()
+    assert {"robot:pfr", "robot:pfr/section", "robot:pfr/motor"} <= set(part_names())
+    assert not set(robot_names()) & {"section", "motor"}
+
+
+def test_a_part_is_included_by_its_name(write_scene):
+    scene = write_scene("include: [robot:pfr/section, robot:pfr/motor]\ntime: {end: 1 s}\n")
+    loaded = load_scene(scene, ["loads.motor.frequency=64 Hz"])
+    assert loaded.scene.loads["motor"].frequency == 64.0
+    error = loaded.error(("rigid_bodies", "frame", "mass"), "too heavy")
+    assert error.location.file == LIBRARY / "pfr" / "section.yaml"
+
+
+@pytest.mark.parametrize("name", ["robot:snake", "robot:pfr/", "robot:../scene/library/pfr"])
+def test_an_unknown_part(write_scene, name):
+    with pytest.raises(SceneError, match=r"there is no .* to include") as caught:
+        load_scene(write_scene(f"title: t\ninclude: [{name}]\ntime: {{end: 1 s}}\n"))
+    assert caught.value.location.line == 2
+    assert "robot:pfr" in caught.value.hint
+
+
+@pytest.mark.parametrize("robot", robot_names())
+def test_every_robot_is_whole(write_scene, robot):
+    loaded = load_layout(write_scene(PIPE), robot, [])
+    assert loaded.scene.rigid_bodies
+    assert loaded.scene.layout is not None
+    assert loaded.scene.expect.passes is True
+
+
+def test_the_layout_wins_and_the_command_line_over_it(write_scene):
+    layout = write_scene(
+        PIPE + "time: {end: 7 s}\nlayout: {patience: 3}\n"
+        "contact: {friction_coefficient: 0.3}\nexpect: {passes: false}\n"
+    )
+    scene = load_layout(layout, "pfr", ["layout.patience=4"]).scene
+    assert (scene.time.end, scene.contact.friction_coefficient) == (7.0, 0.3)
+    assert (scene.layout.patience, scene.expect.passes) == (4, False)
+
+
+def test_an_unknown_robot(write_scene):
+    with pytest.raises(SceneError, match="there is no robot 'snake'") as caught:
+        load_layout(write_scene(PIPE), "snake", [])
+    assert "pfr" in caught.value.hint
+    assert caught.value.exit_code == 2
+
+
+def test_a_mistake_in_a_layout_has_its_line(write_scene):
+    with pytest.raises(SceneError, match="diametre") as caught:
+        load_layout(write_scene(PIPE.replace("diameter", "diametre")), "pfr", [])
+    assert caught.value.location.line == 1
+
+
+LAYOUTS = sorted((Path(__file__).parents[2] / "scenes" / "layouts").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("layout", LAYOUTS, ids=lambda path: path.stem)
+def test_every_layout_takes_every_robot(layout):
+    for robot in robot_names():
+        model = build_model(load_layout(layout, robot, []))
+        assert model.passage is not None
+        assert model.passage.in_cycles

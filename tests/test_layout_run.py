@@ -1,0 +1,104 @@
+"""Runs along a pipe: they end when the question is answered, the same after an interruption."""
+
+import io
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+# A block that nothing touches stands before the pipe; a ball inside is pushed along it.
+SCENE = """
+bodies:
+  block: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10,
+          position: [-50 mm, 0 mm], fixed: [bottom]}
+rigid_bodies:
+  ball: {mass: 1 g, inertia: 1 g*mm^2, center: [20 mm, 0 mm], outline: {radius: 5 mm}}
+environment:
+  gravity: 0 m/s^2
+  walls:
+    pipe: {kind: pipe_path, diameter: 20 mm,
+           pipe: [{straight: 50 mm}, {bend: 30 deg, radius: 40 mm}, {straight: 60 mm}]}
+contact: {friction_coefficient: 0}
+loads: {push: {kind: rigid_force, acts_on: ball, force: [10 mN, 0 mN]}}
+layout: {goal: 40 mm, patience_time: 30 ms, least_progress: 1 mm}
+time: {end: 1 s}
+output: {frame_interval: 20 ms}
+"""
+
+
+@pytest.fixture
+def simulation(write_scene, tmp_path, kernel_cache, monkeypatch):
+    """A simulation of the scene in a folder of that name."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+
+    def start(folder, *overrides, resume=False):
+        from softsim.builder import build_model
+        from softsim.machine import choose
+        from softsim.output.folder import RunFolder
+        from softsim.run import Simulation
+        from softsim.scene.loading import load_scene
+
+        loaded = load_scene(write_scene(SCENE), overrides)
+        target, quiet = RunFolder(tmp_path / folder), Console(file=io.StringIO())
+        return Simulation(loaded, build_model(loaded), target, choose("cpu", 1), resume, quiet)
+
+    return start
+
+
+def test_a_pushed_ball_passes_and_the_run_ends(simulation):
+    """20 mm at 10 m/s^2: 63 ms, and the row after it, up to 2 ms later."""
+    results = simulation("pushed", "expect.passes=true").run(1e9)
+    layout = results.summary["layout"]
+    assert (results.summary["status"], layout["verdict"]) == ("done", "passed")
+    exact = np.sqrt(2.0 * 0.02 / 10.0)
+    assert exact <= results.summary["simulated_time"] <= exact + 2.1e-3
+    s = results.history["arc_length"]
+    assert s[0] == pytest.approx(0.02, abs=1e-12)
+    assert s == pytest.approx(results.history["frame_x"], abs=1e-12)  # straight so far
+    # The block is far away; the ball is 5 mm wide in a pipe of 10 mm radius.
+    assert results.history["clearance"] == pytest.approx(5e-3, abs=1e-12)
+    assert layout["segments"][0]["mean_speed"] == pytest.approx(0.02 / exact, rel=0.04)
+
+
+def test_a_ball_that_is_not_pushed_is_stuck(simulation):
+    from softsim.errors import ExpectationError
+
+    idle = simulation("idle", "loads.push.force=[0 mN, 0 mN]", "expect.passes=true")
+    with pytest.raises(
+        ExpectationError, match="verdict passed, found stuck in segment 1"
+    ) as caught:
+        idle.run(1e9)
+    assert caught.value.exit_code == 5
+    assert idle.summary["layout"]["blocked_by"] == "no thrust"
+    assert idle.summary["simulated_time"] == pytest.approx(30e-3, abs=2.1e-3)
+
+
+def test_a_wall_pushes_across_the_path(simulation):
+    """Around the bend the ball leans on its outer wall, on that side alone."""
+    results = simulation("round", "layout.goal=70 mm").run(1e9)
+    h = results.history
+    leaning = h["frame_wall_force"] > 0.0
+    assert leaning.any()
+    assert h["arc_length"][leaning].min() > 0.05
+    # Without friction the wall pushes across the path only, but for the turn of the path within
+    # the interval of a row, over which forces are averaged.
+    turn = np.diff(h["arc_length"], prepend=0.02) / 0.04
+    along = np.maximum(h["thrust"], h["drag"])
+    assert (along <= h["frame_wall_force"] * (turn + 0.05)).all()
+    # All of it on one side, so that nothing cancels out but for the same turn.
+    assert (h["frame_pinch"] <= h["frame_wall_force"] * (turn**2 + 1e-3)).all()
+
+
+def test_an_interrupted_run_decides_alike(simulation):
+    whole = simulation("whole", "layout.goal=30 mm").run(1e9)
+    first = simulation("parts", "layout.goal=30 mm")
+    first.look()
+    while first.solver.time < 0.02:
+        first.go_to_station()
+    first.checkpoint()
+    first.close()
+    second = simulation("parts", "layout.goal=30 mm", resume=True).run(1e9)
+    assert second.summary["layout"] == whole.summary["layout"]
+    for name, column in whole.history.items():
+        np.testing.assert_array_equal(second.history[name], column, err_msg=name)

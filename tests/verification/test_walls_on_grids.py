@@ -1,0 +1,145 @@
+"""Bodies on walls that went through a grid of distances, against the same walls as formulas.
+
+A block on a straight slope: the grid is exact, so that the motion is the plane's. A box in the bore
+of a pipe from an STL file, its dimensions as in test_walls_in_space: it lies on two edges, where
+the normals are tilted by beta, cos beta = 0.8. The bore's facets touch the circle in their middles
+and leave it by R (pi / N)^2 / 2 at most; the grid is off by spacing^2 / (8 R); the height changes
+by what both take together, over cos beta.
+"""
+
+import meshio
+import numpy as np
+import pytest
+
+SLOPE = np.radians(35.0)
+UP = np.array([np.cos(SLOPE), np.sin(SLOPE)])
+BLOCK = f"""
+bodies:
+  block: {{mesh: {{generator: block, length: 10 mm, height: 6 mm, element_size: 2 mm}},
+          formulation: plane_strain, thickness: 10 mm, material: dragon_skin_30,
+          rotation: 35 deg}}
+environment:
+  walls: {{slope: {{kind: plane, normal: [{-UP[1]}, {UP[0]}]}}}}
+contact: {{friction_coefficient: 0.5}}
+time: {{end: 1 s}}
+"""
+
+
+def ground(*points):
+    """Override: instead of the plane a polyline through points (x, y) [mm]."""
+    listed = ", ".join(f"[{x:.17g} mm, {y:.17g} mm]" for x, y in points)
+    return f"environment.walls.slope={{kind: polyline, points: [{listed}], spacing: 0.7 mm}}"
+
+
+def settle(solver, until, count=500):
+    while solver.time < until:
+        solver.advance(count)
+
+
+def test_a_block_slides_down_a_polyline_as_down_a_plane(build, start, record_verification):
+    """Without friction to round-off, 1e-17 m an increment. With friction round-off grows tenfold
+    each ms, as nodes stick and slip by turns: for 10 ms still next to nothing, then as a whole.
+    The polyline ends below the block, and goes on straight from there.
+    """
+    solvers = []
+    for wall in ([], [ground(-1.0 * UP, 30.0 * UP)]):
+        models = [build(BLOCK, f"contact.friction_coefficient={mu}", *wall) for mu in (0, 0.5)]
+        solvers.append(start(*models))
+    for until, slippery, rough in ((0.01, 1e-14, 1e-12), (0.1, 1e-14, 1e-4)):
+        for solver in solvers:
+            settle(solver, until, 50)
+        plane, grid = (solver.positions() - models[0].points for solver in solvers)
+        assert np.abs(grid - plane)[0].max() < slippery
+        assert np.abs(grid - plane)[1].max() < rough
+    ways = [-float((moved[1] @ UP).mean()) for moved in (plane, grid)]
+    assert ways[0] > 7e-3
+    record_verification("slides down a slope on a grid [m]", *ways)
+
+
+def test_the_books_close_across_corners(build, start):
+    """Down the slope into a valley and over a hump, 0.5 mm high: what is taken or given where the
+    grid rounds off corners stays far below what moves.
+    """
+    from softsim.solver.energy import EnergyBalance, Meter
+
+    x, y = -7.0 * UP
+    valley = [(x - 30.0, y), (x - 9.0, y), (x - 8.5, y + 0.5), (x - 8.0, y), (x, y)]
+    model = build(BLOCK, ground(*valley, 20.0 * UP), "contact.friction_coefficient=0.1")
+    # A chattering contact lasts a few increments and is booked to first order: a smaller step.
+    solver = start(model, share=0.3)
+    meter = Meter(solver)
+    balance = EnergyBalance.starting(meter.read()[0], model)
+    largest = 0.0
+    while solver.time < 0.15:
+        solver.advance(500)
+        largest = max(largest, balance.error(meter.read()[0]))
+    assert solver.positions()[0][:, 0].min() < 1e-3 * (x - 12.0)  # its front is far over the hump
+    assert largest < 0.01
+
+
+def pipe_bore(radius, length, around):
+    """The hollow of a pipe about x, from x = -length / 2, closed by flat ends: points, triangles.
+    The middles of its facets are as far from the axis as `radius` says.
+    """
+    angle = 2.0 * np.pi * np.arange(around) / around
+    reach = radius / np.cos(np.pi / around)
+    ring = np.stack([np.zeros(around), reach * np.cos(angle), reach * np.sin(angle)], axis=1)
+    half = np.array([0.5 * length, 0.0, 0.0])
+    points = np.vstack([ring - half, ring + half, [-half, half]])
+    one = np.arange(around)
+    other = (one + 1) % around
+    sides = [[one, other, other + around], [one, other + around, one + around]]
+    ends = [
+        [other, one, 0 * one + 2 * around],
+        [one + around, other + around, one * 0 + 2 * around + 1],
+    ]
+    return points, np.concatenate([np.stack(t, axis=1) for t in sides + ends])
+
+
+RADIUS, AROUND, SPACING = 5.0, 90, 0.25  # mm
+WEDGE = 0.8
+BOX = f"""
+bodies:
+  box: {{mesh: {{generator: box, length: 12 mm, height: 3 mm, width: 6 mm, element_size: 3 mm}},
+        formulation: solid, material: rubber, position: [-6 mm, -3.99 mm, -3 mm]}}
+materials:
+  rubber: {{law: neo_hooke, C10: 100 kPa, density: 1000 kg/m^3,
+           prony: [{{g: 0.5, relaxation_time: 1 ms}}]}}
+environment: {{walls: {{pipe: {{kind: pipe, diameter: {2.0 * RADIUS} mm}}}}}}
+contact: {{friction_coefficient: 0, damping_ratio: 0.3}}
+time: {{end: 1 s}}
+"""
+WEIGHT = 1000.0 * 12e-3 * 3e-3 * 6e-3 * 9.81
+
+
+def test_a_box_rests_in_a_pipe_from_an_stl_as_in_a_pipe(
+    build, start, tmp_path, record_verification
+):
+    from softsim.solver.energy import Meter
+
+    points, triangles = pipe_bore(RADIUS, 16.0, AROUND)
+    meshio.write(tmp_path / "bore.stl", meshio.Mesh(points, [("triangle", triangles)]), binary=True)
+    bore = f"{{kind: surface, file: bore.stl, free_side: inside, spacing: {SPACING} mm}}"
+    heights, normals = [], []
+    for overrides in ([], [f"environment.walls.pipe={bore}"]):
+        model = build(BOX, *overrides)
+        solver = start(model)
+        meter = Meter(solver)
+        settle(solver, 0.1)
+        for walls in solver.terms.wall_contacts:
+            walls.clear_impulses()
+        began = solver.time
+        settle(solver, 0.15)
+        _, grip, centre = meter.read()
+        heights.append(centre[1])
+        normals.append(grip.normal_impulse / (solver.time - began))
+    sagitta = RADIUS * (np.pi / AROUND) ** 2 / 2.0
+    rounding = SPACING**2 / (8.0 * (RADIUS - np.sqrt(2.0) * SPACING))
+    assert abs(heights[1] - heights[0]) < 1e-3 * (sagitta + rounding) / WEDGE
+    # The normal is that of a facet or between two: off by their angle, and by half a cell's share
+    # of the radius.
+    tilt = np.pi / AROUND + 0.5 * SPACING / RADIUS
+    assert normals[0] == pytest.approx(WEIGHT / WEDGE, rel=1e-3)
+    assert normals[1] == pytest.approx(WEIGHT / WEDGE, rel=tilt * 0.6 / WEDGE)
+    record_verification("box in a pipe from an STL: height [m]", heights[0], heights[1])
+    record_verification("box in a pipe from an STL: normal force [N]", normals[0], normals[1])
