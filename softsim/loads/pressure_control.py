@@ -8,8 +8,8 @@ pressures depend on the pipe, so no fixed profile serves a path whose diameter c
                the walls' normal force is at least `contact_force`), at most up to `highest`;
     hold       lasts for a given time;
     deflation  goes on until motion has stopped (forward faster than `motion_speed` before, slower
-               now), or the robot slips back as fast, or contact is lost (`least_rows` rows touched
-               before, fewer do now), at most down to `lowest`.
+               now), or the robot slips back at `slip_speed`, or contact is lost (`least_rows` rows
+               touched before, fewer do now), at most down to `lowest`.
 
 Standing still at the beginning of a deflation ends nothing, nor does contact that never was: only
 what has been can stop. A robot that never moves is inflated anew at `lowest`. Contact counts above
@@ -72,6 +72,7 @@ class EventCycles:
     contact_window: float
     least_rows: int
     motion_speed: float
+    slip_speed: float
     motion_window: float
     count: int | None
 
@@ -179,7 +180,7 @@ class PressureControl:
 
     def _while_deflating(self, now: Sensed) -> Decision | None:
         speed = self._forward_speed()
-        if speed <= -self.settings.motion_speed:
+        if speed <= -self.settings.slip_speed:
             return self._end_cycle(now, "it slips back")
         if self._motion_has_stopped(speed):
             return self._end_cycle(now, "motion has stopped")

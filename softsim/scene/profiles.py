@@ -154,8 +154,13 @@ class EventCyclesProfile(_Swing):
     motion_speed: PositiveVelocity = Field(
         default=written("20 mm/s"),
         description="The robot moves when its first rigid body does so at this mean speed, forward "
-        "along its own axis; deflation ends when it moved and no longer does, or when it slips "
-        "back as fast. Choose it above the speed at which the robot creeps.",
+        "along its own axis; deflation ends when it moved and no longer does. Choose it above the "
+        "speed at which the robot creeps.",
+    )
+    slip_speed: PositiveVelocity = Field(
+        default=written("5 mm/s"),
+        description="Deflation also ends when it slips back at this mean speed. Choose it above "
+        "the speed at which the leaving air draws it back, 1 to 2 mm in all.",
     )
     motion_window: PositiveTime = Field(
         default=written("200 ms"), description="Time over which the mean speed is taken."

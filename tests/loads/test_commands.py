@@ -9,7 +9,7 @@ from softsim.loads.pressure_control import Command, EventCycles
 CYCLES = EventCycles(
     highest=8e3, lowest=2e3, inflation_rate=10e3, deflation_rate=5e3, start=0.1, hold=0.1,
     contact_rows=2, contact_force=1.0, contact_window=0.02, least_rows=1,
-    motion_speed=20e-3, motion_window=0.2, count=None,
+    motion_speed=20e-3, slip_speed=20e-3, motion_window=0.2, count=None,
 )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ STILL = (0.0, 0.0)
 CYCLES = EventCycles(
     highest=10e3, lowest=2e3, inflation_rate=10e3, deflation_rate=5e3, start=0.0, hold=0.1,
     contact_rows=2, contact_force=1.0, contact_window=0.02, least_rows=1,
-    motion_speed=20e-3, motion_window=0.2, count=None,
+    motion_speed=20e-3, slip_speed=10e-3, motion_window=0.2, count=None,
 )  # fmt: skip
 
 UNASKED = replace(CYCLES, least_rows=0)  # contact is never lost
@@ -209,8 +209,8 @@ def test_nothing_happens_before_the_start():
 
 
 def test_deflation_ends_when_the_robot_slips_back_without_having_moved():
-    """Still for 1 s, then 40 mm/s down: half of it is reached half a window later."""
-    _, decisions = course(SLOW, walker((0.0, 0.0), (1.0, 0.0), (2.0, -0.04)), 3.2)
+    """Still for 1 s, then 20 mm/s down: half of it is reached half a window later."""
+    _, decisions = course(SLOW, walker((0.0, 0.0), (1.0, 0.0), (2.0, -0.02)), 3.2)
     t, _, reason = decisions[1]
     assert reason == "it slips back"
     assert t - decisions[0][0] - CYCLES.hold == pytest.approx(1.1, abs=2 * ROW)
