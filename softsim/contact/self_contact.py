@@ -4,9 +4,8 @@ The laws are those of the walls (contact/penalty.py, contact/friction.py), betwe
 closest point of the facets that it may touch; of one facet, the closest, at a time. Each side's
 nodes are held against the other's facets. What pushes a node pushes back on the corners of its
 facet, so momentum and angular momentum are kept. The spring of the friction is a vector in space
-that goes with the facet: it grows with
-the velocity of the node relative to the place beside the facet where it is (DeformableSurface.
-velocity_beside), and turns with the tangent plane.
+that goes with the facet: it grows with the velocity of the node relative to the place beside the
+facet where it is, and turns with the tangent plane.
 """
 
 import numpy as np

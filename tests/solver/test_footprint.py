@@ -24,6 +24,7 @@ loads:
 time: {end: 1 s}
 """
 RINGS = SECTION.replace("plane_strain,", "ring_section, sector: 90 deg, rings: skin,")
+SPIKES = SECTION.replace("time:", "contact: {self_contact: [skin]}\ntime:")
 RING = """
 bodies:
   ring: {mesh: {generator: pfr_meridian, element_size: 0.2 mm}, formulation: axisymmetric,
@@ -45,8 +46,8 @@ GROUND = SECTION.replace(
 
 @pytest.mark.parametrize(
     "text",
-    [SECTION, RINGS, RING, SOLID, GROUND],
-    ids=["plane", "rings", "revolved", "space", "ground"],
+    [SECTION, SPIKES, RINGS, RING, SOLID, GROUND],
+    ids=["plane", "spikes that touch", "rings", "revolved", "space", "ground"],
 )
 def test_the_count_is_that_of_the_fields(build, cpu, text):
     """Within a tenth, shared and own part alike: those of one scenario and of three."""
