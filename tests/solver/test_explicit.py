@@ -82,13 +82,12 @@ conditions:
          displacement: {kind: ramp, value: 1 mm, duration: 4 ms}}
 time: {end: 1 s, procedure: static}
 """
+# The section of rings takes long to compile.
+MODELS = [STRIP, pytest.param(STRIPS, marks=pytest.mark.slow), SPACE, RING]
 KINDS = ["plane", "section of rings", "space", "ring, static"]
 
 
-# Of the section of rings by the slow tests: its launches take a minute to compile.
-@pytest.mark.parametrize(
-    "text", [STRIP, pytest.param(STRIPS, marks=pytest.mark.slow), SPACE, RING], ids=KINDS
-)
+@pytest.mark.parametrize("text", MODELS, ids=KINDS)
 def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     """The launch sequence of a GPU, run on the CPU: same passes, same order, same result.
 
@@ -107,7 +106,7 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
 
 
-@pytest.mark.parametrize("text", [STRIP, STRIPS, SPACE, RING], ids=KINDS)
+@pytest.mark.parametrize("text", MODELS, ids=KINDS)
 def test_workers_give_the_bits_of_one(build, kernel_cache, text):
     """One thread by itself or two side by side: each number is summed in the same order."""
     from softsim import backend
