@@ -73,8 +73,9 @@ class Diameters:
         tension = self.cells.sum(self.tension, s, b)
         first = self.first_slot + 2 * b * ti.static(backend.lanes())
         second = first + ti.static(backend.lanes())
-        for k in ti.static(range(2)):
-            force = tension * self.direction[k][s, b]
-            for lane in ti.static(range(backend.lanes())):
-                self.nodes.corner_forces.component[k][s, first + lane] = -force[lane]
-                self.nodes.corner_forces.component[k][s, second + lane] = force[lane]
+        x = tension * self.direction[0][s, b]
+        y = tension * self.direction[1][s, b]
+        for lane in range(ti.static(backend.lanes())):  # unrolled it takes seconds to compile
+            force = ti.Vector([x[lane], y[lane]])
+            self.nodes.corner_forces.write(s, first + lane, -force)
+            self.nodes.corner_forces.write(s, second + lane, force)

@@ -46,6 +46,20 @@ def test_scenarios_side_by_side_are_those_alone(build, start):
         np.testing.assert_allclose(alone.positions()[0], together[k], rtol=0.0, atol=1e-12 * size)
 
 
+STRIPS = """
+bodies:
+  skin: {mesh: {generator: pfr_section, free_length: 6 mm, inner_diameter: 4 mm,
+                outer_diameter: 6 mm, spikes_per_strip: 1, root_thickness: 2 mm,
+                spike_height: 2 mm, element_size: 0.5 mm},
+         formulation: ring_section, thickness: 3 mm, sector: 90 deg, rings: skin,
+         material: dragon_skin_10}
+rigid_bodies:
+  frame: {mass: 1 g, inertia: 10 g*mm^2, tied: [skin.knots], initial_angular_velocity: 50 rad/s}
+loads:
+  air: {kind: follower_pressure, facets: [skin.chamber], reacts_on: frame,
+        profile: {kind: constant, value: 5 kPa}}
+time: {end: 1 s}
+"""
 SPACE = """
 bodies:
   skin: {mesh: {generator: pfr_solid, rows: 0, element_size: 1 mm},
@@ -68,9 +82,12 @@ conditions:
          displacement: {kind: ramp, value: 1 mm, duration: 4 ms}}
 time: {end: 1 s, procedure: static}
 """
+# The section of rings takes long to compile.
+MODELS = [STRIP, pytest.param(STRIPS, marks=pytest.mark.slow), SPACE, RING]
+KINDS = ["plane", "section of rings", "space", "ring, static"]
 
 
-@pytest.mark.parametrize("text", [STRIP, SPACE, RING], ids=["plane", "space", "ring, static"])
+@pytest.mark.parametrize("text", MODELS, ids=KINDS)
 def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     """The launch sequence of a GPU, run on the CPU: same passes, same order, same result.
 
@@ -89,7 +106,7 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
 
 
-@pytest.mark.parametrize("text", [STRIP, SPACE, RING], ids=["plane", "space", "ring, static"])
+@pytest.mark.parametrize("text", MODELS, ids=KINDS)
 def test_workers_give_the_bits_of_one(build, kernel_cache, text):
     """One thread by itself or two side by side: each number is summed in the same order."""
     from softsim import backend
