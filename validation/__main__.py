@@ -2,6 +2,7 @@
 
 from validation import (
     contact_rows,
+    critical_zones,
     deflation_rate,
     displacement,
     inclination,
@@ -25,6 +26,7 @@ SCRIPTS = [
     lowest_pressure.SCRIPT,
     inclination.SCRIPT,
     prototypes.SCRIPT,
+    critical_zones.SCRIPT,
 ]
 
 if __name__ == "__main__":

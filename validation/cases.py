@@ -26,6 +26,8 @@ from softsim.errors import Interrupted, SoftsimError
 from softsim.interruption import stop_signals
 from softsim.output.folder import CHECKPOINT, HISTORY, SUMMARY
 from softsim.output.history import read_history
+from softsim.report.figures import draw_all
+from softsim.scene.assessment import load_layout
 from softsim.scene.loading import LoadedScene, load_scene
 from validation.progress import CaseProgress
 
@@ -65,8 +67,30 @@ class Case:
 
     @property
     def simulated_time(self) -> float:
-        """How long the run is [s], by which progress is weighed."""
+        """How long the run is [s] at most, by which progress is weighed."""
         return self.loaded.scene.time.end
+
+    def draw(self, folder: Path) -> None:
+        """Draw what its run, which is done, shows by itself: nothing, its script draws."""
+
+
+@dataclass(frozen=True)
+class LayoutCase(Case):
+    """A layout under `scenes/` with a standard robot in it, as `softsim assess` runs it.
+
+    A robot that does not pass is an answer like one that does, no failure.
+    """
+
+    robot: str = "pfr"
+
+    @cached_property
+    def loaded(self) -> LoadedScene:
+        """The layout with its robot. Raises SceneError."""
+        return load_layout(SCENES / self.scene, self.robot, self.overrides)
+
+    def draw(self, folder: Path) -> None:
+        """The figures that `softsim assess` draws, of which layout.png shows the way."""
+        draw_all(folder, self.loaded.scene.output.snapshot_field)
 
 
 @dataclass(frozen=True)
@@ -145,7 +169,7 @@ def _run_processes(cases: list[Case], out: Path, workers: int, progress: CasePro
                 folder.mkdir(parents=True, exist_ok=True)
                 (folder / FAILURE).unlink(missing_ok=True)
                 process: BaseProcess = spawn.Process(
-                    target=_run, args=(case.scene, case.overrides, folder), name=case.name
+                    target=_run, args=(case, folder), name=case.name
                 )
                 process.start()
                 running[process] = case
@@ -173,21 +197,23 @@ def _stop(running: Iterable[BaseProcess]) -> None:
     raise Interrupted("validation stopped", hint="the same command goes on where it was")
 
 
-def _run(scene: str, overrides: tuple[str, ...], folder: Path) -> None:
-    """Run a case in this process; a failure becomes text beside what was computed."""
+def _run(case: Case, folder: Path) -> None:
+    """Run a case in this process, and draw it; a failure becomes text beside what was computed."""
     from softsim.run import run  # Taichi is imported in the processes only
 
     resume = (folder / CHECKPOINT).is_file()
     silent = Console(file=io.StringIO())
     try:
         run(
-            SCENES / scene, overrides, folder, DEVICE, resume, silent, threads=1,
+            case.loaded, (), folder, DEVICE, resume, silent, threads=1,
             profile_after=float("inf"),
         )  # fmt: skip
     except Interrupted:
         raise SystemExit(Interrupted.exit_code) from None
     except SoftsimError as error:
         _write_failure(folder, str(error))
+    if _is_done(folder):  # also where it is not as its scene expects
+        case.draw(folder)
 
 
 def _outcome(case: Case, folder: Path) -> Outcome:

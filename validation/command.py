@@ -108,9 +108,10 @@ def section(script: Script, found: dict[str, Outcome], points: Points | None, ou
     outcomes = outcomes_by_name(script.cases(False), found)
     rows = tuple(script.rows(outcomes, points))
     remarks = tuple(script.remarks(outcomes))
+    listings = tuple(script.listings(outcomes))
     figure = out / f"{script.name}.png"
     script.draw(outcomes, points, figure)
-    return Section(script, rows, remarks, points is not None, figure)
+    return Section(script, rows, remarks, points is not None, figure, listings)
 
 
 def _known_time(outcome: Outcome) -> float:

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.markup import escape as plain
 from rich.table import Table
 
-from validation.script import Script
+from validation.script import Listing, Script
 from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
 
 TEMPLATE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
@@ -32,6 +32,7 @@ class Section:
     remarks: tuple[str, ...]
     compared: bool
     figure: Path
+    listings: tuple[Listing, ...] = ()
 
     @property
     def basis(self) -> str:
@@ -70,7 +71,19 @@ def show(console: Console, sections: Sequence[Section]) -> None:
         console.print(table)
         for text in (section.basis, *section.remarks):
             console.print(text, highlight=False, markup=False)
+        for listing in section.listings:
+            console.print(listed(listing))
     console.print(counted(all_rows(sections)), highlight=False)
+
+
+def listed(listing: Listing) -> Table:
+    """A listing for the console."""
+    table = Table(title=plain(listing.title), title_justify="left")
+    for heading in listing.headings:
+        table.add_column(plain(heading), overflow="fold")
+    for row in listing.rows:
+        table.add_row(*map(plain, row))
+    return table
 
 
 def counted(rows: Sequence[Row]) -> str:
@@ -94,6 +107,7 @@ def content(
                 "figure": section.name,
                 "digitised": section.compared,
                 "remarks": list(section.remarks),
+                "listings": [asdict(listing) for listing in section.listings],
             }
             for section in sections
         },
@@ -141,12 +155,19 @@ def _section(section: Section) -> str:
         _table(("claim", "reference", "computed", "verdict"), rows),
         f'<p class="quiet">{escape(section.basis)}</p>',
         *(f"<p>{escape(remark)}</p>" for remark in section.remarks),
+        *map(_listing, section.listings),
     ]
     if section.figure.is_file():
         picture = base64.b64encode(section.figure.read_bytes()).decode("ascii")
         name = escape(section.name, quote=True)
         parts.append(f'<img alt="{name}" src="data:image/png;base64,{picture}">')
     return "\n".join(parts)
+
+
+def _listing(listing: Listing) -> str:
+    return (
+        f"<h3>{escape(listing.title)}</h3>\n{_table(listing.headings, map(_cells, listing.rows))}"
+    )
 
 
 def _table(headings: Iterable[str], rows: Iterable[str]) -> str:

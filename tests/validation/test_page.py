@@ -8,7 +8,7 @@ from rich.console import Console
 
 from validation import page
 from validation.page import Section
-from validation.script import Script
+from validation.script import Listing, Script
 from validation.verdicts import AGREES, DISAGREES, UNKNOWN, VERDICTS, Row
 
 NASTY = "<b>p & q</b> [red]x[/]"
@@ -23,7 +23,8 @@ def sections(tmp_path):
     figure = tmp_path / "s.png"
     figure.write_bytes(b"picture")
     rows = tuple(Row("s", f"claim {v}", NASTY, NASTY, v) for v in VERDICTS)
-    return [Section(script, rows, (NASTY,), False, figure)]
+    listing = Listing(NASTY, ("what", NASTY), (("first", NASTY), ("second", "")))
+    return [Section(script, rows, (NASTY,), False, figure, (listing,))]
 
 
 def everything(sections):
@@ -41,6 +42,7 @@ def test_json_has_every_row_and_count(sections, tmp_path):
     assert all(isinstance(value, str) for row in read["rows"] for value in row.values())
     assert read["counts"] == {AGREES: 1, DISAGREES: 1, UNKNOWN: 1}
     assert read["scripts"]["s"]["digitised"] is False
+    assert read["scripts"]["s"]["listings"][0]["rows"] == [["first", NASTY], ["second", ""]]
     assert read["constants"][0]["fitted_on"] == "onset" and read["total_time_s"] == 1.5
 
 
@@ -50,6 +52,7 @@ def test_html_holds_text_as_text_and_the_figure(sections, tmp_path):
     text = path.read_text()
     assert "<b>" not in text and "&lt;b&gt;p &amp; q" in text
     assert all(f">{verdict}</td>" in text for verdict in VERDICTS)
+    assert "<h3>&lt;b&gt;p" in text and "<td>second</td><td></td>" in text
     assert 'src="data:image/png;base64,cGljdHVyZQ=="' in text
     assert "statements only" in text and "1 disagree," in text and "total time 1.5 s" in text
 
@@ -58,5 +61,6 @@ def test_console_shows_text_as_text(sections):
     console = Console(file=io.StringIO(), width=200)
     page.show(console, sections)
     shown = console.file.getvalue()
-    assert shown.count("[red]x[/]") == 2 * len(VERDICTS) + 1
+    # Two columns of each row, the remark, and the listing's title, heading and cell.
+    assert shown.count("[red]x[/]") == 2 * len(VERDICTS) + 1 + 3
     assert "3 claims: 1 agree, 1 disagree, 1 cannot be told." in shown

@@ -6,8 +6,16 @@ import json
 import pytest
 from rich.console import Console
 
+from softsim.errors import ExpectationError
 from validation import cases as cases_module
-from validation.cases import NOT_IN_SUBSET, Case, Outcome, outcomes_by_name, run_cases
+from validation.cases import (
+    NOT_IN_SUBSET,
+    Case,
+    LayoutCase,
+    Outcome,
+    outcomes_by_name,
+    run_cases,
+)
 
 BLOCK = """
 bodies:
@@ -19,6 +27,12 @@ bodies:
 time:
   end: 2 ms
 output: {history_interval: 0.5 ms}
+"""
+
+PIPE = """
+environment:
+  walls:
+    pipe: {kind: pipe_path, diameter: 36 mm, start: [-25 mm, 0 mm], pipe: [{straight: 200 mm}]}
 """
 
 
@@ -40,6 +54,34 @@ def test_key_is_that_of_what_is_run(block, monkeypatch):
     assert case.key != Case("a", block, ("time.end=4 ms",)).key
     monkeypatch.setattr(cases_module, "source_digest", lambda: "other sources")
     assert case.key == case.key and Case("a", block, ("time.end=3 ms",)).key != case.key
+
+
+def test_a_layout_gets_its_robot_and_what_is_asked(tmp_path, monkeypatch):
+    (tmp_path / "pipe.yaml").write_text(PIPE)
+    monkeypatch.setattr(cases_module, "SCENES", tmp_path)
+    case = LayoutCase("a", "pipe.yaml", ("output.frame_interval=0.05 s",))
+    scene = case.loaded.scene
+    assert scene.expect.passes and "frame" in scene.rigid_bodies and scene.layout is not None
+    assert scene.output.frame_interval == 0.05 and case.simulated_time == scene.time.end
+    assert case.key == LayoutCase("b", "pipe.yaml", ("output.frame_interval=50 ms",)).key
+    assert case.key != LayoutCase("a", "pipe.yaml").key
+
+
+def test_a_run_that_misses_what_is_expected_is_drawn_and_no_failure(block, tmp_path, monkeypatch):
+    def stuck(loaded, overrides, folder, *others, **named):
+        (folder / "summary.json").write_text(json.dumps({"status": "done"}))
+        (folder / "history.csv").write_text("time\ns\n0.0\n")
+        raise ExpectationError("verdict passed, found stuck")
+
+    drawn = []
+    monkeypatch.setattr("softsim.run.run", stuck)
+    monkeypatch.setattr(Case, "draw", lambda case, folder: drawn.append((case.name, folder)))
+    case = Case("a", block)
+    folder = tmp_path / "out" / "cases" / case.key
+    folder.mkdir(parents=True)
+    cases_module._run(case, folder)
+    assert drawn == [("a", folder)]
+    assert run_cases([case], tmp_path / "out", 1, quiet())[case.key].failure == ""
 
 
 def test_a_stored_case_is_not_run_again(block, tmp_path, monkeypatch):
