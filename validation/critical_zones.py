@@ -50,19 +50,14 @@ WIDENING, NARROWING = "transition_30_to_41", "transition_41_to_30"
 UPWARDS = "_vertical"
 SMALL, LARGE = "elbow_90_30mm", "elbow_90_36mm"
 
+BENDS = "6.6, Fig 6.9 A to C, I to K"
 CLAIMED = {
-    SMALL: (
-        "passes an elbow of 90 degrees from level upwards, 30 mm",
-        "6.6, Fig 6.9 A to C, I to K",
-    ),
-    LARGE: (
-        "passes an elbow of 90 degrees from level upwards, 36 mm",
-        "6.6, Fig 6.9 A to C, I to K",
-    ),
-    "c_bend": (
-        "passes a C-shaped bend from level up and back, 36 mm",
-        "6.6, Fig 6.9 A to C, I to K",
-    ),
+    SMALL: ("passes an elbow of 90 degrees, level, 30 mm", BENDS),
+    LARGE: ("passes an elbow of 90 degrees, level, 36 mm", BENDS),
+    f"{SMALL}_up": ("passes an elbow of 90 degrees against gravity, 30 mm", BENDS),
+    f"{LARGE}_up": ("passes an elbow of 90 degrees against gravity, 36 mm", BENDS),
+    "c_bend": ("passes a C-shaped bend, level, 36 mm", BENDS),
+    "c_bend_up": ("passes a C-shaped bend against gravity, 36 mm", BENDS),
     WIDENING: ("passes from 30 to 41 mm, level", "6.6, Fig 6.9 E to G"),
     NARROWING: ("passes from 41 to 30 mm, level", "6.6"),
     WIDENING + UPWARDS: ("passes from 30 to 41 mm, upwards", "6.6, Fig 6.9 D, H"),
