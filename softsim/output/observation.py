@@ -262,6 +262,7 @@ def description(model: Model, title: str) -> dict:
     return {
         **drawn_walls(model.walls),
         **({} if passage is None else {"path": along_path.path_samples(passage.path)}),
+        "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,

@@ -31,6 +31,15 @@ LINE = 0.075
 TALLEST = 4.6
 """Of the picture of the pipe [inch]."""
 
+WEIGHT_AT = (1.1, 0.85)
+"""Where the arrow of the weight ends, in shares of the picture."""
+
+WEIGHT_ARROW = 34.0
+"""Its length [points]."""
+
+LEAST_WEIGHT = 1e-3
+"""Below this [m/s^2] there is none in the plane of the picture."""
+
 ENDS = {"passed": GREEN, "stuck": RED, "unfinished": ORANGE}
 """Colour of the robot at the end."""
 
@@ -55,6 +64,7 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
         top.grid(False)
         top.set_title(report["sentence"])
         draw_picture(top, pipe, frames, shown, report["segments"])
+        draw_weight(top, pipe.project(frames.described["gravity"]))
         progress = figure.add_subplot(grid[1])
         draw_progress(progress, history, report)
         lower = [figure.add_subplot(grid[k], sharex=progress) for k in range(2, len(heights))]
@@ -88,6 +98,25 @@ def draw_picture(
         write_beside(axes, pipe, middle, inner, str(segment["segment"]), QUIET)
     for robot in shown:
         draw_robot(axes, pipe, frames, robot)
+
+
+def draw_weight(axes: Axes, gravity: np.ndarray) -> None:
+    """Beside the picture an arrow the way weight acts in it, or that it acts across; gravity (2,)
+    [m/s^2], its part in the plane of the picture.
+    """
+    strength = float(np.linalg.norm(gravity))
+    if strength < LEAST_WEIGHT:
+        axes.text(
+            *WEIGHT_AT, "weight acts\nacross", transform=axes.transAxes, ha="center", va="center",
+            fontsize=7.5, color=QUIET,
+        )  # fmt: skip
+        return
+    away = -WEIGHT_ARROW * gravity / strength
+    axes.annotate(
+        "weight", WEIGHT_AT, (away[0], away[1]), xycoords="axes fraction",
+        textcoords="offset points", ha="center", va="center", fontsize=7.5, color=QUIET,
+        arrowprops={"arrowstyle": "-|>", "color": QUIET, "shrinkA": 6.0}, annotation_clip=False,
+    )  # fmt: skip
 
 
 def robots(pipe: Pipe, history: History, frames: Frames, report: Report) -> list[Robot]:

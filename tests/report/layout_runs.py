@@ -59,6 +59,7 @@ def write_layout_run(folder: Path, mesh: Mesh, farthest: float, wedged: bool) ->
     writer = FieldWriter(folder / RESULTS, mesh.points, mesh.cells)
     writer.describe(
         path=path_samples(path),
+        gravity=np.array([0.0, -9.81, 0.0])[:d],
         outlines=np.array([[0.0, 0.0, 33e-3, 15e-3]]),
         title="a robot in a layout",
     )
