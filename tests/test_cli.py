@@ -191,7 +191,7 @@ def test_light_commands_do_not_import_taichi(write_scene, command):
 PIPE = """\
 environment:
   walls:
-    pipe: {kind: pipe_path, diameter: 36 mm, start: [-25 mm, 0 mm], pipe: [{straight: 90 mm}]}
+    pipe: {kind: pipe_path, diameter: 36 mm, start: [-24.8 mm, 0 mm], pipe: [{straight: 90 mm}]}
 output: {frame_interval: 1 ms}
 """
 

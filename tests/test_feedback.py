@@ -22,7 +22,8 @@ loads:
     reacts_on: frame
     profile: {kind: event_cycles, highest: 9 kPa, inflation_rate: 120 kPa/s, hold: 10 ms,
               contact_force: 0.5 N, contact_rows: 2, contact_window: 10 ms,
-              deflation_rate: 120 kPa/s, lowest: 3 kPa, motion_window: 20 ms, motion_speed: 1 m/s}
+              deflation_rate: 120 kPa/s, lowest: 3 kPa, motion_window: 20 ms, motion_speed: 1 m/s,
+              slip_speed: 1 m/s}
 contact: {friction_coefficient: 0.5}
 time: {end: 0.14 s}
 """

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.contact.neighbour_lists import MOST_FACETS, MOST_NODES, margin_and_room
+from softsim.contact.list_sizes import MOST_FACETS, MOST_NODES, margin_and_room
 from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import DeviceError
 from softsim.machine import Place

@@ -15,7 +15,8 @@ from softsim.contact.deformable_surface import DeformableSurface
 from softsim.contact.distance_grid import DistanceGrid
 from softsim.contact.gridded_walls import GriddedObstacle
 from softsim.contact.half_spaces import HalfSpaces
-from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
+from softsim.contact.list_sizes import margin_and_room
+from softsim.contact.neighbour_lists import NeighbourLists
 from softsim.contact.path_obstacle import PathObstacle
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.round_pipes import RoundPipes

@@ -4,7 +4,7 @@ import numpy as np
 from surface_rig import PLANE, SurfaceRig, pressed_together
 
 from softsim.contact.deformable_surface import DEPTH, NEIGHBOURHOOD
-from softsim.contact.neighbour_lists import MARGIN
+from softsim.contact.list_sizes import MARGIN
 
 
 def distances(points, edges, x):

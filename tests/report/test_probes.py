@@ -88,6 +88,16 @@ loads:
   a: {kind: added_volume, facets: [b.chamber], profile: {kind: ramp, value: 1 ml, duration: 1 s}}
 time: {end: 1 s, procedure: static}
 """,
+    "along a pipe": """
+bodies:
+  b: {mesh: {generator: block, length: 3 mm, height: 3 mm, element_size: 3 mm},
+      formulation: plane_strain, thickness: 1 mm, material: ecoflex_00_30, fixed: [bottom]}
+rigid_bodies: {r: {mass: 1 g, inertia: 1 g*mm^2, center: [20 mm, 0 mm], outline: {radius: 5 mm}}}
+environment:
+  walls: {pipe: {kind: pipe_path, diameter: 20 mm, start: [-5 mm, 0 mm], pipe: [{straight: 60 mm}]}}
+layout: {}
+time: {end: 1 s}
+""",
     "of a closed loop": """
 bodies:
   b: {mesh: {generator: block, length: 3 mm, height: 3 mm, element_size: 3 mm},
