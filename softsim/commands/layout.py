@@ -7,10 +7,12 @@ from rich.table import Table
 
 
 def segments_table(report: Mapping[str, Any]) -> Table:
-    """A row a segment, of `layout` as the summary keeps it; what was not reached stays empty."""
+    """A row a segment, of `layout` as the summary keeps it; what was not reached stays empty. gap:
+    the least clearance of the frame.
+    """
     table = Table("segment", box=None)
     for heading in ("from\nmm", "to\nmm", "entered\ns", "left\ns", "speed\nmm/s", "rows\n",
-                    "clearance\nmm"):  # fmt: skip
+                    "gap\nmm"):  # fmt: skip
         table.add_column(heading, justify="right")
     for segment in report["segments"]:
         table.add_row(

@@ -11,7 +11,7 @@ SEGMENT = {
     "mean_speed": 0.018, "rows_in_contact": 3.0, "most_rows_in_contact": 4.0,
     "least_clearance": 2.5e-3,
 }  # fmt: skip
-AHEAD = {"segment": 2, "what": "bend 90 deg, radius 60 mm", "start": 0.07, "end": 0.1642} | (
+AHEAD = {"segment": 2, "what": "bend -180 deg, radius 60 mm", "start": 0.07, "end": 0.1642} | (
     dict.fromkeys([*SEGMENT][4:])
 )
 
@@ -25,4 +25,4 @@ def lines(report) -> list[str]:
 def test_a_row_a_segment():
     first, second = (" ".join(line.split()) for line in lines({"segments": [SEGMENT, AHEAD]})[2:])
     assert first == "1 straight 70 mm 0 70 0.00 2.50 18.0 4 2.50"
-    assert second == "2 bend 90 deg, radius 60 mm 70 164"
+    assert second == "2 bend -180 deg, radius 60 mm 70 164"  # in one line of 80
