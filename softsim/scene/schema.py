@@ -66,7 +66,10 @@ class Scene(Part):
     materials: dict[Name, Material] = Field(
         default={}, description="Materials by name, beside those of the library."
     )
-    bodies: dict[Name, Body] = Field(min_length=1, description="Deformable bodies by name.")
+    bodies: dict[Name, Body] = Field(
+        min_length=1,
+        description="Deformable bodies by name; a layout without a robot is for softsim assess.",
+    )
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")
     contact: Contact = Field(default_factory=Contact, description="Contact with the walls.")
