@@ -13,6 +13,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
+from softsim.contact.dissipation import Dissipation
 from softsim.contact.facet_shapes import corner, corner_forces, foot_weights, velocity_beside
 from softsim.contact.friction import slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
@@ -22,7 +23,7 @@ from softsim.nodes import PARTS
 
 
 @ti.data_oriented
-class SelfContact:
+class SelfContact(Dissipation):
     """Contact of the nodes of a surface with its facets, each with the closest one.
 
     Parameters
@@ -50,7 +51,8 @@ class SelfContact:
     ) -> None:
         nodes = surface.nodes
         scenarios, d = nodes.scenarios, nodes.dimension
-        self.surface, self.lists, self.nodes, self.count = surface, lists, nodes, len(members)
+        super().__init__(scenarios, len(members))
+        self.surface, self.lists, self.nodes = surface, lists, nodes
         self.penalty_stiffness = real_field(penalty_stiffness)
         self.tangential_stiffness = real_field(tangential_stiffness)
         self.damping = real_field(damping)
@@ -66,8 +68,6 @@ class SelfContact:
         # Whether nodes of a part may touch facets, facets around them be touched; whether it is so.
         self.may_touch, self.may_bear = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
         self.loaded = index_field(np.zeros(shape))
-        self.friction_dissipation = real_field(np.zeros(shape))
-        self.damping_dissipation = real_field(np.zeros(shape))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps; lists are made anew."""
@@ -224,12 +224,3 @@ class SelfContact:
             total += 0.5 * self.penalty_stiffness[i] * self.gap[s, i] * self.gap[s, i]
             total += 0.5 * self.tangential_stiffness[i] * self.stretch[s, i].norm_sqr()
         return total
-
-    @ti.func
-    def dissipated_energy(self, s):
-        """Dissipated so far by friction and by damping [J]."""
-        energy = ti.Vector([0.0, 0.0])
-        for i in range(self.count):
-            energy[0] += self.friction_dissipation[s, i]
-            energy[1] += self.damping_dissipation[s, i]
-        return energy

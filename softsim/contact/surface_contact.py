@@ -6,6 +6,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
+from softsim.contact.dissipation import Dissipation
 from softsim.contact.friction import slip
 from softsim.contact.penalty import normal_force
 from softsim.fields import index_field, real_field, vector_field
@@ -13,7 +14,7 @@ from softsim.nodes import Nodes
 
 
 @ti.data_oriented
-class SurfaceContact:
+class SurfaceContact(Dissipation):
     """Contact of a list of nodes with every surface of an obstacle.
 
     Parameters
@@ -42,7 +43,8 @@ class SurfaceContact:
         friction_coefficient: np.ndarray,
     ) -> None:
         scenarios, d = nodes.scenarios, nodes.dimension
-        self.nodes, self.obstacle, self.count = nodes, obstacle, len(contact_nodes)
+        super().__init__(scenarios, len(contact_nodes))
+        self.nodes, self.obstacle = nodes, obstacle
         self.surfaces = obstacle.count
         self.node = index_field(contact_nodes)
         self.penalty_stiffness = real_field(penalty_stiffness)
@@ -60,8 +62,6 @@ class SurfaceContact:
         self.normal_force, self.force = real_field(numbers), vector_field(vectors)
         self.normal_impulse, self.impulse = real_field(numbers), vector_field(vectors)
         self.slipping_impulse = real_field(numbers)
-        self.friction_dissipation = real_field(numbers)
-        self.damping_dissipation = real_field(numbers)
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -158,15 +158,6 @@ class SurfaceContact:
                     total += 0.5 * self.penalty_stiffness[i] * gap * gap
                     total += 0.5 * self.tangential_stiffness[i] * stretch.dot(stretch)
         return total
-
-    @ti.func
-    def dissipated_energy(self, s):
-        """Dissipated so far by friction and by damping [J]."""
-        energy = ti.Vector([0.0, 0.0])
-        for i in range(self.count):
-            energy[0] += self.friction_dissipation[s, i]
-            energy[1] += self.damping_dissipation[s, i]
-        return energy
 
     @ti.func
     def touching_nodes(self, s):
