@@ -1,0 +1,132 @@
+"""The folder of a study: its files, its table, what a report needs to know of it.
+
+    study.json               what the study is: `StudyRecord`
+    table.parquet, table.csv a row a case
+    cases/KEY/               what a run leaves, thinned; KEY is the digest of all that decides it
+
+Columns of the table, in this order: `case`, one a factor, one a measure, `verdict` (of layouts
+only), `status`, `reason`, `wall_time [s]`, `key`. A column of numbers with a unit is called
+"name [unit]".
+"""
+
+import io
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import polars
+
+from softsim.errors import OutputError
+from softsim.output.folder import RunFolder, replacing
+
+STUDY, TABLE, TABLE_TEXT, CASES = "study.json", "table.parquet", "table.csv", "cases"
+
+DONE, FAILED, PRUNED, LOST, WAITING = "done", "failed", "pruned", "lost", "waiting"
+"""Status of a case: its run ended; a guard stopped it; the optimiser stopped it; its process died
+twice; it was not run yet."""
+
+
+def column(name: str, unit: str = "") -> str:
+    """Heading of a column: "rate [kPa/s]", "passes"."""
+    return f"{name} [{unit}]" if unit else name
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A factor or a measure. unit: of its column, empty for labels and bare numbers. logarithmic:
+    it is spaced, and drawn, so. about: in words, for axes and headings of figures.
+    """
+
+    name: str
+    unit: str = ""
+    is_label: bool = False
+    logarithmic: bool = False
+    about: str = ""
+
+    @property
+    def column(self) -> str:
+        """Heading of its column."""
+        return column(self.name, self.unit)
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure: kind is curve, heat_map or scatter; x, y, by, colour are names of axes. by: a curve
+    each; colour: what a heat map or the points of a scatter show.
+    """
+
+    kind: str
+    x: str
+    y: str
+    by: str | None = None
+    colour: str | None = None
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What is best: sense is "maximize" or "minimize"; measure names a measure."""
+
+    measure: str
+    sense: str
+
+
+@dataclass(frozen=True)
+class StudyRecord:
+    """What study.json holds. status: running, done or interrupted; wall_time [s] of all sessions;
+    settings: title -> text, what a reader of the report should know.
+    """
+
+    title: str
+    source: str
+    factors: tuple[Axis, ...]
+    measures: tuple[Axis, ...]
+    plots: tuple[Plot, ...] = ()
+    goal: Goal | None = None
+    repeats: int = 1
+    case_count: int = 0
+    status: str = "running"
+    wall_time: float = 0.0
+    version: str = ""
+    settings: dict[str, str] | None = None
+
+
+def write_study(folder: Path, record: StudyRecord) -> None:
+    """Write study.json. Raises OutputError."""
+    RunFolder(folder).write_json_atomic(STUDY, asdict(record))
+
+
+def read_study(folder: Path) -> StudyRecord:
+    """Read study.json. Raises OutputError where there is none."""
+    file = folder / STUDY
+    if not file.is_file():
+        raise OutputError(f"{folder} is no folder of a study: it has no {STUDY}")
+    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    found["factors"] = tuple(Axis(**axis) for axis in found["factors"])
+    found["measures"] = tuple(Axis(**axis) for axis in found["measures"])
+    found["plots"] = tuple(Plot(**plot) for plot in found["plots"])
+    found["goal"] = Goal(**found["goal"]) if found["goal"] else None
+    return StudyRecord(**found)
+
+
+def write_table(folder: Path, table: polars.DataFrame) -> None:
+    """Write the table as Parquet and as text. Raises OutputError."""
+    content = io.BytesIO()
+    table.write_parquet(content)
+    with replacing(folder / TABLE) as partial:
+        partial.write_bytes(content.getvalue())
+    with replacing(folder / TABLE_TEXT) as partial:
+        partial.write_text(table.write_csv(), encoding="utf-8")
+
+
+def read_table(folder: Path) -> polars.DataFrame:
+    """Read the table. Raises OutputError where there is none."""
+    file = folder / TABLE
+    if not file.is_file():
+        raise OutputError(f"{folder} has no {TABLE}: the study has not begun")
+    return polars.read_parquet(file)
+
+
+def is_study(folder: Path) -> bool:
+    """Whether `folder` holds a study."""
+    return (folder / STUDY).is_file()
