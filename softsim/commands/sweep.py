@@ -75,7 +75,9 @@ def print_plan(jobs: list[Job], statuses: Collection[str], console: Console) -> 
     console.print(f"{len(jobs)} cases, {stored} of them stored, {left} to run")
 
 
-def print_results(study: LoadedStudy, frame: polars.DataFrame, folder: Path, console: Console):
+def print_results(
+    study: LoadedStudy, frame: polars.DataFrame, folder: Path, console: Console
+) -> None:
     """The table, the best first where the study says what is best; what failed; where it is."""
     if study.goal is not None:
         measure = next(m for m in study.measures if m.name == study.goal.measure)
@@ -88,8 +90,9 @@ def print_results(study: LoadedStudy, frame: polars.DataFrame, folder: Path, con
         table.add_row(*map(_shown, row))
     console.print(table)
     _say_more(len(frame), console)
-    for row in frame.filter(polars.col("status").is_in([FAILED, LOST])).iter_rows(named=True):
-        console.print(f"case {row['case']} {row['status']}: {row['reason']}", highlight=False)
+    ended_badly = frame.filter(polars.col("status").is_in([FAILED, LOST]))
+    for case in ended_badly.select("case", "status", "reason").iter_rows():
+        console.print("case {} {}: {}".format(*case), highlight=False)
     done = frame.filter(polars.col("status") == DONE)
     console.print(f"{len(done)} of {len(frame)} cases done", highlight=False)
     console.print(f"table   {folder / TABLE_TEXT}", highlight=False)

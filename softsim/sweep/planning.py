@@ -30,6 +30,12 @@ def collect(study: LoadedStudy, folder: Path) -> polars.DataFrame:
     return table.frame()
 
 
+def table_of(study: LoadedStudy) -> StudyTable:
+    """Its table, without rows."""
+    repeats = (Axis(REPEAT),) if study.repeats > 1 else ()
+    return StudyTable((*study.factors, *repeats), study.measures)
+
+
 def record_of(study: LoadedStudy) -> StudyRecord:
     """What study.json says of a study."""
     return StudyRecord(

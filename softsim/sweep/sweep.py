@@ -68,9 +68,3 @@ def sweep(
         progress.close()
         ledger.close(status)
     return table.frame()
-
-
-def table_of(study: LoadedStudy) -> StudyTable:
-    """Its table, without rows."""
-    repeats = (Axis(REPEAT),) if study.repeats > 1 else ()
-    return StudyTable((*study.factors, *repeats), study.measures)
