@@ -2,10 +2,10 @@
 
 from rich.table import Table
 
-from softsim.commands.wording import degrees
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
+from softsim.report.wording import degrees
 from softsim.solver.time_step import stable_increment
 
 
