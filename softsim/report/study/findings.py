@@ -101,13 +101,11 @@ class Findings:
         the most frequent), how many are done and how many failed.
         """
         done = polars.col("status") == DONE
-        values = {axis.column: polars.col(axis.column).filter(done) for axis in self.measures}
-        labels = {axis.column for axis in self.measures if axis.is_label}
+        values = {axis: polars.col(axis.column).filter(done) for axis in self.measures}
         return self.table.group_by([axis.column for axis in self.factors], maintain_order=True).agg(
             polars.col("case").first(),
-            *[of.drop_nulls().mode().sort().first() for c, of in values.items() if c in labels],
-            *[of.mean() for c, of in values.items() if c not in labels],
-            *[of.std().alias(SPREAD + c) for c, of in values.items() if c not in labels],
+            *[usual(axis, of) for axis, of in values.items()],
+            *[of.std().alias(SPREAD + a.column) for a, of in values.items() if not a.is_label],
             done.sum().alias(DONE_COUNT),
             polars.col("status").is_in([FAILED, LOST]).sum().alias(FAILED_COUNT),
         )
@@ -126,3 +124,8 @@ class Findings:
             0, named=True
         )
         return Best(row["case"], row[column], row)
+
+
+def usual(axis: Axis, values: polars.Expr) -> polars.Expr:
+    """The mean of an axis's values; of labels the most frequent one."""
+    return values.drop_nulls().mode().sort().first() if axis.is_label else values.mean()

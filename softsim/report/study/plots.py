@@ -3,7 +3,7 @@
 from math import prod
 
 from softsim.output.study_folder import Plot
-from softsim.report.study.findings import Findings
+from softsim.report.study.findings import REPEAT, Findings
 
 CURVE, HEAT_MAP, SCATTER = "curve", "heat_map", "scatter"
 
@@ -31,7 +31,7 @@ def default_plots(findings: Findings) -> list[Plot]:
     labels = [axis.name for axis in varied if axis.is_label]
     measures = [axis.name for axis in findings.measures]
     bare = [axis.name for axis in findings.measures if not axis.is_label]
-    if len(numbers) == 1 and (is_grid(findings) or not labels):
+    if len(numbers) == 1 and numbers != [REPEAT] and (is_grid(findings) or not labels):
         by = labels[0] if labels else None
         return [Plot(CURVE, numbers[0], measure, by=by) for measure in bare]
     if len(varied) == 2 and is_grid(findings):

@@ -2,15 +2,18 @@
 logarithmically, labels one after another.
 """
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
 import polars
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from softsim.output.study_folder import Axis
 from softsim.report.colours import COLOUR_MAP
@@ -22,7 +25,10 @@ COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
 LONGEST_LABEL = 24
 """Characters of a level in a figure."""
 
-MOST_TICKS = 30
+NUMBER = re.compile(r"[-+]?\d+(\.\d*)?")
+"""What a label may begin with."""
+
+MOST_TICKS = 20
 """Labels written along an axis."""
 
 LEVEL_ROOM = 60
@@ -31,17 +37,24 @@ LEVEL_ROOM = 60
 
 @dataclass(frozen=True)
 class Scale:
-    """An axis of a figure. labels: its levels in the order of the table, empty for numbers."""
+    """An axis of a figure. labels: its levels, in the order of the table or of the numbers that
+    they begin with, empty for numbers. whole: it counts something.
+    """
 
     axis: Axis
     labels: tuple[str, ...] = ()
+    whole: bool = False
 
     @classmethod
     def of(cls, axis: Axis, values: polars.Series) -> "Scale":
         """For all values that the axis has in the table."""
         if not axis.is_label:
-            return cls(axis)
-        return cls(axis, tuple(values.drop_nulls().unique(maintain_order=True)))
+            return cls(axis, whole=values.dtype.is_integer())
+        labels = values.drop_nulls().cast(polars.String).unique(maintain_order=True).to_list()
+        numbers = [float(found[0]) for found in map(NUMBER.match, labels) if found]
+        if len(numbers) == len(labels):
+            labels = [labels[at] for at in np.argsort(numbers, kind="stable")]
+        return cls(axis, tuple(labels))
 
     def places(self, values: polars.Series) -> np.ndarray:
         """Where values lie (n,); NaN where there is none."""
@@ -62,8 +75,7 @@ class Scale:
     def along_x(self, axes: Axes) -> None:
         """Give the horizontal axis its title, its spacing and its labels."""
         axes.set_xlabel(title_of(self.axis))
-        if self.logarithmic:
-            axes.set_xscale("log")
+        self._space(axes.xaxis)
         if self.axis.is_label:
             axes.set_xlim(-0.5, max(len(self.labels), 1) - 0.5)
             places, texts = self._ticks()
@@ -74,8 +86,7 @@ class Scale:
     def along_y(self, axes: Axes) -> None:
         """The same of the vertical axis."""
         axes.set_ylabel(title_of(self.axis))
-        if self.logarithmic:
-            axes.set_yscale("log")
+        self._space(axes.yaxis)
         if self.axis.is_label:
             axes.set_ylim(-0.5, max(len(self.labels), 1) - 0.5)
             axes.set_yticks(*self._ticks())
@@ -102,6 +113,16 @@ class Scale:
             places, texts = self._ticks()
             bar.set_ticks(places, labels=texts)
             bar.minorticks_off()
+
+    def _space(self, along: XAxis | YAxis) -> None:
+        """Logarithmically with plain numbers, or with whole ones."""
+        if self.logarithmic:
+            along.axes.set(**{f"{along.axis_name}scale": "log"})
+            along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            along.set_major_formatter("{x:g}")
+            along.set_minor_formatter(NullFormatter())
+        elif self.whole:
+            along.set_major_locator(MaxNLocator(integer=True))
 
     def _ticks(self) -> tuple[list[int], list[str]]:
         """The labels that are written, and where."""

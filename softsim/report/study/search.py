@@ -26,7 +26,7 @@ def draw_progress(findings: Findings, goal: Goal, path: Path) -> None:
 
     Raises OutputError if the disk refuses.
     """
-    x, y = Scale(TRIAL), findings.scale(goal.measure)
+    x, y = Scale(TRIAL, whole=True), findings.scale(goal.measure)
     done = findings.done.sort("case")
     trials, objective = x.places(done["case"]), y.places(done[y.axis.column])
     with drawing(path, height=3.6) as figure:
@@ -36,8 +36,8 @@ def draw_progress(findings: Findings, goal: Goal, path: Path) -> None:
             trials, best_so_far(objective, goal.sense), color=ORANGE, drawstyle="steps-post",
             label="best so far",
         )  # fmt: skip
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         x.along_x(axes)
+        axes.set_xlim(0.5, findings.table.height + 0.5)
         y.along_y(axes)
         mark_without_result(axes, findings, x)
         mark_best(axes, findings, x, y)
@@ -72,7 +72,9 @@ def draw_factors(findings: Findings, goal: Goal, path: Path) -> None:
             axes.set_axis_off()
         for axes in panels[:, 0]:
             y.along_y(axes)
-        bar = figure.colorbar(colours, ax=panels, label="trial", pad=0.02)
+        bar = figure.colorbar(
+            colours, ax=panels, label="trial", pad=0.02, ticks=MaxNLocator(integer=True)
+        )
         bar.outline.set_visible(False)
         add_legend(figure, panels.flat[0])
 

@@ -5,6 +5,8 @@ from typing import Any
 from softsim.output.study_folder import Axis
 from softsim.report.study.findings import DONE_COUNT, Findings
 
+BEST = "best case"
+
 
 def written(axis: Axis, value: Any) -> str:
     """A value with its unit: "1.25 kPa/s"; a dash where there is none."""
@@ -23,4 +25,5 @@ def best_in_words(findings: Findings) -> str:
     count = best.values[DONE_COUNT]
     mean = f" (mean of {count} cases)" if count > 1 else ""
     at = ", ".join(f"{f.name} {written(f, best.values[f.column])}" for f in findings.factors)
-    return f"best, case {best.case}: {measure.name} {written(measure, best.value)}{mean} at {at}"
+    value = f"{measure.name} {written(measure, best.value)}"
+    return f"{BEST} {best.case}: {value}{mean} at {at}"
