@@ -12,7 +12,7 @@ from rich.table import Table
 from softsim.errors import ClusterError, OutputError
 from softsim.machine import chosen_device, processor_count
 from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT, WAITING
-from softsim.study.loading import LoadedStudy
+from softsim.study.loaded import LoadedStudy
 from softsim.sweep.job import Job, known_outcome
 
 MANY = 10_000
