@@ -146,5 +146,8 @@ def test_a_signal_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew
 
 def test_a_scheduler_that_does_not_answer(tmp_path):
     nobody = remote_crew("tcp://127.0.0.1:9", tmp_path)
-    with pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"), nobody:
+    with (
+        pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"),
+        nobody,
+    ):
         pytest.fail("somebody answered")
