@@ -80,7 +80,9 @@ def refuse_overwriting(settings: Sequence[Setting]) -> None:
     for one in settings:
         for path, other in known.items():
             if _is_at_or_below(path, one.path):
-                message = f"{one.path} is set already, as {path}"
+                message = f"{one.path} is set already" + (
+                    f", as {path}" if path != one.path else ""
+                )
                 raise SceneError(message, f"at {other.path_origin}", one.path_origin)
         known[one.path] = one
 
