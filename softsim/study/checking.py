@@ -70,9 +70,8 @@ def refuse_wrong_repeat(
         scene_with(loaded.tree, source, settings)
     except SceneError as error:
         message = f"in repeat {repeat}: {error.message}"
-        raise SceneError(
-            message, "a smaller deviation keeps within limits", error.location
-        ) from None
+        hint = "a smaller deviation keeps within limits"
+        raise SceneError(message, hint, error.location) from None
 
 
 def brought_about(error: SceneError, factor: Factor, value: Value) -> SceneError:
