@@ -21,6 +21,7 @@ from softsim.model import Model
 from softsim.output import folder as files
 from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from softsim.output.console import ProgressReport
+from softsim.output.cycle_watch import CycleWatch
 from softsim.output.expectations import failed_expectations
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import RunFolder
@@ -190,11 +191,15 @@ class Simulation:
         return progress
 
     def _all_watches(self, further: Sequence[Watch]) -> list[Watch]:
-        """What may end the run before its time: a layout's watch, then those given. They have seen
-        all rows so far.
+        """What may end the run before its time: what the scene asks, then those given. They have
+        seen all rows so far.
         """
-        passage = self.model.passage
-        watches = [*([] if passage is None else [PassageWatch(passage)]), *further]
+        watches: list[Watch] = []
+        if self.model.passage is not None:
+            watches.append(PassageWatch(self.model.passage))
+        if self.model.cycles is not None:
+            watches.append(CycleWatch(self.model.cycles))
+        watches.extend(further)
         see_history(watches, read_history(self.target.path / files.HISTORY))
         return watches
 

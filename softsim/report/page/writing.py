@@ -16,7 +16,7 @@ PAGE = "report.html"
 
 
 def write_page(template: str, context: Mapping[str, Any], path: Path) -> None:
-    """Write the page that a template (a file of templates/, on top of base.html) makes of `context`.
+    """Write the page that `template`, a file of templates/ on top of base.html, makes of `context`.
 
     context: what the template names; `title` at least. All text in it is escaped.
     Raises OutputError if the disk refuses.

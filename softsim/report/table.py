@@ -1,4 +1,4 @@
-"""Tables of a page, which its reader sorts by a click on a heading."""
+"""Tables for people, on a page or in a console."""
 
 import math
 from collections.abc import Sequence
