@@ -29,12 +29,11 @@ from softsim.report.study.traces import (
     along,
     best_trace,
     colour_axis,
-    hover_texts,
+    packed_numbers,
     points,
     shades,
     without_result,
 )
-from softsim.report.study.wording import written
 from softsim.report.style import BLUE, ORANGE, RED, SKY
 
 HEIGHT = 380
@@ -70,7 +69,7 @@ def curve_chart(findings: Findings, plot: Plot) -> Chart:
     for line, colour, label in zip(found, colours, labels, strict=True):
         traces += _band(line, colour)
         traces.append(
-            points(findings, line.points, line.x, line.mean)
+            points(line.points, line.x, line.mean)
             | {"mode": "lines+markers" if len(line.x) <= MOST_MARKERS else "lines"}
             | {"line": {"color": colour, "width": 2}, "marker": {"size": 6}}
             | ({"name": escape(label), "showlegend": True} if label and not with_bar else {})
@@ -91,18 +90,18 @@ def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
     cells, notes = Cells.of(findings, x, y, z), over_what(findings, x, y)
     mesh: Trace = {
         "type": "heatmap", "x": cells.at_x.tolist(), "y": cells.at_y.tolist(),
-        "z": shades(z, cells.values).tolist(), "coloraxis": "coloraxis", "hoverongaps": False,
-        "customdata": cells.cases.tolist(), "hoverinfo": "text",
-        "hovertext": _cell_texts(findings, cells, z, notes),
+        "z": packed_numbers(shades(z, cells.values)), "coloraxis": "coloraxis",
+        "customdata": cells.cases.tolist(), "hoverongaps": False, "hoverinfo": "none",
+        "text": [[z.text(value) for value in row] for row in cells.values],
+        "meta": {"mean": bool(notes) or findings.record.repeats > 1},
     }  # fmt: skip
-    if cells.values.size <= MOST_NUMBERS and not z.axis.is_label:
-        mesh |= {"text": [[f"{value:.3g}" for value in row] for row in cells.values],
-                 "texttemplate": "%{text}"}  # fmt: skip
+    if cells.values.size <= MOST_NUMBERS:
+        mesh["texttemplate"] = "%{text}"
     j, i = np.nonzero(cells.failed)
     failed = {
         "type": "scatter", "mode": "markers", "x": cells.columns[i].tolist(),
         "y": cells.rows[j].tolist(), "name": "failed", "customdata": cells.cases[j, i].tolist(),
-        "hoverinfo": "name", "marker": {"symbol": "x-thin-open", "size": 9, "color": RED},
+        "hoverinfo": "none", "marker": {"symbol": "x-thin-open", "size": 9, "color": RED},
     }  # fmt: skip
     traces = [mesh, *([failed] if len(i) else []), *best_trace(findings, x, y)]
     layout = {
@@ -117,14 +116,14 @@ def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
 def scatter_chart(findings: Findings, plot: Plot) -> Chart:
     """Each case a point."""
     x, y, done = findings.scale(plot.x), findings.scale(plot.y), findings.done
-    trace = points(findings, done, x.places(done[x.axis.column]), y.places(done[y.axis.column]))
+    trace = points(done, x.places(done[x.axis.column]), y.places(done[y.axis.column]))
     layout: dict[str, Any] = {}
     marker: dict[str, Any] = {"size": 7, "opacity": 0.75, "color": BLUE}
     if plot.colour is not None:
         z = findings.scale(plot.colour)
         places = z.places(done[z.axis.column])
         layout["coloraxis"] = colour_axis(z, places)
-        marker |= {"color": shades(z, places).tolist(), "coloraxis": "coloraxis"}
+        marker |= {"color": packed_numbers(shades(z, places)), "coloraxis": "coloraxis"}
     return _chart(findings, x, y, [trace | {"marker": marker}], layout)
 
 
@@ -132,11 +131,11 @@ def progress_chart(findings: Findings, goal: Goal) -> Chart:
     """The objective over the trials, the best so far as steps."""
     x, y, done = Scale(TRIAL, whole=True), findings.scale(goal.measure), findings.done.sort("case")
     trials, objective = x.places(done["case"]), y.places(done[y.axis.column])
-    each = points(findings, done, trials, objective)
+    each = points(done, trials, objective)
     each |= {"name": "a trial", "showlegend": True, "marker": {"size": 7, "color": SKY}}
     steps = {
-        "type": "scatter", "mode": "lines", "x": trials.tolist(), "name": "best so far",
-        "y": best_so_far(objective, goal.sense).tolist(), "hoverinfo": "y",
+        "type": "scatter", "mode": "lines", "x": packed_numbers(trials), "name": "best so far",
+        "y": packed_numbers(best_so_far(objective, goal.sense)), "hoverinfo": "y",
         "line": {"color": ORANGE, "width": 2, "shape": "hv"},
     }  # fmt: skip
     return _chart(findings, x, y, [each, steps], {})
@@ -152,14 +151,14 @@ def parallel_chart(findings: Findings) -> Chart:
     for scale in scales:
         places = scale.places(done[scale.axis.column])
         dimension: Trace = {"label": escape(title_of(scale.axis))}
-        dimension["values"] = shades(scale, places).tolist()
+        dimension["values"] = packed_numbers(shades(scale, places))
         bar = colour_axis(scale, places)["colorbar"]
         dimension |= {key: bar[key] for key in ("tickvals", "ticktext") if key in bar}
         dimensions.append(dimension)
     values = colour.places(done[colour.axis.column])
     trace = {
         "type": "parcoords", "dimensions": dimensions,
-        "line": {"color": shades(colour, values).tolist(), "coloraxis": "coloraxis"},
+        "line": {"color": packed_numbers(shades(colour, values)), "coloraxis": "coloraxis"},
     }  # fmt: skip
     margin = {"l": 70, "r": 20, "t": 60, "b": 24}
     layout = {"coloraxis": colour_axis(colour, values), "margin": margin}
@@ -197,21 +196,6 @@ def _band(line: Line, colour: str) -> list[Trace]:
             "hoverinfo": "skip", "showlegend": False,
         }
     ]  # fmt: skip
-
-
-def _cell_texts(findings: Findings, cells: Cells, z: Scale, remark: str) -> list[list[str]]:
-    """What the cursor shows over each cell: its first case, before it the mean over several."""
-    rows = findings.design_points
-    texts = dict(zip(rows["case"], hover_texts(findings, rows), strict=True))
-    said = [
-        [texts.get(case, "") for case in row] for row in cells.cases.tolist()
-    ]
-    if not remark:
-        return said
-    return [
-        [f"{escape(written(z.axis, value))}, {escape(remark)}<br>{text}" for value, text in pairs]
-        for pairs in map(zip, cells.values, said)
-    ]
 
 
 def _ends(scale: Scale, edges: np.ndarray) -> list[float]:

@@ -48,6 +48,8 @@ def page_context(findings: Findings, folder: Path) -> dict[str, Any]:
         "cases": {
             "headings": findings.table.columns,
             "columns": [column.to_list() for column in findings.table],
+            "factors": [axis.column for axis in findings.factors],
+            "measures": [axis.column for axis in findings.measures],
         },
         "download": f"data:text/csv;base64,{b64encode(table).decode()}",
         "download_name": TABLE_TEXT,

@@ -63,6 +63,12 @@ class Scale:
             return np.array([at.get(value, np.nan) for value in values], dtype=float)
         return values.cast(polars.Float64).to_numpy(writable=True)
 
+    def text(self, place: float) -> str:
+        """What a place stands for, in brief; empty for none."""
+        if not np.isfinite(place):
+            return ""
+        return shortened(self.labels[int(place)]) if self.axis.is_label else f"{place:.3g}"
+
     def place(self, value: float | str | None) -> float:
         """Where a single value lies."""
         return float(self.places(polars.Series([value]))[0])

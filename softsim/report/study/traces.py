@@ -2,6 +2,7 @@
 to it, not markup.
 """
 
+from base64 import b64encode
 from collections.abc import Mapping
 from html import escape
 from typing import Any
@@ -11,10 +12,9 @@ import polars
 from matplotlib.colors import to_hex
 from matplotlib.ticker import LogLocator
 
-from softsim.report.study.findings import Findings
+from softsim.report.study.findings import DONE_COUNT, Findings
 from softsim.report.study.marks import WITHOUT_RESULT
 from softsim.report.study.scale import Scale, shortened, title_of
-from softsim.report.study.wording import case_in_words
 from softsim.report.style import RED
 
 Trace = dict[str, Any]
@@ -74,27 +74,26 @@ def shades(scale: Scale, places: np.ndarray) -> np.ndarray:
     return np.log10(places) if scale.logarithmic else places
 
 
-def points(findings: Findings, rows: polars.DataFrame, x: np.ndarray, y: np.ndarray) -> Trace:
-    """Rows of the table or of the design points at places (n,): a click tells the case, the cursor
-    shows its factors and measures.
+def points(rows: polars.DataFrame, x: np.ndarray, y: np.ndarray) -> Trace:
+    """Rows of the table or of the design points at places (n,). The page shows the case under the
+    cursor, `mean` of its repeats where it has some, and leads to it at a click.
     """
     return {
         "type": "scattergl" if len(x) > CROWD else "scatter",
         "mode": "markers",
-        "x": x.tolist(),
-        "y": y.tolist(),
-        "customdata": rows["case"].to_list(),
-        "hovertext": hover_texts(findings, rows),
-        "hoverinfo": "text",
+        "x": packed_numbers(x),
+        "y": packed_numbers(y),
+        "customdata": packed_numbers(rows["case"].to_numpy()),
+        "meta": {"mean": DONE_COUNT in rows.columns and bool((rows[DONE_COUNT] > 1).any())},
+        "hoverinfo": "none",
         "showlegend": False,
     }
 
 
-def hover_texts(findings: Findings, rows: polars.DataFrame) -> list[str]:
-    """What the cursor shows over each row."""
-    return [
-        "<br>".join(map(escape, case_in_words(findings, row))) for row in rows.iter_rows(named=True)
-    ]
+def packed_numbers(numbers: np.ndarray) -> dict[str, str]:
+    """Numbers (n,) or (r, c) as plotly.js unpacks them, much shorter than written."""
+    packed = {"dtype": "f4", "bdata": b64encode(numbers.astype("<f4").tobytes()).decode("ascii")}
+    return packed if numbers.ndim == 1 else packed | {"shape": "{}, {}".format(*numbers.shape)}
 
 
 def best_trace(findings: Findings, x: Scale, y: Scale) -> list[Trace]:
@@ -104,7 +103,7 @@ def best_trace(findings: Findings, x: Scale, y: Scale) -> list[Trace]:
         return []
     place = [scale.place(best.values[scale.axis.column]) for scale in (x, y)]
     return [
-        points(findings, polars.DataFrame([best.values]), *np.reshape(place, (2, 1)))
+        points(polars.DataFrame([best.values]), *np.reshape(place, (2, 1)))
         | {"type": "scatter", "name": "best", "showlegend": True, "cliponaxis": False}
         | {"marker": {"symbol": "star", "size": 15, "color": RED, "line": WHITE_RIM}}
     ]
@@ -119,7 +118,7 @@ def without_result(findings: Findings, x: Scale) -> list[Trace]:
             places = x.places(rows[x.axis.column])
             look = {"symbol": SYMBOLS[marker], "size": 7, "color": colour}
             traces.append(
-                points(findings, rows, places, np.full(rows.height, 0.02))
+                points(rows, places, np.full(rows.height, 0.02))
                 | {"yaxis": "y2", "name": f"{rows.height} {word}", "showlegend": True}
                 | {"marker": look, "opacity": 0.7, "cliponaxis": False}
             )

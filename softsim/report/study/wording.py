@@ -1,6 +1,5 @@
 """What figures and page of a study say in words."""
 
-from collections.abc import Mapping
 from typing import Any
 
 from softsim.output.study_folder import Axis
@@ -15,15 +14,6 @@ def written(axis: Axis, value: Any) -> str:
         return "–"
     number = value if axis.is_label or isinstance(value, str) else f"{value:.4g}"
     return f"{number} {axis.unit}".rstrip()
-
-
-def case_in_words(findings: Findings, row: Mapping[str, Any]) -> list[str]:
-    """A row of the table or of the design points: its case, factors and measures, a line each."""
-    count = row.get(DONE_COUNT, 1)
-    lines = [f"case {row['case']}" + (f" and its repeats, mean of {count}" if count > 1 else "")]
-    for axis in (*findings.factors, *findings.measures):
-        lines.append(f"{axis.name}: {written(axis, row[axis.column])}")
-    return lines
 
 
 def best_in_words(findings: Findings) -> str:

@@ -4,8 +4,9 @@
 const ROWS_ON_A_PAGE = 100;
 
 const section = document.querySelector(".cases");
-const { headings, columns } = JSON.parse(section.querySelector("script").textContent);
+const { headings, columns, factors, measures } = JSON.parse(section.querySelector("script").textContent);
 const caseNumbers = columns[headings.indexOf("case")];
+const rowOf = new Map(caseNumbers.map((number, row) => [number, row]));
 const everyRow = caseNumbers.map((_, row) => row);
 const numeric = columns.map((column) => column.every((value) => value === null || typeof value === "number"));
 let searched = null;
@@ -69,7 +70,7 @@ function turn(pages) {
 }
 
 function lead(number) {
-  const row = caseNumbers.indexOf(number);
+  const row = rowOf.get(number);
   if (!shown.includes(row)) {
     section.querySelector("input").value = "";
     arrange();
@@ -105,9 +106,29 @@ section.querySelector("form").addEventListener("submit", (event) => event.preven
 section.querySelector("input").addEventListener("input", () => { arrange(); show(); });
 section.querySelector(".previous").addEventListener("click", () => turn(-1));
 section.querySelector(".next").addEventListener("click", () => turn(1));
+// What the cursor shows over a point: its case and factors, and what was measured.
+function wordsOf(point) {
+  const row = rowOf.get(point.customdata);
+  const line = (heading) => `${heading}: ${written(columns[headings.indexOf(heading)][row])}`;
+  if (point.data.meta?.mean) {
+    return [`case ${point.customdata} and others like it`, ...factors.map(line), `mean: ${point.text ?? written(point.y)}`];
+  }
+  const reason = columns[headings.indexOf("reason")][row];
+  return [`case ${point.customdata}`, ...factors.map(line), ...(reason ? [reason] : measures.map(line))];
+}
+
+const tip = document.querySelector(".tip");
 for (const plot of document.querySelectorAll("figure.chart .plot")) {
-  plot.on("plotly_click", ({ points }) => {
-    if (points[0].customdata) lead(points[0].customdata);
+  const caseOf = ({ points }) => rowOf.has(points[0].customdata) && points[0];
+  plot.on("plotly_click", (event) => { if (caseOf(event)) lead(caseOf(event).customdata); });
+  plot.on("plotly_hover", (event) => {
+    if (!caseOf(event)) return;
+    tip.textContent = wordsOf(caseOf(event)).join("\n");
+    tip.hidden = false;
+    const { clientX, clientY } = event.event;
+    tip.style.left = `${Math.max(4, Math.min(clientX + 14, innerWidth - tip.offsetWidth - 8))}px`;
+    tip.style.top = `${Math.max(4, Math.min(clientY + 14, innerHeight - tip.offsetHeight - 8))}px`;
   });
+  plot.on("plotly_unhover", () => { tip.hidden = true; });
 }
 show();
