@@ -197,14 +197,13 @@ def sweep(
     with _explained() as console:
         from softsim.commands import sweep as command
         from softsim.study.loading import load_study
-        from softsim.sweep.planning import jobs_of
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / study.stem
         command.confirm_size(loaded, folder, yes, console)
         again = command.again(retry_failed)
         if dry_run:
-            command.print_plan(jobs_of(loaded, folder), again, console)
+            command.print_plan(loaded, folder, again, console)
             return
         from softsim.sweep.sweep import sweep as run_sweep  # imports dask
 

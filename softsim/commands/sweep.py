@@ -7,13 +7,14 @@ from pathlib import Path
 import polars
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
 from softsim.machine import chosen_device, processor_count
-from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT, WAITING
-from softsim.study.loading import LoadedStudy
-from softsim.sweep.job import Job, known_outcome
+from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
+from softsim.study.loaded import LoadedStudy
+from softsim.sweep.planning import fill, jobs_of, table_of
 
 MANY = 10_000
 """Cases above which one is asked whether that many are meant."""
@@ -60,19 +61,15 @@ def crew(
     return local_crew(workers or (1 if alone else processor_count()))
 
 
-def print_plan(jobs: list[Job], statuses: Collection[str], console: Console) -> None:
+def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
     """The cases, what is stored of them, and how many runs are left."""
-    known = [known_outcome(job, statuses) for job in jobs]
-    table = Table("case", *jobs[0].case.values, "status", "key", box=None)
-    for job, outcome in list(zip(jobs, known, strict=True))[:MOST_SHOWN]:
-        status = WAITING if outcome is None else outcome.status
-        values = [_shown(value) for value in job.case.values.values()]
-        table.add_row(str(job.case.number), *values, status, job.key)
-    console.print(table)
-    _say_more(len(jobs), console)
-    left = len({job.key for job, outcome in zip(jobs, known, strict=True) if outcome is None})
-    stored = sum(outcome is not None for outcome in known)
-    console.print(f"{len(jobs)} cases, {stored} of them stored, {left} to run")
+    jobs, table = jobs_of(study, folder), table_of(study)
+    waiting = fill(table, jobs, again)
+    frame = table.frame()
+    factors = [axis.column for axis in table.factors]
+    _print_rows(frame.select("case", *factors, "status", "key"), console)
+    runs = len({job.key for job in waiting})
+    console.print(f"{len(jobs)} cases, {len(jobs) - len(waiting)} of them stored, {runs} to run")
 
 
 def print_results(
@@ -84,12 +81,7 @@ def print_results(
         frame = frame.sort(
             measure.column, descending=study.goal.sense == "maximize", nulls_last=True
         )
-    shown = frame.drop("key", "reason").head(MOST_SHOWN)
-    table = Table(*shown.columns, box=None)
-    for row in shown.iter_rows():
-        table.add_row(*map(_shown, row))
-    console.print(table)
-    _say_more(len(frame), console)
+    _print_rows(frame.drop("key", "reason"), console)
     ended_badly = frame.filter(polars.col("status").is_in([FAILED, LOST]))
     for case in ended_badly.select("case", "status", "reason").iter_rows():
         console.print("case {} {}: {}".format(*case), highlight=False)
@@ -98,12 +90,16 @@ def print_results(
     console.print(f"table   {folder / TABLE_TEXT}", highlight=False)
 
 
-def _say_more(count: int, console: Console) -> None:
-    if count > MOST_SHOWN:
-        console.print(f"... and {count - MOST_SHOWN:,} more")
+def _print_rows(frame: polars.DataFrame, console: Console) -> None:
+    table = Table(*map(escape, frame.columns), box=None)
+    for row in frame.head(MOST_SHOWN).iter_rows():
+        table.add_row(*map(_shown, row))
+    console.print(table)
+    if len(frame) > MOST_SHOWN:
+        console.print(f"... and {len(frame) - MOST_SHOWN:,} more")
 
 
 def _shown(value: float | str | None) -> str:
     if value is None:
         return ""
-    return value if isinstance(value, str) else f"{value:.4g}"
+    return escape(value) if isinstance(value, str) else f"{value:.4g}"

@@ -7,7 +7,8 @@ from pathlib import Path
 import polars
 
 from softsim.output.study_folder import CASES, StudyRecord
-from softsim.study.loading import LoadedStudy
+from softsim.study.axes import Axis
+from softsim.study.loaded import REPEAT, LoadedStudy
 from softsim.study.resolution import case_key, resolved
 from softsim.sweep.job import Job, known_outcome
 from softsim.sweep.table import StudyTable

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from softsim.errors import Interrupted
 from softsim.output.study_folder import CASES, LOST
-from softsim.study.loading import LoadedStudy
+from softsim.study.loaded import LoadedStudy
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.ledger import Ledger
