@@ -37,7 +37,7 @@ def table_of(study: LoadedStudy) -> StudyTable:
     return StudyTable((*study.factors, *repeats), study.measures)
 
 
-def record_of(study: LoadedStudy) -> StudyRecord:
+def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
     """What study.json says of a study."""
     return StudyRecord(
         title=study.title,
@@ -47,7 +47,7 @@ def record_of(study: LoadedStudy) -> StudyRecord:
         plots=tuple(study.plots),
         goal=study.goal,
         repeats=study.repeats,
-        case_count=study.case_count,
+        case_count=case_count,
         version=version("softsim"),
     )
 

@@ -48,7 +48,10 @@ def sweep(
     table = table_of(study)
     waiting = fill(table, jobs, again)
     console.print(f"{len(jobs)} cases, {len(jobs) - len(waiting)} of them stored")
-    ledger, progress = Ledger(folder, record_of(study), table), StudyProgress(len(waiting), console)
+    ledger, progress = (
+        Ledger(folder, record_of(study, len(jobs)), table),
+        StudyProgress(len(waiting), console),
+    )
 
     def meanwhile(in_flight: int) -> None:
         progress.show(in_flight)
