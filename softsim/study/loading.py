@@ -68,7 +68,7 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
         for name, part in study.measures.items()
     )
     factors = [factor.axis for factor in composition.factors]
-    plots = chosen_plots(factors, measures)
+    plots = chosen_plots(factors, measures, isinstance(design, GridDesign))
     if study.plots is not None:
         plots = given_plots(study.plots, tree, factors, measures)
     refuse_unknown_goal(study, tree)
