@@ -23,7 +23,7 @@ REPEAT = "repeat"
 @dataclass(frozen=True)
 class LoadedStudy:
     """A valid study. path: its file; tree: what it says; design: None where it only says what to
-    optimise.
+    optimise; goal: what is best, None where it does not say.
     """
 
     study: Study
@@ -34,6 +34,7 @@ class LoadedStudy:
     perturbed: tuple[Perturbation, ...]
     measures: tuple[MeasureColumn, ...]
     plots: tuple[Plot, ...]
+    goal: Goal | None
 
     @property
     def title(self) -> str:
@@ -49,16 +50,6 @@ class LoadedStudy:
     def repeats(self) -> int:
         """How often each case is run."""
         return self.study.repeats.count if self.study.repeats is not None else 1
-
-    @property
-    def goal(self) -> Goal | None:
-        """What is best; None where the study does not say, or says reference values to match."""
-        objective = self.study.optimize
-        if objective is None:
-            return None
-        if objective.maximize is not None:
-            return Goal(objective.maximize, "maximize")
-        return Goal(objective.minimize, "minimize") if objective.minimize is not None else None
 
     @property
     def search_space(self) -> dict[str, Space]:

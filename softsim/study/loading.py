@@ -8,14 +8,16 @@ from pydantic import ValidationError
 
 from softsim.errors import SceneError
 from softsim.scene.measures import Measure, produced
-from softsim.scene.reporting import did_you_mean, scene_error
+from softsim.scene.reporting import scene_error
 from softsim.scene.tree import Keys, Tree, entries, nearest, plain
 from softsim.scene.yaml_reading import read_file
+from softsim.study.axes import Goal
 from softsim.study.checking import checked_scenes
 from softsim.study.composition import composed
 from softsim.study.designs import refuse_misfit
+from softsim.study.goal import goal_of, mismatch_column
 from softsim.study.loaded import REPEAT, LoadedStudy
-from softsim.study.measures import measure_column
+from softsim.study.measures import MeasureColumn, measure_column
 from softsim.study.plots import chosen_plots, given_plots
 from softsim.study.python_values import tree_of
 from softsim.study.repeats import perturbations
@@ -67,12 +69,13 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
         measure_column(name, part, nearest(tree, ("measures", name))[0], told)
         for name, part in study.measures.items()
     )
+    goal, further = sought(study, tree, measures, told)
     factors = [factor.axis for factor in composition.factors]
     plots = chosen_plots(factors, measures, isinstance(design, GridDesign))
+    measures += further
     if study.plots is not None:
         plots = given_plots(study.plots, tree, factors, measures)
-    refuse_unknown_goal(study, tree)
-    return LoadedStudy(study, path, tree, composition, design, perturbed, measures, plots)
+    return LoadedStudy(study, path, tree, composition, design, perturbed, measures, plots, goal)
 
 
 def refuse_taken_names(study: Study, tree: Tree) -> None:
@@ -85,20 +88,17 @@ def refuse_taken_names(study: Study, tree: Tree) -> None:
             raise _named(tree, ("measures", name), f"a table has a column {name} already")
 
 
-def refuse_unknown_goal(study: Study, tree: Tree) -> None:
-    """What is optimised is a measure. SceneError at its name."""
+def sought(
+    study: Study, tree: Tree, measures: Sequence[MeasureColumn], told: Mapping[str, Measure]
+) -> tuple[Goal | None, tuple[MeasureColumn, ...]]:
+    """What is best, if the study says so, and the further column that it takes to tell. SceneError
+    where that makes no sense.
+    """
     if study.optimize is None:
-        return
-    for key in ("maximize", "minimize"):
-        name = getattr(study.optimize, key)
-        if name is not None and name not in study.measures:
-            hint = did_you_mean(name, list(study.measures))
-            place = nearest(tree, ("optimize", key))[0].origin
-            raise SceneError(f"{key}: there is no measure {name!r}", hint, place)
-    for name in study.optimize.match or ():
-        if name not in study.measures:
-            hint = did_you_mean(name, list(study.measures))
-            raise _named(tree, ("optimize", "match", name), f"there is no measure {name!r}", hint)
+        return None, ()
+    place = nearest(tree, ("optimize",))[0]
+    mismatch = mismatch_column(study.optimize, place, measures, told)
+    return goal_of(study.optimize, place, measures), () if mismatch is None else (mismatch,)
 
 
 def _named(tree: Tree, keys: Keys, message: str, hint: str = "") -> SceneError:
