@@ -24,6 +24,7 @@ from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, planned_plots
 from softsim.report.study.scale import Scale, title_of
 from softsim.report.study.search import TRIAL, best_so_far
 from softsim.report.study.traces import (
+    CROWD,
     EDGE,
     LEGEND,
     Trace,
@@ -137,11 +138,8 @@ def progress_chart(findings: Findings, goal: Goal) -> Chart:
     x, y, done = Scale(TRIAL, whole=True), findings.scale(goal.measure), findings.done.sort("case")
     trials, objective = x.places(done["case"]), y.places(done[y.axis.column])
     each = points(done, trials, objective)
-    each |= {
-        "name": "a trial",
-        "showlegend": True,
-        "marker": point_look(done.height) | {"color": SKY},
-    }
+    look = point_look(done.height) | {"color": SKY}
+    each |= {"name": "a trial", "showlegend": True, "marker": look}
     steps = {
         "type": "scatter", "mode": "lines", "x": packed_numbers(trials), "name": "best so far",
         "y": packed_numbers(best_so_far(objective, goal.sense)), "hoverinfo": "y",
@@ -187,6 +185,8 @@ def _chart(
 ) -> Chart:  # fmt: skip
     """A chart with the marks that all have: the best case, cases without a result."""
     marked = [*traces, *without_result(findings, x), *best_trace(findings, x, y)]
+    if findings.table.height > CROWD:
+        marked = [t | {"type": "scattergl"} if t["mode"] == "markers" else t for t in marked]
     title = f"{title_of(y.axis)} over {title_of(x.axis)}{remark}"
     axes = {"xaxis": along(x), "yaxis": along(y), "yaxis2": EDGE, "legend": LEGEND}
     return Chart(title, marked, axes | layout, HEIGHT)

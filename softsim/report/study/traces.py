@@ -21,8 +21,8 @@ Trace = dict[str, Any]
 
 COLOUR_SCALE = "Viridis"
 
-CROWD, THRONG = 2000, 20_000
-"""Points from which on they are smaller, and from which on the graphics card draws them."""
+CROWD = 2000
+"""Cases from which on their points are smaller, and the graphics card draws them."""
 
 EDGE: Mapping[str, Any] = {
     "overlaying": "y", "range": [0.0, 1.0], "visible": False, "fixedrange": True,
@@ -82,7 +82,7 @@ def points(rows: polars.DataFrame, x: np.ndarray, y: np.ndarray) -> Trace:
     cursor, `mean` of its repeats where it has some, and leads to it at a click.
     """
     return {
-        "type": points_type(len(x)),
+        "type": "scatter",
         "mode": "markers",
         "x": packed_numbers(x),
         "y": packed_numbers(y),
@@ -91,11 +91,6 @@ def points(rows: polars.DataFrame, x: np.ndarray, y: np.ndarray) -> Trace:
         "hoverinfo": "none",
         "showlegend": False,
     }
-
-
-def points_type(count: int) -> str:
-    """How plotly.js draws so many points."""
-    return "scattergl" if count > THRONG else "scatter"
 
 
 def point_look(count: int) -> dict[str, Any]:
@@ -116,9 +111,8 @@ def best_trace(findings: Findings, x: Scale, y: Scale) -> list[Trace]:
         return []
     place = [scale.place(best.values[scale.axis.column]) for scale in (x, y)]
     star = points(polars.DataFrame([best.values]), *np.reshape(place, (2, 1)))
-    star |= {"type": points_type(findings.done.height), "name": "best", "showlegend": True}
     look = {"symbol": "star", "size": 15, "color": RED, "line": WHITE_RIM}
-    return [star | {"marker": look, "cliponaxis": False}]
+    return [star | {"name": "best", "showlegend": True, "cliponaxis": False, "marker": look}]
 
 
 def without_result(findings: Findings, x: Scale) -> list[Trace]:

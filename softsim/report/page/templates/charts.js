@@ -13,7 +13,7 @@ function drawChart(chart) {
 // Large charts of which there are many are drawn (event `drawn`) as they come into view.
 const comingIntoView = new IntersectionObserver((entries) => {
   for (const { target, isIntersecting } of entries) if (isIntersecting) drawLate(target);
-}, { rootMargin: "200px" });
+}, { rootMargin: "0px" });
 
 function drawLate(chart) {
   comingIntoView.unobserve(chart);
