@@ -164,6 +164,56 @@ def assess(
 
 
 @app.command()
+def sweep(
+    study: Annotated[Path, typer.Argument(help="Study file (YAML).", show_default=False)],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="PATH=VALUE", help="Override a value in all cases."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the study; default: runs/STUDY.")
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; default: one a core, one for a GPU.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler.")
+    ] = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    batch: Annotated[
+        str, typer.Option(metavar="N|auto", help="Cases that a worker runs at once.")
+    ] = "auto",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cases.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Many cases are meant.")] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Run again what has failed.")
+    ] = False,
+) -> None:
+    """Run all cases of a study on all cores: a table, with a row a case.
+
+    What is stored is not run again: a study that was stopped goes on, one that was changed runs
+    what is new.
+    """
+    with _explained() as console:
+        from softsim.commands import sweep as command
+        from softsim.study.loading import load_study
+
+        loaded = load_study(study, overrides or [])
+        folder = out or Path("runs") / study.stem
+        command.confirm_size(loaded, folder, yes, console)
+        again = command.again(retry_failed)
+        if dry_run:
+            command.print_plan(loaded, folder, again, console)
+            return
+        from softsim.sweep.sweep import sweep as run_sweep  # imports dask
+
+        crew = command.crew(workers, scheduler, folder, device.value)
+        size = command.asked_batch(batch, device.value)
+        frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
+        command.print_results(loaded, frame, folder, console)
+
+
+@app.command()
 def fit_material(
     file: Annotated[Path, typer.Argument(help="Table of a uniaxial test.", show_default=False)],
     max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],

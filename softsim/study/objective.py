@@ -39,8 +39,8 @@ class Objective(Part):
     scale: References = Field(
         default={},
         validate_default=False,
-        description="Measure -> deviation that counts as 1, such as {speed: 2 mm/s}; by default the "
-        "reference value itself.",
+        description="Measure -> deviation that counts as 1, such as {speed: 2 mm/s}; by default "
+        "the reference value itself.",
     )
     trials: WholeNumber = Field(ge=1, description="How many cases are tried.")
     seed: Annotated[WholeNumber, Field(ge=0)] = Field(

@@ -40,9 +40,7 @@ class Ledger:
 
     def write(self) -> None:
         """Write table and record. Raises OutputError."""
-        self.record = replace(
-            self.record, wall_time=self.earlier + time.monotonic() - self.began
-        )
+        self.record = replace(self.record, wall_time=self.earlier + time.monotonic() - self.began)
         write_study(self.folder, self.record)
         write_table(self.folder, self.table.frame())
         self.is_behind, self.written_at = False, time.monotonic()

@@ -1,4 +1,4 @@
-"""How far a study is, for people: a live line on a terminal, a plain line now and then elsewhere."""
+"""How far a study is, for people: a live line on a terminal, plain lines elsewhere."""
 
 import time
 from collections import Counter
@@ -15,7 +15,7 @@ from softsim.sweep.job import Outcome
 class StudyProgress:
     """Counts the cases of this session that ended, and tells when all will have."""
 
-    def __init__(self, console: Console, count: int) -> None:
+    def __init__(self, count: int, console: Console) -> None:
         self.console, self.count = console, count
         self.ended: Counter[str] = Counter()
         self.began = self.last_line = time.monotonic()
@@ -42,15 +42,21 @@ class StudyProgress:
             self.last_line = time.monotonic()
             self.console.print(self._state(in_flight), highlight=False)
 
-    def _state(self, in_flight: int) -> str:
-        """ "12 of 40 cases, 1 failed, 2 in flight, expected end 14:03:20"."""
+    @property
+    def told(self) -> str:
+        """ "12 of 40 cases, 1 failed"."""
         ended = self.ended.total()
         others = [f"{n} {status}" for status, n in sorted(self.ended.items()) if status != DONE]
-        parts = [f"{ended} of {self.count} cases", *others, f"{in_flight} in flight"]
-        if ended:
-            left = (time.monotonic() - self.began) * (self.count - ended) / ended
-            parts.append(f"expected end {datetime.now() + timedelta(seconds=left):%H:%M:%S}")
-        return ", ".join(parts)
+        return ", ".join([f"{ended} of {self.count} cases", *others])
+
+    def _state(self, in_flight: int) -> str:
+        """The same, what runs now, and when the last case should end."""
+        text = f"{self.told}, {in_flight} in flight"
+        ended = self.ended.total()
+        if not ended:
+            return text
+        left = (time.monotonic() - self.began) * (self.count - ended) / ended
+        return f"{text}, expected end {datetime.now() + timedelta(seconds=left):%H:%M:%S}"
 
     def close(self) -> None:
         """Take the live line away."""

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
+from softsim.errors import SceneError
 from softsim.machine import chosen_device
 from softsim.output.checkpoint import read_checkpoint
 from softsim.output.folder import CHECKPOINT
-
+from softsim.scene.loading import LoadedScene
+from softsim.study.resolution import case_key, load_source
 from softsim.sweep.job import Job
 
 
@@ -25,12 +27,23 @@ def _fault(job: Job) -> Exception | None:
     silent = Console(file=io.StringIO())
     try:
         run(
-            resolved(job.case), (), job.folder, job.device, _goes_on(job), silent, threads=1,
+            scene_of(job), (), job.folder, job.device, _goes_on(job), silent, threads=1,
             profile_after=math.inf, watches=job.watches,
         )  # fmt: skip
     except Exception as error:
         return error
     return None
+
+
+def scene_of(job: Job) -> LoadedScene:
+    """The scene of a job, from its files. Raises SceneError: it is not what the key stands for."""
+    loaded = load_source(job.case.source, job.case.overrides)
+    if case_key(loaded) != job.key:
+        raise SceneError(
+            f"{job.case.source.scene}, or softsim itself, changed while the study ran",
+            hint="start the study again: it runs what changed",
+        )
+    return loaded
 
 
 def _goes_on(job: Job) -> bool:

@@ -1,37 +1,24 @@
 """The table of a study: a row a case, filled as cases end."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import polars
 
-from softsim.output.study_folder import WAITING, Axis, column
+from softsim.output.study_folder import WAITING
+from softsim.study.axes import Axis, column
 from softsim.study.case import Case, Value
+from softsim.study.measures import MeasureColumn
 from softsim.sweep.job import Job, Outcome
 
 VERDICT = ("layout", "verdict")
 """Where the summary of a layout's run says whether the robot passed."""
 
 
-class Measure(Protocol):
-    """A column that is read from the summary of a run, as `softsim.study` has it."""
-
-    @property
-    def column(self) -> str:
-        """Its heading."""
-
-    @property
-    def is_label(self) -> bool:
-        """Whether its values are words."""
-
-    def value(self, summary: Mapping[str, Any]) -> Value | None:
-        """Its value, in the unit of the column; None where the summary has none."""
-
-
 class StudyTable:
     """Rows of cases, in the order of their numbers. Columns: see `softsim.output.study_folder`."""
 
-    def __init__(self, factors: Sequence[Axis], measures: Sequence[Measure]) -> None:
+    def __init__(self, factors: Sequence[Axis], measures: Sequence[MeasureColumn]) -> None:
         self.factors, self.measures = factors, measures
         self.rows: dict[int, dict[str, Any]] = {}
 
@@ -65,7 +52,7 @@ class StudyTable:
 
     def _schema(self) -> dict[str, Any]:
         """Column -> type, in their order."""
-        axes: Sequence[Any] = [*self.factors, *self.measures]
+        axes = [*self.factors, *self.measures]
         return {
             "case": polars.Int64,
             **{axis.column: polars.String if axis.is_label else polars.Float64 for axis in axes},

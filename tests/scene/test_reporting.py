@@ -8,6 +8,7 @@ import pytest
 from softsim.errors import Location, Option, SceneError
 from softsim.scene.loading import load_scene
 from softsim.scene.reporting import scene_error
+from softsim.scene.schema import Scene
 from softsim.scene.tree import Tree
 
 
@@ -170,7 +171,7 @@ def looks_at(count):
     Counted.looks = 0
     place = Option("--set x")
     all_of_them: Any = SimpleNamespace(errors=lambda **_: found)
-    error = scene_error(all_of_them, Tree({}, place, place))
+    error = scene_error(all_of_them, Tree({}, place, place), Scene)
     assert "must have at least 1, not 0" in str(error)
     return Counted.looks
 

@@ -4,7 +4,8 @@ import json
 import os
 import time
 
-from softsim.errors import OutputError, StabilityError
+from softsim.errors import Interrupted, OutputError, StabilityError
+from softsim.interruption import stop_signals
 
 
 def leave_files(job):
@@ -12,7 +13,7 @@ def leave_files(job):
     (job.folder / "history.csv").write_text("time\ns\n0.0\n1.0\n")
     (job.folder / "results.vtkhdf").write_text("fields")
     (job.folder / "checkpoint.h5").write_text("state")
-    summary = {"status": "done", "speed": 0.001 * job.case.number, "process": os.getpid()}
+    summary = {"status": "done", "energy_error": 0.001, "increments": 100 * job.case.number}
     (job.folder / "summary.json").write_text(json.dumps(summary))
 
 
@@ -49,3 +50,14 @@ def deadly(jobs):
 def on_a_full_disk(jobs):
     """The disk refuses."""
     return [OutputError("no space left on device", "make room") for _ in jobs]
+
+
+def patient(jobs):
+    """All run to their end in half a second, or until they are asked to stop."""
+    with stop_signals() as asked:
+        for _ in range(50):
+            time.sleep(0.01)
+            if asked:
+                (jobs[0].folder / "checkpoint.h5").write_text("state")
+                return [Interrupted("stopped") for _ in jobs]
+    return fine(jobs)

@@ -9,17 +9,8 @@ import stand_ins
 from softsim.errors import OutputError
 from softsim.output.study_folder import DONE, FAILED, LOST
 from softsim.study.case import Case, Source
-from softsim.sweep.crew import local_crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job
-
-WORKERS = 2
-
-
-@pytest.fixture(scope="module")
-def crew():
-    with local_crew(WORKERS) as crew:
-        yield crew
 
 
 @pytest.fixture
@@ -44,8 +35,8 @@ def outcomes(found):
 
 def test_all_cases_end_with_their_summary_and_are_thinned(crew, jobs):
     found = outcomes(completed(jobs(5), crew, simulate=stand_ins.fine))
-    assert {number: o.summary["speed"] for number, o in found.items()} == {
-        n: 0.001 * n for n in range(1, 6)
+    assert {number: o.summary["increments"] for number, o in found.items()} == {
+        n: 100 * n for n in range(1, 6)
     }
     assert {o.status for o in found.values()} == {DONE}
 
@@ -72,7 +63,7 @@ def test_jobs_are_pulled_as_workers_become_free(crew, jobs):
     for job, _ in completed(source(), crew, simulate=stand_ins.slow):
         ended.append(job.case.number)
     in_flight = [index - before for index, before in enumerate(pulled)]
-    assert max(in_flight) < WORKERS and sorted(ended) == list(range(1, 9))
+    assert max(in_flight) < crew.size and sorted(ended) == list(range(1, 9))
 
 
 def test_stored_cases_are_not_run_again(crew, jobs):
@@ -97,7 +88,7 @@ def test_failed_ones_run_again_when_asked(crew, jobs):
 def test_the_same_key_is_one_run(crew, jobs):
     same = jobs(4, ["a", "a", "b", "a"])
     found = outcomes(completed(same, crew, simulate=stand_ins.slow))
-    assert len({found[n].summary["speed"] for n in (1, 2, 4)}) == 1
+    assert len({found[n].summary["increments"] for n in (1, 2, 4)}) == 1
     assert len(found) == 4 and len({o.key for o in found.values()}) == 2
 
 

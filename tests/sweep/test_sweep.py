@@ -1,0 +1,153 @@
+"""A study from its file to its table: what is run, what is stored, what survives being stopped."""
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import nullcontext
+from pathlib import Path
+
+import psutil
+import pytest
+import stand_ins
+from polars.testing import assert_frame_equal
+from rich.console import Console
+
+from softsim.errors import ClusterError
+from softsim.output.study_folder import DONE, FAILED, WAITING, read_study, read_table
+from softsim.study.loading import load_study
+from softsim.sweep.crew import remote_crew
+from softsim.sweep.planning import collect
+from softsim.sweep.sweep import sweep
+
+WALL_TIME = "wall_time [s]"
+HERE = Path(__file__).parent
+
+
+def swept(file, folder, crew, simulate, overrides=(), **settings):
+    """The table of a study that is run with a stand-in, and what was said."""
+    console = Console(file=io.StringIO(), width=200)
+    study = load_study(file, overrides)
+    table = sweep(study, folder, nullcontext(crew), simulate=simulate, console=console, **settings)
+    return table, console.file.getvalue()
+
+
+def test_table_and_record(study_file, tmp_path, crew):
+    table, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert table["time [ms]"].to_list() == pytest.approx([2, 4, 6, 8, 10, 12])
+    assert table["case"].to_list() == list(range(1, 7)) and set(table["status"]) == {DONE}
+    assert "6 cases, 0 of them stored" in said
+    assert_frame_equal(table, read_table(tmp_path / "out"))
+    assert len((tmp_path / "out" / "table.csv").read_text().splitlines()) == 7
+    record = read_study(tmp_path / "out")
+    assert (record.status, record.case_count, record.title) == ("done", 6, "A block falls")
+
+
+def test_only_what_is_missing_or_changed_runs(study_file, tmp_path, crew):
+    first, _ = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    same, said = swept(study_file, tmp_path / "out", crew, stand_ins.on_a_full_disk)
+    assert "6 cases, 6 of them stored" in said
+    assert_frame_equal(first, same)
+    study_file.write_text(study_file.read_text().replace("count: 6", "count: 11"))
+    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert "11 cases, 6 of them stored" in said
+    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine, ["bodies.block.thickness=9 mm"])
+    assert "11 cases, 0 of them stored" in said
+    scene = study_file.with_name("block.yaml")
+    scene.write_text(scene.read_text().replace("thickness: 10 mm", "thickness: 11 mm"))
+    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert "11 cases, 0 of them stored" in said
+
+
+def test_a_new_measure_needs_no_run(study_file, tmp_path, crew):
+    swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    study_file.write_text(study_file.read_text() + "  steps: {of: increments}\n")
+    table = collect(load_study(study_file), tmp_path / "out")
+    assert table["steps"].to_list() == [100.0 * n for n in range(1, 7)]
+
+
+def test_failed_cases_have_their_row(study_file, tmp_path, crew):
+    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
+    assert table["status"].to_list() == [FAILED, FAILED, *[DONE] * 4]
+    assert table["reason"][0] == "element 7 is inverted" and table["reason"][2] is None
+
+
+def test_real_runs_are_thinned_and_keep_their_measures(study_file, tmp_path, crew):
+    study_file.write_text(study_file.read_text().replace("count: 6", "count: 2"))
+    scene = study_file.with_name("block.yaml")
+    scene.write_text(scene.read_text().replace("0.1 ms", "0.005 ms"))
+    study = load_study(study_file)
+    table = sweep(study, tmp_path / "out", nullcontext(crew), "cpu")
+    assert table["status"].to_list() == [DONE, DONE]
+    for key, end in zip(table["key"], (0.002, 0.012), strict=True):
+        folder = tmp_path / "out" / "cases" / key
+        assert json.loads((folder / "summary.json").read_text())["simulated_time"] == end
+        rows = (folder / "history.csv").read_text().splitlines()[2:]
+        assert float(rows[0].split(",")[0]) == 0.0
+        assert float(rows[-1].split(",")[0]) == pytest.approx(end)
+        assert len(rows) <= 2000 and not (folder / "results.vtkhdf").exists()
+
+
+def started(study_file, folder):
+    """A sweep in a process, once two of its cases have ended; with its workers."""
+    process = subprocess.Popen(
+        [sys.executable, str(HERE / "study_process.py"), str(study_file), str(folder)],
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 60.0
+    while len(list(folder.glob("cases/*/case.json"))) < 2:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.02)
+    return process, psutil.Process(process.pid).children(recursive=True)
+
+
+def uninterrupted(study_file, folder, crew):
+    """The table that a sweep without incidents leaves."""
+    return swept(study_file, folder, crew, stand_ins.fine)[0].drop(WALL_TIME)
+
+
+def test_after_a_kill_the_same_command_goes_on(study_file, tmp_path, crew):
+    folder = tmp_path / "out"
+    process, workers = started(study_file, folder)
+    process.kill()
+    process.communicate()
+    _, alive = psutil.wait_procs(workers, timeout=10.0)
+    assert not alive
+    stored = {file: file.stat().st_mtime_ns for file in folder.glob("cases/*/case.json")}
+    assert 2 <= len(stored) < 6
+    table, _ = swept(study_file, folder, crew, stand_ins.fine)
+    assert all(file.stat().st_mtime_ns == time for file, time in stored.items())
+    assert_frame_equal(table.drop(WALL_TIME), uninterrupted(study_file, tmp_path / "other", crew))
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew, number):
+    folder = tmp_path / "out"
+    process, workers = started(study_file, folder)
+    if number == signal.SIGINT:
+        os.killpg(process.pid, number)  # as Ctrl-C does: all processes of the terminal get it
+    else:
+        process.terminate()
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 4
+    assert "the same command goes on" in said and "Traceback" not in said
+    assert not psutil.wait_procs(workers, timeout=10.0)[1]
+    assert read_study(folder).status == "interrupted"
+    statuses = read_table(folder)["status"].to_list()
+    assert 2 <= statuses.count(DONE) < 6
+    assert set(statuses) == {DONE, WAITING}
+    assert list(folder.glob("cases/*/checkpoint.h5"))
+    table, _ = swept(study_file, folder, crew, stand_ins.fine)
+    assert_frame_equal(table.drop(WALL_TIME), uninterrupted(study_file, tmp_path / "other", crew))
+
+
+def test_a_scheduler_that_does_not_answer(tmp_path):
+    nobody = remote_crew("tcp://127.0.0.1:9", tmp_path)
+    with (
+        pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"),
+        nobody,
+    ):
+        pytest.fail("somebody answered")
