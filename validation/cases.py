@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from softsim.study.resolution import case_key, load_source
 
 from softsim.errors import ExpectationError
 from softsim.output.folder import HISTORY, read_summary
@@ -23,6 +22,7 @@ from softsim.report.figures import draw_all
 from softsim.scene.loading import LoadedScene
 from softsim.study.case import Case as StudyCase
 from softsim.study.case import Source
+from softsim.study.resolution import case_key, load_source
 from softsim.sweep.crew import local_crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job, known_outcome

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -96,6 +97,7 @@ class Place:
         return None
 
 
+@cache
 def discriminators(model: Model) -> dict[str, str]:
     """The required keys of a class that have one allowed value: {"kind": "pipe"}."""
     return {

@@ -4,7 +4,7 @@ the others. What only fails in another combination is a failed row of the table.
 
 from collections.abc import Mapping, Sequence
 
-from softsim.errors import Location, SceneError
+from softsim.errors import SceneError
 from softsim.scene.loading import LoadedScene
 from softsim.study.case import Source, Value
 from softsim.study.composition import Composition
@@ -70,20 +70,18 @@ def refuse_wrong_repeat(
         scene_with(loaded.tree, source, settings)
     except SceneError as error:
         message = f"in repeat {repeat}: {error.message}"
-        hint = error.hint or "a smaller deviation keeps it within its limits"
+        hint = "a smaller deviation keeps within limits"
         raise SceneError(message, hint, error.location) from None
 
 
 def brought_about(error: SceneError, factor: Factor, value: Value) -> SceneError:
-    """An error that a value of a factor brings about elsewhere, in the scene's file, at the place
-    of the value; other errors as they are.
+    """An error of a scene that holds without this value, at the place of the value, though another
+    value of the scene is what does not go with it. Another scene's error stays where it is.
     """
     settings = factor.settings(value)
-    if not settings or not isinstance(error.location, Location):
+    own = [place for one in settings for place in (one.origin, one.path_origin)]
+    if not settings or error.location in own:
         return error
-    place = settings[0].origin
-    if isinstance(place, Location) and error.location.file == place.file:
-        return error
-    shown = f"{value:.6g} {factor.axis.unit}".rstrip() if isinstance(value, float) else value
-    message = f"{factor.axis.name} = {shown} does not go with the scene"
-    return SceneError(message, error.hint, place, [error])
+    shown = value if isinstance(value, str) else f"{value:.6g} {factor.axis.unit}".rstrip()
+    message = f"{factor.axis.name} = {shown} does not go with the rest"
+    return SceneError(message, "", settings[0].origin, [error])

@@ -80,7 +80,7 @@ def measure_column(
     try:
         size = size_of(unit, measure.unit) if measure.unit else 1.0
     except ValueError as error:
-        raise _refusal(tree, "unit", f"{part.of} {error}") from None
+        raise _refusal(tree, "unit", f"{unit!r} {error}") from None
     if part.unit and not measure.unit:
         raise _refusal(tree, "unit", f"{part.of} has no unit", "leave unit out")
     return MeasureColumn(

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 import softsim
 from softsim.scene.assessment import layout_tree
-from softsim.scene.loading import LoadedScene, read_scene, validated
+from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
 from softsim.scene.tree import Keys, Tree
 from softsim.study.case import Case, Source
 
@@ -28,8 +28,14 @@ def source_tree(source: Source) -> Tree:
     return layout_tree(source.scene, source.robot)
 
 
-known_tree = lru_cache(maxsize=256)(source_tree)
-"""`source_tree`, each source read once."""
+@lru_cache(maxsize=4096)
+def known_tree(source: Source, overrides: tuple[str, ...] = ()) -> Tree:
+    """What a source says with overrides. Each file is read once, until `forget_files`, and cases
+    share what they begin with: of ten thousand each costs some milliseconds. SceneError.
+    """
+    if not overrides:
+        return source_tree(source)
+    return overridden(known_tree(source, overrides[:-1]), overrides[-1])
 
 
 def forget_files() -> None:
@@ -38,11 +44,8 @@ def forget_files() -> None:
 
 
 def resolved(case: Case) -> LoadedScene:
-    """The scene of a case. SceneError as load_scene.
-
-    The files of a source are read once, until `forget_files`: ten thousand cases share a few.
-    """
-    return validated(known_tree(case.source), case.source.scene, case.overrides)
+    """The scene of a case, of files read before. SceneError as load_scene."""
+    return validated(known_tree(case.source, case.overrides), case.source.scene, ())
 
 
 def case_key(loaded: LoadedScene) -> str:
@@ -51,9 +54,8 @@ def case_key(loaded: LoadedScene) -> str:
     That is every value of the scene, the files that it names, softsim's version and sources.
     Raises SceneError where a file that it names is missing.
     """
-    digest = hashlib.sha256()
-    for part in (loaded.scene.model_dump_json(), version("softsim"), source_digest()):
-        digest.update(part.encode() + b"\n")
+    digest = hashlib.sha256(source_digest().encode())
+    digest.update(loaded.scene.model_dump_json().encode())
     for keys in file_keys(loaded.scene):
         path = loaded.resolve_file(keys)
         digest.update(_content_digest(path, path.stat().st_mtime_ns))
@@ -62,9 +64,9 @@ def case_key(loaded: LoadedScene) -> str:
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Digest of softsim's sources and the constants that come with it."""
+    """Digest of softsim's version, its sources, and the constants that come with it."""
     home = Path(softsim.__file__).parent
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(version("softsim").encode())
     for path in sorted(p for p in home.rglob("*") if p.suffix in (".py", ".yaml")):
         digest.update(str(path.relative_to(home)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

@@ -80,8 +80,8 @@ def refuse_overwriting(settings: Sequence[Setting]) -> None:
     for one in settings:
         for path, other in known.items():
             if _is_at_or_below(path, one.path):
-                message = f"{one.path} is set already, as {path}"
-                raise SceneError(message, f"at {other.path_origin}", one.path_origin)
+                hint = f"{path}, at {other.path_origin}"
+                raise SceneError(f"{one.path} is set already", hint, one.path_origin)
         known[one.path] = one
 
 

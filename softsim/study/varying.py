@@ -61,14 +61,16 @@ def factor_in(
     path = child(tree, "key")
     assert path is not None  # pydantic has seen to it
     place = place_in(Scene, base, keys_at(base, part.key, path.origin))
-    written = written_values(part, tree, in_list)
+    written = written_values(name, part, tree, in_list)
     reading = reading_of(place, written)
     if reading is None:
         return labels_of_key(name, part, path, written)
     return numbers_of_key(name, part, path, reading, written)
 
 
-def written_values(part: KeyFactor, tree: Tree, in_list: Sequence[Tree] | None) -> Sequence[Tree]:
+def written_values(
+    name: str, part: KeyFactor, tree: Tree, in_list: Sequence[Tree] | None
+) -> Sequence[Tree]:
     """The values that the study writes: all of them, or the ends of a range. SceneError: none, or
     too many.
     """
@@ -79,7 +81,9 @@ def written_values(part: KeyFactor, tree: Tree, in_list: Sequence[Tree] | None) 
             raise SceneError(message, f"leave out {name}", _key_origin(tree, name))
         return in_list
     if not given:
-        raise SceneError("has no values", f"give one of {', '.join(SPACINGS)}", tree.key_origin)
+        raise SceneError(
+            f"{name} has no values", f"give one of {', '.join(SPACINGS)}", tree.key_origin
+        )
     if len(given) > 1:
         raise SceneError(f"has {given[0]} already", "give one of them", _key_origin(tree, given[1]))
     if part.count is not None and part.values is not None:

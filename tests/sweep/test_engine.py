@@ -12,6 +12,7 @@ from softsim.study.case import Case, Source
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job
 
+
 @pytest.fixture
 def jobs(tmp_path):
     """Jobs of so many cases; `keys` says which are the same run."""

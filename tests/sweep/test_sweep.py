@@ -54,7 +54,7 @@ def test_only_what_is_missing_or_changed_runs(study_file, tmp_path, crew):
     study_file.write_text(study_file.read_text().replace("count: 6", "count: 11"))
     _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
     assert "11 cases, 6 of them stored" in said
-    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine, ["time.safety_factor=0.5"])
+    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine, ["bodies.block.thickness=9 mm"])
     assert "11 cases, 0 of them stored" in said
     scene = study_file.with_name("block.yaml")
     scene.write_text(scene.read_text().replace("thickness: 10 mm", "thickness: 11 mm"))
@@ -146,5 +146,8 @@ def test_a_signal_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew
 
 def test_a_scheduler_that_does_not_answer(tmp_path):
     nobody = remote_crew("tcp://127.0.0.1:9", tmp_path)
-    with pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"), nobody:
+    with (
+        pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"),
+        nobody,
+    ):
         pytest.fail("somebody answered")

@@ -24,6 +24,9 @@ MOST_FRAMES = 200
 ROOM = 7 * 2**20
 """For all frames [bytes], so that the page with its scripts stays below 15 MB."""
 
+NO_VALUE = "#bbbbbb"
+"""Colour of a cell whose value is not finite."""
+
 
 @dataclass(frozen=True)
 class Skin:
@@ -74,7 +77,7 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
         "everywhere": everywhere,
         "label": FIELDS[field].label,
         "limits": limits,
-        "palette": [to_hex(scale.cmap(shade / (SHADES - 1))) for shade in range(SHADES)],
+        "palette": [*(to_hex(scale.cmap(k / (SHADES - 1))) for k in range(SHADES)), NO_VALUE],
         "shades": packed(shades(values, *limits), np.uint8),
         "scenery": scenery(frames, field, everywhere),
     }

@@ -7,8 +7,8 @@ import numpy as np
 STEPS, LOST = 32767, -32768
 """Steps from the middle of a box to its side, and what stands for a place that is not finite."""
 
-SHADES, NO_VALUE = 128, 255
-"""Colours of a palette, and the number of none: of a value that is not finite."""
+SHADES = 128
+"""Colours of a palette; the number SHADES stands for a value that is not finite."""
 
 
 def steps(places: np.ndarray, size: float) -> np.ndarray:
@@ -21,7 +21,7 @@ def shades(values: np.ndarray, low: float, high: float) -> np.ndarray:
     """Numbers in the palette of values between the limits; beyond them that of the nearest one."""
     finite = np.isfinite(values)
     share = (np.where(finite, values, low) - low) / ((high - low) or 1.0)
-    return np.where(finite, np.rint(share.clip(0.0, 1.0) * (SHADES - 1)), NO_VALUE)
+    return np.where(finite, np.rint(share.clip(0.0, 1.0) * (SHADES - 1)), SHADES)
 
 
 def packed(numbers: np.ndarray, kind: type[np.generic]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import polars
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 
 from softsim.output.study_folder import Axis, Plot
 from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings
@@ -24,11 +25,12 @@ MOST_MARKERS = 60
 
 @dataclass(frozen=True)
 class Line:
-    """Design points that differ in x alone: places (n,), means (n,), half of the band (n,), NaN
-    where there is none. level: of the factor that tells lines apart.
+    """Design points that differ in x alone, a row each: their places (n,), means (n,) and half of
+    the band (n,), NaN where there is none. level: of the factor that tells lines apart.
     """
 
     level: float | str | None
+    points: polars.DataFrame
     x: np.ndarray
     mean: np.ndarray
     band: np.ndarray
@@ -41,10 +43,13 @@ def draw_curve(findings: Findings, plot: Plot, path: Path) -> None:
     found = list(lines(findings, x, y, by))
     with drawing(path, height=3.8) as figure:
         axes = figure.add_subplot()
-        if by is not None and findings.level_count(by) > len(COLOURS):
-            _draw_many(axes, findings, found, by)
-        else:
-            _draw_few(axes, found, by)
+        colours, labels = line_colours(findings, found, by), line_labels(found, by)
+        with_bar = has_bar(findings, by)
+        for line, colour, label in zip(found, colours, labels, strict=True):
+            _draw_line(axes, line, colour, None if with_bar else label)
+        if by is not None and with_bar:
+            scale = findings.scale(by.name)
+            scale.beside(figure, axes, scale.colours(scale.places(findings.table[by.column])))
         x.along_x(axes)
         y.along_y(axes)
         mark_without_result(axes, findings, x)
@@ -63,15 +68,11 @@ def lines(findings: Findings, x: Scale, y: Scale, by: Axis | None) -> Iterator[L
         ((None,), points)
     ]  # fmt: skip
     for key, group in groups:
-        places = x.places(group[x.axis.column])
-        order = np.argsort(places, kind="stable")
-        half = (
-            BAND * group[spread].cast(polars.Float64).to_numpy()
-            if spread in group.columns
-            else np.full(len(places), np.nan)
-        )
-        mean = y.places(group[y.axis.column])
-        yield Line(key[0] if by else None, places[order], mean[order], half[order])
+        line = group[np.argsort(x.places(group[x.axis.column]), kind="stable")]
+        places, mean = x.places(line[x.axis.column]), y.places(line[y.axis.column])
+        has_band = spread in line.columns  # labels have none
+        band = BAND * line[spread].to_numpy() if has_band else np.full(len(places), np.nan)
+        yield Line(key[0] if by else None, line, places, mean, band)
 
 
 def remark(findings: Findings, x: Axis, by: Axis | None) -> str:
@@ -88,27 +89,33 @@ def remark(findings: Findings, x: Axis, by: Axis | None) -> str:
     return "; ".join(said)
 
 
-def _draw_few(axes: Axes, found: list[Line], by: Axis | None) -> None:
-    """A colour each level, named in the legend."""
-    colours: dict[float | str | None, str] = {}
+def line_colours(findings: Findings, found: list[Line], by: Axis | None) -> list[str]:
+    """A colour for each line: told apart by level, or rising with it where there are many."""
+    if by is None:
+        return [BLUE] * len(found)
+    if has_bar(findings, by):
+        scale = findings.scale(by.name)
+        places = scale.places(polars.Series([line.level for line in found]))
+        return [to_hex(colour) for colour in scale.colours(places).to_rgba(places)]
+    levels = list(dict.fromkeys(line.level for line in found))
+    return [COLOURS[levels.index(line.level)] for line in found]
+
+
+def has_bar(findings: Findings, by: Axis | None) -> bool:
+    """Whether a bar says what the colours of lines mean: there are too many for a legend."""
+    return by is not None and findings.level_count(by) > len(COLOURS)
+
+
+def line_labels(found: list[Line], by: Axis | None) -> list[str | None]:
+    """What the legend calls each line; nothing a second time."""
+    labels: list[str | None] = []
     for line in found:
-        new = line.level not in colours
-        colour = colours.setdefault(line.level, COLOURS[len(colours) % len(COLOURS)])
-        label = f"{by.name} {shortened(written(by, line.level))}" if by and new else None
-        _draw_line(axes, line, colour if by else BLUE, label)
+        label = f"{by.name} {shortened(written(by, line.level))}" if by else None
+        labels.append(None if label in labels else label)
+    return labels
 
 
-def _draw_many(axes: Axes, findings: Findings, found: list[Line], by: Axis) -> None:
-    """Colours that rise with the level, and a bar that says which is which."""
-    scale = findings.scale(by.name)
-    places = scale.places(polars.Series([line.level for line in found]))
-    colours = scale.colours(places)
-    for line, colour in zip(found, colours.to_rgba(places), strict=True):
-        _draw_line(axes, line, tuple(colour), None)
-    scale.beside(axes.figure, axes, colours)  # type: ignore[arg-type]
-
-
-def _draw_line(axes: Axes, line: Line, colour: str | tuple[float, ...], label: str | None) -> None:
+def _draw_line(axes: Axes, line: Line, colour: str, label: str | None) -> None:
     low, high = line.mean - line.band, line.mean + line.band
     if np.isfinite(low).any():
         axes.fill_between(line.x, low, high, color=colour, alpha=0.2, linewidth=0)

@@ -13,7 +13,7 @@ from softsim.output.study_folder import Plot
 from softsim.report.study.cells import Cells
 from softsim.report.study.findings import Findings
 from softsim.report.study.marks import add_legend, best_label
-from softsim.report.study.scale import Scale, shortened
+from softsim.report.study.scale import Scale
 from softsim.report.style import INK, QUIET, RED, drawing
 
 MOST_NUMBERS = 80
@@ -72,11 +72,11 @@ def _write_values(axes: Axes, cells: Cells, z: Scale, colours: ScalarMappable) -
         return
     for j, i in np.argwhere(np.isfinite(cells.values)):
         value = cells.values[j, i]
-        text = shortened(z.labels[int(value)]) if z.axis.is_label else f"{value:.3g}"
         lightness = np.dot(colours.to_rgba(value)[:3], [0.299, 0.587, 0.114])
+        middle = x[i : i + 2].mean(), y[j : j + 2].mean()
         axes.text(
-            x[i : i + 2].mean(), y[j : j + 2].mean(), text, transform=axes.transAxes, ha="center",
-            va="center", fontsize=7.5, color=INK if lightness > BRIGHT else "white",
+            *middle, z.text(value), transform=axes.transAxes, ha="center", va="center",
+            fontsize=7.5, color=INK if lightness > BRIGHT else "white",
         )  # fmt: skip
 
 

@@ -63,6 +63,12 @@ class Scale:
             return np.array([at.get(value, np.nan) for value in values], dtype=float)
         return values.cast(polars.Float64).to_numpy(writable=True)
 
+    def text(self, place: float) -> str:
+        """What a place stands for, in brief; empty for none."""
+        if not np.isfinite(place):
+            return ""
+        return shortened(self.labels[int(place)]) if self.axis.is_label else f"{place:.3g}"
+
     def place(self, value: float | str | None) -> float:
         """Where a single value lies."""
         return float(self.places(polars.Series([value]))[0])
@@ -98,12 +104,18 @@ class Scale:
             few = ListedColormap(COLOURS[:count])
             listed = few if count <= len(COLOURS) else _sampled(count)
             return ScalarMappable(BoundaryNorm(np.arange(count + 1) - 0.5, count), listed)
-        known = places[np.isfinite(places)]
-        low, high = (known.min(), known.max()) if len(known) else (0.0, 1.0)
-        if low == high:
-            low, high = (low / 2, low * 2) if self.logarithmic else (low - 0.5, high + 0.5)
-        norm = LogNorm(low, high) if self.logarithmic else Normalize(low, high)
+        norm = (LogNorm if self.logarithmic else Normalize)(*self.limits(places))
         return ScalarMappable(norm, COLOUR_MAP)
+
+    def limits(self, places: np.ndarray) -> tuple[float, float]:
+        """Ends of the colours for places; apart, whatever the places are."""
+        if self.axis.is_label:
+            return -0.5, max(len(self.labels), 1) - 0.5
+        known = places[np.isfinite(places)]
+        low, high = (float(known.min()), float(known.max())) if len(known) else (1.0, 2.0)
+        if low < high:
+            return low, high
+        return (low / 2, low * 2) if self.logarithmic else (low - 0.5, high + 0.5)
 
     def beside(self, figure: Figure, axes: Axes, colours: ScalarMappable) -> None:
         """The bar that says what the colours mean."""
