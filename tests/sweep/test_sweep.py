@@ -92,56 +92,50 @@ def test_real_runs_are_thinned_and_keep_their_measures(study_file, tmp_path, cre
 
 
 def started(study_file, folder):
-    """A sweep in a process, once two of its cases have ended; with its workers."""
+    """A sweep in a process, once two of its cases have ended and the third runs; its workers."""
     process = subprocess.Popen(
         [sys.executable, str(HERE / "study_process.py"), str(study_file), str(folder)],
         stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     deadline = time.monotonic() + 60.0
-    while len(list(folder.glob("cases/*/case.json"))) < 2:
+    while len(list(folder.glob("cases/*"))) < 3:
         assert process.poll() is None and time.monotonic() < deadline
         time.sleep(0.02)
     return process, psutil.Process(process.pid).children(recursive=True)
 
 
-def uninterrupted(study_file, folder, crew):
-    """The table that a sweep without incidents leaves."""
-    return swept(study_file, folder, crew, stand_ins.fine)[0].drop(WALL_TIME)
+def goes_on(study_file, folder, crew):
+    """The sweep again: two cases stay as they are, and the table is as if nothing had happened."""
+    stored = {file: file.stat().st_mtime_ns for file in folder.glob("cases/*/case.json")}
+    assert len(stored) == 2
+    table, said = swept(study_file, folder, crew, stand_ins.fine)
+    assert "6 cases, 2 of them stored" in said
+    assert all(file.stat().st_mtime_ns == time for file, time in stored.items())
+    other, _ = swept(study_file, folder.with_name("undisturbed"), crew, stand_ins.fine)
+    assert_frame_equal(table.drop(WALL_TIME), other.drop(WALL_TIME))
 
 
 def test_after_a_kill_the_same_command_goes_on(study_file, tmp_path, crew):
-    folder = tmp_path / "out"
-    process, workers = started(study_file, folder)
+    process, workers = started(study_file, tmp_path / "out")
     process.kill()
     process.communicate()
-    _, alive = psutil.wait_procs(workers, timeout=10.0)
-    assert not alive
-    stored = {file: file.stat().st_mtime_ns for file in folder.glob("cases/*/case.json")}
-    assert 2 <= len(stored) < 6
-    table, _ = swept(study_file, folder, crew, stand_ins.fine)
-    assert all(file.stat().st_mtime_ns == time for file, time in stored.items())
-    assert_frame_equal(table.drop(WALL_TIME), uninterrupted(study_file, tmp_path / "other", crew))
+    assert not psutil.wait_procs(workers, timeout=10.0)[1]
+    goes_on(study_file, tmp_path / "out", crew)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew, number):
+def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew):
     folder = tmp_path / "out"
     process, workers = started(study_file, folder)
-    if number == signal.SIGINT:
-        os.killpg(process.pid, number)  # as Ctrl-C does: all processes of the terminal get it
-    else:
-        process.terminate()
+    os.killpg(process.pid, signal.SIGINT)  # all processes of a terminal get it
     _, said = process.communicate(timeout=60.0)
     assert process.returncode == 4
-    assert "the same command goes on" in said and "Traceback" not in said
+    assert "stopped by SIGINT, 2 of 6 cases\n  the same command goes on" in said
+    assert "Traceback" not in said
     assert not psutil.wait_procs(workers, timeout=10.0)[1]
     assert read_study(folder).status == "interrupted"
-    statuses = read_table(folder)["status"].to_list()
-    assert 2 <= statuses.count(DONE) < 6
-    assert set(statuses) == {DONE, WAITING}
-    assert list(folder.glob("cases/*/checkpoint.h5"))
-    table, _ = swept(study_file, folder, crew, stand_ins.fine)
-    assert_frame_equal(table.drop(WALL_TIME), uninterrupted(study_file, tmp_path / "other", crew))
+    assert read_table(folder)["status"].to_list() == [DONE, DONE, *[WAITING] * 4]
+    assert len(list(folder.glob("cases/*/checkpoint.h5"))) == 1
+    goes_on(study_file, folder, crew)
 
 
 def test_a_scheduler_that_does_not_answer(tmp_path):
