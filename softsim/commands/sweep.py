@@ -78,9 +78,10 @@ def print_results(
     """The table, the best first where the study says what is best; what failed; where it is."""
     if study.goal is not None:
         measure = next(m for m in study.measures if m.name == study.goal.measure)
-        frame = frame.sort(
-            measure.column, descending=study.goal.sense == "maximize", nulls_last=True
-        )
+        frame = frame.sort(  # what a run had found when it was stopped counts for nothing
+            polars.col("status") != DONE, measure.column,
+            descending=[False, study.goal.sense == "maximize"], nulls_last=True,
+        )  # fmt: skip
     _print_rows(frame.drop("key", "reason"), console)
     ended_badly = frame.filter(polars.col("status").is_in([FAILED, LOST]))
     for case in ended_badly.select("case", "status", "reason").iter_rows():

@@ -54,7 +54,9 @@ def test_only_what_is_missing_or_changed_runs(study_file, tmp_path, crew):
     study_file.write_text(study_file.read_text().replace("count: 6", "count: 11"))
     _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
     assert "11 cases, 6 of them stored" in said
-    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine, ["bodies.block.thickness=9 mm"])
+    _, said = swept(
+        study_file, tmp_path / "out", crew, stand_ins.fine, ["bodies.block.thickness=9 mm"]
+    )
     assert "11 cases, 0 of them stored" in said
     scene = study_file.with_name("block.yaml")
     scene.write_text(scene.read_text().replace("thickness: 10 mm", "thickness: 11 mm"))
