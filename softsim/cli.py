@@ -210,9 +210,10 @@ def sweep(
         if dry_run:
             command.print_plan(loaded, folder, again, console)
             return
-        from softsim.sweep.sweep import sweep as run_sweep  # imports dask
+        from softsim.sweep.crew import crew_for  # imports dask
+        from softsim.sweep.sweep import sweep as run_sweep
 
-        crew = command.crew(workers, scheduler, folder, device.value)
+        crew = crew_for(folder, device.value, workers, scheduler)
         size = command.asked_batch(batch, device.value)
         frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
         command.print_results(loaded, frame, folder, console)
@@ -239,16 +240,17 @@ def optimize(
     """
     with _explained() as console:
         from softsim.commands.optimisation import print_best
-        from softsim.commands.sweep import crew, print_results
+        from softsim.commands.sweep import print_results
         from softsim.report.study.figures import draw_study
         from softsim.study.loading import load_study
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
-        from softsim.sweep.optimisation import optimize as run_trials  # imports dask and optuna
+        from softsim.sweep.crew import crew_for  # imports dask
+        from softsim.sweep.optimisation import optimize as run_trials  # and optuna
 
-        workforce = crew(workers, scheduler, folder, device.value)
-        table = run_trials(loaded, folder, workforce, device.value, trials, console)
+        crew = crew_for(folder, device.value, workers, scheduler)
+        table = run_trials(loaded, folder, crew, device.value, trials, console)
         print_results(loaded, table, folder, console)
         for figure in draw_study(folder):
             console.print(f"figure  {figure}", highlight=False)

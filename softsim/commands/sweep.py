@@ -1,7 +1,6 @@
 """What `softsim sweep` asks, plans, and says in the end."""
 
 from collections.abc import Collection
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 import polars
@@ -11,7 +10,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
-from softsim.machine import chosen_device, processor_count
 from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
 from softsim.sweep.planning import fill, jobs_of, table_of
@@ -47,18 +45,6 @@ def asked_batch(text: str, device: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise ClusterError(f"--batch {text}: a number from 1 on, or auto")
     return int(text)
-
-
-def crew(
-    workers: int | None, scheduler: str | None, folder: Path, device: str
-) -> AbstractContextManager:
-    """The workers that were asked for. A graphics card is one worker's alone."""
-    from softsim.sweep.crew import local_crew, remote_crew  # imports dask
-
-    if scheduler is not None:
-        return remote_crew(scheduler, folder)
-    alone = chosen_device(device) == "cuda"
-    return local_crew(workers or (1 if alone else processor_count()))
 
 
 def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
