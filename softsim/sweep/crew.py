@@ -76,7 +76,8 @@ def local_crew(workers: int) -> Iterator[Crew]:
             threads_per_worker=1,
             processes=True,
             memory_limit=0,  # a run takes what it needs, as it would alone
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # any free port: the scheduler insists on one
+            scheduler_kwargs={"dashboard": False},
             silence_logs=logging.CRITICAL,  # the engine says what became of a worker
         ) as cluster,
         Client(cluster) as client,
