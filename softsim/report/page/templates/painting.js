@@ -2,7 +2,7 @@
 // side, in space the faces that look at the camera, lit from the upper left. Places are in mm: u to
 // the right, v upwards, depth towards the camera.
 
-const LOST = -32768, LIGHTS = 24, ROOM_AROUND = 1.2, SEAM = 0.6, FAR = 1e6;
+const LOST = -32768, LIGHTS = 24, ROOM_AROUND = 1.1, SEAM = 0.6, FAR = 1e6;
 const FONT = "12px system-ui, sans-serif";
 const SOURCE = [-0.5, 0.8, 1.0].map((part) => part / Math.hypot(-0.5, 0.8, 1.0));
 const named = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
