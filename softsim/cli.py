@@ -96,7 +96,7 @@ def run(
             raise
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
-            _draw(folder, console)
+            _report(folder, console)
         if profile:
             console.print(profile_table(results.summary["profile"]))
         console.print(summary_table(results.summary))
@@ -167,7 +167,7 @@ def assess(
             )
         finally:
             # Whatever ended it, what is known of the way is shown.
-            _draw(folder, console)
+            _report(folder, console)
             report = read_summary(folder).get("layout")
             if report is not None:
                 console.print(segments_table(report))
@@ -360,9 +360,9 @@ def _quantity(option: str, text: str, unit: str) -> float:
 
 @app.command()
 def report(folder: Annotated[Path, typer.Argument(help="Run folder.")]) -> None:
-    """Draw the figures of a run folder again."""
+    """Draw the figures of a run folder again, and write its page report.html."""
     with _explained() as console:
-        _draw(folder, console)
+        _report(folder, console)
 
 
 @app.command()
@@ -386,16 +386,18 @@ def devices(
         print_devices(console, seconds)
 
 
-def _draw(folder: Path, console: Console) -> None:
-    """All figures of a run folder that has something to draw."""
+def _report(folder: Path, console: Console) -> None:
+    """All figures and the page of a run folder that has something to show."""
     if not (folder / "history.csv").is_file():
         return
     from softsim.output.folder import read_summary
     from softsim.report.figures import draw_all
+    from softsim.report.page.run import write_run_page
 
     field = read_summary(folder).get("snapshot_field", "stretch")
     for figure in draw_all(folder, field):
         console.print(f"figure  {figure}", highlight=False)
+    console.print(f"page    {write_run_page(folder)}", highlight=False)
 
 
 @contextmanager

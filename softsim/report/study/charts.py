@@ -24,12 +24,15 @@ from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, planned_plots
 from softsim.report.study.scale import Scale, title_of
 from softsim.report.study.search import TRIAL, best_so_far
 from softsim.report.study.traces import (
+    CROWD,
     EDGE,
+    LEGEND,
     Trace,
     along,
     best_trace,
     colour_axis,
     packed_numbers,
+    point_look,
     points,
     shades,
     without_result,
@@ -47,12 +50,14 @@ def study_charts(findings: Findings) -> list[Chart]:
 
     Raises OutputError if a plot names no axis of the study.
     """
-    charts = [CHARTS[plot.kind](findings, plot) for plot in planned_plots(findings)]
+    plots = planned_plots(findings)
+    charts = [CHARTS[plot.kind](findings, plot) for plot in plots]
     goal = findings.record.goal
     if goal is not None:
         charts.append(progress_chart(findings, goal))
+        shown = {(plot.x, plot.y) for plot in plots}
         over = [Plot(SCATTER, factor.name, goal.measure) for factor in findings.varied]
-        charts += [scatter_chart(findings, plot) for plot in over]
+        charts += [scatter_chart(findings, plot) for plot in over if (plot.x, plot.y) not in shown]
     if len(findings.varied) >= FEWEST_PARALLEL and findings.done.height:
         charts.append(parallel_chart(findings))
     return charts
@@ -106,6 +111,7 @@ def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
     traces = [mesh, *([failed] if len(i) else []), *best_trace(findings, x, y)]
     layout = {
         "coloraxis": colour_axis(z, cells.values),
+        "legend": LEGEND,
         "xaxis": along(x) | {"range": _ends(x, cells.at_x), "showgrid": False},
         "yaxis": along(y) | {"range": _ends(y, cells.at_y), "showgrid": False},
     }
@@ -118,7 +124,7 @@ def scatter_chart(findings: Findings, plot: Plot) -> Chart:
     x, y, done = findings.scale(plot.x), findings.scale(plot.y), findings.done
     trace = points(done, x.places(done[x.axis.column]), y.places(done[y.axis.column]))
     layout: dict[str, Any] = {}
-    marker: dict[str, Any] = {"size": 7, "opacity": 0.75, "color": BLUE}
+    marker = point_look(done.height) | {"color": BLUE}
     if plot.colour is not None:
         z = findings.scale(plot.colour)
         places = z.places(done[z.axis.column])
@@ -132,7 +138,8 @@ def progress_chart(findings: Findings, goal: Goal) -> Chart:
     x, y, done = Scale(TRIAL, whole=True), findings.scale(goal.measure), findings.done.sort("case")
     trials, objective = x.places(done["case"]), y.places(done[y.axis.column])
     each = points(done, trials, objective)
-    each |= {"name": "a trial", "showlegend": True, "marker": {"size": 7, "color": SKY}}
+    look = point_look(done.height) | {"color": SKY}
+    each |= {"name": "a trial", "showlegend": True, "marker": look}
     steps = {
         "type": "scatter", "mode": "lines", "x": packed_numbers(trials), "name": "best so far",
         "y": packed_numbers(best_so_far(objective, goal.sense)), "hoverinfo": "y",
@@ -178,8 +185,10 @@ def _chart(
 ) -> Chart:  # fmt: skip
     """A chart with the marks that all have: the best case, cases without a result."""
     marked = [*traces, *without_result(findings, x), *best_trace(findings, x, y)]
+    if findings.table.height > CROWD:
+        marked = [t | {"type": "scattergl"} if t["mode"] == "markers" else t for t in marked]
     title = f"{title_of(y.axis)} over {title_of(x.axis)}{remark}"
-    axes = {"xaxis": along(x), "yaxis": along(y), "yaxis2": EDGE}
+    axes = {"xaxis": along(x), "yaxis": along(y), "yaxis2": EDGE, "legend": LEGEND}
     return Chart(title, marked, axes | layout, HEIGHT)
 
 
