@@ -21,14 +21,16 @@ from softsim.model import Model
 from softsim.output import folder as files
 from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from softsim.output.console import ProgressReport
+from softsim.output.cycle_watch import CycleWatch
 from softsim.output.expectations import failed_expectations
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import RunFolder
 from softsim.output.history import History, read_history
 from softsim.output.measures import measures
 from softsim.output.observation import columns, description, frame, mesh_of, observe
-from softsim.output.passage import Watch, watched
+from softsim.output.passage import PassageWatch
 from softsim.output.progress import Progress
+from softsim.output.watch import Watch, ended_by, see_history
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
@@ -76,6 +78,7 @@ def run(
     console: Console | None = None,
     threads: int | str = AUTO,
     profile_after: float = PROFILE_AFTER,
+    watches: Sequence[Watch] = (),
 ) -> Results:
     """Run a scene to its end and return what it found.
 
@@ -86,6 +89,8 @@ def run(
     resume: go on from the checkpoint in the run folder.
     threads: CPU threads, a number or auto: one for a small model, else all processors.
     profile_after: a run whose loop took longer [s] ends with measuring what each pass costs.
+    watches: see each row of the history, and may end the run early; the summary's `ended_by` names
+    the one that did.
 
     Raises
     ------
@@ -99,7 +104,7 @@ def run(
     model = build_model(loaded)
     refuse_too_large(model, 1, choice.device, memory_of(choice.device))
     target = RunFolder(out or Path("runs") / loaded.path.stem)
-    simulation = Simulation(loaded, model, target, choice, resume, console or Console())
+    simulation = Simulation(loaded, model, target, choice, resume, console or Console(), watches)
     return simulation.run(profile_after)
 
 
@@ -114,6 +119,7 @@ class Simulation:
         choice: Choice,
         resume: bool,
         console: Console,
+        watches: Sequence[Watch] = (),
     ) -> None:
         self.loaded, self.model, self.target = loaded, model, target
         self.output = loaded.scene.output
@@ -142,7 +148,7 @@ class Simulation:
         else:
             self.progress = self._resume(checkpoint)
         self.loop = feedback(self.solver, self.progress.control)
-        self.watches = self._watches()
+        self.watches = self._all_watches(watches)
         self.wall_before = self.progress.wall_time
         self.first_increment_after = 0.0
         # The rate counts from the first station on, which compiles.
@@ -184,11 +190,18 @@ class Simulation:
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increments)
         return progress
 
-    def _watches(self) -> list[Watch]:
-        """What ends the run before its time: the watch of a layout; it has seen all rows so far."""
-        if self.model.passage is None:
-            return []
-        return [watched(self.model.passage, read_history(self.target.path / files.HISTORY))]
+    def _all_watches(self, further: Sequence[Watch]) -> list[Watch]:
+        """What may end the run before its time: what the scene asks, then those given. They have
+        seen all rows so far.
+        """
+        watches: list[Watch] = []
+        if self.model.passage is not None:
+            watches.append(PassageWatch(self.model.passage))
+        if self.model.cycles is not None:
+            watches.append(CycleWatch(self.model.cycles))
+        watches.extend(further)
+        see_history(watches, read_history(self.target.path / files.HISTORY))
+        return watches
 
     def run(self, profile_after: float) -> Results:
         """The loop, a summary whatever ends it, and the costs of a long one's passes."""
@@ -417,6 +430,8 @@ class Simulation:
         if status != "running":
             history = read_history(self.target.path / files.HISTORY)
             summary |= measures(model, history)
+            if (name := ended_by(self.watches)) is not None:
+                summary["ended_by"] = name
         if failure is not None:
             summary["failure"] = failure
         self.summary = summary

@@ -34,14 +34,14 @@ def simulation(write_scene, tmp_path, kernel_cache, monkeypatch):
     """A simulation of the scene in a folder of that name."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
 
-    def start(folder, resume=False):
+    def start(folder, *overrides, resume=False):
         from softsim.builder import build_model
         from softsim.machine import choose
         from softsim.output.folder import RunFolder
         from softsim.run import Simulation
         from softsim.scene.loading import load_scene
 
-        loaded = load_scene(write_scene(SCENE))
+        loaded = load_scene(write_scene(SCENE), overrides)
         quiet = Console(file=io.StringIO())
         target = RunFolder(tmp_path / folder)
         return Simulation(loaded, build_model(loaded), target, choose("cpu", 1), resume, quiet)
@@ -124,3 +124,12 @@ loads:
     assert found == [0, 0, 1, 1, 2]
     assert (loop.readings(), loop.state) == ({"cycles_done": 2}, None)
     assert feedback(SimpleNamespace(models=[build(bare)], time=9.0), None).cycles_done() == 0
+
+
+def test_a_run_ends_with_its_cycle(simulation, tmp_path):
+    """In a closed loop with the row that shows that the cycle is over; time.end is later."""
+    results = simulation("cycle", "time.cycles=1").run(1e9)
+    assert (results.summary["ended_by"], results.summary["cycles_done"]) == ("cycles", 1)
+    done = results.history["cycles_done"]
+    assert (done[-2], done[-1]) == (0.0, 1.0)
+    assert results.summary["simulated_time"] == results.history["time"][-1] < 0.14

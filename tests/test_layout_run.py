@@ -51,6 +51,7 @@ def test_a_pushed_ball_passes_and_the_run_ends(simulation):
     results = simulation("pushed", "expect.passes=true").run(1e9)
     layout = results.summary["layout"]
     assert (results.summary["status"], layout["verdict"]) == ("done", "passed")
+    assert results.summary["ended_by"] == "layout"
     exact = np.sqrt(2.0 * 0.02 / 10.0)
     assert exact <= results.summary["simulated_time"] <= exact + 2.1e-3
     s = results.history["arc_length"]

@@ -140,6 +140,39 @@ def test_threads_that_do_not_fit_start_nothing(write_scene, tmp_path, run):
     assert not (tmp_path / "out").exists()
 
 
+class TouchDown:
+    """A watch that is over at the first contact."""
+
+    name = "touch down"
+
+    def __init__(self):
+        self.rows, self.is_over = 0, False
+
+    def see_row(self, row):
+        self.rows += 1
+        self.is_over = self.is_over or row["contact_count"] > 0
+
+
+def test_a_watch_ends_the_run_early(write_scene, tmp_path, run):
+    watch = TouchDown()
+    found = run(write_scene(SCENE), out=tmp_path / "out", watches=[watch])
+    assert (found.summary["status"], found.summary["ended_by"]) == ("done", "touch down")
+    assert watch.rows == len(found.history["time"])
+    np.testing.assert_array_equal(np.flatnonzero(found.history["contact_count"]), [watch.rows - 1])
+    assert found.summary["simulated_time"] == found.history["time"][-1] < 60e-3
+    assert read_frames(tmp_path / "out" / "results.vtkhdf").times[-1] == found.history["time"][-1]
+
+
+def test_a_watch_of_a_resumed_run_has_seen_the_rows_before(write_scene, tmp_path, run):
+    done = run(write_scene(SCENE), "time.end=30 ms", out=tmp_path / "out")
+    assert "ended_by" not in done.summary
+    watch = TouchDown()
+    run(
+        write_scene(SCENE), "time.end=30 ms", out=tmp_path / "out", resume=True, watches=[watch]
+    )  # fmt: skip
+    assert watch.rows == len(done.history["time"])
+
+
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     """SIGTERM in the middle, then --resume: history and fields as if nothing had happened."""
     scene = write_scene(SCENE)
@@ -315,3 +348,16 @@ def test_bad_input_starts_nothing(write_scene, tmp_path, run):
     with pytest.raises(SceneError):
         run(write_scene(SCENE), "time.end=-1 s", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_run_ends_exactly_with_its_cycle(write_scene, tmp_path, run):
+    """Up for 6 ms, down for 3, up for 3, down for 3: the second cycle ends at 15 ms."""
+    air = """
+loads:
+  air: {kind: follower_pressure, facets: [strip.top],
+        profile: {kind: cycles, highest: 2 kPa, inflation_rate: 333.3333333333333 kPa/s,
+                  deflation_rate: 333.3333333333333 kPa/s, lowest: 1 kPa, count: 3}}
+"""
+    found = run(write_scene(SCENE + air), "time.cycles=2", out=tmp_path / "out")
+    assert (found.summary["ended_by"], found.summary["cycles_done"]) == ("cycles", 2)
+    assert found.history["time"][-1] == pytest.approx(15e-3, rel=1e-12)

@@ -25,8 +25,10 @@ class Verdict(str, Enum):
     UNFINISHED = "unfinished"
 
 
-class Watch:
-    """Follows a body along its pipe. A run that shows its rows again decides alike."""
+class PassageWatch:
+    """Follows a body along its pipe: a watch that ends a run with the verdict."""
+
+    name = "layout"
 
     def __init__(self, passage: Passage) -> None:
         self.passage = passage
@@ -77,9 +79,9 @@ def has_fallen(passage: Passage, way_back: float) -> bool:
     return way_back > passage.length
 
 
-def watched(passage: Passage, history: History) -> Watch:
+def watched(passage: Passage, history: History) -> PassageWatch:
     """The watch after all rows of a history."""
-    watch = Watch(passage)
+    watch = PassageWatch(passage)
     for row in zip(*(history[name].tolist() for name in SEEN), strict=True):
         watch.see(*row)
     return watch

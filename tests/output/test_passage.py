@@ -3,12 +3,12 @@
 import pytest
 from passages import STEP, history, passage
 
-from softsim.output.passage import Verdict, Watch, has_fallen, last_rows, watched
+from softsim.output.passage import PassageWatch, Verdict, has_fallen, last_rows, watched
 
 
 def ended(asked, rows) -> tuple[Verdict, float | None]:
     """The verdict, and the time [s] at which it came."""
-    watch = Watch(asked)
+    watch = PassageWatch(asked)
     for row in zip(rows["time"], rows["arc_length"], rows["cycles_done"], strict=True):
         watch.see(*row)
         if watch.is_over:

@@ -2,17 +2,35 @@
 // would send a chart away is not there. Charts over time mark the moment that an animation shows,
 // and ask it to go (event `seek`) where they are clicked.
 
-for (const chart of document.querySelectorAll("figure.chart")) {
+function drawChart(chart) {
   const { data, layout } = JSON.parse(chart.querySelector("script").textContent);
   const plot = chart.querySelector(".plot");
   Plotly.newPlot(plot, data, layout, {
     responsive: true, displaylogo: false, displayModeBar: "hover", showSendToCloud: false,
     modeBarButtonsToRemove: ["select2d", "lasso2d"],
   });
-  if (!("overTime" in chart.dataset)) continue;
+  chart.dispatchEvent(new Event("drawn"));
+  if (!("overTime" in chart.dataset)) return;
   plot.on("plotly_click", ({ points: [{ x }] }) =>
     document.dispatchEvent(new CustomEvent("seek", { detail: x })));
 }
+
+// Large charts of which there are many are drawn (event `drawn`) as they come into view.
+const comingIntoView = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) if (isIntersecting) drawLate(target);
+});
+
+function drawLate(chart) {
+  comingIntoView.unobserve(chart);
+  if (!chart.querySelector(".plot").hasChildNodes()) drawChart(chart);
+}
+
+const late = document.querySelectorAll("[data-late] figure.chart");
+late.forEach((chart) => comingIntoView.observe(chart));
+addEventListener("beforeprint", () => late.forEach(drawLate));
+document.querySelectorAll("figure.chart").forEach((chart) => {
+  if (!chart.closest("[data-late]")) drawChart(chart);
+});
 
 // A line across a chart at a time of the run; plotly's own shapes take ten times as long to move.
 function markMoment(chart, time) {
