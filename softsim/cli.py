@@ -315,10 +315,15 @@ def _quantity(option: str, text: str, unit: str) -> float:
 
 
 @app.command()
-def report(folder: Annotated[Path, typer.Argument(help="Run folder.")]) -> None:
-    """Draw the figures of a run folder again."""
+def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
+    """Draw the figures of a run folder or a study's folder again."""
     with _explained() as console:
-        _draw(folder, console)
+        from softsim.output.study_folder import is_study
+
+        if is_study(folder):
+            _draw_study(folder, console)
+        else:
+            _draw(folder, console)
 
 
 @app.command()
@@ -352,6 +357,16 @@ def _draw(folder: Path, console: Console) -> None:
     field = read_summary(folder).get("snapshot_field", "stretch")
     for figure in draw_all(folder, field):
         console.print(f"figure  {figure}", highlight=False)
+
+
+def _draw_study(folder: Path, console: Console) -> None:
+    """All figures of a study's folder, and its page."""
+    from softsim.report.study.figures import draw_study
+    from softsim.report.study.page import write_study_page
+
+    for figure in draw_study(folder):
+        console.print(f"figure  {figure}", highlight=False)
+    console.print(f"page    {write_study_page(folder)}", highlight=False)
 
 
 @contextmanager

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from softsim.output.study_folder import Goal, Plot
 from softsim.report.page.charts import Chart
 from softsim.report.study.cells import Cells
 from softsim.report.study.curve import (
@@ -38,6 +37,7 @@ from softsim.report.study.traces import (
     without_result,
 )
 from softsim.report.style import BLUE, ORANGE, RED, SKY
+from softsim.study.axes import Goal, Plot
 
 HEIGHT = 380
 

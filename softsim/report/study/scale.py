@@ -15,9 +15,9 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from softsim.output.study_folder import Axis
 from softsim.report.colours import COLOUR_MAP
 from softsim.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from softsim.study.axes import Axis
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
 """Of labels, while they suffice."""
@@ -38,7 +38,7 @@ LEVEL_ROOM = 60
 @dataclass(frozen=True)
 class Scale:
     """An axis of a figure. labels: its levels, in the order of the table or of the numbers that
-    they begin with, empty for numbers. whole: it counts something.
+    they begin with, empty for numbers. whole: all its numbers are.
     """
 
     axis: Axis
@@ -49,7 +49,8 @@ class Scale:
     def of(cls, axis: Axis, values: polars.Series) -> "Scale":
         """For all values that the axis has in the table."""
         if not axis.is_label:
-            return cls(axis, whole=values.dtype.is_integer())
+            known = values.drop_nulls()
+            return cls(axis, whole=bool((known == known.round()).all()))
         labels = values.drop_nulls().cast(polars.String).unique(maintain_order=True).to_list()
         numbers = [float(found[0]) for found in map(NUMBER.match, labels) if found]
         if len(numbers) == len(labels):
