@@ -93,15 +93,12 @@ def test_numbers_are_packed_row_by_row():
 def test_charts_show_every_case_and_lead_to_it(tmp_path):
     rows = sampled(40)
     found = Findings.read(write_made_up(tmp_path, [RATE, FRICTION], rows))
-    done, failed, pruned = study_charts(found)[0].figure["data"]
-    shown = [
-        np.frombuffer(b64decode(trace["customdata"]["bdata"]), "f4")
-        for trace in (done, failed, pruned)
-    ]
-    for cases, status in zip(shown, ("done", "failed", "pruned"), strict=True):
-        assert cases.tolist() == [
-            k for k, row in enumerate(rows, start=1) if row["status"] == status
-        ]
+    for trace, status in zip(
+        study_charts(found)[0].figure["data"], ("done", "failed", "pruned"), strict=True
+    ):
+        expected = [case for case, row in enumerate(rows, start=1) if row["status"] == status]
+        cases = np.frombuffer(b64decode(trace["customdata"]["bdata"]), "f4")
+        assert cases.tolist() == expected
 
 
 def test_names_of_a_study_are_no_markup(page):
@@ -139,7 +136,8 @@ def drawn(browser, number: int):
 def click_at(browser, plot, x: float, y: float) -> None:
     """Click on a place of a chart, in its own units."""
     across, up = browser.run(
-        """const { xaxis, yaxis } = arguments[0]._fullLayout, box = arguments[0].getBoundingClientRect();
+        """const { xaxis, yaxis } = arguments[0]._fullLayout;
+        const box = arguments[0].getBoundingClientRect();
         return [xaxis._offset + xaxis.d2p(arguments[1]) - box.width / 2,
                 yaxis._offset + yaxis.d2p(arguments[2]) - box.height / 2]""",
         plot, x, y,
