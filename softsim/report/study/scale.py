@@ -85,7 +85,7 @@ class Scale:
         self._space(axes.xaxis)
         if self.axis.is_label:
             axes.set_xlim(-0.5, max(len(self.labels), 1) - 0.5)
-            places, texts = self._ticks()
+            places, texts = self.ticks()
             axes.set_xticks(places, texts)
             if sum(map(len, texts)) > LEVEL_ROOM:
                 axes.tick_params(axis="x", labelrotation=90 if len(texts) > 10 else 25)
@@ -96,7 +96,7 @@ class Scale:
         self._space(axes.yaxis)
         if self.axis.is_label:
             axes.set_ylim(-0.5, max(len(self.labels), 1) - 0.5)
-            axes.set_yticks(*self._ticks())
+            axes.set_yticks(*self.ticks())
 
     def colours(self, places: np.ndarray) -> ScalarMappable:
         """Colours for places: one each of labels, a map that rises in lightness of numbers."""
@@ -123,9 +123,15 @@ class Scale:
         bar = figure.colorbar(colours, ax=axes, label=title_of(self.axis), pad=0.02)
         bar.outline.set_visible(False)
         if self.axis.is_label:
-            places, texts = self._ticks()
+            places, texts = self.ticks()
             bar.set_ticks(places, labels=texts)
             bar.minorticks_off()
+
+    def ticks(self) -> tuple[list[int], list[str]]:
+        """The labels that are written, and where."""
+        step = -(-len(self.labels) // MOST_TICKS) or 1
+        places = list(range(0, len(self.labels), step))
+        return places, [shortened(self.labels[place]) for place in places]
 
     def _space(self, along: XAxis | YAxis) -> None:
         """Logarithmically with plain numbers, or with whole ones."""
@@ -136,12 +142,6 @@ class Scale:
             along.set_minor_formatter(NullFormatter())
         elif self.whole:
             along.set_major_locator(MaxNLocator(integer=True))
-
-    def _ticks(self) -> tuple[list[int], list[str]]:
-        """The labels that are written, and where."""
-        step = -(-len(self.labels) // MOST_TICKS) or 1
-        places = list(range(0, len(self.labels), step))
-        return places, [shortened(self.labels[place]) for place in places]
 
 
 def title_of(axis: Axis) -> str:
