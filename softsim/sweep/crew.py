@@ -5,7 +5,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -15,6 +15,7 @@ from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin
 
 from softsim.errors import ClusterError
 from softsim.interruption import ask_threads_to_stop
+from softsim.machine import chosen_device, processor_count
 from softsim.output.folder import RunFolder
 
 ANSWER_WITHIN = 5.0
@@ -51,6 +52,18 @@ class Crew:
     def ask_to_stop(self) -> None:
         """Ask all runs to write their checkpoints and end."""
         self.client.run(ask_threads_to_stop, on_error="ignore")
+
+
+def crew_for(
+    folder: Path, device: str, workers: int | None = None, scheduler: str | None = None
+) -> AbstractContextManager[Crew]:
+    """The workers of the dask scheduler at an address; else so many processes of this machine, by
+    default one a core. A graphics card is one worker's alone.
+    """
+    if scheduler is not None:
+        return remote_crew(scheduler, folder)
+    alone = chosen_device(device) == "cuda"
+    return local_crew(workers or (1 if alone else processor_count()))
 
 
 @contextmanager

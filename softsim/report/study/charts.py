@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from softsim.output.study_folder import Goal, Plot
 from softsim.report.page.charts import Chart
 from softsim.report.study.cells import Cells
 from softsim.report.study.curve import (
@@ -24,17 +23,21 @@ from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, planned_plots
 from softsim.report.study.scale import Scale, title_of
 from softsim.report.study.search import TRIAL, best_so_far
 from softsim.report.study.traces import (
+    BELOW,
+    CROWD,
     EDGE,
     Trace,
     along,
     best_trace,
     colour_axis,
     packed_numbers,
+    point_look,
     points,
     shades,
     without_result,
 )
 from softsim.report.style import BLUE, ORANGE, RED, SKY
+from softsim.study.axes import Goal, Plot
 
 HEIGHT = 380
 
@@ -47,12 +50,14 @@ def study_charts(findings: Findings) -> list[Chart]:
 
     Raises OutputError if a plot names no axis of the study.
     """
-    charts = [CHARTS[plot.kind](findings, plot) for plot in planned_plots(findings)]
+    plots = planned_plots(findings)
+    charts = [CHARTS[plot.kind](findings, plot) for plot in plots]
     goal = findings.record.goal
     if goal is not None:
         charts.append(progress_chart(findings, goal))
+        shown = {(plot.x, plot.y) for plot in plots}
         over = [Plot(SCATTER, factor.name, goal.measure) for factor in findings.varied]
-        charts += [scatter_chart(findings, plot) for plot in over]
+        charts += [scatter_chart(findings, plot) for plot in over if (plot.x, plot.y) not in shown]
     if len(findings.varied) >= FEWEST_PARALLEL and findings.done.height:
         charts.append(parallel_chart(findings))
     return charts
@@ -103,13 +108,14 @@ def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
         "y": cells.rows[j].tolist(), "name": "failed", "customdata": cells.cases[j, i].tolist(),
         "hoverinfo": "none", "marker": {"symbol": "x-thin-open", "size": 9, "color": RED},
     }  # fmt: skip
-    traces = [mesh, *([failed] if len(i) else []), *best_trace(findings, x, y)]
-    layout = {
+    traces = [mesh, *([failed] if len(i) else []), *_best_cell(findings, cells, x, y)]
+    layout = BELOW | {
         "coloraxis": colour_axis(z, cells.values),
         "xaxis": along(x) | {"range": _ends(x, cells.at_x), "showgrid": False},
         "yaxis": along(y) | {"range": _ends(y, cells.at_y), "showgrid": False},
     }
-    title = f"{title_of(z.axis)}{', ' + notes if notes else ''}"
+    title = f"{title_of(z.axis)} over {title_of(x.axis)} and {title_of(y.axis)}"
+    title += f", {notes}" if notes else ""
     return Chart(title, traces, layout, HEIGHT)
 
 
@@ -118,7 +124,7 @@ def scatter_chart(findings: Findings, plot: Plot) -> Chart:
     x, y, done = findings.scale(plot.x), findings.scale(plot.y), findings.done
     trace = points(done, x.places(done[x.axis.column]), y.places(done[y.axis.column]))
     layout: dict[str, Any] = {}
-    marker: dict[str, Any] = {"size": 7, "opacity": 0.75, "color": BLUE}
+    marker = point_look(done.height) | {"color": BLUE}
     if plot.colour is not None:
         z = findings.scale(plot.colour)
         places = z.places(done[z.axis.column])
@@ -132,7 +138,8 @@ def progress_chart(findings: Findings, goal: Goal) -> Chart:
     x, y, done = Scale(TRIAL, whole=True), findings.scale(goal.measure), findings.done.sort("case")
     trials, objective = x.places(done["case"]), y.places(done[y.axis.column])
     each = points(done, trials, objective)
-    each |= {"name": "a trial", "showlegend": True, "marker": {"size": 7, "color": SKY}}
+    look = point_look(done.height) | {"color": SKY}
+    each |= {"name": "a trial", "showlegend": True, "marker": look}
     steps = {
         "type": "scatter", "mode": "lines", "x": packed_numbers(trials), "name": "best so far",
         "y": packed_numbers(best_so_far(objective, goal.sense)), "hoverinfo": "y",
@@ -178,24 +185,40 @@ def _chart(
 ) -> Chart:  # fmt: skip
     """A chart with the marks that all have: the best case, cases without a result."""
     marked = [*traces, *without_result(findings, x), *best_trace(findings, x, y)]
+    if findings.table.height > CROWD:
+        marked = [t | {"type": "scattergl"} if t["mode"] == "markers" else t for t in marked]
     title = f"{title_of(y.axis)} over {title_of(x.axis)}{remark}"
     axes = {"xaxis": along(x), "yaxis": along(y), "yaxis2": EDGE}
-    return Chart(title, marked, axes | layout, HEIGHT)
+    return Chart(title, marked, BELOW | axes | layout, HEIGHT)
 
 
 def _band(line: Line, colour: str) -> list[Trace]:
-    """Mean plus and minus the band, where there is one."""
-    there = np.isfinite(line.band)
-    if not there.any():
+    """Mean plus and minus the band, wherever there is one."""
+    traces = []
+    for part in np.ma.clump_unmasked(np.ma.masked_invalid(line.band)):
+        x, mean, band = line.x[part], line.mean[part], line.band[part]
+        around = np.concatenate([mean + band, (mean - band)[::-1]])
+        traces.append(
+            {
+                "type": "scatter", "mode": "lines", "x": packed_numbers(np.append(x, x[::-1])),
+                "y": packed_numbers(around), "fill": "toself", "fillcolor": colour + "33",
+                "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False,
+            }
+        )  # fmt: skip
+    return traces
+
+
+def _best_cell(findings: Findings, cells: Cells, x: Scale, y: Scale) -> list[Trace]:
+    """A frame around the cell in which the best design point is."""
+    best = findings.best
+    if best is None:
         return []
-    x, low, high = line.x[there], (line.mean - line.band)[there], (line.mean + line.band)[there]
-    return [
-        {
-            "type": "scatter", "mode": "lines", "x": [*x, *x[::-1]], "y": [*high, *low[::-1]],
-            "fill": "toself", "fillcolor": colour + "33", "line": {"width": 0},
-            "hoverinfo": "skip", "showlegend": False,
-        }
-    ]  # fmt: skip
+    i, j = cells.at(*(scale.place(best.values[scale.axis.column]) for scale in (x, y)))
+    left, bottom, width, height = cells.box(i, j)
+    across = [left, left + width, left + width, left, left]
+    up = [bottom, bottom, bottom + height, bottom + height, bottom]
+    return [{"type": "scatter", "mode": "lines", "x": across, "y": up, "name": "best",
+             "line": {"color": RED, "width": 3}, "hoverinfo": "skip"}]  # fmt: skip
 
 
 def _ends(scale: Scale, edges: np.ndarray) -> list[float]:

@@ -65,7 +65,9 @@ def state_of(findings: Findings) -> tuple[str, str]:
     words = f"{findings.record.status}: {', '.join(said)}"
     if findings.record.status != "done" or counts.get(WAITING):
         return "open", words
-    return ("good" if not counts.get(FAILED) and not counts.get(LOST) else "bad"), words
+    if not counts.get(DONE):
+        return "bad", words
+    return ("open" if counts.get(FAILED) or counts.get(LOST) else "good"), words
 
 
 def level_words(findings: Findings, name: str) -> str:

@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator
 
 from softsim.report.study.findings import DONE_COUNT, Findings
 from softsim.report.study.marks import WITHOUT_RESULT
-from softsim.report.study.scale import Scale, shortened, title_of
+from softsim.report.study.scale import Scale, title_of
 from softsim.report.style import RED
 
 Trace = dict[str, Any]
@@ -22,12 +22,21 @@ Trace = dict[str, Any]
 COLOUR_SCALE = "Viridis"
 
 CROWD = 2000
-"""Points from which on the graphics card draws them."""
+"""Cases from which on their points are smaller, and the graphics card draws them."""
 
 EDGE: Mapping[str, Any] = {
     "overlaying": "y", "range": [0.0, 1.0], "visible": False, "fixedrange": True,
 }  # fmt: skip
 """A vertical axis for marks along the lower edge."""
+
+BELOW: dict[str, Any] = {
+    "legend": {"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"},
+    "margin": {"l": 60, "r": 16, "t": 34, "b": 44},
+}
+"""The legend below the chart: above it are its buttons."""
+
+DECADES = [float(f"{digit}e{decade}") for decade in range(-9, 10) for digit in (1, 2, 5)]
+"""Where a logarithmic axis may have its numbers; plotly.js would write 0.5 as a small 5."""
 
 WHITE_RIM = {"color": "white", "width": 1}
 
@@ -38,7 +47,7 @@ def along(scale: Scale) -> dict[str, Any]:
     """An axis of a chart: title, spacing, labels."""
     axis: dict[str, Any] = {"title": {"text": escape(title_of(scale.axis)), "standoff": 8}}
     if scale.logarithmic:
-        axis["type"] = "log"
+        axis |= {"type": "log", "tickvals": DECADES, "ticktext": [f"{t:g}" for t in DECADES]}
     if scale.axis.is_label:
         axis |= ticks(scale) | {"range": [-0.5, max(len(scale.labels), 1) - 0.5]}
     return axis
@@ -46,10 +55,8 @@ def along(scale: Scale) -> dict[str, Any]:
 
 def ticks(scale: Scale) -> dict[str, Any]:
     """Where the labels of a scale are written."""
-    return {
-        "tickvals": list(range(len(scale.labels))),
-        "ticktext": [escape(shortened(label)) for label in scale.labels],
-    }
+    places, texts = scale.ticks()
+    return {"tickvals": places, "ticktext": list(map(escape, texts))}
 
 
 def colour_axis(scale: Scale, places: np.ndarray) -> dict[str, Any]:
@@ -79,7 +86,7 @@ def points(rows: polars.DataFrame, x: np.ndarray, y: np.ndarray) -> Trace:
     cursor, `mean` of its repeats where it has some, and leads to it at a click.
     """
     return {
-        "type": "scattergl" if len(x) > CROWD else "scatter",
+        "type": "scatter",
         "mode": "markers",
         "x": packed_numbers(x),
         "y": packed_numbers(y),
@@ -88,6 +95,11 @@ def points(rows: polars.DataFrame, x: np.ndarray, y: np.ndarray) -> Trace:
         "hoverinfo": "none",
         "showlegend": False,
     }
+
+
+def point_look(count: int) -> dict[str, Any]:
+    """Size and opacity of so many points."""
+    return {"size": 4, "opacity": 0.5} if count > CROWD else {"size": 7, "opacity": 0.75}
 
 
 def packed_numbers(numbers: np.ndarray) -> dict[str, str]:
@@ -102,11 +114,9 @@ def best_trace(findings: Findings, x: Scale, y: Scale) -> list[Trace]:
     if best is None:
         return []
     place = [scale.place(best.values[scale.axis.column]) for scale in (x, y)]
-    return [
-        points(polars.DataFrame([best.values]), *np.reshape(place, (2, 1)))
-        | {"type": "scatter", "name": "best", "showlegend": True, "cliponaxis": False}
-        | {"marker": {"symbol": "star", "size": 15, "color": RED, "line": WHITE_RIM}}
-    ]
+    star = points(polars.DataFrame([best.values]), *np.reshape(place, (2, 1)))
+    look = {"symbol": "star", "size": 15, "color": RED, "line": WHITE_RIM}
+    return [star | {"name": "best", "showlegend": True, "cliponaxis": False, "marker": look}]
 
 
 def without_result(findings: Findings, x: Scale) -> list[Trace]:

@@ -118,17 +118,21 @@ function wordsOf(point) {
 }
 
 const tip = document.querySelector(".tip");
-for (const plot of document.querySelectorAll("figure.chart .plot")) {
-  const caseOf = ({ points }) => rowOf.has(points[0].customdata) && points[0];
-  plot.on("plotly_click", (event) => { if (caseOf(event)) lead(caseOf(event).customdata); });
-  plot.on("plotly_hover", (event) => {
-    if (!caseOf(event)) return;
-    tip.textContent = wordsOf(caseOf(event)).join("\n");
-    tip.hidden = false;
-    const { clientX, clientY } = event.event;
-    tip.style.left = `${Math.max(4, Math.min(clientX + 14, innerWidth - tip.offsetWidth - 8))}px`;
-    tip.style.top = `${Math.max(4, Math.min(clientY + 14, innerHeight - tip.offsetHeight - 8))}px`;
+
+function showTip(point, { clientX, clientY }) {
+  tip.textContent = wordsOf(point).join("\n");
+  tip.hidden = false;
+  tip.style.left = `${Math.max(4, Math.min(clientX + 14, innerWidth - tip.offsetWidth - 8))}px`;
+  tip.style.top = `${Math.max(4, Math.min(clientY + 14, innerHeight - tip.offsetHeight - 8))}px`;
+}
+
+for (const chart of document.querySelectorAll("figure.chart")) {
+  chart.addEventListener("drawn", () => {
+    const plot = chart.querySelector(".plot");
+    const isCase = (point) => rowOf.has(point.customdata);
+    plot.on("plotly_click", ({ points: [point] }) => { if (isCase(point)) lead(point.customdata); });
+    plot.on("plotly_hover", ({ points: [point], event }) => { if (isCase(point)) showTip(point, event); });
+    plot.on("plotly_unhover", () => { tip.hidden = true; });
   });
-  plot.on("plotly_unhover", () => { tip.hidden = true; });
 }
 show();

@@ -2,29 +2,48 @@
 // would send a chart away is not there. Charts over time mark the moment that an animation shows,
 // and ask it to go (event `seek`) where they are clicked.
 
-for (const chart of document.querySelectorAll("figure.chart")) {
+function drawChart(chart) {
   const { data, layout } = JSON.parse(chart.querySelector("script").textContent);
   const plot = chart.querySelector(".plot");
   Plotly.newPlot(plot, data, layout, {
-    responsive: true, displaylogo: false, showSendToCloud: false,
+    responsive: true, displaylogo: false, displayModeBar: "hover", showSendToCloud: false,
     modeBarButtonsToRemove: ["select2d", "lasso2d"],
   });
-  if (!("overTime" in chart.dataset)) continue;
+  chart.dispatchEvent(new Event("drawn"));
+  if (!("overTime" in chart.dataset)) return;
   plot.on("plotly_click", ({ points: [{ x }] }) =>
     document.dispatchEvent(new CustomEvent("seek", { detail: x })));
 }
 
-let moment = null; // that the charts do not mark yet
+// Large charts of which there are many are drawn (event `drawn`) as they come into view.
+const comingIntoView = new IntersectionObserver((entries) => {
+  for (const { target, isIntersecting } of entries) if (isIntersecting) drawLate(target);
+});
 
-function markMoment() {
-  const place = { "shapes[0].x0": moment, "shapes[0].x1": moment };
-  moment = null;
-  for (const plot of document.querySelectorAll("figure[data-over-time] .plot")) {
-    Plotly.relayout(plot, place);
-  }
+function drawLate(chart) {
+  comingIntoView.unobserve(chart);
+  if (!chart.querySelector(".plot").hasChildNodes()) drawChart(chart);
 }
 
-document.addEventListener("moment", ({ detail }) => {
-  if (moment === null) requestAnimationFrame(markMoment);
-  moment = detail;
+const late = document.querySelectorAll("[data-late] figure.chart");
+late.forEach((chart) => comingIntoView.observe(chart));
+addEventListener("beforeprint", () => late.forEach(drawLate));
+document.querySelectorAll("figure.chart").forEach((chart) => {
+  if (!chart.closest("[data-late]")) drawChart(chart);
 });
+
+// A line across a chart at a time of the run; plotly's own shapes take ten times as long to move.
+function markMoment(chart, time) {
+  const plot = chart.querySelector(".plot"), line = chart.querySelector(".moment");
+  const { xaxis, _size: size } = plot._fullLayout, place = xaxis.l2p(time);
+  line.hidden = place < 0 || place > xaxis._length;
+  line.style.left = `${xaxis._offset + place}px`;
+  line.style.top = `${size.t}px`;
+  line.style.height = `${size.h}px`;
+}
+
+for (const chart of document.querySelectorAll("figure[data-over-time]")) {
+  let moment = NaN;
+  document.addEventListener("moment", ({ detail }) => markMoment(chart, moment = detail));
+  chart.querySelector(".plot").on("plotly_afterplot", () => markMoment(chart, moment));
+}
