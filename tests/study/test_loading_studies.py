@@ -231,9 +231,7 @@ def test_a_study_that_only_says_what_to_optimise_has_no_cases(load):
     assert case.number == 7 and case.overrides[1] == "bodies.block.thickness=7.5 mm"
 
 
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(start=st.integers(0, 240), length=st.integers(0, 12), new=st.text(max_size=4))
 def test_a_torn_study_loads_or_is_a_scene_error(folder, start, length, new):
     text = STUDY[:start] + new + STUDY[start + length :]
