@@ -239,13 +239,13 @@ def optimize(
     before. The same command goes on where it was stopped, and with more --trials beyond its end.
     """
     with _explained() as console:
-        from softsim.commands.optimisation import print_best
-        from softsim.commands.sweep import print_results
-        from softsim.report.study.figures import draw_study
         from softsim.study.loading import load_study
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
+        from softsim.commands.optimisation import print_best
+        from softsim.commands.sweep import print_results
+        from softsim.report.study.figures import draw_study
         from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.optimisation import optimize as run_trials  # and optuna
 
