@@ -1,4 +1,4 @@
-"""Every study that is shipped: it loads, its cases are models, and one of them runs for a moment."""
+"""Every study that is shipped: it loads, its cases are models, one of them runs for a moment."""
 
 import io
 from pathlib import Path
