@@ -51,6 +51,13 @@ class DeviceName(str, Enum):
     cuda = "cuda"
 
 
+class FileKind(str, Enum):
+    """What a file describes."""
+
+    scene = "scene"
+    study = "study"
+
+
 class LawName(str, Enum):
     """Which law to fit: the names in `softsim.materials.laws.LAWS`."""
 
@@ -372,11 +379,17 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
 
 
 @app.command()
-def schema() -> None:
-    """Print the JSON schema of scene files, with which an editor completes and checks keys."""
+def schema(
+    of: Annotated[FileKind, typer.Argument(help="Which files.")] = FileKind.scene,
+) -> None:
+    """Print the JSON schema of scene or study files, with which an editor completes and checks
+    keys.
+    """
     from softsim.scene.schema import scene_json_schema
+    from softsim.study.schema import study_json_schema
 
-    print(json.dumps(scene_json_schema(), indent=2))
+    found = {FileKind.scene: scene_json_schema, FileKind.study: study_json_schema}[of]()
+    print(json.dumps(found, indent=2))
 
 
 @app.command()

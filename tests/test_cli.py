@@ -156,9 +156,10 @@ def test_an_absent_gpu_is_no_silent_fallback(write_scene, tmp_path):
     assert "CUDA" in done.stderr
 
 
-def test_schema_is_json():
-    done = softsim("schema")
-    assert "bodies" in json.loads(done.stdout)["properties"]
+def test_schemas_are_json():
+    scene = json.loads(softsim("schema").stdout)
+    study = json.loads(softsim("schema", "study").stdout)
+    assert "bodies" in scene["properties"] and "factors" in study["properties"]
 
 
 def test_devices():

@@ -12,6 +12,7 @@ from rich.table import Table
 from softsim.errors import ClusterError, OutputError
 from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
+from softsim.study.preview import describe
 from softsim.sweep.planning import fill, jobs_of, table_of
 
 MANY = 10_000
@@ -48,7 +49,11 @@ def asked_batch(text: str, device: str) -> int:
 
 
 def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
-    """The cases, what is stored of them, and how many runs are left."""
+    """What varies, the cases, what is stored of them, and how many runs are left."""
+    what = Table(show_header=False, box=None)
+    for row in describe(study):
+        what.add_row(*map(escape, row))
+    console.print(what)
     jobs, table = jobs_of(study, folder), table_of(study)
     waiting = fill(table, jobs, again)
     frame = table.frame()
