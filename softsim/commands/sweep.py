@@ -1,7 +1,6 @@
 """What `softsim sweep` asks, plans, and says in the end."""
 
 from collections.abc import Collection
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 import polars
@@ -11,7 +10,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
-from softsim.machine import chosen_device, processor_count
 from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
 from softsim.sweep.planning import fill, jobs_of, table_of
@@ -49,18 +47,6 @@ def asked_batch(text: str, device: str) -> int:
     return int(text)
 
 
-def crew(
-    workers: int | None, scheduler: str | None, folder: Path, device: str
-) -> AbstractContextManager:
-    """The workers that were asked for. A graphics card is one worker's alone."""
-    from softsim.sweep.crew import local_crew, remote_crew  # imports dask
-
-    if scheduler is not None:
-        return remote_crew(scheduler, folder)
-    alone = chosen_device(device) == "cuda"
-    return local_crew(workers or (1 if alone else processor_count()))
-
-
 def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
     """The cases, what is stored of them, and how many runs are left."""
     jobs, table = jobs_of(study, folder), table_of(study)
@@ -78,9 +64,10 @@ def print_results(
     """The table, the best first where the study says what is best; what failed; where it is."""
     if study.goal is not None:
         measure = next(m for m in study.measures if m.name == study.goal.measure)
-        frame = frame.sort(
-            measure.column, descending=study.goal.sense == "maximize", nulls_last=True
-        )
+        frame = frame.sort(  # what a run had found when it was stopped counts for nothing
+            polars.col("status") != DONE, measure.column,
+            descending=[False, study.goal.sense == "maximize"], nulls_last=True,
+        )  # fmt: skip
     _print_rows(frame.drop("key", "reason"), console)
     ended_badly = frame.filter(polars.col("status").is_in([FAILED, LOST]))
     for case in ended_badly.select("case", "status", "reason").iter_rows():

@@ -41,8 +41,7 @@ class Place:
     @property
     def quantity(self) -> Quantity | None:
         """How the number here is read; None where no quantity is due."""
-        given = get_args(self.annotation)[1:] if get_origin(self.annotation) is Annotated else ()
-        notes = (*given, *(self.field.metadata if self.field else ()))
+        notes = (*_layers(self.annotation)[1], *(self.field.metadata if self.field else ()))
         return next((note for note in notes if isinstance(note, Quantity)), None)
 
     @property
@@ -141,11 +140,18 @@ def place_in(root: Model, tree: Tree, keys: Keys) -> Place | None:
 
 def _bare(annotation: Any) -> Any:
     """The annotation without Annotated and without None."""
+    return _layers(annotation)[0]
+
+
+def _layers(annotation: Any) -> tuple[Any, list[Any]]:
+    """The annotation without Annotated and without None, and the notes of what was Annotated."""
+    notes: list[Any] = []
     while True:
         arguments = get_args(annotation)
         if get_origin(annotation) is Annotated:
             annotation = arguments[0]
+            notes.extend(arguments[1:])
         elif NoneType in arguments and len(arguments) == 2:
             annotation = next(a for a in arguments if a is not NoneType)
         else:
-            return annotation
+            return annotation, notes

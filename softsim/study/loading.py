@@ -71,7 +71,7 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
     )
     goal, further = sought(study, tree, measures, told)
     factors = [factor.axis for factor in composition.factors]
-    plots = chosen_plots(factors, measures)
+    plots = chosen_plots(factors, measures, isinstance(design, GridDesign))
     measures += further
     if study.plots is not None:
         plots = given_plots(study.plots, tree, factors, measures)

@@ -13,7 +13,8 @@ References = Annotated[dict[Name, Any], Field(min_length=1)]
 class Prune(Part):
     """Trials that promise little are stopped early. At every tenth of its run a trial is held
     against the finished ones at the same tenth: it goes on unless its objective has always been
-    worse than their median. The tenths are those of the time, or of `time.cycles`.
+    worse than their median. The tenths are those of the time, or of `time.cycles`. It suits a
+    measure that tells early how it will end, such as a mean speed.
     """
 
     after_trials: WholeNumber = Field(

@@ -41,14 +41,18 @@ def _refuse_unknown(
         raise SceneError(message, did_you_mean(named.text, allowed), named.origin)
 
 
-def chosen_plots(factors: Sequence[Axis], measures: Sequence[Axis]) -> tuple[Plot, ...]:
-    """A plot a measure that is a number: a curve over the first factor that is one, with a curve
-    a value of the first label; a heat map where a second factor is a number too.
+def chosen_plots(
+    factors: Sequence[Axis], measures: Sequence[Axis], is_grid: bool
+) -> tuple[Plot, ...]:
+    """Plots of each measure that is a number. Of one factor a curve. Of two in a grid a heat map,
+    where a label is among them a curve a value of it. Else a scatter over each factor.
     """
-    numbers = [axis.name for axis in factors if not axis.is_label]
-    labels = [axis.name for axis in factors if axis.is_label]
     shown = [axis.name for axis in measures if not axis.is_label]
-    if len(numbers) > 1:
-        return tuple(Plot("heat_map", numbers[0], numbers[1], colour=name) for name in shown)
-    x, by = [*numbers, *labels][:1], labels[:1] if numbers else labels[1:2]
-    return tuple(Plot("curve", x[0], name, by=by[0] if by else None) for name in shown)
+    if len(factors) == 1:
+        return tuple(Plot("curve", factors[0].name, name) for name in shown)
+    if len(factors) > 2 or not is_grid:
+        return tuple(Plot("scatter", axis.name, name) for name in shown for axis in factors)
+    x, other = sorted(factors, key=lambda axis: axis.is_label)
+    if other.is_label:
+        return tuple(Plot("curve", x.name, name, by=other.name) for name in shown)
+    return tuple(Plot("heat_map", x.name, other.name, colour=name) for name in shown)

@@ -43,6 +43,7 @@ class KeyFactor(Part):
     count: WholeNumber | None = Field(
         default=None,
         ge=2,
+        le=100_000,
         description="How many values a range has. A grid needs it; without it the other designs, "
         "and optimize, take any value in the range.",
     )

@@ -4,7 +4,7 @@ import logging
 import signal
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 from uuid import uuid4
@@ -14,6 +14,7 @@ from distributed import Client, Future, LocalCluster, Worker, WorkerPlugin
 
 from softsim.errors import ClusterError
 from softsim.interruption import ask_threads_to_stop
+from softsim.machine import chosen_device, processor_count
 from softsim.output.folder import RunFolder
 
 ANSWER_WITHIN = 5.0
@@ -52,6 +53,18 @@ class Crew:
         self.client.run(ask_threads_to_stop, on_error="ignore")
 
 
+def crew_for(
+    folder: Path, device: str, workers: int | None = None, scheduler: str | None = None
+) -> AbstractContextManager[Crew]:
+    """The workers of the dask scheduler at an address; else so many processes of this machine, by
+    default one a core. A graphics card is one worker's alone.
+    """
+    if scheduler is not None:
+        return remote_crew(scheduler, folder)
+    alone = chosen_device(device) == "cuda"
+    return local_crew(workers or (1 if alone else processor_count()))
+
+
 @contextmanager
 def local_crew(workers: int) -> Iterator[Crew]:
     """So many processes of this machine; they end with this one, however it ends."""
@@ -63,7 +76,8 @@ def local_crew(workers: int) -> Iterator[Crew]:
             threads_per_worker=1,
             processes=True,
             memory_limit=0,  # a run takes what it needs, as it would alone
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # any free port: the scheduler insists on one
+            scheduler_kwargs={"dashboard": False},
             silence_logs=logging.CRITICAL,  # the engine says what became of a worker
         ) as cluster,
         Client(cluster) as client,

@@ -72,8 +72,9 @@ class PruningWatch:
                 self.prune.after_trials, round(100 * self.prune.after_share)
             ),
         )
-        trial = trial_in(study, storage, self.case.number)
         known = study.get_trials(deepcopy=False)[self.case.number - 1].intermediate_values
-        if percent not in known:  # a run that goes on shows its rows again
-            trial.report(float(value), percent)
+        if percent in known:  # a run that goes on shows its rows again
+            return False
+        trial = trial_in(study, storage, self.case.number)
+        trial.report(float(value), percent)
         return trial.should_prune()

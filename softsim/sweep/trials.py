@@ -110,12 +110,6 @@ class Trials:
         else:
             self.study.tell(number - 1, float(value))
 
-    def best(self) -> int | None:
-        """Number of the best trial; None where none came to its end."""
-        if not self.study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,)):
-            return None
-        return self.study.best_trial.number + 1
-
     def _draw_for(self, number: int) -> None:
         """Random numbers that depend on the seed and the trial alone."""
         seed = int(np.random.SeedSequence((self.seed, number)).generate_state(1)[0])

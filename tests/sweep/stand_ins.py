@@ -52,12 +52,12 @@ def on_a_full_disk(jobs):
     return [OutputError("no space left on device", "make room") for _ in jobs]
 
 
-def patient(jobs):
-    """All run to their end in half a second, or until they are asked to stop."""
+def waiting(jobs):
+    """Cases 1 and 2 run to their end, the others until they are asked to stop."""
+    if jobs[0].case.number <= 2:
+        return fine(jobs)
     with stop_signals() as asked:
-        for _ in range(50):
+        while not asked:
             time.sleep(0.01)
-            if asked:
-                (jobs[0].folder / "checkpoint.h5").write_text("state")
-                return [Interrupted("stopped") for _ in jobs]
-    return fine(jobs)
+    (jobs[0].folder / "checkpoint.h5").write_text("state")
+    return [Interrupted("stopped")]

@@ -15,7 +15,7 @@ from softsim.sweep.sweep import sweep
 if __name__ == "__main__":
     study, folder, silent = load_study(sys.argv[1]), Path(sys.argv[2]), Console(file=io.StringIO())
     try:
-        sweep(study, folder, local_crew(2), simulate=stand_ins.patient, console=silent)
+        sweep(study, folder, local_crew(1), simulate=stand_ins.waiting, console=silent)
     except SoftsimError as error:
         print(error, file=sys.stderr)
         sys.exit(error.exit_code)

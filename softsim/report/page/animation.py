@@ -16,7 +16,7 @@ from softsim.report.colours import FIELDS, MILLI, refuse_missing_field, shared_s
 from softsim.report.page.packing import SHADES, STEPS, packed, shades, steps
 from softsim.report.page.scenery import scenery
 from softsim.report.section import boundary_edges, outlines_at
-from softsim.report.snapshots import is_axisymmetric
+from softsim.report.snapshots import is_axisymmetric, pictures
 
 MOST_FRAMES = 200
 """A slider has about as many places that a hand can find."""
@@ -61,6 +61,7 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
     scale, _ = shared_scale(values.ravel())
     limits = scale.get_clim()
     everywhere = box(places, mirrored)
+    near = with_surroundings(frames, field, box(local, mirrored), origins[0])
     return {
         "times": frames.times[chosen],
         "frame_count": len(frames),
@@ -73,7 +74,7 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
         "step": size / STEPS,
         "places": packed(steps(local, size), np.int16),
         "outlines": [outlines_of(frames, index).round(3) for index in chosen],
-        "near": box(local, mirrored),
+        "near": near,
         "everywhere": everywhere,
         "label": FIELDS[field].label,
         "limits": limits,
@@ -110,6 +111,18 @@ def box(places: np.ndarray, mirrored: bool) -> np.ndarray:
     if mirrored:
         low[0] = -high[0]
     return np.stack([low, high])
+
+
+def with_surroundings(
+    frames: Frames, field: str, near: np.ndarray, origin: np.ndarray
+) -> np.ndarray:
+    """The box (2, d) around a plane body at `origin`, with the walls and rigid outlines that the
+    figures show around its first frame; that of a body in space as it is.
+    """
+    if len(origin) == 3:
+        return near
+    view = pictures(frames, [0], field).view.reshape(2, 2).T - origin
+    return np.stack([np.minimum(near[0], view[0]), np.maximum(near[1], view[1])])
 
 
 def outlines_of(frames: Frames, index: int) -> np.ndarray:

@@ -18,7 +18,7 @@ LAYOUT: Mapping[str, Any] = {
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": INK},
     "paper_bgcolor": "#ffffff",
     "plot_bgcolor": "#ffffff",
-    "margin": {"l": 60, "r": 16, "t": 8, "b": 44},
+    "margin": {"l": 60, "r": 16, "t": 28, "b": 44},
     "legend": {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom"},
     "hovermode": "closest",
 }

@@ -22,6 +22,9 @@ DIGITS = 6
 DASHES = {"-": "solid", "--": "dash", ":": "dot"}
 """A line of the figures -> the same of plotly."""
 
+BESIDE = {"side": "right", "showgrid": False, "tickmode": "auto"}
+"""Of a second axis, on the right."""
+
 PANEL, RIM, GAP = 210, 100, 0.06
 """Heights of a panel and of what is around all of them [px]; between panels, of the whole."""
 
@@ -57,7 +60,7 @@ def over_time(title: str, time: np.ndarray, panels: Sequence[Panel], label: str)
     """Panels over the time [s] (rows,) of a run, whose axis is called `label`."""
     height = (1.0 - GAP * (len(panels) - 1)) / len(panels)
     traces: list[Trace] = []
-    layout: dict[str, Any] = {"shapes": [marker(float(time[0]))], "hovermode": "x"}
+    layout: dict[str, Any] = {"hovermode": "x"}
     numbers = map(str, ["", *range(2, 2 * len(panels) + 1)])  # plotly's names: y, y2, y3 ...
     for place, panel in enumerate(panels):
         top = 1.0 - place * (height + GAP)
@@ -66,7 +69,12 @@ def over_time(title: str, time: np.ndarray, panels: Sequence[Panel], label: str)
         traces += traces_of(panel.left, time, f"y{left}")
         if panel.right is not None:
             right = next(numbers)
-            beside = {"overlaying": f"y{left}", "side": "right", "showgrid": False}
+            beside = {
+                "overlaying": f"y{left}",
+                "side": "right",
+                "showgrid": False,
+                "tickmode": "auto",
+            }
             layout[f"yaxis{right}"] = beside | scale_of(panel.right)
             traces += traces_of(panel.right, time, f"y{right}")
     span = [float(time[0]), float(time[-1])]
@@ -74,14 +82,6 @@ def over_time(title: str, time: np.ndarray, panels: Sequence[Panel], label: str)
         {"range": span} if span[1] > span[0] else {}
     )
     return Chart(title, traces, layout, RIM + PANEL * len(panels), over_time=True)
-
-
-def marker(time: float) -> dict[str, Any]:
-    """The line across all panels that shows the moment of the animation [s]."""
-    return {
-        "type": "line", "xref": "x", "yref": "paper", "x0": time, "x1": time, "y0": 0, "y1": 1,
-        "line": {"color": INK, "width": 1},
-    }  # fmt: skip
 
 
 def scale_of(axis: Axis) -> dict[str, Any]:
@@ -105,7 +105,8 @@ def traces_of(axis: Axis, time: np.ndarray, name: str) -> Iterator[Trace]:
             shade = f"rgba({', '.join(str(round(255 * c)) for c in to_rgb(line.colour))}, 0.25)"
             yield {**rim, "y": rounded(band.high), "fill": "tonexty", "fillcolor": shade}
         look = {"color": line.colour, "dash": DASHES[line.kind], "width": 1.6}
-        yield {**place, "y": rounded(band.mean), "name": line.name, "line": look}
+        named = {"name": line.name, "showlegend": len(axis.lines) > 1}
+        yield {**place, **named, "y": rounded(band.mean), "line": look}
 
 
 def rounded(values: np.ndarray) -> list[float]:

@@ -18,6 +18,9 @@ from softsim.report.readable import readable
 from softsim.report.recorded import Recorded, recorded
 from softsim.report.segments import segments
 
+SAID_ABOVE = ("layout",)
+"""What the verdicts at the top of the page say."""
+
 
 def write_run_page(folder: Path) -> Path:
     """Write report.html of a run folder, from its files alone.
@@ -38,7 +41,7 @@ def run_context(folder: Path) -> dict[str, Any]:
         "title": run.summary.get("title") or folder.name,
         "scene": run.summary.get("scene", ""),
         "verdicts": list(verdicts(run.summary, yaml.safe_load(scene) or {})),
-        "measures": list(readable(run.summary)),
+        "measures": [row for row in readable(run.summary) if row[0] not in SAID_ABOVE],
         "segments": None if run.layout is None else segments(run.layout),
         "charts": run_charts(run),
         "animation": animation_of(run),

@@ -6,7 +6,7 @@ function drawChart(chart) {
   const { data, layout } = JSON.parse(chart.querySelector("script").textContent);
   const plot = chart.querySelector(".plot");
   Plotly.newPlot(plot, data, layout, {
-    responsive: true, displaylogo: false, showSendToCloud: false,
+    responsive: true, displaylogo: false, displayModeBar: "hover", showSendToCloud: false,
     modeBarButtonsToRemove: ["select2d", "lasso2d"],
   });
   chart.dispatchEvent(new Event("drawn"));
@@ -32,17 +32,18 @@ document.querySelectorAll("figure.chart").forEach((chart) => {
   if (!chart.closest("[data-late]")) drawChart(chart);
 });
 
-let moment = null; // that the charts do not mark yet
-
-function markMoment() {
-  const place = { "shapes[0].x0": moment, "shapes[0].x1": moment };
-  moment = null;
-  for (const plot of document.querySelectorAll("figure[data-over-time] .plot")) {
-    Plotly.relayout(plot, place);
-  }
+// A line across a chart at a time of the run; plotly's own shapes take ten times as long to move.
+function markMoment(chart, time) {
+  const plot = chart.querySelector(".plot"), line = chart.querySelector(".moment");
+  const { xaxis, _size: size } = plot._fullLayout, place = xaxis.l2p(time);
+  line.hidden = place < 0 || place > xaxis._length;
+  line.style.left = `${xaxis._offset + place}px`;
+  line.style.top = `${size.t}px`;
+  line.style.height = `${size.h}px`;
 }
 
-document.addEventListener("moment", ({ detail }) => {
-  if (moment === null) requestAnimationFrame(markMoment);
-  moment = detail;
-});
+for (const chart of document.querySelectorAll("figure[data-over-time]")) {
+  let moment = NaN;
+  document.addEventListener("moment", ({ detail }) => markMoment(chart, moment = detail));
+  chart.querySelector(".plot").on("plotly_afterplot", () => markMoment(chart, moment));
+}

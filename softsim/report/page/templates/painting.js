@@ -1,8 +1,8 @@
-// Paints a frame of an animation on a canvas, in parallel projection. In the plane cells lie side
-// by side; in space the faces that the camera sees are painted from far to near, lit from the upper
-// left. Places are in mm: u to the right, v upwards, depth towards the camera.
+// Paints a frame of an animation on a canvas, in parallel projection: in the plane cells side by
+// side, in space the faces that look at the camera, lit from the upper left. Places are in mm: u to
+// the right, v upwards, depth towards the camera.
 
-const LOST = -32768, LIGHTS = 24, ROOM_AROUND = 1.2, SEAM = 0.6, FAR = 1e6;
+const LOST = -32768, LIGHTS = 24, ROOM_AROUND = 1.1, SEAM = 0.6, FAR = 1e6;
 const FONT = "12px system-ui, sans-serif";
 const SOURCE = [-0.5, 0.8, 1.0].map((part) => part / Math.hypot(-0.5, 0.8, 1.0));
 const named = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -13,10 +13,16 @@ function unpacked(text, Kind) {
   return new Kind(Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer);
 }
 
-// A colour with `dark` of its light taken away, then `white` of the rest added.
-function toned(hex, dark, white) {
-  const parts = [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
-  return `rgb(${parts.map((p) => Math.round(p * (1 - dark) * (1 - white) + 255 * white)).join()})`;
+const channels = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
+const pale = (hex) => `rgb(${channels(hex).map((part) => part + 0.6 * (255 - part)).join()})`;
+
+// A colour under `light`, 0 to 1, as a raster takes it: darker away from it and whiter towards it,
+// for black alone would not show in dark colours.
+function litColour(hex, light) {
+  const dark = 0.4 * (1 - light) ** 1.5, white = 0.25 * light ** 3;
+  const [red, green, blue] = channels(hex).map((part) =>
+    Math.round(part * (1 - dark) * (1 - white) + 255 * white));
+  return (255 << 24) | (blue << 16) | (green << 8) | red;
 }
 
 // The largest of 1, 2, 5, 10, 20 ... and their tenths that is no longer than `longest`.
@@ -32,8 +38,9 @@ class Painter {
     this.shades = unpacked(movie.shades, Uint8Array);
     this.faces = unpacked(movie.faces, Int32Array);
     this.rim = unpacked(movie.rim, Int32Array);
-    this.pale = movie.palette.map((hex) => toned(hex, 0, 0.6));
-    this.lit = new Map();
+    this.pale = movie.palette.map(pale);
+    this.lit = [...movie.palette, WALL].map((hex) => // by shade, the wall's last, and by light
+      Array.from({ length: LIGHTS + 1 }, (_, level) => litColour(hex, level / LIGHTS)));
     this.dimension = movie.origins[0].length;
     this.azimuth = Math.PI / 6; // turned about y, from z towards x
     this.elevation = 0.384; // above the plane of x and z
@@ -183,46 +190,35 @@ class Painter {
   }
 
   paintSpace(frame) {
-    const walls = this.movie.scenery.faces.flat(2);
-    const corners = Int32Array.from(walls.keys()).subarray(0, walls.length / 3);
-    this.paintSeen(this.projected(walls), corners, 4, () => WALL);
-    const shades = this.shadesOf(frame), { palette, corners: count } = this.movie;
-    const colourOf = (face) => palette[shades[face]];
-    this.paintSeen(this.projected(this.places(frame)), this.faces, count, colourOf);
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const raster = new Raster(width, height), { palette, corners, scenery } = this.movie;
+    const walls = scenery.faces.flat(2), inOrder = Int32Array.from(walls.keys());
+    const wallCorners = inOrder.subarray(0, walls.length / 3);
+    this.paintSeen(raster, this.projected(walls), wallCorners, 4, () => palette.length);
+    const shades = this.shadesOf(frame);
+    const projected = this.projected(this.places(frame));
+    this.paintSeen(raster, projected, this.faces, corners, (face) => shades[face]);
+    raster.show(this.context, width, height);
     this.paintDirections();
   }
 
-  // The faces that the camera sees, far ones first so that near ones cover them.
-  paintSeen([u, v, depth], faces, corners, colourOf) {
-    const seen = [];
-    for (let face = 0; face < faces.length / corners; face++) {
-      const [a, b, c] = faces.subarray(corners * face, corners * face + 3);
-      const [au, av, aw] = [u[b] - u[a], v[b] - v[a], depth[b] - depth[a]];
-      const [bu, bv, bw] = [u[c] - u[a], v[c] - v[a], depth[c] - depth[a]];
-      const normal = [av * bw - aw * bv, aw * bu - au * bw, au * bv - av * bu];
-      if (!(normal[2] > 0)) continue; // turned away, or lost
-      const light = Math.max(0, dot(normal, SOURCE) / Math.hypot(...normal));
-      seen.push({ face, light, depth: depth[a] + depth[b] + depth[c] });
+  // The faces that look at the camera; one that has lost a corner does not.
+  paintSeen(raster, [u, v, depth], faces, corners, shadeOf) {
+    const x = u.map(this.x), y = v.map(this.y);
+    for (let first = 0; first < faces.length; first += corners) {
+      const a = faces[first];
+      for (let k = 1; k < corners - 1; k++) { // triangles around the first corner
+        const b = faces[first + k], c = faces[first + k + 1];
+        const bu = u[b] - u[a], bv = v[b] - v[a], bw = depth[b] - depth[a];
+        const cu = u[c] - u[a], cv = v[c] - v[a], cw = depth[c] - depth[a];
+        const nu = bv * cw - bw * cv, nv = bw * cu - bu * cw, nw = bu * cv - bv * cu;
+        if (!(nw > 0)) continue;
+        const towards = nu * SOURCE[0] + nv * SOURCE[1] + nw * SOURCE[2];
+        const light = Math.max(0, towards / Math.sqrt(nu * nu + nv * nv + nw * nw));
+        const colour = this.lit[shadeOf(first / corners)][Math.round(light * LIGHTS)];
+        raster.fill(x[a], y[a], depth[a], x[b], y[b], depth[b], x[c], y[c], depth[c], colour);
+      }
     }
-    seen.sort((one, other) => one.depth - other.depth);
-    const { context } = this;
-    context.lineWidth = SEAM;
-    for (const { face, light } of seen) {
-      context.fillStyle = context.strokeStyle = this.litColour(colourOf(face), light);
-      context.beginPath();
-      this.traceFace(u, v, faces, corners, face);
-      context.fill();
-      context.stroke();
-    }
-  }
-
-  // Darker away from the light, whiter towards it: black alone would not show in dark colours.
-  litColour(hex, light) {
-    if (!this.lit.has(hex)) {
-      const levels = Array.from({ length: LIGHTS + 1 }, (_, level) => level / LIGHTS);
-      this.lit.set(hex, levels.map((l) => toned(hex, 0.4 * (1 - l) ** 1.5, 0.25 * l ** 3)));
-    }
-    return this.lit.get(hex)[Math.round(light * LIGHTS)];
   }
 
   // The directions of x, y and z, in the lower left corner.
