@@ -50,7 +50,7 @@ def slide(browser: Browser, frame: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "width"),
-    [("plane", 400), ("layout", 400), ("space", 1600)],  # none is narrower
+    [("plane", 400), ("layout", 400), ("space", 1600)],
 )
 def test_a_page_opens_whole_and_alone(browser: Browser, pages: dict, name: str, width: int):
     browser.open(pages[name], width)
