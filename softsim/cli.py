@@ -96,7 +96,7 @@ def run(
             raise
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
-            _report(folder, console)
+            _report_what_there_is(folder, console)
         if profile:
             console.print(profile_table(results.summary["profile"]))
         console.print(summary_table(results.summary))
@@ -167,7 +167,7 @@ def assess(
             )
         finally:
             # Whatever ended it, what is known of the way is shown.
-            _report(folder, console)
+            _report_what_there_is(folder, console)
             report = read_summary(folder).get("layout")
             if report is not None:
                 console.print(segments_table(report))
@@ -390,10 +390,14 @@ def devices(
         print_devices(console, seconds)
 
 
+def _report_what_there_is(folder: Path, console: Console) -> None:
+    """The report of a run, unless it ended before it had a history."""
+    if (folder / "history.csv").is_file():
+        _report(folder, console)
+
+
 def _report(folder: Path, console: Console) -> None:
-    """All figures and the page of a run folder that has something to show."""
-    if not (folder / "history.csv").is_file():
-        return
+    """All figures and the page of a run folder."""
     from softsim.output.folder import read_summary
     from softsim.report.figures import draw_all
     from softsim.report.page.run import write_run_page
