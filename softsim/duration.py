@@ -18,11 +18,13 @@ from typing import TypeVar
 import psutil
 from rich.console import Console
 
+from softsim import backend
+from softsim.batch import Batch
 from softsim.errors import StabilityError
 from softsim.machine import Choice
 from softsim.model import Model, NodalLoad, RigidLoad
 from softsim.output.folder import RunFolder
-from softsim.run import Simulation
+from softsim.recording import Recording
 from softsim.scene.loading import LoadedScene
 from softsim.solver.time_step import stable_increment
 
@@ -89,13 +91,13 @@ def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Dur
         loop, increments, covered = extrapolated(marks, pilot_model.end_time)
         loop, increments = loop * factor, increments * factor
         began = time.perf_counter()
-        pilot.checkpoint()
+        pilot.simulations[0].checkpoint()
         checkpoint = time.perf_counter() - began
         pilot.close()
     loop += checkpoint * (1.0 + loop // loaded.scene.output.checkpoint_interval)
     rate = increments * model.element_count / loop
     start = built_after + started_in
-    return Duration(start, loop, FIGURES_TIME, increments, rate, pilot.device.threads, covered)
+    return Duration(start, loop, FIGURES_TIME, increments, rate, backend.device().threads, covered)
 
 
 def hastening(model: Model) -> float:
@@ -143,16 +145,17 @@ def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
 
 def _first_increment(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice
-) -> tuple[Simulation, float]:
+) -> tuple[Batch, float]:
     """The pilot after an increment, which compiles, and how long that took [s]."""
     began = time.perf_counter()
-    pilot = Simulation(loaded, model, target, choice, False, Console(quiet=True))
+    recording = Recording(loaded, model, target, Console(quiet=True))
+    pilot = Batch([recording], choice, [()])
     pilot.look()
     pilot.solver.advance(1)
     return pilot, time.perf_counter() - began
 
 
-def _marks(pilot: Simulation) -> list[Mark]:
+def _marks(pilot: Batch) -> list[Mark]:
     """Run the pilot to its end, its time, or to where a guard stops it.
 
     Raises StabilityError if a guard stops it before there is anything to measure.
@@ -162,13 +165,13 @@ def _marks(pilot: Simulation) -> list[Mark]:
         return Mark(time.perf_counter(), pilot.solver.time, pilot.solver.increments)
 
     marks = [mark()]
-    while pilot.solver.time < pilot.model.end_time * (1.0 - 1e-12):
-        try:
-            pilot.go_to_station()
-        except StabilityError:  # too fast for this body: the share that it saw says so
+    simulation = pilot.simulations[0]
+    while pilot.solver.time < simulation.model.end_time * (1.0 - 1e-12):
+        pilot.go_to_stations()
+        if isinstance(simulation.outcome, StabilityError):
             if len(marks) == 1:
-                raise
-            break
+                raise simulation.outcome
+            break  # too fast for this body: the share that it saw says so
         marks.append(mark())
         if marks[-1].wall - marks[0].wall > PILOT_TIME:
             break
