@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from benchmarks import rates, whole_runs
+from benchmarks import rates, studies, whole_runs
 from benchmarks.ceiling import compiled
 from benchmarks.effort import FULL, QUICK, Effort
 from benchmarks.gpu import gpu_rows
@@ -23,6 +23,7 @@ ON_THE_CPU: dict[str, Measurement] = {
     "tetrahedra": rates.tetrahedron_rows,
     "start": whole_runs.start_rows,
     "run": whole_runs.whole_run_rows,
+    "study": studies.study_rows,
 }
 
 

@@ -1,15 +1,19 @@
 """softsim: explicit finite elements for soft robots.
 
-`load_scene` reads and checks a scene file; `softsim.run.run` runs it and returns `Results`.
-Importing this package imports no Taichi: names load when they are asked for.
+`load_scene` reads and checks a scene file; `softsim.run.run` runs it and returns `Results`; `Study`
+runs many. Importing this package imports no Taichi: names load when they are asked for.
 """
 
 from importlib import import_module
 from typing import Any
 
-_HOMES = {"load_scene": "softsim.scene.loading", "Results": "softsim.run"}
+_HOMES = {
+    "load_scene": "softsim.scene.loading",
+    "Results": "softsim.run",
+    "Study": "softsim.sweep.study",
+}
 
-__all__ = ["Results", "load_scene"]
+__all__ = ["Results", "Study", "load_scene"]
 
 
 def __getattr__(name: str) -> Any:

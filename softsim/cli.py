@@ -30,6 +30,18 @@ Threads = Annotated[
     str, typer.Option(metavar="N|auto", help="CPU threads; auto: 1 for a small model, else all.")
 ]
 
+StudyPath = Annotated[Path, typer.Argument(help="Study file (YAML).", show_default=False)]
+StudyOverrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Override a value in all cases."),
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Processes; default: one a core, one for a GPU.")
+]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler.")
+]
+
 
 class DeviceName(str, Enum):
     """Where to run."""
@@ -84,7 +96,7 @@ def run(
             raise
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
-            _draw(folder, console)
+            _report(folder, console)
         if profile:
             console.print(profile_table(results.summary["profile"]))
         console.print(summary_table(results.summary))
@@ -155,12 +167,94 @@ def assess(
             )
         finally:
             # Whatever ended it, what is known of the way is shown.
-            _draw(folder, console)
+            _report(folder, console)
             report = read_summary(folder).get("layout")
             if report is not None:
                 console.print(segments_table(report))
                 console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
                 console.print(f"results in {folder}", highlight=False)
+
+
+@app.command()
+def sweep(
+    study: StudyPath,
+    overrides: StudyOverrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the study; default: runs/STUDY.")
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    batch: Annotated[
+        str, typer.Option(metavar="N|auto", help="Cases that a worker runs at once.")
+    ] = "auto",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cases.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Many cases are meant.")] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Run again what has failed.")
+    ] = False,
+) -> None:
+    """Run all cases of a study on all cores: a table, with a row a case.
+
+    What is stored is not run again: a study that was stopped goes on, one that was changed runs
+    what is new.
+    """
+    with _explained() as console:
+        from softsim.commands import sweep as command
+        from softsim.study.loading import load_study
+
+        loaded = load_study(study, overrides or [])
+        folder = out or Path("runs") / study.stem
+        command.confirm_size(loaded, folder, yes, console)
+        again = command.again(retry_failed)
+        if dry_run:
+            command.print_plan(loaded, folder, again, console)
+            return
+        from softsim.sweep.crew import crew_for  # imports dask
+        from softsim.sweep.sweep import sweep as run_sweep
+
+        crew = crew_for(folder, device.value, workers, scheduler)
+        size = command.asked_batch(batch, device.value)
+        frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
+        command.print_results(loaded, frame, folder, console)
+
+
+@app.command()
+def optimize(
+    study: StudyPath,
+    overrides: StudyOverrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the trials; default: runs/STUDY_optimum.")
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    trials: Annotated[
+        int | None, typer.Option(min=1, help="How many there are in the end; default: as it says.")
+    ] = None,
+) -> None:
+    """Seek the best values of a study's factors: a table, with a row a trial.
+
+    The study says under `optimize` what is best. Each trial is a run whose values follow from those
+    before. The same command goes on where it was stopped, and with more --trials beyond its end.
+    """
+    with _explained() as console:
+        from softsim.commands.optimisation import print_best
+        from softsim.commands.sweep import print_results
+        from softsim.report.study.figures import draw_study
+        from softsim.study.loading import load_study
+
+        loaded = load_study(study, overrides or [])
+        folder = out or Path("runs") / f"{study.stem}_optimum"
+        from softsim.sweep.crew import crew_for  # imports dask
+        from softsim.sweep.optimisation import optimize as run_trials  # and optuna
+
+        crew = crew_for(folder, device.value, workers, scheduler)
+        table = run_trials(loaded, folder, crew, device.value, trials, console)
+        print_results(loaded, table, folder, console)
+        for figure in draw_study(folder):
+            console.print(f"figure  {figure}", highlight=False)
+        print_best(loaded, folder, console)
 
 
 @app.command()
@@ -266,9 +360,9 @@ def _quantity(option: str, text: str, unit: str) -> float:
 
 @app.command()
 def report(folder: Annotated[Path, typer.Argument(help="Run folder.")]) -> None:
-    """Draw the figures of a run folder again."""
+    """Draw the figures of a run folder again, and write its page report.html."""
     with _explained() as console:
-        _draw(folder, console)
+        _report(folder, console)
 
 
 @app.command()
@@ -292,16 +386,18 @@ def devices(
         print_devices(console, seconds)
 
 
-def _draw(folder: Path, console: Console) -> None:
-    """All figures of a run folder that has something to draw."""
+def _report(folder: Path, console: Console) -> None:
+    """All figures and the page of a run folder that has something to show."""
     if not (folder / "history.csv").is_file():
         return
     from softsim.output.folder import read_summary
     from softsim.report.figures import draw_all
+    from softsim.report.page.run import write_run_page
 
     field = read_summary(folder).get("snapshot_field", "stretch")
     for figure in draw_all(folder, field):
         console.print(f"figure  {figure}", highlight=False)
+    console.print(f"page    {write_run_page(folder)}", highlight=False)
 
 
 @contextmanager

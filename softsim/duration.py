@@ -20,12 +20,13 @@ from rich.console import Console
 
 from softsim import backend
 from softsim.batch import Batch
-from softsim.errors import StabilityError
+from softsim.errors import OutputError, StabilityError
 from softsim.machine import Choice
 from softsim.model import Model, NodalLoad, RigidLoad
 from softsim.output.folder import RunFolder
 from softsim.recording import Recording
 from softsim.scene.loading import LoadedScene
+from softsim.simulation import Simulation
 from softsim.solver.time_step import stable_increment
 
 Load = TypeVar("Load", NodalLoad, RigidLoad)
@@ -88,7 +89,8 @@ def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Dur
             pilot.close()
             pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
         marks = _marks(pilot)
-        loop, increments, covered = extrapolated(marks, pilot_model.end_time)
+        end = pilot.solver.time if _is_done(pilot.simulations[0]) else pilot_model.end_time
+        loop, increments, covered = extrapolated(marks, end)
         loop, increments = loop * factor, increments * factor
         began = time.perf_counter()
         pilot.simulations[0].checkpoint()
@@ -150,6 +152,8 @@ def _first_increment(
     began = time.perf_counter()
     recording = Recording(loaded, model, target, Console(quiet=True))
     pilot = Batch([recording], choice, [()])
+    # A layout's verdict says nothing here: the loads are faster, the robot is not.
+    pilot.simulations[0].watches.clear()
     pilot.look()
     pilot.solver.advance(1)
     return pilot, time.perf_counter() - began
@@ -166,16 +170,24 @@ def _marks(pilot: Batch) -> list[Mark]:
 
     marks = [mark()]
     simulation = pilot.simulations[0]
-    while pilot.solver.time < simulation.model.end_time * (1.0 - 1e-12):
+    while not _is_done(simulation):
         pilot.go_to_stations()
-        if isinstance(simulation.outcome, StabilityError):
-            if len(marks) == 1:
-                raise simulation.outcome
+        stopped = simulation.outcome
+        if isinstance(stopped, StabilityError) and len(marks) > 1:
             break  # too fast for this body: the share that it saw says so
+        if isinstance(stopped, StabilityError | OutputError):
+            raise stopped
         marks.append(mark())
         if marks[-1].wall - marks[0].wall > PILOT_TIME:
             break
     return marks
+
+
+def _is_done(pilot: Simulation) -> bool:
+    """At the end time, or with the last cycle."""
+    model = pilot.model
+    cycles_are_done = model.cycles is not None and pilot.loop.cycles_done() >= model.cycles
+    return cycles_are_done or pilot.scenario.time >= model.end_time * (1.0 - 1e-12)
 
 
 def _faster_share(load: Load, factor: float) -> Load:

@@ -104,6 +104,12 @@ class DeviceError(SoftsimError):
     exit_code = 2
 
 
+class ClusterError(SoftsimError):
+    """Workers that do not answer, or cannot do their work."""
+
+    exit_code = 2
+
+
 class OutputError(SoftsimError):
     """A folder or file that cannot be written or read."""
 

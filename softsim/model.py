@@ -243,7 +243,8 @@ class Model:
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
-    contact is counted. increment: the user's time step [s], or None for the stable one.
+    contact is counted. end_time [s]: the latest; cycles: of the first chamber's pressure, with
+    which the run ends, or None. increment: the user's time step [s], or None for the stable one.
     self_contact: None where surfaces do not touch each other. relaxation: of a static procedure, or
     None where inertia is real. passage: what a layout asks, or None.
     """
@@ -269,6 +270,7 @@ class Model:
     gravity: np.ndarray
     rows: dict[str, np.ndarray]
     end_time: float
+    cycles: int | None
     increment: float | None
     safety_factor: float
     bulk_viscosity: float

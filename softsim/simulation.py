@@ -16,7 +16,9 @@ import numpy as np
 from softsim import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
 from softsim.feedback import feedback
+from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
+from softsim.output.cycle_watch import CycleWatch
 from softsim.output.expectations import failed_expectations
 from softsim.output.measures import measures
 from softsim.output.observation import observe
@@ -131,9 +133,7 @@ class Simulation:
         self.progress = progress
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
-        passage = self.model.passage
-        layout = [] if passage is None else [PassageWatch(passage)]
-        self.watches: list[Watch] = [*layout, *self.given_watches]
+        self.watches = [*asked_watches(self.model), *self.given_watches]
         see_history(self.watches, self.recording.rows())
         self.finished = self._is_done()
 
@@ -332,6 +332,16 @@ class Simulation:
         found = measures(self.model, self.recording.rows())
         found |= {"energy_error": self.progress.largest_energy_error}
         return failed_expectations(self.loaded.scene.expect, found)
+
+
+def asked_watches(model: Model) -> list[Watch]:
+    """What may end a run before its time because its scene asks for it."""
+    watches: list[Watch] = []
+    if model.passage is not None:
+        watches.append(PassageWatch(model.passage))
+    if model.cycles is not None:
+        watches.append(CycleWatch(model.cycles))
+    return watches
 
 
 def station_length(element_count: int) -> int:

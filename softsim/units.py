@@ -106,8 +106,8 @@ def parse(text: str, unit: str) -> float:
     if match is None:
         raise ValueError(f'{text!r} is not {kind.name}: write it like "{kind.example}"')
     if not match["unit"]:
-        usual = kind.example.split(" ", 1)[1]
-        raise ValueError(f'{kind.name} needs a unit: write "{match["number"]} {usual}"')
+        usual = f"{match['number']} {usual_unit(unit)}"
+        raise ValueError(f'{kind.name} needs a unit: write "{usual}"')
     try:
         factor = _factor(match["unit"], unit)
     except ValueError as error:
@@ -124,6 +124,29 @@ def unit_of(text: str) -> str:
     if match is None:
         raise ValueError(f"{text!r} is no quantity")
     return match["unit"]
+
+
+def number_in(text: str, unit: str, si: str) -> float:
+    """The number of a quantity that `parse` accepts as `si`, in `unit`: 0.2 of "200 Pa" in kPa."""
+    match = QUANTITY.fullmatch(text)
+    if match is None:
+        raise ValueError(f"{text!r} is no quantity")
+    return float(Decimal(match["number"]) * _factor(match["unit"], si) / _factor(unit, si))
+
+
+def size_of(unit: str, si: str) -> float:
+    """What one `unit` is in `si`, a key of `KINDS`: 0.001 for "mm" in "m".
+
+    Raises
+    ------
+    ValueError: an unknown unit, or one of another dimension.
+    """
+    return float(_factor(unit, si))
+
+
+def usual_unit(si: str) -> str:
+    """The unit in which people mostly write what is `si` in SI: "mm" for "m"."""
+    return KINDS[si].example.split(" ", 1)[1]
 
 
 def format_quantity(value: float, unit: str) -> str:

@@ -33,7 +33,7 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
     """A batch of one, the scene in a folder of that name."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
 
-    def start(folder, resume=False):
+    def start(folder, *overrides, resume=False):
         from softsim.batch import Batch
         from softsim.builder import build_model
         from softsim.machine import choose
@@ -42,7 +42,7 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
         from softsim.run import resumed
         from softsim.scene.loading import load_scene
 
-        loaded, target = load_scene(write_scene(SCENE)), RunFolder(tmp_path / folder)
+        loaded, target = load_scene(write_scene(SCENE), overrides), RunFolder(tmp_path / folder)
         model, choice, quiet = build_model(loaded), choose("cpu", 1), Console(quiet=True)
         if resume:
             return resumed(loaded, model, target, choice, quiet)
@@ -134,3 +134,12 @@ loads:
     assert found == [0, 0, 1, 1, 2]
     assert (loop.readings(), loop.state) == ({"cycles_done": 2}, None)
     assert feedback(SimpleNamespace(model=build(bare), time=9.0), None).cycles_done() == 0
+
+
+def test_a_run_ends_with_its_cycle(batch):
+    """In a closed loop with the row that shows that the cycle is over; time.end is later."""
+    results = finished(batch("cycle", "time.cycles=1"))
+    assert (results.summary["ended_by"], results.summary["cycles_done"]) == ("cycles", 1)
+    done = results.history["cycles_done"]
+    assert (done[-2], done[-1]) == (0.0, 1.0)
+    assert results.summary["simulated_time"] == results.history["time"][-1] < 0.14

@@ -348,3 +348,16 @@ def test_bad_input_starts_nothing(write_scene, tmp_path, run):
     with pytest.raises(SceneError):
         run(write_scene(SCENE), "time.end=-1 s", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_run_ends_exactly_with_its_cycle(write_scene, tmp_path, run):
+    """Up for 6 ms, down for 3, up for 3, down for 3: the second cycle ends at 15 ms."""
+    air = """
+loads:
+  air: {kind: follower_pressure, facets: [strip.top],
+        profile: {kind: cycles, highest: 2 kPa, inflation_rate: 333.3333333333333 kPa/s,
+                  deflation_rate: 333.3333333333333 kPa/s, lowest: 1 kPa, count: 3}}
+"""
+    found = run(write_scene(SCENE + air), "time.cycles=2", out=tmp_path / "out")
+    assert (found.summary["ended_by"], found.summary["cycles_done"]) == ("cycles", 2)
+    assert found.history["time"][-1] == pytest.approx(15e-3, rel=1e-12)

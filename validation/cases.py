@@ -1,34 +1,33 @@
 """Cases: scenes to run, one process a core, each run once however many figures show it.
 
-A case is stored under the digest of what decides its result: the resolved scene, softsim's version
-and sources. So scripts share cases, a changed constant runs anew, and a validation that was killed
-goes on where it was: from the last checkpoint of what was running.
+A case is stored under the digest of what decides its result. So scripts share cases, a changed
+constant runs anew, and a validation that was killed goes on where it was: from the last checkpoint
+of what was running.
 """
 
-import hashlib
-import io
-import json
-import multiprocessing
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
-from importlib.metadata import version
-from multiprocessing.connection import wait
-from multiprocessing.process import BaseProcess
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
-import softsim
-from softsim.errors import Interrupted, SoftsimError
-from softsim.interruption import stop_signals
-from softsim.output.folder import CHECKPOINT, HISTORY, SUMMARY
+from softsim.errors import ExpectationError
+from softsim.output.folder import HISTORY, read_summary
 from softsim.output.history import read_history
+from softsim.output.study_folder import CASES, DONE, FAILED, LOST
 from softsim.report.figures import draw_all
-from softsim.scene.assessment import load_layout
-from softsim.scene.loading import LoadedScene, load_scene
+from softsim.scene.loading import LoadedScene
+from softsim.study.case import Case as StudyCase
+from softsim.study.case import Source
+from softsim.study.resolution import case_key, load_source
+from softsim.sweep.crew import local_crew
+from softsim.sweep.engine import completed
+from softsim.sweep.job import EVERYTHING, Job, known_outcome
+from softsim.sweep.job import Outcome as Stored
+from softsim.sweep.simulation import simulate
 from validation.progress import CaseProgress
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
@@ -39,8 +38,7 @@ THINNED = ("output.history_interval=2 ms", "output.frame_interval=1000 s")
 64 Hz, three at 192 Hz, and no fields."""
 
 NOT_IN_SUBSET = "not in the quick subset"
-FAILURE = "failure.txt"
-POLL = 0.5  # s between looks for a signal
+AGAIN = (FAILED, LOST)  # a validation without them is none
 
 
 @dataclass(frozen=True)
@@ -51,27 +49,25 @@ class Case:
     scene: str
     overrides: tuple[str, ...] = ()
 
+    @property
+    def source(self) -> Source:
+        """What it starts from."""
+        return Source(SCENES / self.scene)
+
     @cached_property
     def loaded(self) -> LoadedScene:
         """The scene. Raises SceneError."""
-        return load_scene(SCENES / self.scene, self.overrides)
+        return load_source(self.source, self.overrides)
 
     @cached_property
     def key(self) -> str:
-        """What its result is stored under: the same for all cases that ask for the same run.
-
-        The generators make the meshes of all shipped scenes, so no mesh file needs to be looked at.
-        """
-        parts = (self.loaded.scene.model_dump_json(), version("softsim"), source_digest())
-        return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:20]
+        """What its result is stored under: the same for all cases that ask for the same run."""
+        return case_key(self.loaded)
 
     @property
     def simulated_time(self) -> float:
         """How long the run is [s] at most, by which progress is weighed."""
         return self.loaded.scene.time.end
-
-    def draw(self, folder: Path) -> None:
-        """Draw what its run, which is done, shows by itself: nothing, its script draws."""
 
 
 @dataclass(frozen=True)
@@ -83,14 +79,10 @@ class LayoutCase(Case):
 
     robot: str = "pfr"
 
-    @cached_property
-    def loaded(self) -> LoadedScene:
-        """The layout with its robot. Raises SceneError."""
-        return load_layout(SCENES / self.scene, self.robot, self.overrides)
-
-    def draw(self, folder: Path) -> None:
-        """The figures that `softsim assess` draws, of which layout.png shows the way."""
-        draw_all(folder, self.loaded.scene.output.snapshot_field)
+    @property
+    def source(self) -> Source:
+        """The layout and the robot."""
+        return Source(SCENES / self.scene, self.robot)
 
 
 @dataclass(frozen=True)
@@ -119,16 +111,6 @@ class Outcome:
 Outcomes = Mapping[str, Outcome]
 
 
-@lru_cache(maxsize=1)
-def source_digest() -> str:
-    """Digest of softsim's sources and the constants that come with it."""
-    home = Path(softsim.__file__).parent
-    digest = hashlib.sha256()
-    for path in sorted(p for p in home.rglob("*") if p.suffix in (".py", ".yaml")):
-        digest.update(str(path.relative_to(home)).encode() + b"\0" + path.read_bytes())
-    return digest.hexdigest()
-
-
 def run_cases(
     cases: Sequence[Case], out: Path, workers: int, console: Console
 ) -> dict[str, Outcome]:
@@ -138,14 +120,23 @@ def run_cases(
     Raises SceneError before anything runs; Interrupted on SIGINT or SIGTERM: calling again goes on.
     """
     distinct = {case.key: case for case in cases}
-    missing = [case for case in distinct.values() if not _is_done(_folder(case, out))]
-    console.print(f"{len(distinct)} cases, {len(distinct) - len(missing)} of them stored")
+    # The longest first: at the end no long one is left alone on one core.
+    ordered = sorted(distinct.values(), key=lambda case: -case.simulated_time)
+    jobs = [_job(case, out.resolve() / CASES) for case in ordered]
+    known = {job.key: known_outcome(job, AGAIN) for job in jobs}
+    found = {key: outcome for key, outcome in known.items() if outcome is not None}
+    missing = [job for job in jobs if job.key not in found]
+    console.print(f"{len(jobs)} cases, {len(jobs) - len(missing)} of them stored")
     if missing:
-        # The longest first: at the end no long one is left alone on one core.
-        missing.sort(key=lambda case: -case.simulated_time)
-        total = sum(case.simulated_time for case in missing)
-        _run_processes(missing, out, workers, CaseProgress(console, total, len(missing)))
-    return {key: _outcome(case, _folder(case, out)) for key, case in distinct.items()}
+        (out / CASES).mkdir(parents=True, exist_ok=True)
+        total = sum(distinct[job.key].simulated_time for job in missing)
+        progress = CaseProgress(console, total, len(missing))
+        with local_crew(workers) as crew:
+            for job, outcome in completed(missing, crew, AGAIN, simulate=simulate_and_draw):
+                case = distinct[job.key]
+                found[job.key] = outcome
+                progress.finished(case.name, case.simulated_time, _failure(outcome))
+    return {job.key: _outcome(distinct[job.key], job, found[job.key]) for job in jobs}
 
 
 def outcomes_by_name(cases: Iterable[Case], found: Mapping[str, Outcome]) -> dict[str, Outcome]:
@@ -154,89 +145,28 @@ def outcomes_by_name(cases: Iterable[Case], found: Mapping[str, Outcome]) -> dic
     return {case.name: replace(found.get(case.key, absent), name=case.name) for case in cases}
 
 
-def _run_processes(cases: list[Case], out: Path, workers: int, progress: CaseProgress) -> None:
-    """One spawned process a case, since Taichi has one runtime a process."""
-    spawn = multiprocessing.get_context("spawn")
-    waiting = list(cases)
-    running: dict[BaseProcess, Case] = {}
-    with stop_signals() as asked:
-        while waiting or running:
-            if asked:
-                _stop(running)
-            while waiting and len(running) < workers:
-                case = waiting.pop(0)
-                folder = _folder(case, out)
-                folder.mkdir(parents=True, exist_ok=True)
-                (folder / FAILURE).unlink(missing_ok=True)
-                process: BaseProcess = spawn.Process(
-                    target=_run, args=(case, folder), name=case.name
-                )
-                process.start()
-                running[process] = case
-            wait([process.sentinel for process in running], POLL)
-            for process in [p for p in running if p.exitcode is not None]:
-                case = running.pop(process)
-                folder = _folder(case, out)
-                if not _is_done(folder) and not (folder / FAILURE).is_file():
-                    _write_failure(folder, _unexpected_end(process.exitcode))
-                progress.finished(case.name, case.simulated_time, _failure(folder))
+def simulate_and_draw(jobs: Sequence[Job]) -> list[Exception | None]:
+    """Run jobs; of a layout the figures that `softsim assess` draws, layout.png shows the way."""
+    faults = simulate(jobs)
+    for job, fault in zip(jobs, faults, strict=True):
+        is_done = fault is None or isinstance(fault, ExpectationError)
+        if is_done and job.case.source.robot is not None:
+            draw_all(job.folder, read_summary(job.folder)["snapshot_field"])
+    return faults
 
 
-def _unexpected_end(code: int | None) -> str:
-    if code == Interrupted.exit_code:
-        return "stopped by a signal from outside; the same command goes on with it"
-    return f"its process ended with code {code}"
+def _job(case: Case, folder: Path) -> Job:
+    what = StudyCase(0, case.source, case.overrides)
+    return Job(what, case.key, folder / case.key, DEVICE, EVERYTHING)
 
 
-def _stop(running: Iterable[BaseProcess]) -> None:
-    """Ask all runs to write their checkpoint and end; raise Interrupted."""
-    for process in running:
-        process.terminate()
-    for process in running:
-        process.join()
-    raise Interrupted("validation stopped", hint="the same command goes on where it was")
-
-
-def _run(case: Case, folder: Path) -> None:
-    """Run a case in this process, and draw it; a failure becomes text beside what was computed."""
-    from softsim.run import run  # Taichi is imported in the processes only
-
-    resume = (folder / CHECKPOINT).is_file()
-    silent = Console(file=io.StringIO())
-    try:
-        run(
-            case.loaded, (), folder, DEVICE, resume, silent, threads=1,
-            profile_after=float("inf"),
-        )  # fmt: skip
-    except Interrupted:
-        raise SystemExit(Interrupted.exit_code) from None
-    except SoftsimError as error:
-        _write_failure(folder, str(error))
-    if _is_done(folder):  # also where it is not as its scene expects
-        case.draw(folder)
-
-
-def _outcome(case: Case, folder: Path) -> Outcome:
-    failure = _failure(folder)
+def _outcome(case: Case, job: Job, stored: Stored) -> Outcome:
+    failure = _failure(stored)
     if failure:
-        return Outcome(case.name, folder, failure=failure)
-    summary = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-    return Outcome(case.name, folder, summary, read_history(folder / HISTORY))
+        return Outcome(case.name, job.folder, failure=failure)
+    return Outcome(case.name, job.folder, stored.summary, read_history(job.folder / HISTORY))
 
 
-def _folder(case: Case, out: Path) -> Path:
-    return out / "cases" / case.key
-
-
-def _is_done(folder: Path) -> bool:
-    summary = folder / SUMMARY
-    return summary.is_file() and json.loads(summary.read_text(encoding="utf-8"))["status"] == "done"
-
-
-def _failure(folder: Path) -> str:
+def _failure(stored: Stored) -> str:
     """Why the run is not done; nothing where it is, though it missed what its scene expects."""
-    return "" if _is_done(folder) else (folder / FAILURE).read_text(encoding="utf-8")
-
-
-def _write_failure(folder: Path, reason: str) -> None:
-    (folder / FAILURE).write_text(reason, encoding="utf-8")
+    return "" if stored.status == DONE else stored.reason

@@ -6,6 +6,7 @@ import numpy as np
 
 from softsim.builder import conditions, contact, loads, passage, rigid, self_contact, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
+from softsim.builder.ending import end_time
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.elements.geometry import Axisymmetric
@@ -89,7 +90,8 @@ def build_model(loaded: LoadedScene) -> Model:
             for name, nodes in b.node_sets.items()
             if ROW_NAME.fullmatch(name)
         },
-        end_time=scene.time.end,
+        end_time=end_time(names, pressures),
+        cycles=scene.time.cycles,
         increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
         bulk_viscosity=bulk_viscosity(names),

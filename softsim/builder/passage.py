@@ -45,7 +45,7 @@ def passage(
         outline=outline_nodes[body],
         start=start,
         goal=goal(names, layout, path, start, length),
-        in_cycles=any(pressure.drive.has_cycles for pressure in pressures[:1]),
+        in_cycles=any(pressure.drive.cycle_count > 0 for pressure in pressures[:1]),
         patience=layout.patience,
         patience_time=layout.patience_time,
         least_progress=layout.least_progress,

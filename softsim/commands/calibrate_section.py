@@ -20,7 +20,6 @@ from softsim.calibration.mapping import FORCE_SHARE, Mapping, matched
 from softsim.calibration.result import Calibration, Stiffnesses
 from softsim.calibration.specimen import Specimen
 from softsim.calibration.stiffness import stiffness
-from softsim.commands.wording import duration
 from softsim.errors import CalibrationError, StabilityError
 from softsim.output.folder import HISTORY, RunFolder
 from softsim.output.history import read_history
@@ -31,6 +30,7 @@ from softsim.report.calibration import (
     scene_lines,
 )
 from softsim.report.figures import draw_all
+from softsim.report.wording import duration
 from softsim.run import run
 from softsim.scene.loading import LoadedScene
 

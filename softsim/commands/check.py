@@ -2,10 +2,10 @@
 
 from rich.table import Table
 
-from softsim.commands.wording import degrees
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
+from softsim.report.wording import degrees
 from softsim.solver.time_step import stable_increment
 
 
@@ -25,7 +25,14 @@ def model_table(model: Model) -> Table:
     table.add_row(
         "time step", f"{increment * 1e6:.3g} us, {model.end_time / increment:.3g} increments"
     )
+    if model.cycles is not None:
+        table.add_row("ends", _ending(model.cycles, model.end_time))
     return table
+
+
+def _ending(cycles: int, end_time: float) -> str:
+    plural = "s" if cycles > 1 else ""
+    return f"after {cycles} pressure cycle{plural}, at {end_time:.6g} s at the latest"
 
 
 def _size(body: Body, dimension: int) -> str:

@@ -1,48 +1,19 @@
 """The summary of a run, as tables."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from rich.table import Table
 
-from softsim.commands.wording import duration
+from softsim.report.readable import readable
 
 
 def summary_table(summary: Mapping[str, Any]) -> Table:
     """What a run says of itself in a few lines."""
     table = Table(show_header=False, box=None)
-    shown: dict[str, Callable[[Any], str]] = {
-        "layout": lambda v: str(v["sentence"]),
-        "simulated_time": lambda v: f"{v:.4g} s",
-        "wall_time": duration,
-        "element_count": str,
-        "increments": str,
-        "element_updates_per_second": lambda v: f"{v / 1e6:.1f} M",
-        "phases": lambda v: ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in v.items()),
-        "energy_error": lambda v: f"{100.0 * v:.3f} %",
-        "rows_in_contact": lambda v: f"at most {v:g}",
-        "frame_displacement": lambda v: f"{v * 1e3:.4g} mm",
-        "displacement_per_cycle": lambda v: each(v, 1e3, "mm"),
-        "mean_speed": lambda v: f"{v * 1e3:.3g} mm/s",
-        "cycles_done": str,
-        "deflation_begin_pressure": lambda v: each(v, 1e-3, "kPa"),
-        "deflation_end_pressure": lambda v: each(v, 1e-3, "kPa"),
-        "onset_pressure": lambda v: each(v, 1e-3, "kPa"),
-        "end_pressure": lambda v: each(v, 1e-3, "kPa"),
-        "slip_share": lambda v: f"{100.0 * v:.0f} % of the walls' normal impulse",
-        "dominant_frequency": lambda v: f"{v:.4g} Hz across the pipe",
-        "peak_pull": lambda v: f"{v:.3g} N",
-        "mean_pull": lambda v: f"{v:.3g} N",
-    }
-    for name, write in shown.items():
-        if summary.get(name) is not None:
-            table.add_row(name.replace("_", " "), write(summary[name]))
+    for row in readable(summary):
+        table.add_row(*row)
     return table
-
-
-def each(values: Sequence[float | None], factor: float, unit: str) -> str:
-    """An entry a pressure cycle, in this unit; where there was no motion it has none."""
-    return ", ".join("no motion" if v is None else f"{v * factor:.4g} {unit}" for v in values)
 
 
 def profile_table(profile: Mapping[str, Any]) -> Table:

@@ -5,6 +5,7 @@ Under a given pressure an inflated skin runs away where its pressure curve falls
 A chamber driven by volume or by mass stays stable there: its pressure falls as the skin gives way.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -24,9 +25,13 @@ class _Scheduled:
     profile: Profile
 
     @property
-    def has_cycles(self) -> bool:
-        """Whether the profile ever falls."""
-        return len(cycles_of(self.profile)) > 0
+    def cycle_count(self) -> int:
+        """Cycles of the profile; 0 of one that never falls."""
+        return len(cycles_of(self.profile))
+
+    def cycle_end(self, number: int) -> float:
+        """When a cycle of the profile ends [s]; number: from 1 to `cycle_count`."""
+        return cycles_of(self.profile)[number - 1].end
 
     def cycles_done(self, time: float) -> int:
         """Cycles of the profile that have ended at `time` [s]; 0 of one that never falls."""
@@ -113,7 +118,15 @@ class ControlledPressure:
     settings: EventCycles
 
     asks_volume = False
-    has_cycles = True
+
+    @property
+    def cycle_count(self) -> float:
+        """Most cycles that it makes; infinite where it goes on as long as the run."""
+        return math.inf if self.settings.count is None else self.settings.count
+
+    def cycle_end(self, number: int) -> float:
+        """Infinite: nobody knows beforehand when the robot ends its cycles."""
+        return math.inf
 
     def hastened(self, factor: float) -> "ControlledPressure":
         """The drive played `factor` times as fast."""

@@ -65,7 +65,7 @@ class RunFolder:
         JSON has no NaN and no infinity: both become null, which every reader knows.
         Raises OutputError if the disk refuses, TypeError for a value that JSON cannot hold.
         """
-        text = json.dumps(_json_value(content), indent=2, ensure_ascii=False, allow_nan=False)
+        text = json.dumps(json_value(content), indent=2, ensure_ascii=False, allow_nan=False)
         self.write_text_atomic(name, text + "\n")
 
 
@@ -135,13 +135,14 @@ def _megabytes(size: int) -> str:
     return f"{size / 2**20:.1f} MiB"
 
 
-def _json_value(value: Any) -> Any:
+def json_value(value: Any) -> Any:
+    """`value` as JSON can hold it: plain numbers, lists and dictionaries; NaN, infinity: None."""
     if hasattr(value, "tolist"):  # a NumPy scalar or array
         value = value.tolist()
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {str(key): _json_value(item) for key, item in value.items()}
+        return {str(key): json_value(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_json_value(item) for item in value]
+        return [json_value(item) for item in value]
     return str(value) if isinstance(value, os.PathLike) else value

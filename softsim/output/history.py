@@ -89,6 +89,22 @@ def read_history(path: Path | str) -> dict[str, np.ndarray]:
     return dict(zip(names, _numbers(path, lines[2:], len(names)).T, strict=True))
 
 
+def thin_history(path: Path, rows: int) -> None:
+    """Leave about so many rows of a history, evenly picked, the first and the last among them.
+
+    One of up to twice as many rows stays as it is. Raises OutputError as read_history does, or if
+    the disk refuses.
+    """
+    lines = _whole_lines(path)
+    count = len(lines) - 2
+    if count <= 2 * rows:
+        return
+    picked = np.linspace(2, count + 1, rows).round().astype(int)
+    with replacing(path) as partial:
+        text = "".join([*lines[:2], *(lines[i] for i in picked)])
+        partial.write_text(text, encoding="utf-8", newline="\n")
+
+
 def read_units(path: Path | str) -> dict[str, str]:
     """Units of the columns, column name -> unit. Raises OutputError as read_history does."""
     names, units = (line.strip().split(",") for line in _whole_lines(Path(path))[:2])

@@ -205,11 +205,16 @@ def draw_signal(
 
 def label_time(axes: Axes, history: History) -> None:
     """Let the axis run from the first to the last sample; a run of one sample has no span."""
-    static = "unbalanced_share" in history
-    axes.set_xlabel("time of the loads, then of settling [s]" if static else "time [s]")
+    axes.set_xlabel(time_label(history))
     time = history["time"]
     if time[-1] > time[0]:
         axes.set_xlim(time[0], time[-1])
+
+
+def time_label(history: History) -> str:
+    """What the time of a run is called: a static one goes on settling when its loads stand."""
+    static = "unbalanced_share" in history
+    return "time of the loads, then of settling [s]" if static else "time [s]"
 
 
 def joules(largest: float) -> tuple[float, str]:

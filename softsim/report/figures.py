@@ -5,10 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.errors import OutputError
-from softsim.output.fields import Frames, read_frames
-from softsim.output.folder import HISTORY, RESULTS, read_summary
-from softsim.output.history import read_history, read_units
+from softsim.output.fields import Frames
 from softsim.report.curves import (
     History,
     contacts_drawn,
@@ -23,10 +20,11 @@ from softsim.report.curves import (
     travelling_column,
     travels,
 )
-from softsim.report.layout import draw_layout, shows_layout
+from softsim.report.layout import draw_layout
 from softsim.report.moments import moments
 from softsim.report.probes import curves_of, draw_pressure_probe, draw_probes, inflation_curves
-from softsim.report.snapshots import draw_snapshots, is_axisymmetric
+from softsim.report.recorded import recorded
+from softsim.report.snapshots import draw_snapshots
 
 Units = Mapping[str, str]
 Content = Callable[[History, Units], object]
@@ -66,17 +64,8 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     Raises OutputError if the history is missing or empty, the results do not have
     `snapshot_field`, or the disk refuses.
     """
-    history, units = dict(read_history(folder / HISTORY)), read_units(folder / HISTORY)
-    if len(history["time"]) == 0:
-        raise OutputError(
-            f"{folder / HISTORY} has no rows yet, there is nothing to draw",
-            hint="the run was stopped before its first sample: run longer or sample more often",
-        )
-    frames = read_frames(folder / RESULTS) if (folder / RESULTS).exists() else None
-    if frames is not None and is_axisymmetric(frames):
-        # The mean radius of a half section is not where its body is, which is on the axis.
-        for column in ("frame_x", "body_x"):
-            history.pop(column, None)
+    run = recorded(folder)
+    history, units, frames = run.history, run.units, run.frames
     drawn = []
     for name, (content, draw) in CURVES.items():
         if content(history, units):
@@ -87,9 +76,8 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     if frames is not None:
         _draw_snapshots_of_run(history, frames, snapshot_field, folder / SNAPSHOTS)
         drawn.append(folder / SNAPSHOTS)
-    report = read_summary(folder).get("layout")
-    if frames is not None and report is not None and shows_layout(frames, history):
-        draw_layout(history, frames, report, folder / LAYOUT)
+    if frames is not None and run.layout is not None:
+        draw_layout(history, frames, run.layout, folder / LAYOUT)
         drawn.append(folder / LAYOUT)
     else:
         (folder / LAYOUT).unlink(missing_ok=True)

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from softsim.output.fields import Frames
 from softsim.report.along_pipe import Pipe, Robot, draw_pipe, draw_robot, view_of, write_beside
 from softsim.report.colours import MILLI
-from softsim.report.curves import History, draw_signal, has, label_time, pressurised
+from softsim.report.curves import History, draw_signal, label_time, pressurised
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PAGE_WIDTH, QUIET, RED, SKY, drawing
 
 Report = Mapping[str, Any]
@@ -80,11 +80,6 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
         lower[-1].yaxis.set_major_locator(MaxNLocator(4, integer=True))
         label_time(lower[-1], history)
         figure.align_ylabels([progress, *lower])
-
-
-def shows_layout(frames: Frames, history: History) -> bool:
-    """Whether a run along a pipe has a frame to show, and says where it was."""
-    return "path" in frames.described and len(frames) > 0 and has(history, "arc_length")
 
 
 def draw_picture(

@@ -225,20 +225,25 @@ def draw_outlines(axes: Axes, outlines: np.ndarray) -> None:
         axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
 
 
-def draw_wall(axes: Axes, wall: Wall, view: np.ndarray) -> None:
-    """The solid behind a wall, as far as the view goes, and its face as a line."""
+def wall_solid(wall: Wall, view: np.ndarray) -> np.ndarray:
+    """Outline (4, 2) [mm] of the solid behind a wall, beyond the view on all sides; its first two
+    places lie on the wall's face.
+    """
     reach = 2 * np.hypot(view[1] - view[0], view[3] - view[2])
     centre = np.array([view[:2].mean(), view[2:].mean()])
     point, normal = wall.plane[:2], wall.plane[2:]
     along = np.array([-normal[1], normal[0]])
     foot = centre + ((point - centre) @ normal) * normal
     face = np.array([foot - reach * along, foot + reach * along])
-    solid = Polygon(
-        np.concatenate([face, face[::-1] - reach * normal]),
-        facecolor=WALL, edgecolor=QUIET, hatch="////", linewidth=0, zorder=1,
-    )  # fmt: skip
+    return np.concatenate([face, face[::-1] - reach * normal])
+
+
+def draw_wall(axes: Axes, wall: Wall, view: np.ndarray) -> None:
+    """The solid behind a wall, as far as the view goes, and its face as a line."""
+    outline = wall_solid(wall, view)
+    solid = Polygon(outline, facecolor=WALL, edgecolor=QUIET, hatch="////", linewidth=0, zorder=1)
     axes.add_patch(solid)
-    (line,) = axes.plot(*face.T, color=INK, linewidth=0.9, zorder=1.5)
+    (line,) = axes.plot(*outline[:2].T, color=INK, linewidth=0.9, zorder=1.5)
     if wall.side:
         low, high = (0.0, view[1]) if wall.side > 0 else (view[0], 0.0)
         half = Rectangle((low, view[2]), high - low, view[3] - view[2], transform=axes.transData)

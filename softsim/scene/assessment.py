@@ -25,10 +25,15 @@ def load_layout(path: Path, robot: str, overrides: Sequence[str]) -> LoadedScene
     ------
     SceneError: no such robot, or anything that keeps the whole from being a scene.
     """
+    return validated(layout_tree(path, robot), path, overrides)
+
+
+def layout_tree(path: Path, robot: str) -> Tree:
+    """What a layout file and a robot in it say together. SceneError: no such robot or file."""
     option = Option(f"--robot {robot}")
     if robot not in robot_names():
         raise SceneError(f"there is no robot {robot!r}", did_you_mean(robot, robot_names()), option)
     question = read_text(QUESTION, lambda line, column: Option("softsim assess"))
     assert question is not None
     lower = merged(question, read_part(path.parent, Tree(PREFIX + robot, option, option)))
-    return validated(merged(lower, read_scene(path)), path, overrides)
+    return merged(lower, read_scene(path))

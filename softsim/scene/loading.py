@@ -13,10 +13,11 @@ from softsim.scene.resolved import resolved_text
 from softsim.scene.robots import PREFIX, part_file
 from softsim.scene.schema import Scene
 from softsim.scene.structure import Place
-from softsim.scene.tree import Key, Keys, Tree, child, merged, nearest, plain, replaced
+from softsim.scene.tree import Key, Keys, Origin, Tree, child, merged, nearest, plain, replaced
 from softsim.scene.yaml_reading import is_file, read_file, read_text
 
 MOST_FILES = 100
+PATH = re.compile(r"[^.\s]+(\.[^.\s]+)*")
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ def validated(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedScene:
     try:
         scene = Scene.model_validate(plain(tree))
     except ValidationError as error:
-        raise scene_error(error, tree) from None
+        raise scene_error(error, tree, Scene, beside=("include",)) from None
     return LoadedScene(scene, path, path.parent, tree)
 
 
@@ -176,14 +177,26 @@ def overridden(tree: Tree, override: str) -> Tree:
     """
     option = Option(f"--set {override}")
     path, equals, text = override.partition("=")
-    if not equals or not re.fullmatch(r"[^.\s]+(\.[^.\s]+)*", path.strip()):
+    if not equals or not PATH.fullmatch(path.strip()):
         raise SceneError("must read PATH=VALUE", 'such as --set "time.end=3 s"', option)
-    keys = tuple(_keys(tree, path.strip().split("."), option))
+    keys = keys_at(tree, path.strip(), option)
     value = read_text(text, lambda line, column: option)
     return replaced(tree, keys, value or Tree(None, option, option))
 
 
-def _keys(tree: Tree, words: Sequence[str], option: Option) -> Iterator[Key]:
+def keys_at(tree: Tree, path: str, origin: Origin) -> Keys:
+    """The keys of "time.end"; `origin` is where the path is written.
+
+    Raises
+    ------
+    SceneError: no path, or one that the schema or the scene does not have.
+    """
+    if not PATH.fullmatch(path):
+        raise SceneError(f"{path!r} is no path of keys", 'such as "time.end"', origin)
+    return tuple(_keys(tree, path.split("."), origin))
+
+
+def _keys(tree: Tree, words: Sequence[str], origin: Origin) -> Iterator[Key]:
     """The words as keys: whole numbers where the scene has a list; each must lead somewhere.
 
     A section of the schema may be absent from the file, a name before the last word may not: a
@@ -194,11 +207,11 @@ def _keys(tree: Tree, words: Sequence[str], option: Option) -> Iterator[Key]:
     for position, word in enumerate(words):
         is_last = position == len(words) - 1
         if held is not None and isinstance(held.value, list):
-            key: Key = _index(held, word, option)
+            key: Key = _index(held, word, origin)
         else:
             key = word
             if held is not None and held.value is not None and not isinstance(held.value, dict):
-                raise SceneError(f"{words[position - 1]} holds no keys", location=option)
+                raise SceneError(f"{words[position - 1]} holds no keys", location=origin)
         place = place.variant(plain(held) if held else {}) if place else None
         following = child(held, key) if held else None
         if place and following is None:
@@ -208,18 +221,18 @@ def _keys(tree: Tree, words: Sequence[str], option: Option) -> Iterator[Key]:
                 hint = f"nothing is written there: give '{'.'.join(words[:position])}' whole"
                 if known or names:
                     hint = did_you_mean(word, known or names)
-                raise SceneError(f"there is no '{'.'.join(words[: position + 1])}'", hint, option)
+                raise SceneError(f"there is no '{'.'.join(words[: position + 1])}'", hint, origin)
         place = place.inside(key) if place else None
         held = following
         yield key
 
 
-def _index(held: Tree, word: str, option: Option) -> int:
+def _index(held: Tree, word: str, origin: Origin) -> int:
     count = len(held.value) if isinstance(held.value, list) else 0
     if not re.fullmatch(r"[0-9]{1,6}", word) or int(word) >= count:
         raise SceneError(
             f"'{word}' is no entry of this list",
             f"entries 0 to {count - 1}" if count else "",
-            option,
+            origin,
         )
     return int(word)

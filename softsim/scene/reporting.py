@@ -8,8 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from softsim.errors import SceneError
-from softsim.scene.schema import Scene
-from softsim.scene.structure import Place, discriminators, first_key, place_of
+from softsim.scene.structure import Model, Place, discriminators, first_key, place_of
 from softsim.scene.tree import Keys, Tree, nearest
 
 MOST_SHOWN = 20
@@ -33,13 +32,19 @@ BOUNDS = {
 }
 
 
-def scene_error(error: ValidationError, tree: Tree) -> SceneError:
-    """All that pydantic found wrong in `tree`, as one error that holds the further ones."""
+def scene_error(
+    error: ValidationError, tree: Tree, root: Model, beside: Collection[str] = ()
+) -> SceneError:
+    """All that pydantic found wrong in `tree`, as one error that holds the further ones.
+
+    root: the class that the whole tree is, a scene or a study; beside: keys that its file may have
+    besides those of the class.
+    """
     found = error.errors(include_url=False)
     above = {item["loc"][:depth] for item in found for depth in range(len(item["loc"]))}
     # A list is too short for pydantic when one of its entries is wrong: only that is news.
     items = [item for item in found if item["type"] != "too_short" or item["loc"] not in above]
-    problems = [_problem(item, tree) for item in items[:MOST_SHOWN]]
+    problems = [_problem(item, tree, root, beside) for item in items[:MOST_SHOWN]]
     if len(items) > MOST_SHOWN:
         problems.append(SceneError(f"and {len(items) - MOST_SHOWN} more problems"))
     first = problems[0]
@@ -58,21 +63,23 @@ def title(keys: Keys) -> str:
     """A short name of a place: its last word key with the indices after it, "points[0][1]"."""
     words = [i for i, key in enumerate(keys) if isinstance(key, str)]
     if not words:
-        return "the scene"
+        return "the file"
     indices = "".join(f"[{index}]" for index in keys[words[-1] + 1 :])
     return f"{_printable(str(keys[words[-1]]))}{indices}"
 
 
-def _problem(item: Mapping[str, Any], tree: Tree) -> SceneError:
+def _problem(
+    item: Mapping[str, Any], tree: Tree, root: Model, beside: Collection[str]
+) -> SceneError:
     """One of pydantic's errors."""
     kind, loc = item["type"], item["loc"]
-    place = place_of(Scene, loc)
+    place, parent = place_of(root, loc), place_of(root, loc[:-1])
     if kind == "missing" and isinstance(loc[-1], str):
-        return _missing_key(place_of(Scene, loc[:-1]), place, tree)
+        return _missing_key(parent, place, tree)
     if kind == "missing":
-        return _wrong_count(place_of(Scene, loc[:-1]), tree)
+        return _wrong_count(parent, tree)
     if kind == "extra_forbidden":
-        return _unknown_key(place_of(Scene, loc[:-1]), place.keys, tree)
+        return _unknown_key(parent, place.keys, tree, beside)
     if kind.startswith("union_tag"):
         return _unknown_variant(place, tree)
     if loc[-1:] == ("[key]",):
@@ -105,10 +112,10 @@ def _wrong_count(place: Place, tree: Tree) -> SceneError:
     )
 
 
-def _unknown_key(parent: Place, keys: Keys, tree: Tree) -> SceneError:
+def _unknown_key(parent: Place, keys: Keys, tree: Tree, beside: Collection[str]) -> SceneError:
     allowed = list(parent.models[0].model_fields)
     if not parent.keys:
-        allowed.append("include")
+        allowed.extend(beside)
     where = f" in {title(parent.keys)}" if parent.keys else ""
     return SceneError(
         f"unknown key '{_printable(str(keys[-1]))}'{where}",

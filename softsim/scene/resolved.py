@@ -45,7 +45,7 @@ def _entry(head: str, value: Any, given: Tree | None, default: Any) -> Iterator[
         for index, entry in enumerate(value):
             yield from _dashed(entry, child(given, index))
     else:
-        yield f"{head} {_flow(default if given is None else given)}  # {_origin(given)}"
+        yield f"{head} {flow_text(default if given is None else given)}  # {_origin(given)}"
 
 
 def _has_parts(entries: tuple[Any, ...]) -> bool:
@@ -62,16 +62,17 @@ def _dashed(entry: Any, given: Tree | None) -> Iterator[str]:
         dash = INDENT
 
 
-def _flow(value: Any) -> str:
-    """A scalar, or a list of them on one line."""
+def flow_text(value: Any) -> str:
+    """A scalar, list or mapping, plain or a Tree, as YAML on one line."""
     if isinstance(value, Tree):
         if isinstance(value.value, list | dict | str | bool) or value.value is None:
-            return _flow(value.value)
+            return flow_text(value.value)
         return value.text
     if isinstance(value, list | tuple):
-        return f"[{', '.join(_flow(entry) for entry in value)}]"
+        return f"[{', '.join(flow_text(entry) for entry in value)}]"
     if isinstance(value, dict):
-        return "{}"
+        entries = (f"{_text(key)}: {flow_text(entry)}" for key, entry in value.items())
+        return f"{{{', '.join(entries)}}}"
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     return _text(value) if isinstance(value, str) else repr(value)

@@ -4,7 +4,7 @@ Quantities are written with units ("36 mm") and become SI floats; numbers withou
 written bare. Unknown keys are refused.
 """
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -15,7 +15,15 @@ from softsim.scene.loads import Load
 from softsim.scene.materials import Material
 from softsim.scene.outputs import Expect, Output
 from softsim.scene.part import Part
-from softsim.scene.quantities import AutoOrPositiveTime, Name, Number, PositiveTime, Text, written
+from softsim.scene.quantities import (
+    AutoOrPositiveTime,
+    Name,
+    Number,
+    PositiveTime,
+    Text,
+    WholeNumber,
+    written,
+)
 from softsim.scene.surroundings import Contact, Environment
 
 
@@ -23,6 +31,10 @@ class Time(Part):
     """How long, in which steps."""
 
     end: PositiveTime = Field(description="Simulated time at which the run ends.")
+    cycles: Annotated[WholeNumber, Field(ge=1)] | None = Field(
+        default=None, description="The run ends earlier than `end` where so many pressure cycles "
+        "of the first chamber are done by then; by default it does not wait for cycles."
+    )  # fmt: skip
     procedure: Literal["dynamic", "static"] = Field(
         default="dynamic", description="static: seeks equilibrium by dynamic relaxation. Loads "
         "follow their profiles up to `end`, then the run goes on until forces balance; inertia and "

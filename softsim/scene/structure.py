@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, Tag
 from pydantic.fields import FieldInfo
 
-from softsim.scene.tree import Key, Keys
+from softsim.scene.quantities import Quantity
+from softsim.scene.tree import Key, Keys, Tree, child, plain
 
 Model = type[BaseModel]
 
@@ -35,6 +37,17 @@ class Place:
         arguments = get_args(_bare(self.annotation))
         is_tuple = get_origin(_bare(self.annotation)) is tuple
         return len(arguments) if is_tuple and Ellipsis not in arguments else None
+
+    @property
+    def quantity(self) -> Quantity | None:
+        """How the number here is read; None where no quantity is due."""
+        notes = (*_layers(self.annotation)[1], *(self.field.metadata if self.field else ()))
+        return next((note for note in notes if isinstance(note, Quantity)), None)
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether a whole number is due here."""
+        return _bare(self.annotation) is int
 
     @property
     def tags(self) -> dict[str, Model]:
@@ -83,6 +96,7 @@ class Place:
         return None
 
 
+@cache
 def discriminators(model: Model) -> dict[str, str]:
     """The required keys of a class that have one allowed value: {"kind": "pipe"}."""
     return {
@@ -114,13 +128,30 @@ def place_of(root: Model, loc: Sequence[Key]) -> Place:
     return place
 
 
+def place_in(root: Model, tree: Tree, keys: Keys) -> Place | None:
+    """The place of `keys` in a file that says `tree`; None where the schema has none."""
+    place: Place | None = Place(root)
+    held: Tree | None = tree
+    for key in keys:
+        place = place.variant(plain(held) if held else {}).inside(key) if place else None
+        held = child(held, key) if held else None
+    return place
+
+
 def _bare(annotation: Any) -> Any:
     """The annotation without Annotated and without None."""
+    return _layers(annotation)[0]
+
+
+def _layers(annotation: Any) -> tuple[Any, list[Any]]:
+    """The annotation without Annotated and without None, and the notes of what was Annotated."""
+    notes: list[Any] = []
     while True:
         arguments = get_args(annotation)
         if get_origin(annotation) is Annotated:
             annotation = arguments[0]
+            notes.extend(arguments[1:])
         elif NoneType in arguments and len(arguments) == 2:
             annotation = next(a for a in arguments if a is not NoneType)
         else:
-            return annotation
+            return annotation, notes

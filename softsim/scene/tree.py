@@ -1,6 +1,6 @@
 """What scene files say, before it is validated: values that know where they are written."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -52,6 +52,18 @@ def nearest(tree: Tree, keys: Sequence[Key]) -> tuple[Tree, int]:
             return tree, depth
         tree = following
     return tree, len(keys)
+
+
+def entries(tree: Tree, *keys: Key) -> Mapping[str, Tree]:
+    """The mapping at `keys`; empty where none is written there."""
+    held, depth = nearest(tree, keys)
+    return held.value if depth == len(keys) and isinstance(held.value, dict) else {}
+
+
+def listed(tree: Tree, *keys: Key) -> Sequence[Tree]:
+    """The list at `keys`; empty where none is written there."""
+    held, depth = nearest(tree, keys)
+    return held.value if depth == len(keys) and isinstance(held.value, list) else ()
 
 
 def merged(lower: Tree, upper: Tree) -> Tree:

@@ -72,8 +72,8 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def read_file(path: Path) -> Tree:
-    """The mapping that a scene file holds.
+def read_file(path: Path, kind: str = "scene") -> Tree:
+    """The mapping that a file holds; `kind` is what it should be: "scene" or "study".
 
     Raises
     ------
@@ -88,7 +88,7 @@ def read_file(path: Path) -> Tree:
         raise SceneError(f"{str(path)!r} cannot be read: {error}") from None
     if len(content) > LARGEST_FILE:
         raise SceneError(
-            f"{path}: larger than {LARGEST_FILE // 1_000_000} MB, which no scene is",
+            f"{path}: larger than {LARGEST_FILE // 1_000_000} MB, which no {kind} is",
             hint="give a mesh by name: file: mesh.msh",
         )
     try:
@@ -96,7 +96,7 @@ def read_file(path: Path) -> Tree:
     except UnicodeDecodeError:
         raise SceneError(
             f"{path}: is no UTF-8 text",
-            hint="a scene is a YAML file; a mesh goes under mesh: file:",
+            hint=f"a {kind} is a YAML file; a mesh goes under mesh: file: of a scene",
         ) from None
     lines = LINE_BREAK.split(text)
 
@@ -105,10 +105,10 @@ def read_file(path: Path) -> Tree:
 
     tree = read_text(text, place)
     if tree is None:
-        raise SceneError(f"{path}: is empty", hint="a scene has at least bodies and time")
+        raise SceneError(f"{path}: is empty", hint=f"a {kind} is a mapping of keys to values")
     if not isinstance(tree.value, dict):
         raise SceneError(
-            "a scene must be a mapping of keys to values", 'such as "time:"', tree.origin
+            f"a {kind} must be a mapping of keys to values", 'such as "title:"', tree.origin
         )
     return tree
 

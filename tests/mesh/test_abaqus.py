@@ -158,7 +158,7 @@ def as_text(label: int, values) -> str:
     return f"{label}, " + ", ".join(repr(v) for v in values)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     dimension=st.sampled_from([2, 3]),
     counts=st.lists(st.integers(1, 3), min_size=3, max_size=3),

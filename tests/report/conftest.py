@@ -1,10 +1,12 @@
 """Run folders made up for the figures: a strip that bends between two walls, then creeps along; a
 ring that swells; a box that leans over."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
+from browsers import Browser, started_browser
 
 from softsim.mesh.mesh import Mesh
 from softsim.output.fields import FieldWriter
@@ -130,3 +132,10 @@ def box_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pipes=np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 9e-3]]),
     )
     return folder
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """One browser for all tests of a session."""
+    with started_browser(tmp_path_factory.mktemp("browser")) as started:
+        yield started

@@ -156,7 +156,7 @@ def test_parameters_out_of_range_are_named_with_their_limit(change, said):
         pfr_section(**change)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     skin=st.floats(0.5e-3, 2e-3),
     count=st.integers(1, 6),

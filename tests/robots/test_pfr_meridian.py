@@ -118,7 +118,7 @@ def test_a_bare_skin_has_no_ring_sets():
     assert "rings" not in PLAIN.cell_sets
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(
     skin=st.floats(0.3e-3, 3e-3),
     ring_rows=st.integers(0, 5),

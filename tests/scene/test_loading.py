@@ -245,7 +245,7 @@ def test_a_value_from_an_option_is_reported_under_its_option_not_under_the_file(
     assert "a.yaml" not in str(caught.value)
 
 
-FUZZ = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+FUZZ = settings(max_examples=150, suppress_health_check=list(HealthCheck))
 
 
 @FUZZ

@@ -8,6 +8,7 @@ import pytest
 from softsim.errors import Location, Option, SceneError
 from softsim.scene.loading import load_scene
 from softsim.scene.reporting import scene_error
+from softsim.scene.schema import Scene
 from softsim.scene.tree import Tree
 
 
@@ -40,7 +41,7 @@ def problems(path):
         ("plane_strain", "ring_section\n    rings: b\n    sector: 181 deg",
          "a.yaml:6:13: sector: 181 deg must be at most", "at most 180 deg"),
         ("  end", "  start: 0 s\n  end", "a.yaml:8:3: unknown key 'start' in time",
-         "allowed here: end, procedure, settle, increment"),
+         "allowed here: end, cycles, procedure, settle, increment"),
         ("time:", "solvr: {}\ntime:", "a.yaml:7:1: unknown key 'solvr'", "did you mean 'solver'?"),
         ("generator: block", "generator: blok", "a.yaml:3:23: generator: 'blok' is unknown here",
          "did you mean 'block'?"),
@@ -170,7 +171,7 @@ def looks_at(count):
     Counted.looks = 0
     place = Option("--set x")
     all_of_them: Any = SimpleNamespace(errors=lambda **_: found)
-    error = scene_error(all_of_them, Tree({}, place, place))
+    error = scene_error(all_of_them, Tree({}, place, place), Scene)
     assert "must have at least 1, not 0" in str(error)
     return Counted.looks
 

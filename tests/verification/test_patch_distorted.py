@@ -163,7 +163,7 @@ def test_objectivity(block, formulation):
     direction = [0.0, 0.0, 1.0] if d == 2 else [1.0, 1.0, 1.0]
     scatter = 0.03 * SIDE / COUNT
 
-    @settings(derandomize=True, deadline=None, max_examples=60)
+    @settings(derandomize=True, max_examples=60)
     @given(
         gradient=st.tuples(*[numbers(0.15)] * (d * d)),
         rotation=st.tuples(*[numbers(turns)] * 3),

@@ -177,7 +177,7 @@ def test_any_strain(limits, formulation):
     model, _, exact_and_bound = limits(formulation)
     d = model.dimension
 
-    @settings(max_examples=4, deadline=None, derandomize=True, database=None)
+    @settings(max_examples=4, derandomize=True, database=None)
     @given(
         stretch=st.floats(0.7, 1.6),
         shear=st.floats(-0.5, 0.5),

@@ -1,0 +1,43 @@
+"""When a run ends: at its time, or with a pressure cycle before."""
+
+from collections.abc import Sequence
+
+from softsim.builder.names import Names
+from softsim.errors import SceneError
+from softsim.model import PressureData
+
+
+def end_time(names: Names, pressures: Sequence[PressureData]) -> float:
+    """Latest end of the run [s]: its time, or the end of the last pressure cycle that it waits for,
+    where a profile tells when that is.
+    """
+    time = names.scene.time
+    if time.cycles is None:
+        return time.end
+    refuse_missing_cycles(names, pressures, time.cycles)
+    return min(time.end, pressures[0].drive.cycle_end(time.cycles))
+
+
+def refuse_missing_cycles(names: Names, pressures: Sequence[PressureData], asked: int) -> None:
+    """More cycles than the first chamber ever makes; the history counts those of no other."""
+    most = pressures[0].drive.cycle_count if pressures else 0
+    if asked <= most:
+        return
+    if not pressures:
+        raise _refused(names, "there is no pressure whose cycles it could wait for")
+    name = pressures[0].name
+    if most == 0:
+        raise _refused(names, f"the pressure of '{name}', the first chamber, has no cycles")
+    raise names.loaded.error(
+        ("time", "cycles"),
+        f"the run waits for {asked} pressure cycles, and '{name}' makes {most:g}",
+        f"write at most {most:g}, or raise loads.{name}.profile.count",
+    )
+
+
+def _refused(names: Names, problem: str) -> SceneError:
+    return names.loaded.error(
+        ("time", "cycles"),
+        f"the run waits for pressure cycles: {problem}",
+        "leave cycles out, so that the run ends at `end`, or write a profile of kind cycles",
+    )

@@ -1,0 +1,92 @@
+"""What `softsim sweep` asks, plans, and says in the end."""
+
+from collections.abc import Collection
+from pathlib import Path
+
+import polars
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from softsim.errors import ClusterError, OutputError
+from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
+from softsim.study.loaded import LoadedStudy
+from softsim.sweep.planning import fill, jobs_of, table_of
+
+MANY = 10_000
+"""Cases above which one is asked whether that many are meant."""
+
+MOST_SHOWN = 30
+"""Rows of a table for people."""
+
+
+def again(retry_failed: bool) -> tuple[str, ...]:
+    """Statuses of stored cases that are run again."""
+    return (LOST, FAILED) if retry_failed else (LOST,)
+
+
+def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Console) -> None:
+    """Ask on a terminal whether so many cases are meant; elsewhere refuse them without --yes."""
+    count = study.case_count
+    if count <= MANY or is_meant:
+        return
+    text = f"{count:,} cases make up to {count:,} folders in {folder}"
+    if not console.is_terminal:
+        raise OutputError(text, hint="if that is meant, add --yes")
+    if not typer.confirm(f"{text}. Go on?"):
+        raise typer.Exit(0)
+
+
+def asked_batch(text: str, device: str) -> int:
+    """Cases that a worker runs at once. Raises ClusterError: no such number."""
+    if text == "auto":
+        return 1
+    if not text.isdecimal() or int(text) < 1:
+        raise ClusterError(f"--batch {text}: a number from 1 on, or auto")
+    return int(text)
+
+
+def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
+    """The cases, what is stored of them, and how many runs are left."""
+    jobs, table = jobs_of(study, folder), table_of(study)
+    waiting = fill(table, jobs, again)
+    frame = table.frame()
+    factors = [axis.column for axis in table.factors]
+    _print_rows(frame.select("case", *factors, "status", "key"), console)
+    runs = len({job.key for job in waiting})
+    console.print(f"{len(jobs)} cases, {len(jobs) - len(waiting)} of them stored, {runs} to run")
+
+
+def print_results(
+    study: LoadedStudy, frame: polars.DataFrame, folder: Path, console: Console
+) -> None:
+    """The table, the best first where the study says what is best; what failed; where it is."""
+    if study.goal is not None:
+        measure = next(m for m in study.measures if m.name == study.goal.measure)
+        frame = frame.sort(  # what a run had found when it was stopped counts for nothing
+            polars.col("status") != DONE, measure.column,
+            descending=[False, study.goal.sense == "maximize"], nulls_last=True,
+        )  # fmt: skip
+    _print_rows(frame.drop("key", "reason"), console)
+    ended_badly = frame.filter(polars.col("status").is_in([FAILED, LOST]))
+    for case in ended_badly.select("case", "status", "reason").iter_rows():
+        console.print("case {} {}: {}".format(*case), highlight=False)
+    done = frame.filter(polars.col("status") == DONE)
+    console.print(f"{len(done)} of {len(frame)} cases done", highlight=False)
+    console.print(f"table   {folder / TABLE_TEXT}", highlight=False)
+
+
+def _print_rows(frame: polars.DataFrame, console: Console) -> None:
+    table = Table(*map(escape, frame.columns), box=None)
+    for row in frame.head(MOST_SHOWN).iter_rows():
+        table.add_row(*map(_shown, row))
+    console.print(table)
+    if len(frame) > MOST_SHOWN:
+        console.print(f"... and {len(frame) - MOST_SHOWN:,} more")
+
+
+def _shown(value: float | str | None) -> str:
+    if value is None:
+        return ""
+    return escape(value) if isinstance(value, str) else f"{value:.4g}"

@@ -1,0 +1,79 @@
+"""The page of a run: how it ended, what it found, its curves, the robot as it moved, its scene."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from softsim.output.folder import SCENE
+from softsim.report.colours import MILLI
+from softsim.report.curves import displacement, pressurised, travelling_column, travels
+from softsim.report.page.animation import animation
+from softsim.report.page.run_charts import run_charts
+from softsim.report.page.verdicts import verdicts
+from softsim.report.page.writing import PAGE, write_page
+from softsim.report.readable import readable
+from softsim.report.recorded import Recorded, recorded
+from softsim.report.segments import segments
+
+SAID_ABOVE = ("layout",)
+"""What the verdicts at the top of the page say."""
+
+
+def write_run_page(folder: Path) -> Path:
+    """Write report.html of a run folder, from its files alone.
+
+    Raises OutputError if the history is missing or empty, the results lack the field that the
+    scene colours by, a file is damaged, or the disk refuses.
+    """
+    page = folder / PAGE
+    write_page("run.html", run_context(folder), page)
+    return page
+
+
+def run_context(folder: Path) -> dict[str, Any]:
+    """What the page says of the run in `folder`. Raises OutputError as `write_run_page` does."""
+    run = recorded(folder)
+    scene = (folder / SCENE).read_text("utf-8") if (folder / SCENE).is_file() else ""
+    return {
+        "title": run.summary.get("title") or folder.name,
+        "scene": run.summary.get("scene", ""),
+        "verdicts": list(verdicts(run.summary, yaml.safe_load(scene) or {})),
+        "measures": [row for row in readable(run.summary) if row[0] not in SAID_ABOVE],
+        "segments": None if run.layout is None else segments(run.layout),
+        "charts": run_charts(run),
+        "animation": animation_of(run),
+        "settings": [setting(line) for line in scene.splitlines()],
+    }
+
+
+def animation_of(run: Recorded) -> dict[str, Any] | None:
+    """The frames with what the history says of each, if the run has any."""
+    if run.frames is None or len(run.frames) == 0:
+        return None
+    shown = animation(run.frames, run.summary.get("snapshot_field", "stretch"))
+    return shown | {"readings": list(readings(run.history, shown["times"]))}
+
+
+def readings(history: Mapping[str, np.ndarray], times: np.ndarray) -> Iterator[dict[str, Any]]:
+    """Pressure and place at the times (f,) [s] of frames: name, unit, values (f,)."""
+    columns = {}
+    if pressurised(history):
+        columns["air pressure", "kPa"] = history["pressure"] / 1e3
+    if "arc_length" in history:
+        columns["along the pipe", "mm"] = history["arc_length"] * MILLI
+    elif travels(history):
+        columns[f"displacement in {travelling_column(history)[-1]}", "mm"] = (
+            displacement(history) * MILLI
+        )
+    for (name, unit), values in columns.items():
+        at_frames = np.interp(times, history["time"], values)
+        yield {"name": name, "unit": unit, "values": at_frames.round(3)}
+
+
+def setting(line: str) -> tuple[str, str]:
+    """A line of the resolved scene, and where its value comes from."""
+    value, mark, origin = line.rpartition("  # ")
+    return (value, origin) if mark else (line, "")

@@ -1,0 +1,87 @@
+// The controls of the animation. What moment it shows it tells the page (event `moment`), and it
+// goes where the page asks it to (event `seek`); both carry the time of the run [s].
+
+const movie = JSON.parse(document.getElementById("animation").textContent);
+const [player, play, slider, reading, speed, camera] =
+  ["player", "play", "frame", "reading", "speed", "camera"].map((id) => document.getElementById(id));
+const canvas = player.querySelector("canvas"), painter = new Painter(canvas, movie);
+const { times } = movie, end = times.length - 1;
+let current = 0, playing = null;
+
+const words = (value) => Number(value.toPrecision(4)).toString();
+
+function paint() {
+  painter.paint(current, camera.value === "follows");
+}
+
+function show(frame) {
+  current = Math.max(0, Math.min(end, frame));
+  slider.value = current;
+  const said = movie.readings.map(({ name, unit, values }) =>
+    `${name} ${values[current].toFixed(2)} ${unit}`);
+  reading.textContent = [`${words(times[current])} s`, ...said].join(", ");
+  slider.setAttribute("aria-valuetext", reading.textContent);
+  paint();
+  document.dispatchEvent(new CustomEvent("moment", { detail: times[current] }));
+}
+
+function frameAt(time) {
+  const after = times.findIndex((other) => other >= time);
+  if (after === -1) return end;
+  const before = Math.max(after - 1, 0);
+  return time - times[before] < times[after] - time ? before : after;
+}
+
+function pause() {
+  cancelAnimationFrame(playing);
+  playing = null;
+  play.textContent = "\u25b6";
+  play.setAttribute("aria-label", "Play");
+}
+
+function start() {
+  if (current === end) show(0);
+  let last = performance.now(), time = times[current];
+  const next = (now) => {
+    time += ((now - last) / 1000) * (times[end] - times[0]) / Number(speed.value);
+    last = now;
+    if (frameAt(time) !== current) show(frameAt(time));
+    if (current === end) pause();
+    else playing = requestAnimationFrame(next);
+  };
+  playing = requestAnimationFrame(next);
+  play.textContent = "\u2016";
+  play.setAttribute("aria-label", "Pause");
+}
+
+function goTo(frame) {
+  pause();
+  show(frame);
+}
+
+play.addEventListener("click", () => (playing === null ? start() : pause()));
+slider.addEventListener("input", () => goTo(Number(slider.value)));
+camera.addEventListener("change", paint);
+document.addEventListener("seek", (event) => goTo(frameAt(event.detail)));
+
+canvas.addEventListener("keydown", (event) => {
+  const actions = {
+    ArrowLeft: () => goTo(current - 1), ArrowRight: () => goTo(current + 1),
+    Home: () => goTo(0), End: () => goTo(end), " ": () => play.click(),
+  };
+  if (!(event.key in actions)) return;
+  event.preventDefault();
+  actions[event.key]();
+});
+
+// A body in space is turned by dragging it.
+canvas.addEventListener("pointermove", (event) => {
+  if (painter.dimension === 2 || event.buttons === 0) return;
+  painter.azimuth -= event.movementX / 150;
+  painter.elevation = Math.max(-1.5, Math.min(1.5, painter.elevation + event.movementY / 150));
+  paint();
+});
+canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+
+new ResizeObserver(paint).observe(canvas);
+show(0);

@@ -1,0 +1,44 @@
+"""The summary of a run, for people."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from softsim.report.wording import duration
+
+
+def each(values: Sequence[float | None], factor: float, unit: str) -> str:
+    """An entry a pressure cycle, in this unit; where there was no motion it has none."""
+    return ", ".join("no motion" if v is None else f"{v * factor:.4g} {unit}" for v in values)
+
+
+SHOWN: Mapping[str, Callable[[Any], str]] = {
+    "layout": lambda v: str(v["sentence"]),
+    "simulated_time": lambda v: f"{v:.4g} s",
+    "wall_time": duration,
+    "element_count": str,
+    "increments": str,
+    "element_updates_per_second": lambda v: f"{v / 1e6:.1f} M",
+    "phases": lambda v: ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in v.items()),
+    "energy_error": lambda v: f"{100.0 * v:.3f} %",
+    "rows_in_contact": lambda v: f"at most {v:g}",
+    "frame_displacement": lambda v: f"{v * 1e3:.4g} mm",
+    "displacement_per_cycle": lambda v: each(v, 1e3, "mm"),
+    "mean_speed": lambda v: f"{v * 1e3:.3g} mm/s",
+    "cycles_done": str,
+    "deflation_begin_pressure": lambda v: each(v, 1e-3, "kPa"),
+    "deflation_end_pressure": lambda v: each(v, 1e-3, "kPa"),
+    "onset_pressure": lambda v: each(v, 1e-3, "kPa"),
+    "end_pressure": lambda v: each(v, 1e-3, "kPa"),
+    "slip_share": lambda v: f"{100.0 * v:.0f} % of the walls' normal impulse",
+    "dominant_frequency": lambda v: f"{v:.4g} Hz across the pipe",
+    "peak_pull": lambda v: f"{v:.3g} N",
+    "mean_pull": lambda v: f"{v:.3g} N",
+}
+"""What a summary says in a few lines: name -> how its value is written."""
+
+
+def readable(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """What a run says of itself: names and values with their units."""
+    for name, write in SHOWN.items():
+        if summary.get(name) is not None:
+            yield name.replace("_", " "), write(summary[name])

@@ -1,0 +1,52 @@
+"""What a run folder holds for its report."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softsim.errors import OutputError
+from softsim.output.fields import Frames, read_frames
+from softsim.output.folder import HISTORY, RESULTS, read_summary
+from softsim.output.history import read_history, read_units
+from softsim.report.curves import has
+from softsim.report.snapshots import is_axisymmetric
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A run: columns of its history (rows,) with their units, its frames if it wrote fields, its
+    summary, empty where there is none yet.
+    """
+
+    history: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    frames: Frames | None
+    summary: Mapping[str, Any]
+
+    @property
+    def layout(self) -> Mapping[str, Any] | None:
+        """The report of a run along a pipe whose frames show where it was, else None."""
+        shows = self.frames is not None and "path" in self.frames.described and len(self.frames) > 0
+        return self.summary.get("layout") if shows and has(self.history, "arc_length") else None
+
+
+def recorded(folder: Path) -> Recorded:
+    """Open a run folder.
+
+    Raises OutputError if the history is missing or empty, or a file is damaged.
+    """
+    history, units = dict(read_history(folder / HISTORY)), read_units(folder / HISTORY)
+    if len(history["time"]) == 0:
+        raise OutputError(
+            f"{folder / HISTORY} has no rows yet, there is nothing to draw",
+            hint="the run was stopped before its first sample: run longer or sample more often",
+        )
+    frames = read_frames(folder / RESULTS) if (folder / RESULTS).exists() else None
+    if frames is not None and is_axisymmetric(frames):
+        # The mean radius of a half section is not where its body is, which is on the axis.
+        for column in ("frame_x", "body_x"):
+            history.pop(column, None)
+    return Recorded(history, units, frames, read_summary(folder))

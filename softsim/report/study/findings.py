@@ -1,0 +1,131 @@
+"""What a study found, as its figures and its page need it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import polars
+
+from softsim.errors import OutputError
+from softsim.output.study_folder import (
+    DONE,
+    FAILED,
+    LOST,
+    Axis,
+    StudyRecord,
+    read_study,
+    read_table,
+)
+from softsim.report.study.scale import Scale
+
+REPEAT, VERDICT = "repeat", "verdict"
+
+SPREAD, DONE_COUNT, FAILED_COUNT = "standard deviation of ", "cases done", "cases failed"
+"""Columns of the design points: before the column of a measure; and two counts."""
+
+
+@dataclass(frozen=True)
+class Best:
+    """The best design point: its first case, the mean of the goal's measure over its repeats, and
+    all its columns.
+    """
+
+    case: int
+    value: float
+    values: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The record of a study and its table, a row a case."""
+
+    record: StudyRecord
+    table: polars.DataFrame
+
+    @classmethod
+    def read(cls, folder: Path) -> "Findings":
+        """From the folder of a study. Raises OutputError where it holds none."""
+        return cls(read_study(folder), read_table(folder))
+
+    @cached_property
+    def factors(self) -> tuple[Axis, ...]:
+        """What makes a design point: the factors; the repeats where nothing else varies."""
+        factors = tuple(axis for axis in self.record.factors if axis.name != REPEAT)
+        return factors or (Axis(REPEAT, about="repeat"),)
+
+    @cached_property
+    def measures(self) -> tuple[Axis, ...]:
+        """The measures, and the verdict where layouts have one."""
+        verdict = VERDICT in self.table.columns
+        return self.record.measures + (Axis(VERDICT, is_label=True),) * verdict
+
+    @cached_property
+    def axes(self) -> dict[str, Axis]:
+        """Factors and measures by name."""
+        return {axis.name: axis for axis in (*self.factors, *self.measures)}
+
+    def axis(self, name: str) -> Axis:
+        """Raises OutputError unless a factor or measure is called `name`."""
+        if name not in self.axes:
+            raise OutputError(
+                f"the study has no factor and no measure {name!r} to draw",
+                hint=f"it has {', '.join(self.axes)}",
+            )
+        return self.axes[name]
+
+    def scale(self, name: str) -> Scale:
+        """How a factor or measure is drawn. Raises OutputError unless one is called `name`."""
+        axis = self.axis(name)
+        return Scale.of(axis, self.table[axis.column])
+
+    def level_count(self, axis: Axis) -> int:
+        """How many different values an axis has in the table."""
+        return self.table[axis.column].drop_nulls().n_unique()
+
+    @cached_property
+    def varied(self) -> tuple[Axis, ...]:
+        """The factors that have more than one level."""
+        return tuple(factor for factor in self.factors if self.level_count(factor) > 1)
+
+    @cached_property
+    def done(self) -> polars.DataFrame:
+        """The cases that are done."""
+        return self.table.filter(polars.col("status") == DONE)
+
+    @cached_property
+    def design_points(self) -> polars.DataFrame:
+        """A row a combination of the factors, in the order of the table: its first case, its
+        factors, the mean and the SPREAD of each measure over the cases that are done (of labels
+        the most frequent), how many are done and how many failed.
+        """
+        done = polars.col("status") == DONE
+        values = {axis: polars.col(axis.column).filter(done) for axis in self.measures}
+        return self.table.group_by([axis.column for axis in self.factors], maintain_order=True).agg(
+            polars.col("case").first(),
+            *[usual(axis, of) for axis, of in values.items()],
+            *[of.std().alias(SPREAD + a.column) for a, of in values.items() if not a.is_label],
+            done.sum().alias(DONE_COUNT),
+            polars.col("status").is_in([FAILED, LOST]).sum().alias(FAILED_COUNT),
+        )
+
+    @cached_property
+    def best(self) -> Best | None:
+        """The best design point by the study's goal; none without a goal or a case that has it."""
+        goal = self.record.goal
+        if goal is None:
+            return None
+        column = self.axis(goal.measure).column
+        found = self.design_points.filter(polars.col(column).is_not_null())
+        if found.is_empty():
+            return None
+        row = found.sort(column, descending=goal.sense == "maximize", maintain_order=True).row(
+            0, named=True
+        )
+        return Best(row["case"], row[column], row)
+
+
+def usual(axis: Axis, values: polars.Expr) -> polars.Expr:
+    """The mean of an axis's values; of labels the most frequent one."""
+    return values.drop_nulls().mode().sort().first() if axis.is_label else values.mean()

@@ -1,0 +1,102 @@
+"""The page of a study: what was varied, what is best, every plot and every case, in one file."""
+
+from base64 import b64encode
+from pathlib import Path
+from typing import Any
+
+import polars
+
+from softsim.output.study_folder import DONE, FAILED, LOST, PRUNED, TABLE_TEXT, WAITING
+from softsim.report.page.writing import PAGE, write_page
+from softsim.report.study.charts import study_charts
+from softsim.report.study.findings import Findings
+from softsim.report.study.scale import title_of
+from softsim.report.study.wording import best_in_words, written
+from softsim.report.wording import duration
+
+MOST_LEVELS = 12
+"""Levels of a factor that are named one by one."""
+
+MOST_NAMED = 8
+"""Cases that are named for each reason of failure."""
+
+
+def write_study_page(folder: Path) -> Path:
+    """Write report.html into the folder of a study, from what is there so far; its path.
+
+    Raises OutputError where the folder holds no study, a plot names no axis of it, or the disk
+    refuses.
+    """
+    findings, path = Findings.read(folder), folder / PAGE
+    write_page("study.html", page_context(findings, folder), path)
+    return path
+
+
+def page_context(findings: Findings, folder: Path) -> dict[str, Any]:
+    """What the template names."""
+    kind, words = state_of(findings)
+    table = (folder / TABLE_TEXT).read_bytes()
+    return {
+        "title": findings.record.title,
+        "kind": kind,
+        "words": words,
+        "best": best_in_words(findings),
+        "charts": study_charts(findings),
+        "factors": [(title_of(f), level_words(findings, f.name)) for f in findings.factors],
+        "settings": settings_of(findings),
+        "reasons": reasons_of(findings),
+        "cases": {
+            "headings": findings.table.columns,
+            "columns": [column.to_list() for column in findings.table],
+            "factors": [axis.column for axis in findings.factors],
+            "measures": [axis.column for axis in findings.measures],
+        },
+        "download": f"data:text/csv;base64,{b64encode(table).decode()}",
+        "download_name": TABLE_TEXT,
+    }
+
+
+def state_of(findings: Findings) -> tuple[str, str]:
+    """How the study stands: good, open or bad, and in words."""
+    counts = dict(findings.table["status"].value_counts().iter_rows())
+    total = findings.table.height
+    said = [f"{counts.get(DONE, 0)} of {total} cases done"]
+    said += [f"{counts[s]} {s}" for s in (FAILED, LOST, PRUNED, WAITING) if counts.get(s)]
+    words = f"{findings.record.status}: {', '.join(said)}"
+    if findings.record.status != "done" or counts.get(WAITING):
+        return "open", words
+    if not counts.get(DONE):
+        return "bad", words
+    return ("open" if counts.get(FAILED) or counts.get(LOST) else "good"), words
+
+
+def level_words(findings: Findings, name: str) -> str:
+    """The levels of a factor, one by one or from where to where."""
+    axis = findings.axis(name)
+    levels = findings.table[axis.column].drop_nulls().unique(maintain_order=True)
+    if len(levels) <= MOST_LEVELS:
+        return ", ".join(written(axis, level) for level in levels)
+    if axis.is_label:
+        return f"{len(levels)} levels"
+    return f"{len(levels)} values, {written(axis, levels.min())} to {written(axis, levels.max())}"
+
+
+def settings_of(findings: Findings) -> list[tuple[str, str]]:
+    """What a reader should know of how it came about."""
+    record = findings.record
+    said = [("study", record.source), *(record.settings or {}).items()]
+    if record.repeats > 1:
+        said.append(("repeats", str(record.repeats)))
+    return [*said, ("wall time", duration(record.wall_time)), ("softsim", record.version)]
+
+
+def reasons_of(findings: Findings) -> list[tuple[str, int, str]]:
+    """Why cases failed, the most frequent reason first: reason, how many, the first of them."""
+    failed = findings.table.filter(polars.col("status").is_in([FAILED, LOST]))
+    groups = failed.group_by("reason", maintain_order=True).agg("case")
+    found = []
+    for reason, cases in groups.iter_rows():
+        named = ", ".join(map(str, cases[:MOST_NAMED]))
+        more = " ..." if len(cases) > MOST_NAMED else ""
+        found.append((reason or "no reason given", len(cases), named + more))
+    return sorted(found, key=lambda group: -group[1])

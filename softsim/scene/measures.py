@@ -1,0 +1,129 @@
+"""What a run of a scene tells of itself in summary.json, known before it runs.
+
+`output/measures.py` measures; this says which names it will find, in which units. A test holds the
+two together.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+from softsim.scene.loads import FollowerPressure, Tendon
+from softsim.scene.outputs import probe_columns
+from softsim.scene.part import Part
+from softsim.scene.profiles import (
+    CyclesProfile,
+    EventCyclesProfile,
+    NaturalDeflationProfile,
+    Table,
+)
+from softsim.scene.schema import Scene
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A name in summary.json. unit: SI, empty for bare numbers and texts; per_cycle: a list with a
+    number a pressure cycle; is_label: a text.
+    """
+
+    unit: str = ""
+    per_cycle: bool = False
+    is_label: bool = False
+
+
+LENGTH, SPEED, PRESSURE = Measure("m"), Measure("m/s"), Measure("Pa")
+FORCE, TIME, FREQUENCY = Measure("N"), Measure("s"), Measure("Hz")
+NUMBER, LABEL = Measure(), Measure(is_label=True)
+LENGTHS, PRESSURES = Measure("m", per_cycle=True), Measure("Pa", per_cycle=True)
+
+OF_ALL = {
+    "simulated_time": TIME,
+    "wall_time": TIME,
+    "time_increment": TIME,
+    "increments": NUMBER,
+    "node_count": NUMBER,
+    "element_count": NUMBER,
+    "energy_error": NUMBER,
+    "body_displacement": LENGTH,
+    "body_speed": SPEED,
+    "rows_in_contact": NUMBER,
+    "slip_share": NUMBER,
+}
+OF_RIGID_BODIES = {
+    "frame_displacement": LENGTH,
+    "mean_speed": SPEED,
+    "rows_at_highest": NUMBER,
+    "dominant_frequency": FREQUENCY,
+}
+OF_RIGID_BODIES_IN_CYCLES = {
+    "displacement_per_cycle": LENGTHS,
+    "displacement_while_falling": LENGTHS,
+    "onset_pressure": PRESSURES,
+    "end_pressure": PRESSURES,
+}
+OF_CHAMBERS = {"cycles_done": NUMBER}
+OF_CONTROLLED_CYCLES = {
+    "deflation_begin_pressure": PRESSURES,
+    "deflation_end_pressure": PRESSURES,
+}
+OF_TENDONS = {"peak_pull": FORCE, "mean_pull": FORCE}
+OF_LAYOUTS = {
+    "layout.verdict": LABEL,
+    "layout.blocked_by": LABEL,
+    "layout.sentence": LABEL,
+    "layout.time": TIME,
+    "layout.start": LENGTH,
+    "layout.goal": LENGTH,
+    "layout.final_arc_length": LENGTH,
+    "layout.where.arc_length": LENGTH,
+    "layout.where.segment": NUMBER,
+    "layout.where.what": LABEL,
+}
+OF_PROBES = {
+    "displacement": LENGTH,
+    "radius": LENGTH,
+    "reaction": FORCE,
+    "volume": Measure("m^3"),
+}
+CHAMBERS = ("follower_pressure", "added_volume", "added_gas")
+
+
+def produced(scene: Scene) -> dict[str, Measure]:
+    """What a run of `scene` tells, by name, dotted into mappings: "layout.verdict".
+
+    A run that is too short for it tells nothing, or less: of pressure cycles only whole ones count.
+    """
+    chambers = [load for load in scene.loads.values() if load.kind in CHAMBERS]
+    first = chambers[0] if chambers else None
+    profile = first.profile if isinstance(first, FollowerPressure) else None
+    found = dict(OF_ALL)
+    if scene.rigid_bodies:
+        found |= OF_RIGID_BODIES
+        if has_cycles(profile):
+            found |= OF_RIGID_BODIES_IN_CYCLES
+    if chambers:
+        found |= OF_CHAMBERS
+    if isinstance(profile, EventCyclesProfile):
+        found |= OF_CONTROLLED_CYCLES
+    if any(isinstance(load, Tendon) for load in scene.loads.values()):
+        found |= OF_TENDONS
+    if scene.layout is not None:
+        found |= OF_LAYOUTS
+    return found | of_probes(scene)
+
+
+def has_cycles(profile: Part | None) -> bool:
+    """Whether a pressure ever falls."""
+    if isinstance(profile, Table):
+        return any(later[1] < earlier[1] for earlier, later in pairwise(profile.points))
+    return isinstance(profile, CyclesProfile | NaturalDeflationProfile | EventCyclesProfile)
+
+
+def of_probes(scene: Scene) -> dict[str, Measure]:
+    """What the probes of a scene read last."""
+    in_space = any(body.formulation == "solid" for body in scene.bodies.values())
+    axes = "xyz" if in_space else "xy"
+    return {
+        f"probes.{column}": OF_PROBES[probe.kind]
+        for name, probe in scene.output.probes.items()
+        for column in probe_columns(name, probe.kind, axes)
+    }

@@ -1,0 +1,87 @@
+"""A study is checked before anything runs: each value of each factor once, with the first values of
+the others. What only fails in another combination is a failed row of the table.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from softsim.errors import SceneError
+from softsim.scene.loading import LoadedScene
+from softsim.study.case import Source, Value
+from softsim.study.composition import Composition
+from softsim.study.factors import Factor
+from softsim.study.repeats import Perturbation
+from softsim.study.resolution import file_keys, known_tree
+from softsim.study.settings import refuse_overwriting, scene_with
+
+
+def checked_scenes(
+    composition: Composition, perturbed: Sequence[Perturbation]
+) -> list[LoadedScene]:
+    """The scenes with which the study was checked, the first with the first value of each factor.
+
+    Raises
+    ------
+    SceneError: what is wrong, at the place in the study that brings it about.
+    """
+    refuse_conflicts(composition)
+    first = {factor.axis.name: factor.tried[0] for factor in composition.factors}
+    base = scene_of(composition, first)
+    for repeat in range(len(perturbed[0].draws) if perturbed else 0):
+        refuse_wrong_repeat(base, perturbed, repeat + 1)
+    scenes = [base]
+    for factor in composition.factors:
+        for value in factor.tried[1:]:
+            values = {**first, factor.axis.name: value}
+            try:
+                scene = scene_of(composition, values)
+                if perturbed:
+                    refuse_wrong_repeat(scene, perturbed, 1)
+            except SceneError as error:
+                raise brought_about(error, factor, value) from None
+            scenes.append(scene)
+    return scenes
+
+
+def refuse_conflicts(composition: Composition) -> None:
+    """Nothing sets what another has set. SceneError at the later one."""
+    settings = list(composition.shared)
+    for factor in composition.factors:
+        of_factor = {one.path: one for value in factor.tried for one in factor.settings(value)}
+        settings.extend(of_factor.values())
+    refuse_overwriting(settings)
+
+
+def scene_of(composition: Composition, values: Mapping[str, Value]) -> LoadedScene:
+    """The scene of a case with these values, whose files are there. SceneError."""
+    source = composition.source(values)
+    loaded = scene_with(known_tree(source), source, composition.settings(values))
+    for keys in file_keys(loaded.scene):
+        loaded.resolve_file(keys)
+    return loaded
+
+
+def refuse_wrong_repeat(
+    loaded: LoadedScene, perturbed: Sequence[Perturbation], repeat: int
+) -> None:
+    """A repeat must be a scene too. SceneError at the deviation."""
+    settings = [one.setting(loaded, repeat) for one in perturbed]
+    source = Source(loaded.path)
+    try:
+        scene_with(loaded.tree, source, settings)
+    except SceneError as error:
+        message = f"in repeat {repeat}: {error.message}"
+        hint = "a smaller deviation keeps within limits"
+        raise SceneError(message, hint, error.location) from None
+
+
+def brought_about(error: SceneError, factor: Factor, value: Value) -> SceneError:
+    """An error of a scene that holds without this value, at the place of the value, though another
+    value of the scene is what does not go with it. Another scene's error stays where it is.
+    """
+    settings = factor.settings(value)
+    own = [place for one in settings for place in (one.origin, one.path_origin)]
+    if not settings or error.location in own:
+        return error
+    shown = value if isinstance(value, str) else f"{value:.6g} {factor.axis.unit}".rstrip()
+    message = f"{factor.axis.name} = {shown} does not go with the rest"
+    return SceneError(message, "", settings[0].origin, [error])

@@ -1,0 +1,41 @@
+"""What a study is going to do, in a few rows of text."""
+
+from softsim.study.axes import Axis
+from softsim.study.loaded import LoadedStudy
+from softsim.study.spacing import Interval, Space
+
+MOST_SHOWN = 6
+"""Values of a factor that are all written; of more, only some."""
+
+
+def describe(study: LoadedStudy) -> list[tuple[str, str]]:
+    """Rows of what and how: factors, design, repeats, measures, goal."""
+    rows = [
+        (axis.column, space_text(axis, study.search_space[axis.name])) for axis in study.factors
+    ]
+    if study.design is not None:
+        kind = study.design.kind.replace("_", " ")
+        rows.append(("design", f"{kind}, {count_text(study.case_count, 'case')}"))
+    if study.perturbed:
+        perturbed = ", ".join(f"{one.path} by {one.written.text}" for one in study.perturbed)
+        rows.append(("repeats", f"{study.repeats} of each case, perturbed: {perturbed}"))
+    rows.append(("measures", ", ".join(measure.column for measure in study.measures)))
+    if study.goal is not None:
+        rows.append(("goal", f"{study.goal.sense} {study.goal.measure}"))
+    return rows
+
+
+def space_text(axis: Axis, space: Space) -> str:
+    """The values of a factor."""
+    spacing = ", in equal ratios" if axis.logarithmic else ""
+    if isinstance(space, Interval):
+        return f"any from {space.low:g} to {space.high:g}{spacing}"
+    shown = [value if isinstance(value, str) else f"{value:g}" for value in space]
+    if len(shown) > MOST_SHOWN:
+        return f"{len(shown)} values, {', '.join(shown[:3])} ... {shown[-1]}{spacing}"
+    return ", ".join(shown) + spacing
+
+
+def count_text(count: int, thing: str) -> str:
+    """ "1 case", "2 cases"."""
+    return f"{count:,} {thing}" + ("" if count == 1 else "s")

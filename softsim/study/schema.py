@@ -1,0 +1,229 @@
+"""The vocabulary of a study: every key, its meaning.
+
+A study names a scene, what varies in it, what is collected of each run, what is drawn. Values are
+written as in a scene, with units.
+"""
+
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema
+
+from softsim.scene.part import Part
+from softsim.scene.quantities import Name, Text, WholeNumber
+from softsim.study.objective import Objective
+
+
+def _number_or_text(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError('must be a number, a quantity such as "3 mm", or a text')
+    return value
+
+
+Scalar = Annotated[
+    Any, AfterValidator(_number_or_text), WithJsonSchema({"type": ["number", "string"]})
+]
+Settings = Annotated[dict[Text, Any], Field(min_length=1)]
+Seed = Annotated[WholeNumber, Field(ge=0)]
+About = Annotated[Text, Field(description="What it is, in words: for axes and headings.")]
+
+
+class KeyFactor(Part):
+    """One key of the scene. An even spacing has its ends in `range`, or in `log_range`."""
+
+    key: Text = Field(description='Path of a key, as --set has it: "time.end".')
+    values: tuple[Scalar, ...] | None = Field(
+        default=None, min_length=1, description="Its values, one by one."
+    )
+    range: tuple[Scalar, Scalar] | None = Field(
+        default=None, description="Its lowest and highest value, evenly spaced between them."
+    )
+    log_range: tuple[Scalar, Scalar] | None = Field(
+        default=None, description="The same in equal ratios; both are greater than 0."
+    )
+    count: WholeNumber | None = Field(
+        default=None,
+        ge=2,
+        le=100_000,
+        description="How many values a range has. A grid needs it; without it the other designs, "
+        "and optimize, take any value in the range.",
+    )
+    about: About = ""
+
+
+class VariantsFactor(Part):
+    """Several keys at once, under a label."""
+
+    variants: Annotated[dict[Text, Settings], Field(min_length=1)] = Field(
+        description="Label -> what it sets: {thin: {PATH: VALUE, ...}, thick: {...}}."
+    )
+    about: About = ""
+
+
+class ScenesFactor(Part):
+    """Another scene, under a label."""
+
+    scenes: Annotated[dict[Text, Text], Field(min_length=1)] = Field(
+        description="Label -> scene file, relative to the study's."
+    )
+    about: About = ""
+
+
+FACTORS: dict[str, type[Part]] = {
+    "key": KeyFactor, "variants": VariantsFactor, "scenes": ScenesFactor,
+}  # fmt: skip
+
+
+def _factor_kind(value: Any) -> str | None:
+    if isinstance(value, dict):
+        return next((key for key in value if key in FACTORS), None)
+    return next((kind for kind, factor in FACTORS.items() if isinstance(value, factor)), None)
+
+
+FactorPart = Annotated[
+    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
+        Annotated[KeyFactor, Tag("key")],
+        Annotated[VariantsFactor, Tag("variants")],
+        Annotated[ScenesFactor, Tag("scenes")],
+    ],
+    Discriminator(_factor_kind),
+]
+
+
+class GridDesign(Part):
+    """Every value of each factor with every value of the others; the last factor varies fastest."""
+
+    kind: Literal["grid"] = Field(description="Kind of design.")
+
+
+class ListDesign(Part):
+    """Cases one by one."""
+
+    kind: Literal["list"] = Field(description="Kind of design.")
+    cases: tuple[dict[Text, Scalar], ...] = Field(
+        min_length=1, description="A value of each factor: [{rate: 1 kPa/s, pipe: 36 mm}, ...]."
+    )
+
+
+class LatinHypercubeDesign(Part):
+    """Random cases of which each factor's values fill its range evenly, one in each of `count`
+    equal parts.
+    """
+
+    kind: Literal["latin_hypercube"] = Field(description="Kind of design.")
+    count: WholeNumber = Field(ge=1, description="Number of cases.")
+    seed: Seed = Field(default=1, description="Of the random numbers.")
+
+
+class SobolDesign(Part):
+    """A scrambled Sobol sequence: cases that fill the space of all factors evenly."""
+
+    kind: Literal["sobol"] = Field(description="Kind of design.")
+    count: WholeNumber = Field(
+        ge=1, description="Number of cases, a power of two: the sequence is even only there."
+    )
+    seed: Seed = Field(default=1, description="Of the scrambling.")
+
+
+Design = Annotated[
+    GridDesign | ListDesign | LatinHypercubeDesign | SobolDesign, Field(discriminator="kind")
+]
+
+
+class Repeats(Part):
+    """Each case several times, with what is not known for sure drawn at random.
+
+    Repeat 1 is a draw like the others. Repeat n has the same draws in all cases, so that cases
+    differ by their factors alone, and keeps them when there are to be more repeats.
+    """
+
+    count: WholeNumber = Field(ge=1, description="How often each case is run.")
+    seed: Seed = Field(default=1, description="Of the random numbers.")
+    perturb: Annotated[dict[Text, Scalar], Field(min_length=1)] = Field(
+        description="Path of a key -> standard deviation of the normal distribution about its "
+        'value: "10 %" of it, or "0.1 mm".'
+    )
+
+
+class MeasurePart(Part):
+    """A column of the table, read from the summary of each run."""
+
+    of: Text = Field(description='Name in summary.json, dotted into mappings: "layout.verdict".')
+    take: Literal["first", "last", "mean", "min", "max"] | None = Field(
+        default=None, description="Which of a list that has a number a pressure cycle."
+    )
+    unit: Text | None = Field(
+        default=None, description="In which it is shown, such as mm; a usual one by default."
+    )
+    about: About = ""
+
+
+class CurvePlot(Part):
+    """A measure over a factor or another measure; repeats as mean and band of 3 deviations."""
+
+    kind: Literal["curve"] = Field(description="Kind of plot.")
+    x: Name = Field(description="Factor or measure.")
+    y: Name = Field(description="Measure.")
+    by: Name | None = Field(default=None, description="Factor of which each value has a curve.")
+
+
+class HeatMapPlot(Part):
+    """A measure over two factors."""
+
+    kind: Literal["heat_map"] = Field(description="Kind of plot.")
+    x: Name = Field(description="Factor.")
+    y: Name = Field(description="Factor.")
+    colour: Name = Field(description="Measure.")
+
+
+class ScatterPlot(Part):
+    """A point a case."""
+
+    kind: Literal["scatter"] = Field(description="Kind of plot.")
+    x: Name = Field(description="Factor or measure.")
+    y: Name = Field(description="Factor or measure.")
+    colour: Name | None = Field(default=None, description="Factor or measure.")
+
+
+PlotPart = Annotated[CurvePlot | HeatMapPlot | ScatterPlot, Field(discriminator="kind")]
+
+
+class Study(Part):
+    """A scene, what varies in it, what is collected of each run."""
+
+    title: Text = Field(default="", description="One line for people.")
+    scene: Text | None = Field(
+        default=None, description="Scene file, relative to this one; or a factor has `scenes`."
+    )
+    robot: Text | None = Field(
+        default=None, description="Standard robot that is put into the scene, a bare layout."
+    )
+    set: dict[Text, Any] = Field(
+        default={}, description="What all cases share: {PATH: VALUE}, as --set has it."
+    )
+    factors: Annotated[dict[Name, FactorPart], Field(min_length=1)] = Field(
+        description="What varies, by name."
+    )
+    design: Design | None = Field(
+        default=None, description="Which values are put together; a grid by default."
+    )
+    repeats: Repeats | None = Field(
+        default=None, description="Each case several times, perturbed; once by default."
+    )
+    measures: Annotated[dict[Name, MeasurePart], Field(min_length=1)] = Field(
+        description="What is collected of each run, by name."
+    )
+    plots: tuple[PlotPart, ...] | None = Field(
+        default=None, description="What is drawn; chosen by the factors by default."
+    )
+    optimize: Objective | None = Field(
+        default=None, description="What `softsim optimize` seeks, by choosing the factors."
+    )
+    keep: Literal["thin", "everything"] = Field(
+        default="thin", description="thin: of each run its summary and about 1,000 rows of its "
+        "history; everything: also fields and checkpoint."
+    )  # fmt: skip
+
+
+def study_json_schema() -> dict[str, Any]:
+    """JSON schema of a study file, so that an editor completes and checks its keys."""
+    return Study.model_json_schema()

@@ -1,0 +1,145 @@
+"""What the page of a run says, before any browser sees it."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from layout_runs import write_layout_run
+
+from softsim.errors import OutputError
+from softsim.output.folder import SCENE, RunFolder
+from softsim.report.page.run import run_context, setting, write_run_page
+from softsim.report.page.verdicts import BAD, GOOD, OPEN, expectations, verdicts
+from softsim.robots.block import block
+
+DONE = {"status": "done", "simulated_time": 4.0, "wall_time": 100.0, "title": "strip"}
+
+
+@pytest.fixture
+def folder(strip_run: Path, tmp_path: Path) -> Path:
+    """A copy of the strip's run, which the test may change."""
+    return shutil.copytree(strip_run, tmp_path / "run")
+
+
+def write_summary(folder: Path, **entries) -> None:
+    RunFolder(folder).write_json_atomic("summary.json", DONE | entries)
+
+
+def test_numbers_are_those_of_the_summary_with_units_for_people(folder: Path) -> None:
+    write_summary(folder, frame_displacement=8.1234e-3, mean_speed=2.5e-3, peak_pull=None)
+    measures = dict(run_context(folder)["measures"])
+    assert measures["frame displacement"] == "8.123 mm"
+    assert measures["mean speed"] == "2.5 mm/s"
+    assert "peak pull" not in measures
+
+
+def test_charts_are_those_that_the_history_has_something_for(folder: Path) -> None:
+    charts = {chart.title: chart for chart in run_context(folder)["charts"]}
+    assert list(charts) == ["Displacement and pressure", "Contact with walls", "Energies"]
+    assert all(chart.over_time for chart in charts.values())
+    axes = charts["Displacement and pressure"].figure["layout"]
+    assert axes["yaxis"]["title"]["text"] == "frame displacement in x [mm]"
+    assert axes["yaxis2"]["overlaying"] == "y" and axes["xaxis"]["range"] == [0.0, 4.0]
+
+
+def test_a_vibrating_signal_is_thinned_to_its_mean_and_band(folder: Path) -> None:
+    low, high, mean = run_context(folder)["charts"][0].traces[:3]  # of 4001 rows
+    assert len(mean["x"]) == len(low["y"]) == 1000
+    assert np.all(np.array(low["y"]) <= high["y"])
+    swing = np.array(high["y"]) - low["y"]
+    assert swing.max() > 0.05  # the vibration, 0.1 mm, seen in bins of four rows
+    assert mean["y"][-1] == pytest.approx(8.0, abs=0.1)
+
+
+def test_readings_are_the_history_at_the_times_of_the_frames(folder: Path) -> None:
+    animation = run_context(folder)["animation"]
+    pressure, place = animation["readings"]
+    assert (pressure["name"], pressure["unit"]) == ("air pressure", "kPa")
+    assert np.interp(1.0, animation["times"], pressure["values"]) == pytest.approx(5.0)
+    assert (place["name"], place["unit"]) == ("displacement in x", "mm")
+    assert place["values"][-1] == pytest.approx(8.0, abs=0.2)
+
+
+def test_a_layout_has_its_verdict_its_segments_and_its_way(tmp_path: Path) -> None:
+    write_layout_run(tmp_path, block(30e-3, 8e-3, 4e-3), 0.151, wedged=True)
+    context = run_context(tmp_path)
+    report = json.loads((tmp_path / "summary.json").read_text())["layout"]
+    assert report["sentence"] in [verdict.words for verdict in context["verdicts"]]
+    assert len(context["segments"].rows) == len(report["segments"])
+    assert "Way through the layout" in [chart.title for chart in context["charts"]]
+
+
+def test_a_run_without_frames_has_no_animation(folder: Path) -> None:
+    (folder / "results.vtkhdf").unlink()
+    assert run_context(folder)["animation"] is None
+    assert 'id="player"' not in write_run_page(folder).read_text("utf-8")
+
+
+def test_a_folder_without_history_is_named(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match=r"cannot read the history .*history\.csv"):
+        write_run_page(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+TITLE = """<script>alert(1)</script> & "x" '</script>"""
+
+
+def test_text_is_escaped_wherever_it_stands(folder: Path) -> None:
+    write_summary(folder, title=TITLE, scene=TITLE, status="aborted", failure=TITLE)
+    (folder / SCENE).write_text(f"title: '{TITLE.replace(chr(39), '')}'  # <b>scene</b>:1\n")
+    text = write_run_page(folder).read_text("utf-8")
+    assert "alert(1)</script>" not in text and "<b>scene" not in text
+    assert text.count("&lt;script&gt;alert(1)&lt;/script&gt; &amp; &#34;x&#34;") == 5
+
+
+def test_the_page_has_plotly_once_and_reads_nothing_else(folder: Path) -> None:
+    text = write_run_page(folder).read_text("utf-8")
+    assert text.count("* plotly.js v") == 1
+    assert '<link rel="stylesheet"' not in text and "<script src" not in text
+    assert len(text) < 15e6
+
+
+EXPECT = {"expect": {"passes": None, "mean_speed": {"min": "1 mm/s", "max": None}}}
+
+
+@pytest.mark.parametrize(
+    ("summary", "scene", "kinds", "said"),
+    [
+        (DONE, {}, [GOOD], "4 s in 1 min 40 s"),
+        (DONE, EXPECT, [GOOD, GOOD], "as the scene expects: mean speed min 1 mm/s"),
+        (DONE | {"failure": "not as expected"}, EXPECT, [GOOD, BAD], "not as expected"),
+        ({"status": "aborted", "failure": "element 7 inverted"}, {}, [BAD], "element 7 inverted"),
+        ({"status": "aborted"}, EXPECT, [BAD], "run.log"),
+        ({"status": "interrupted"}, EXPECT, [OPEN], "--resume"),
+        ({}, {}, [OPEN], "not finished"),
+        (
+            DONE | {"layout": {"verdict": "stuck", "sentence": "stuck in 2"}},
+            {},
+            [GOOD, BAD],
+            "in 2",
+        ),
+    ],
+)
+def test_verdicts(summary, scene, kinds, said) -> None:
+    found = list(verdicts(summary, scene))
+    assert [verdict.kind for verdict in found] == kinds
+    assert said in found[-1].words
+
+
+def test_expectations_of_a_layout() -> None:
+    assert list(expectations({"passes": True})) == ["the robot passes"]
+    assert list(expectations({"passes": False})) == ["the robot gets stuck"]
+
+
+@pytest.mark.parametrize(
+    ("line", "parts"),
+    [
+        ("  end: 3 s  # scene.yaml:4", ("  end: 3 s", "scene.yaml:4")),
+        ("time:", ("time:", "")),
+        ('title: "a  # b"  # default', ('title: "a  # b"', "default")),
+    ],
+)
+def test_a_setting_and_its_origin(line: str, parts: tuple[str, str]) -> None:
+    assert setting(line) == parts

@@ -1,0 +1,116 @@
+"""Which values are put together: grids, lists, and designs that fill the space of the factors."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from softsim.study.loading import study_from
+from softsim.study.spacing import Interval, at
+
+FACTORS = {
+    "friction": {"key": "contact.friction_coefficient", "range": [0.0, 1.0]},
+    "factor": {"key": "solver.safety_factor", "values": [0.5, 0.7, 0.9]},
+    "shown": {"key": "output.snapshot_field", "values": ["stretch", "pressure"]},
+}
+MEASURES = {"moved": {"of": "body_displacement"}}
+
+
+def study(folder, factors, **keys):
+    """A study of block.yaml."""
+    content = {"scene": "block.yaml", "factors": factors, "measures": MEASURES}
+    return study_from({**content, **keys}, folder)
+
+
+def values(found):
+    """Of each case, without names."""
+    return [tuple(case.values.values()) for case in found.cases()]
+
+
+def test_the_last_factor_of_a_grid_varies_fastest(folder):
+    factors = {**FACTORS, "friction": {**FACTORS["friction"], "count": 2}}
+    found = values(study(folder, factors, design={"kind": "grid"}))
+    assert len(found) == 12 and found[:3] == [
+        (0.0, 0.5, "stretch"), (0.0, 0.5, "pressure"), (0.0, 0.7, "stretch"),
+    ]  # fmt: skip
+    assert len(set(found)) == 12
+
+
+def test_a_list_is_as_it_is_written(folder):
+    factors = {
+        "end": {"key": "time.end"},
+        "shown": {"variants": {"a": {"output.snapshot_field": "pressure"}, "b": {"title": "x"}}},
+    }
+    cases = [{"shown": "b", "end": "20 ms"}, {"end": "1 s", "shown": "a"}]
+    found = study(folder, factors, design={"kind": "list", "cases": cases})
+    assert found.case_count == 2
+    assert values(found) == [(20.0, "b"), (1000.0, "a")]
+    assert found.factors[0].unit == "ms"
+    assert found.cases()[1].overrides == ("time.end=1000 ms", "output.snapshot_field=pressure")
+
+
+@pytest.mark.parametrize("kind", ["latin_hypercube", "sobol"])
+def test_designs_that_fill_the_space(folder, kind):
+    """In each of 16 equal parts of the range lies one case; levels come equally often, as far as
+    16 is a multiple of how many there are; the seed alone decides.
+    """
+    design = {"kind": kind, "count": 16, "seed": 3}
+    one, same, other = (
+        study(folder, FACTORS, design={**design, "seed": seed}) for seed in (3, 3, 4)
+    )
+    assert one.case_count == 16
+    friction, factor, shown = zip(*values(one), strict=True)
+    assert sorted(int(16 * x) for x in friction) == list(range(16))
+    assert {factor.count(level) for level in (0.5, 0.7, 0.9)} <= {5, 6}
+    assert shown.count("stretch") == shown.count("pressure") == 8
+    assert values(one) == values(same) != values(other)
+
+
+def test_ten_million_cases_are_counted_not_made(folder):
+    """Loading takes the time of a hundred values a factor, no more."""
+    names = [f"output.{key}" for key in ("history_interval", "frame_interval")]
+    keys = [*names, "time.end", "time.settle", "output.checkpoint_interval"]
+    factors = {
+        f"f{k}": {"key": key, "range": ["1 s", "2 s"], "count": 25} for k, key in enumerate(keys)
+    }
+    assert study(folder, factors).case_count == 25**5
+
+
+def test_ranges_of_whole_numbers_stay_whole(folder):
+    scene = folder / "block.yaml"
+    mesh = "{generator: block, length: 10 mm, height: 5 mm, element_size: 1 mm}"
+    scene.write_text(scene.read_text().replace(mesh, "{generator: pfr_section}"))
+    factor = {"key": "bodies.block.mesh.spikes_per_strip", "range": [1, 7]}
+    found = study(folder, {"rows": {**factor, "count": 4}})
+    assert values(found) == [(1,), (3,), (5,), (7,)]
+    assert found.cases()[1].overrides == ("bodies.block.mesh.spikes_per_strip=3",)
+    design = {"kind": "latin_hypercube", "count": 7}
+    assert sorted(values(study(folder, {"rows": factor}, design=design))) == [
+        (n,) for n in range(1, 8)
+    ]
+
+
+ENDS = st.floats(1e-6, 1e6)
+
+
+@given(low=ENDS, ratio=st.floats(1.001, 1e6), logarithmic=st.booleans(), count=st.integers(2, 40))
+def test_levels_rise_from_end_to_end(low, ratio, logarithmic, count):
+    interval = Interval(low, low * ratio, logarithmic)
+    levels = interval.levels(count)
+    assert (levels[0], levels[-1], len(levels)) == (low, low * ratio, count)
+    steps = np.diff(np.log(levels)) if logarithmic else np.diff(levels) / low
+    # inner levels are rounded to six digits
+    assert steps == pytest.approx(steps.mean(), rel=0.0, abs=1.1e-5 * max(1.0, ratio))
+
+
+@given(low=ENDS, ratio=st.floats(1.001, 1e6), logarithmic=st.booleans(), share=st.floats(0.0, 1.0))
+def test_a_share_lies_in_its_interval(low, ratio, logarithmic, share):
+    place = Interval(low, low * ratio, logarithmic).at(share)
+    assert low * (1 - 1e-5) <= place <= low * ratio * (1 + 1e-5)
+
+
+@given(low=st.integers(-20, 20), span=st.integers(1, 20), share=st.floats(0, 1, exclude_max=True))
+def test_whole_numbers_and_levels_have_equal_parts(low, span, share):
+    whole = Interval(low, low + span, is_whole=True).at(share)
+    levels = tuple(range(low, low + span + 1))
+    assert whole == at(levels, share) and isinstance(whole, int)

@@ -1,0 +1,244 @@
+"""What a study file may say, and what is said of one that is wrong."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from softsim.errors import SceneError
+from softsim.study.axes import Axis, Plot
+from softsim.study.case import Source
+from softsim.study.loading import load_study, study_from
+from softsim.study.spacing import Interval
+
+STUDY = """\
+scene: block.yaml
+set: {time.end: 1 s}
+factors:
+  thick: {key: bodies.block.thickness, values: [5 mm, 1 cm]}
+  friction: {key: contact.friction_coefficient, range: [0.2, 0.8], count: 3}
+measures:
+  moved: {of: body_displacement, unit: mm}
+"""
+THICK = "thick: {key: bodies.block.thickness, values: [5 mm, 1 cm]}"
+MEASURES = "measures:"
+
+
+@pytest.fixture
+def load(folder):
+    """Load the study above with one piece of its text replaced by another."""
+
+    def load_text(old: str = "", new: str = "", *overrides: str):
+        assert old in STUDY
+        Path("study.yaml").write_text(STUDY.replace(old, new, 1), encoding="utf-8")
+        return load_study("study.yaml", overrides)
+
+    return load_text
+
+
+def test_a_study_has_axes_and_cases(load):
+    study = load()
+    assert study.factors == (Axis("thick", "mm"), Axis("friction"))
+    assert [measure.column for measure in study.measures] == ["moved [mm]"]
+    assert study.plots == (Plot("heat_map", "thick", "friction", colour="moved"),)
+    assert study.goal is None and study.title == "study"
+    assert study.case_count == len(study.cases()) == 6
+    third = study.cases()[2]
+    assert (third.number, third.values) == (3, {"thick": 5.0, "friction": 0.8})
+    assert third.source.scene == Path("block.yaml") and third.source.robot is None
+    assert third.overrides == (
+        "time.end=1 s", "bodies.block.thickness=5 mm", "contact.friction_coefficient=0.8",
+    )  # fmt: skip
+
+
+def test_values_are_in_the_unit_of_the_first(load):
+    assert [case.values["thick"] for case in load().cases()[::3]] == [5.0, 10.0]
+
+
+def test_the_scene_is_relative_to_the_study(folder):
+    Path("studies").mkdir()
+    text = "scene: ../block.yaml\nfactors: {end: {key: time.end, values: [1 s]}}\n"
+    Path("studies/a.yaml").write_text(text + "measures: {e: {of: energy_error}}\n")
+    study = load_study("studies/a.yaml")
+    assert study.cases()[0].source.scene == Path("block.yaml")
+
+
+def test_options_win_over_what_the_study_sets(load):
+    study = load("", "", "time.end=2 s", "solver.safety_factor=0.5")
+    assert study.cases()[0].overrides[:2] == ("time.end=2 s", "solver.safety_factor=0.5")
+    study = load("", "", "time={end: 3 s}")
+    assert study.cases()[0].overrides[0] == "time={end: 3 s}"
+
+
+def test_scenes_variants_and_words_are_labels(load):
+    Path("thin.yaml").write_text(Path("block.yaml").read_text().replace("10 mm\n", "2 mm\n"))
+    study = load(
+        f"scene: block.yaml\nset: {{time.end: 1 s}}\nfactors:\n  {THICK}",
+        "factors:\n  size: {scenes: {thick: block.yaml, thin: thin.yaml}, about: size}\n"
+        "  law: {variants: {soft: {bodies.block.material: dragon_skin_10, time.end: 2 s},\n"
+        "                   hard: {bodies.block.material: dragon_skin_30}}}\n"
+        "  shown: {key: output.snapshot_field, values: [stretch, pressure]}\n",
+    )
+    assert study.factors[0] == Axis("size", is_label=True, about="size")
+    assert all(axis.is_label for axis in study.factors[:3])
+    assert study.plots == tuple(Plot("scatter", name, "moved") for name in study.search_space)
+    case = study.cases()[12]
+    assert case.source.scene == Path("thin.yaml")
+    assert case.values == {"size": "thin", "law": "soft", "shown": "stretch", "friction": 0.2}
+    assert case.overrides[:3] == (
+        "bodies.block.material=dragon_skin_10", "time.end=2 s", "output.snapshot_field=stretch",
+    )  # fmt: skip
+
+
+def test_a_layout_takes_its_robot():
+    scenes = Path(__file__).parents[2] / "scenes"
+    content = {
+        "robot": "pfr",
+        "factors": {
+            "layout": {"scenes": {"bend": "layouts/c_bend.yaml"}},
+            "rate": {"key": "loads.air.profile.deflation_rate", "values": ["1 kPa/s", "500 Pa/s"]},
+        },
+        "measures": {
+            "passes": {"of": "layout.verdict"},
+            "turn": {"of": "deflation_end_pressure", "take": "last"},
+        },
+    }
+    study = study_from(content, scenes)
+    assert [axis.column for axis in study.measures] == ["passes", "turn [kPa]"]
+    assert study.measures[0].is_label
+    case = study.cases()[1]
+    assert case.values == {"layout": "bend", "rate": 0.5}
+    assert case.source == Source(scenes / "layouts/c_bend.yaml", "pfr")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message"),
+    [
+        # the scene
+        ("block.yaml", "blok.yaml", "1:8", "there is no file blok.yaml"),
+        ("scene: block.yaml", "title: x", "1:1", "the study names no scene"),
+        ("factors:", "factors:\n  s: {scenes: {a: block.yaml}}", "1:1", "scene is chosen twice"),
+        ("factors:", "robot: pfx\nfactors:", "3:8", "no robot 'pfx'\n  did you mean 'pfr'?"),
+        # what is set
+        ("time.end", "time.and", "2:7", "there is no 'time.and'\n  did you mean 'end'?"),
+        ("1 s", "1 mm", "2:17", "end: '1 mm' is a length, a duration is due"),
+        ("time.end: 1 s", "contact.friction_coefficient: 1", "5:19", "is set already\n"),
+        (THICK, THICK + "\n  b: {key: bodies.block, values: [a]}", "5:12", "is set already\n"),
+        # factors
+        ("block.thickness", "blok.thickness", "4:16", "'bodies.blok'\n  did you mean 'block'?"),
+        ("5 mm", "5 kPa", "4:49", "'5 kPa' is a pressure, a length is due"),
+        ("1 cm", "5", "4:55", 'a length needs a unit: write "5 mm"'),
+        ("5 mm", "-5 mm", "4:49", "'-5 mm' must be greater than 0 mm"),
+        ("values: [5 mm, 1 cm]", "about: x", "4:3", "thick has no values\n  give one of"),
+        ("[5 mm, 1 cm]", "[]", "4:48", "must have at least 1"),
+        ("1 cm", "5 mm", "4:55", "5 mm is given twice"),
+        ("1 cm", "[1 mm]", "4:55", "must be a number, a quantity"),
+        ("thick: {key", "thick: {keys", "4:10", "says not what it is\n  did you mean 'key'?"),
+        ("thick:", "t t:", "4:3", "'t t' is no name"),
+        ("thick:", "repeat:", "4:3", "a table has a column repeat already"),
+        ("1 cm]", "1 cm], count: 3", "4:62", "means nothing beside values"),
+        ("1 cm]", "1 cm], range: [1 mm, 2 mm]", "4:62", "has values already"),
+        ("0.2, 0.8", "0.8, 0.2", "5:62", "a range rises"),
+        ("0.2, 0.8", "0.2, 0.8 mm", "5:57", "a range has two numbers"),
+        ("[0.2", "[-0.2", "5:57", "friction_coefficient: -0.2 must be at least 0"),
+        ("range: [0.2", "log_range: [0", "5:61", "no value for log_range"),
+        (", count: 3", "", "5:3", "friction: a grid needs the number of its values"),
+        (THICK, "form: {key: bodies.block.formulation, values: [plane_strain, solid]}", "4:64",
+         "form = solid does not go with the rest\n"),
+        (THICK, "kind: {variants: {a: {time.settle: 1 s}, b: {time.settle: 1 Pa}}}", "4:61",
+         "settle: '1 Pa' is a pressure"),
+        # measures
+        ("body_d", "boddy_d", "7:15", "tells 'boddy_displacement'\n  did you mean 'body_disp"),
+        ("of: body_displacement", "of: mean_speed", "7:15", "no run of this scene tells"),
+        ("unit: mm", "unit: kPa", "7:40", "'kPa' is a pressure, a length is due"),
+        ("unit: mm", "unit: mn", "7:40", "unknown unit 'mn'"),
+        ("unit: mm", "take: first", "7:40", "is one value, no list"),
+        ("of: body_displacement", "of: slip_share", "7:33", "slip_share has no unit"),
+        ("moved:", "thick:", "7:3", "a table has a column thick already"),
+        # plots, designs
+        (MEASURES, "plots: [{kind: curve, x: thik, y: moved}]\nmeasures:", "6:26",
+         "no factor or measure 'thik'\n  did you mean 'thick'?"),
+        (MEASURES, "plots: [{kind: heat_map, x: thick, y: moved, colour: moved}]\nmeasures:",
+         "6:39", "y: there is no factor 'moved'"),
+        (MEASURES, "design: {kind: sobol, count: 12}\nmeasures:", "6:30",
+         "12 is no power of two, so the sequence would not be even\n  take 8 or 16"),
+        (MEASURES, "design: {kind: grit}\nmeasures:", "6:16", "did you mean 'grid'?"),
+        (MEASURES, "design: {kind: list, cases: [{thick: 3 mm}]}\nmeasures:", "6:30",
+         "the case has no value of friction"),
+        (MEASURES, "design: {kind: list, cases: [{thik: 3 mm}]}\nmeasures:", "6:31",
+         "there is no factor 'thik'\n  did you mean 'thick'?"),
+        (MEASURES, "design: {kind: list, cases: [{thick: 3 mm, friction: 1}]}\nmeasures:", "4:40",
+         "the cases of the list give its values\n  leave out values"),
+        # repeats
+        (MEASURES, "repeats: {count: 2, perturb: {time.and: 1 %}}\nmeasures:", "6:31",
+         "did you mean 'end'?"),
+        (MEASURES, "repeats: {count: 2, perturb: {time.end: 1 mm}}\nmeasures:", "6:41",
+         "'1 mm' is a length, a duration is due"),
+        (MEASURES, "repeats: {count: 2, perturb: {time.end: 1}}\nmeasures:", "6:41",
+         "a duration needs a unit"),
+        (MEASURES, "repeats: {count: 2, perturb: {time.increment: 1 %}}\nmeasures:", "6:47",
+         "time.increment is 'auto', which cannot be perturbed"),
+        (MEASURES, "repeats: {count: 9, perturb: {solver.safety_factor: 1}}\nmeasures:", "6:53",
+         "in repeat 1: safety_factor: "),
+        # what is optimised
+        (MEASURES, "optimize: {maximize: muved, trials: 3}\nmeasures:", "6:22",
+         "there is no measure 'muved'\n  did you mean 'moved'?"),
+        # keys of the study
+        (MEASURES, "kep: thin\nmeasures:", "6:1", "unknown key 'kep'\n"),
+        ("  moved: {of", "  moved: {off", "7:3", "moved: the key 'of' is missing"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_named_at_its_place(load, old, new, place, message):
+    with pytest.raises(SceneError) as caught:
+        load(old, new)
+    assert caught.value.exit_code == 2
+    said = [caught.value, *caught.value.further]
+    assert str(said[0]).startswith(f"study.yaml:{place}: "), str(said[0])
+    without_excerpt = "\n".join([said[0].message, f"  {said[0].hint}"])
+    assert message in without_excerpt
+
+
+def test_a_factor_may_not_set_what_an_option_sets(load):
+    with pytest.raises(SceneError, match="is set already\n"):
+        load("", "", "bodies.block.thickness=3 mm")
+    with pytest.raises(SceneError, match=r"^--set time\.end: must read PATH=VALUE"):
+        load("", "", "time.end")
+
+
+def test_a_broken_scene_is_reported_in_its_own_file(load):
+    scene = Path("block.yaml")
+    scene.write_text(scene.read_text().replace("friction_coefficient", "friction"))
+    with pytest.raises(SceneError, match=r"^block.yaml:7:11: unknown key 'friction'"):
+        load()
+
+
+def test_a_mesh_file_that_is_missing_is_found_before_anything_runs(load):
+    scene = Path("block.yaml")
+    mesh = "{generator: block, length: 10 mm, height: 5 mm, element_size: 1 mm}"
+    scene.write_text(scene.read_text().replace(mesh, "{file: none.msh}"))
+    with pytest.raises(SceneError, match=r"^block.yaml:3:18: file: there is no file none.msh"):
+        load()
+
+
+def test_a_study_that_only_says_what_to_optimise_has_no_cases(load):
+    study = load(", count: 3}\n", "}\noptimize: {maximize: moved, trials: 3}\n")
+    assert (study.goal.measure, study.goal.sense) == ("moved", "maximize")
+    assert study.search_space == {"thick": (5.0, 10.0), "friction": Interval(0.2, 0.8)}
+    with pytest.raises(SceneError, match="only says what to optimise"):
+        _ = study.case_count
+    case = study.case(7, {"thick": 7.5, "friction": 0.3})
+    assert case.number == 7 and case.overrides[1] == "bodies.block.thickness=7.5 mm"
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(start=st.integers(0, 240), length=st.integers(0, 12), new=st.text(max_size=4))
+def test_a_torn_study_loads_or_is_a_scene_error(folder, start, length, new):
+    text = STUDY[:start] + new + STUDY[start + length :]
+    Path("torn.yaml").write_text(text, encoding="utf-8", errors="replace")
+    try:
+        load_study("torn.yaml")
+    except SceneError as error:
+        assert str(error)

@@ -1,0 +1,63 @@
+"""Cheap stand-ins for the simulation of a job: what a worker calls must be importable there."""
+
+import json
+import os
+import time
+
+from softsim.errors import Interrupted, OutputError, StabilityError
+from softsim.interruption import stop_signals
+
+
+def leave_files(job):
+    """What a run of the case would leave."""
+    (job.folder / "history.csv").write_text("time\ns\n0.0\n1.0\n")
+    (job.folder / "results.vtkhdf").write_text("fields")
+    (job.folder / "checkpoint.h5").write_text("state")
+    summary = {"status": "done", "energy_error": 0.001, "increments": 100 * job.case.number}
+    (job.folder / "summary.json").write_text(json.dumps(summary))
+
+
+def fine(jobs):
+    """All run to their end."""
+    for job in jobs:
+        leave_files(job)
+    return [None for _ in jobs]
+
+
+def slow(jobs):
+    """The same, in a while."""
+    time.sleep(0.2)
+    return fine(jobs)
+
+
+def faulty(jobs):
+    """Case 1 is stopped by a guard, case 2 by a mistake in the program, case 3 runs."""
+    faults = {1: StabilityError("element 7 is inverted", "smaller steps"), 2: KeyError("no such")}
+    fine(jobs)
+    return [faults.get(job.case.number) for job in jobs]
+
+
+def deadly(jobs):
+    """Case 1 brings its process down whenever it runs, case 2 the first time."""
+    for job in jobs:
+        tried = job.folder / "tried"
+        if job.case.number == 1 or (job.case.number == 2 and not tried.exists()):
+            tried.touch()
+            os.kill(os.getpid(), 9)
+    return fine(jobs)
+
+
+def on_a_full_disk(jobs):
+    """The disk refuses."""
+    return [OutputError("no space left on device", "make room") for _ in jobs]
+
+
+def waiting(jobs):
+    """Cases 1 and 2 run to their end, the others until they are asked to stop."""
+    if jobs[0].case.number <= 2:
+        return fine(jobs)
+    with stop_signals() as asked:
+        while not asked:
+            time.sleep(0.01)
+    (jobs[0].folder / "checkpoint.h5").write_text("state")
+    return [Interrupted("stopped")]

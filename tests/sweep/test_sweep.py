@@ -1,0 +1,154 @@
+"""A study from its file to its table: what is run, what is stored, what survives being stopped."""
+
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import nullcontext
+from pathlib import Path
+
+import psutil
+import pytest
+import stand_ins
+from polars.testing import assert_frame_equal
+from rich.console import Console
+
+from softsim.errors import ClusterError
+from softsim.output.study_folder import DONE, FAILED, WAITING, read_study, read_table
+from softsim.study.loading import load_study
+from softsim.sweep.crew import remote_crew
+from softsim.sweep.planning import collect
+from softsim.sweep.sweep import sweep
+
+WALL_TIME = "wall_time [s]"
+HERE = Path(__file__).parent
+
+
+def rewrite(file, old, new):
+    file.write_text(file.read_text().replace(old, new))
+
+
+def swept(file, folder, crew, simulate, overrides=(), **settings):
+    """The table of a study that is run with a stand-in, and what was said."""
+    console = Console(file=io.StringIO(), width=200)
+    study = load_study(file, overrides)
+    table = sweep(study, folder, nullcontext(crew), simulate=simulate, console=console, **settings)
+    return table, console.file.getvalue()
+
+
+def test_table_and_record(study_file, tmp_path, crew):
+    table, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert table["time [ms]"].to_list() == pytest.approx([2, 4, 6, 8, 10, 12])
+    assert table["case"].to_list() == list(range(1, 7)) and set(table["status"]) == {DONE}
+    assert "6 cases, 0 of them stored" in said
+    assert_frame_equal(table, read_table(tmp_path / "out"))
+    assert len((tmp_path / "out" / "table.csv").read_text().splitlines()) == 7
+    record = read_study(tmp_path / "out")
+    assert (record.status, record.case_count, record.title) == ("done", 6, "A block falls")
+
+
+def test_only_what_is_missing_or_changed_runs(study_file, tmp_path, crew):
+    first, _ = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    same, said = swept(study_file, tmp_path / "out", crew, stand_ins.on_a_full_disk)
+    assert "6 cases, 6 of them stored" in said
+    assert_frame_equal(first, same)
+    rewrite(study_file, "count: 6", "count: 11")
+    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert "11 cases, 6 of them stored" in said
+    _, said = swept(
+        study_file, tmp_path / "out", crew, stand_ins.fine, ["bodies.block.thickness=9 mm"]
+    )
+    assert "11 cases, 0 of them stored" in said
+    rewrite(study_file.with_name("block.yaml"), "thickness: 10 mm", "thickness: 11 mm")
+    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert "11 cases, 0 of them stored" in said
+
+
+def test_a_new_measure_needs_no_run(study_file, tmp_path, crew):
+    swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    study_file.write_text(study_file.read_text() + "  steps: {of: increments}\n")
+    table = collect(load_study(study_file), tmp_path / "out")
+    assert table["steps"].to_list() == [100.0 * n for n in range(1, 7)]
+
+
+def test_failed_cases_have_their_row(study_file, tmp_path, crew):
+    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
+    assert table["status"].to_list() == [FAILED, FAILED, *[DONE] * 4]
+    assert table["reason"][0] == "element 7 is inverted" and table["reason"][2] is None
+
+
+def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, crew):
+    scene = study_file.with_name("block.yaml")
+    scene.write_text(scene.read_text().replace("0.1 ms", "0.005 ms"))
+    study_file.write_text(
+        study_file.read_text().replace("range: [2 ms, 12 ms], count: 6", "values: [12 ms]")
+    )
+    study = load_study(study_file)
+    table = sweep(study, tmp_path / "out", nullcontext(crew), "cpu")
+    assert table["status"].to_list() == [DONE] and table["energy"][0] < 1e-3
+    folder = tmp_path / "out" / "cases" / table["key"][0]
+    assert json.loads((folder / "summary.json").read_text())["simulated_time"] == 0.012
+    times = [
+        float(row.split(",")[0]) for row in (folder / "history.csv").read_text().splitlines()[2:]
+    ]
+    assert times[0] == 0.0 and times[-1] == pytest.approx(0.012)
+    assert len(times) <= 1000 and not (folder / "results.vtkhdf").exists()
+
+
+def started(study_file, folder):
+    """A sweep in a process, once two of its cases have ended and the third runs; its workers."""
+    process = subprocess.Popen(
+        [sys.executable, str(HERE / "study_process.py"), str(study_file), str(folder)],
+        stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 60.0
+    while len(list(folder.glob("cases/*"))) < 3:
+        assert process.poll() is None and time.monotonic() < deadline
+        time.sleep(0.02)
+    return process, psutil.Process(process.pid).children(recursive=True)
+
+
+def goes_on(study_file, folder, crew):
+    """The sweep again: two cases stay as they are, and the table is as if nothing had happened."""
+    stored = {file: file.stat().st_mtime_ns for file in folder.glob("cases/*/case.json")}
+    assert len(stored) == 2
+    table, said = swept(study_file, folder, crew, stand_ins.fine)
+    assert "6 cases, 2 of them stored" in said
+    assert all(file.stat().st_mtime_ns == time for file, time in stored.items())
+    other, _ = swept(study_file, folder.with_name("undisturbed"), crew, stand_ins.fine)
+    assert_frame_equal(table.drop(WALL_TIME), other.drop(WALL_TIME))
+
+
+def test_after_a_kill_the_same_command_goes_on(study_file, tmp_path, crew):
+    process, workers = started(study_file, tmp_path / "out")
+    process.kill()
+    process.communicate()
+    assert not psutil.wait_procs(workers, timeout=10.0)[1]
+    goes_on(study_file, tmp_path / "out", crew)
+
+
+def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew):
+    folder = tmp_path / "out"
+    process, workers = started(study_file, folder)
+    os.killpg(process.pid, signal.SIGINT)  # all processes of a terminal get it
+    _, said = process.communicate(timeout=60.0)
+    assert process.returncode == 4
+    assert "stopped by SIGINT, 2 of 6 cases\n  the same command goes on" in said
+    assert "Traceback" not in said
+    assert not psutil.wait_procs(workers, timeout=10.0)[1]
+    assert read_study(folder).status == "interrupted"
+    assert read_table(folder)["status"].to_list() == [DONE, DONE, *[WAITING] * 4]
+    assert len(list(folder.glob("cases/*/checkpoint.h5"))) == 1
+    goes_on(study_file, folder, crew)
+
+
+def test_a_scheduler_that_does_not_answer(tmp_path):
+    nobody = remote_crew("tcp://127.0.0.1:9", tmp_path)
+    with (
+        pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"),
+        nobody,
+    ):
+        pytest.fail("somebody answered")
