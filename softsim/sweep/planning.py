@@ -9,6 +9,7 @@ import polars
 from softsim.output.study_folder import CASES, StudyRecord
 from softsim.study.axes import Axis
 from softsim.study.loaded import REPEAT, LoadedStudy
+from softsim.study.preview import settings
 from softsim.study.resolution import case_key, resolved
 from softsim.sweep.job import Job, known_outcome
 from softsim.sweep.table import StudyTable
@@ -49,6 +50,7 @@ def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
         repeats=study.repeats,
         case_count=case_count,
         version=version("softsim"),
+        settings=dict(settings(study)),
     )
 
 
