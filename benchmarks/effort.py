@@ -37,5 +37,5 @@ QUICK = Effort(
     starts=1,
     simulated=0.2,
     study_time=0.02,
-    cases=500,
+    cases=2_000,
 )

@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from softsim.errors import CalibrationError, ExpectationError, OutputError, SoftsimError
+from softsim.errors import CalibrationError, ExpectationError, SoftsimError
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
@@ -49,13 +49,6 @@ class DeviceName(str, Enum):
     auto = "auto"
     cpu = "cpu"
     cuda = "cuda"
-
-
-class FileKind(str, Enum):
-    """What a file describes."""
-
-    scene = "scene"
-    study = "study"
 
 
 class LawName(str, Enum):
@@ -103,7 +96,7 @@ def run(
             raise
         finally:
             # A stopped run keeps its pictures too; nothing to draw is no second failure.
-            _report(folder, console)
+            _report_what_there_is(folder, console)
         if profile:
             console.print(profile_table(results.summary["profile"]))
         console.print(summary_table(results.summary))
@@ -174,7 +167,7 @@ def assess(
             )
         finally:
             # Whatever ended it, what is known of the way is shown.
-            _report(folder, console)
+            _report_what_there_is(folder, console)
             report = read_summary(folder).get("layout")
             if report is not None:
                 console.print(segments_table(report))
@@ -224,6 +217,7 @@ def sweep(
         size = command.asked_batch(batch, device.value)
         frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
         command.print_results(loaded, frame, folder, console)
+        _report_study(folder, console)
 
 
 @app.command()
@@ -246,21 +240,19 @@ def optimize(
     before. The same command goes on where it was stopped, and with more --trials beyond its end.
     """
     with _explained() as console:
+        from softsim.commands.optimisation import print_best
+        from softsim.commands.sweep import print_results
         from softsim.study.loading import load_study
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
-        from softsim.commands.optimisation import print_best
-        from softsim.commands.sweep import print_results
-        from softsim.report.study.figures import draw_study
         from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.optimisation import optimize as run_trials  # and optuna
 
         crew = crew_for(folder, device.value, workers, scheduler)
         table = run_trials(loaded, folder, crew, device.value, trials, console)
         print_results(loaded, table, folder, console)
-        for figure in draw_study(folder):
-            console.print(f"figure  {figure}", highlight=False)
+        _report_study(folder, console)
         print_best(loaded, folder, console)
 
 
@@ -367,29 +359,22 @@ def _quantity(option: str, text: str, unit: str) -> float:
 
 @app.command()
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
-    """Draw the figures of a run's or a study's folder again, and write its page report.html."""
+    """Draw the figures of a run or a study again, and write its page report.html."""
     with _explained() as console:
         from softsim.output.study_folder import is_study
 
         if is_study(folder):
             _report_study(folder, console)
         else:
-            _refuse_without_run(folder)
             _report(folder, console)
 
 
 @app.command()
-def schema(
-    of: Annotated[FileKind, typer.Argument(help="Which files.")] = FileKind.scene,
-) -> None:
-    """Print the JSON schema of scene or study files, with which an editor completes and checks
-    keys.
-    """
+def schema() -> None:
+    """Print the JSON schema of scene files, with which an editor completes and checks keys."""
     from softsim.scene.schema import scene_json_schema
-    from softsim.study.schema import study_json_schema
 
-    found = {FileKind.scene: scene_json_schema, FileKind.study: study_json_schema}[of]()
-    print(json.dumps(found, indent=2))
+    print(json.dumps(scene_json_schema(), indent=2))
 
 
 @app.command()
@@ -405,18 +390,14 @@ def devices(
         print_devices(console, seconds)
 
 
-def _refuse_without_run(folder: Path) -> None:
-    if not (folder / "history.csv").is_file():
-        raise OutputError(
-            f"{folder} is the folder of neither a run nor a study",
-            hint="name one that softsim run, assess, sweep or optimize has written",
-        )
+def _report_what_there_is(folder: Path, console: Console) -> None:
+    """The report of a run, unless it ended before it had a history."""
+    if (folder / "history.csv").is_file():
+        _report(folder, console)
 
 
 def _report(folder: Path, console: Console) -> None:
-    """All figures and the page of a run folder that has something to show."""
-    if not (folder / "history.csv").is_file():
-        return
+    """All figures and the page of a run folder."""
     from softsim.output.folder import read_summary
     from softsim.report.figures import draw_all
     from softsim.report.page.run import write_run_page

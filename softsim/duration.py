@@ -18,12 +18,15 @@ from typing import TypeVar
 import psutil
 from rich.console import Console
 
-from softsim.errors import StabilityError
+from softsim import backend
+from softsim.batch import Batch
+from softsim.errors import OutputError, StabilityError
 from softsim.machine import Choice
 from softsim.model import Model, NodalLoad, RigidLoad
 from softsim.output.folder import RunFolder
-from softsim.run import Simulation
+from softsim.recording import Recording
 from softsim.scene.loading import LoadedScene
+from softsim.simulation import Simulation
 from softsim.solver.time_step import stable_increment
 
 Load = TypeVar("Load", NodalLoad, RigidLoad)
@@ -86,17 +89,17 @@ def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Dur
             pilot.close()
             pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
         marks = _marks(pilot)
-        end = pilot.solver.time if _is_done(pilot) else pilot_model.end_time
+        end = pilot.solver.time if _is_done(pilot.simulations[0]) else pilot_model.end_time
         loop, increments, covered = extrapolated(marks, end)
         loop, increments = loop * factor, increments * factor
         began = time.perf_counter()
-        pilot.checkpoint()
+        pilot.simulations[0].checkpoint()
         checkpoint = time.perf_counter() - began
         pilot.close()
     loop += checkpoint * (1.0 + loop // loaded.scene.output.checkpoint_interval)
     rate = increments * model.element_count / loop
     start = built_after + started_in
-    return Duration(start, loop, FIGURES_TIME, increments, rate, pilot.device.threads, covered)
+    return Duration(start, loop, FIGURES_TIME, increments, rate, backend.device().threads, covered)
 
 
 def hastening(model: Model) -> float:
@@ -144,16 +147,19 @@ def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
 
 def _first_increment(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice
-) -> tuple[Simulation, float]:
+) -> tuple[Batch, float]:
     """The pilot after an increment, which compiles, and how long that took [s]."""
     began = time.perf_counter()
-    pilot = Simulation(loaded, model, target, choice, False, Console(quiet=True))
+    recording = Recording(loaded, model, target, Console(quiet=True))
+    pilot = Batch([recording], choice, [()])
+    # A layout's verdict says nothing here: the loads are faster, the robot is not.
+    pilot.simulations[0].watches.clear()
     pilot.look()
     pilot.solver.advance(1)
     return pilot, time.perf_counter() - began
 
 
-def _marks(pilot: Simulation) -> list[Mark]:
+def _marks(pilot: Batch) -> list[Mark]:
     """Run the pilot to its end, its time, or to where a guard stops it.
 
     Raises StabilityError if a guard stops it before there is anything to measure.
@@ -163,13 +169,14 @@ def _marks(pilot: Simulation) -> list[Mark]:
         return Mark(time.perf_counter(), pilot.solver.time, pilot.solver.increments)
 
     marks = [mark()]
-    while not _is_done(pilot):
-        try:
-            pilot.go_to_station()
-        except StabilityError:  # too fast for this body: the share that it saw says so
-            if len(marks) == 1:
-                raise
-            break
+    simulation = pilot.simulations[0]
+    while not _is_done(simulation):
+        pilot.go_to_stations()
+        stopped = simulation.outcome
+        if isinstance(stopped, StabilityError) and len(marks) > 1:
+            break  # too fast for this body: the share that it saw says so
+        if isinstance(stopped, StabilityError | OutputError):
+            raise stopped
         marks.append(mark())
         if marks[-1].wall - marks[0].wall > PILOT_TIME:
             break
@@ -177,12 +184,10 @@ def _marks(pilot: Simulation) -> list[Mark]:
 
 
 def _is_done(pilot: Simulation) -> bool:
-    """At the end time, or with the last cycle. A layout's verdict says nothing here: the loads
-    are faster, the robot is not.
-    """
+    """At the end time, or with the last cycle."""
     model = pilot.model
     cycles_are_done = model.cycles is not None and pilot.loop.cycles_done() >= model.cycles
-    return cycles_are_done or pilot.solver.time >= model.end_time * (1.0 - 1e-12)
+    return cycles_are_done or pilot.scenario.time >= model.end_time * (1.0 - 1e-12)
 
 
 def _faster_share(load: Load, factor: float) -> Load:

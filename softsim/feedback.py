@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from softsim.loads.drive import ControlledPressure, Scheduled
 from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
-from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.scenario import Scenario
 
 log = logging.getLogger("softsim")
 
@@ -22,12 +22,12 @@ class OpenLoop:
 
     state: ControlState | None = None
 
-    def __init__(self, solver: ExplicitSolver, drives: list[Scheduled]) -> None:
-        self.solver, self.drives = solver, drives
+    def __init__(self, scenario: Scenario, drives: list[Scheduled]) -> None:
+        self.scenario, self.drives = scenario, drives
 
     def cycles_done(self) -> int:
         """Pressure cycles that have ended; 0 without a pressure, or with one that never falls."""
-        return sum(drive.cycles_done(self.solver.time) for drive in self.drives)
+        return sum(drive.cycles_done(self.scenario.time) for drive in self.drives)
 
     def readings(self) -> dict[str, float]:
         """Columns of the history now."""
@@ -44,9 +44,9 @@ class ClosedLoop:
     """
 
     def __init__(
-        self, solver: ExplicitSolver, settings: EventCycles, state: ControlState | None
+        self, scenario: Scenario, settings: EventCycles, state: ControlState | None
     ) -> None:
-        self.solver = solver
+        self.scenario = scenario
         self.control = PressureControl(settings, state)
 
     @property
@@ -63,7 +63,7 @@ class ClosedLoop:
         return {
             "cycles_done": self.cycles_done(),
             "cycle": self.control.cycle,
-            "phase": self.control.phase_at(self.solver.time),
+            "phase": self.control.phase_at(self.scenario.time),
         }
 
     def follow(self, row: Mapping[str, float]) -> None:
@@ -71,7 +71,8 @@ class ClosedLoop:
         decision = self.control.sense(sensed(row))
         if decision is None:
             return
-        self.solver.terms.pressures[0].source.obey([decision.command])
+        source = self.scenario.terms.pressures[0].source
+        source.obey(self.scenario.number, decision.command)
         log.info(
             "t = %.6g s, cycle %d: %s at %.4g kPa, now %+.4g kPa/s",
             row["time"], row["cycle"], decision.reason, 1e-3 * row["pressure"],
@@ -79,14 +80,14 @@ class ClosedLoop:
         )  # fmt: skip
 
 
-def feedback(solver: ExplicitSolver, state: ControlState | None) -> OpenLoop | ClosedLoop:
+def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | ClosedLoop:
     """The loop that the first chamber's drive asks for; state: of a run to go on with."""
     scheduled: list[Scheduled] = []
-    for load in solver.models[0].pressures[:1]:
+    for load in scenario.model.pressures[:1]:
         if isinstance(load.drive, ControlledPressure):
-            return ClosedLoop(solver, load.drive.settings, state)
+            return ClosedLoop(scenario, load.drive.settings, state)
         scheduled.append(load.drive)
-    return OpenLoop(solver, scheduled)
+    return OpenLoop(scenario, scheduled)
 
 
 def sensed(row: Mapping[str, float]) -> Sensed:

@@ -49,6 +49,10 @@ class _Place:
     shape: tuple[int, ...]
     dtype: np.dtype
 
+    def first_of(self, row: int) -> int:
+        """First word of a row, which is an index of the first axis."""
+        return self.first + row * math.prod(self.shape[1:]) * self.dtype.itemsize // WORD
+
 
 _waiting: list[_New] | None = None
 _places: WeakKeyDictionary[ti.Field, _Place] = WeakKeyDictionary()
@@ -115,12 +119,30 @@ def read(field: ti.Field) -> np.ndarray:
     return values
 
 
+def read_row(field: ti.Field, row: int) -> np.ndarray:
+    """All numbers of one row of a field: of one scenario, where the first axis counts these."""
+    place = _places[field]
+    values: np.ndarray = np.empty(place.shape[1:], place.dtype)
+    place.block.copy_out(place.first_of(row), values.reshape(-1).view(np.int32))
+    return values
+
+
 def write(field: ti.Field, values: np.ndarray | float) -> None:
     """Give a field new numbers: an array (cells, components), or one that broadcasts to it."""
     place = _places[field]
-    whole: np.ndarray = np.broadcast_to(values, place.shape)
-    whole = np.ascontiguousarray(whole, dtype=place.dtype)
-    place.block.copy_in(place.first, whole.reshape(-1).view(np.int32))
+    place.block.copy_in(place.first, _words(values, place.shape, place.dtype))
+
+
+def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
+    """Give one row of a field new numbers; the other rows stay as they are."""
+    place = _places[field]
+    place.block.copy_in(place.first_of(row), _words(values, place.shape[1:], place.dtype))
+
+
+def _words(values: np.ndarray | float, shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
+    """Values broadcast to this shape, as words one after another."""
+    whole: np.ndarray = np.broadcast_to(values, shape)
+    return np.ascontiguousarray(whole, dtype=dtype).reshape(-1).view(np.int32)
 
 
 @ti.data_oriented

@@ -34,9 +34,17 @@ def test_run_and_report(write_scene, tmp_path):
     assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "done"
     assert (tmp_path / "out" / "energies.png").stat().st_size > 5000
-    (tmp_path / "out" / "energies.png").unlink()
+    written = [tmp_path / "out" / name for name in ("energies.png", "report.html")]
+    for file in written:
+        file.unlink()
     assert softsim("report", tmp_path / "out").returncode == 0
-    assert (tmp_path / "out" / "energies.png").exists()
+    assert all(file.exists() for file in written)
+
+
+def test_a_report_of_nothing_is_refused(tmp_path):
+    done = softsim("report", tmp_path / "none")
+    assert done.returncode != 0 and "Traceback" not in done.stderr
+    assert "cannot read the history" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """The closed loop in a run: the robot's section in a 30 mm pipe, inflated until it is held."""
 
-import io
 from types import SimpleNamespace
 
 import numpy as np
@@ -30,27 +29,38 @@ time: {end: 0.14 s}
 
 
 @pytest.fixture
-def simulation(write_scene, tmp_path, kernel_cache, monkeypatch):
-    """A simulation of the scene in a folder of that name."""
+def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
+    """A batch of one, the scene in a folder of that name."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
 
     def start(folder, *overrides, resume=False):
+        from softsim.batch import Batch
         from softsim.builder import build_model
         from softsim.machine import choose
         from softsim.output.folder import RunFolder
-        from softsim.run import Simulation
+        from softsim.recording import Recording
+        from softsim.run import resumed
         from softsim.scene.loading import load_scene
 
-        loaded = load_scene(write_scene(SCENE), overrides)
-        quiet = Console(file=io.StringIO())
-        target = RunFolder(tmp_path / folder)
-        return Simulation(loaded, build_model(loaded), target, choose("cpu", 1), resume, quiet)
+        loaded, target = load_scene(write_scene(SCENE), overrides), RunFolder(tmp_path / folder)
+        model, choice, quiet = build_model(loaded), choose("cpu", 1), Console(quiet=True)
+        if resume:
+            return resumed(loaded, model, target, choice, quiet)
+        return Batch([Recording(loaded, model, target, quiet)], choice, [()])
 
     return start
 
 
-def test_a_run_follows_the_wall_and_a_resumed_one_too(simulation, tmp_path):
-    results = simulation("whole").run(1e9)
+def finished(batch):
+    """What a batch of one has found at its end."""
+    [outcome] = batch.run(Console(quiet=True), 1e9)
+    if isinstance(outcome, Exception):
+        raise outcome
+    return outcome
+
+
+def test_a_run_follows_the_wall_and_a_resumed_one_too(batch, tmp_path):
+    results = finished(batch("whole"))
     inflation_stops_at_contact(results.history)
     the_summary_says_where(results)
     log = (tmp_path / "whole" / "run.log").read_text()
@@ -59,14 +69,14 @@ def test_a_run_follows_the_wall_and_a_resumed_one_too(simulation, tmp_path):
 
     # Stopped where the fall is commanded, but has not begun.
     stop = results.history["time"][results.history["phase"] == Phase.HOLD][2]
-    stopped = simulation("parts")
+    stopped = batch("parts")
     stopped.look()
     while stopped.solver.time < stop:
-        stopped.go_to_station()
-    assert stopped.loop.control.phase_at(stopped.solver.time) is Phase.HOLD
+        stopped.go_to_stations()
+    assert stopped.simulations[0].loop.control.phase_at(stopped.solver.time) is Phase.HOLD
     stopped.checkpoint()
     stopped.close()
-    simulation("parts", resume=True).run(1e9)
+    finished(batch("parts", resume=True))
     whole, parts = (tmp_path / folder / "history.csv" for folder in ("whole", "parts"))
     assert whole.read_bytes() == parts.read_bytes()
 
@@ -116,19 +126,19 @@ loads:
         profile: {kind: cycles, highest: 2 kPa, inflation_rate: 1 MPa/s, deflation_rate: 1 MPa/s,
                   lowest: 1 kPa, count: 2}}
 """
-    solver = SimpleNamespace(models=[build(bare + air)], time=0.0)
-    loop = feedback(solver, None)
+    scenario = SimpleNamespace(model=build(bare + air), time=0.0)
+    loop = feedback(scenario, None)
     found = []
-    for solver.time in (0.0, 2.9e-3, 3e-3, 4.9e-3, 5e-3):
+    for scenario.time in (0.0, 2.9e-3, 3e-3, 4.9e-3, 5e-3):
         found.append(loop.cycles_done())
     assert found == [0, 0, 1, 1, 2]
     assert (loop.readings(), loop.state) == ({"cycles_done": 2}, None)
-    assert feedback(SimpleNamespace(models=[build(bare)], time=9.0), None).cycles_done() == 0
+    assert feedback(SimpleNamespace(model=build(bare), time=9.0), None).cycles_done() == 0
 
 
-def test_a_run_ends_with_its_cycle(simulation, tmp_path):
+def test_a_run_ends_with_its_cycle(batch):
     """In a closed loop with the row that shows that the cycle is over; time.end is later."""
-    results = simulation("cycle", "time.cycles=1").run(1e9)
+    results = finished(batch("cycle", "time.cycles=1"))
     assert (results.summary["ended_by"], results.summary["cycles_done"]) == ("cycles", 1)
     done = results.history["cycles_done"]
     assert (done[-2], done[-1]) == (0.0, 1.0)

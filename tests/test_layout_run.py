@@ -1,7 +1,5 @@
 """Runs along a pipe: they end when the question is answered, the same after an interruption."""
 
-import io
-
 import numpy as np
 import pytest
 from rich.console import Console
@@ -28,27 +26,39 @@ output: {frame_interval: 20 ms}
 
 
 @pytest.fixture
-def simulation(write_scene, tmp_path, kernel_cache, monkeypatch):
-    """A simulation of the scene in a folder of that name."""
+def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
+    """A batch of one, the scene in a folder of that name."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
 
     def start(folder, *overrides, resume=False):
+        from softsim.batch import Batch
         from softsim.builder import build_model
         from softsim.machine import choose
         from softsim.output.folder import RunFolder
-        from softsim.run import Simulation
+        from softsim.recording import Recording
+        from softsim.run import resumed
         from softsim.scene.loading import load_scene
 
-        loaded = load_scene(write_scene(SCENE), overrides)
-        target, quiet = RunFolder(tmp_path / folder), Console(file=io.StringIO())
-        return Simulation(loaded, build_model(loaded), target, choose("cpu", 1), resume, quiet)
+        loaded, target = load_scene(write_scene(SCENE), overrides), RunFolder(tmp_path / folder)
+        model, choice, quiet = build_model(loaded), choose("cpu", 1), Console(quiet=True)
+        if resume:
+            return resumed(loaded, model, target, choice, quiet)
+        return Batch([Recording(loaded, model, target, quiet)], choice, [()])
 
     return start
 
 
-def test_a_pushed_ball_passes_and_the_run_ends(simulation):
+def finished(batch):
+    """What a batch of one has found at its end."""
+    [outcome] = batch.run(Console(quiet=True), 1e9)
+    if isinstance(outcome, Exception):
+        raise outcome
+    return outcome
+
+
+def test_a_pushed_ball_passes_and_the_run_ends(batch):
     """20 mm at 10 m/s^2: 63 ms, and the row after it, up to 2 ms later."""
-    results = simulation("pushed", "expect.passes=true").run(1e9)
+    results = finished(batch("pushed", "expect.passes=true"))
     layout = results.summary["layout"]
     assert (results.summary["status"], layout["verdict"]) == ("done", "passed")
     assert results.summary["ended_by"] == "layout"
@@ -62,20 +72,21 @@ def test_a_pushed_ball_passes_and_the_run_ends(simulation):
     assert layout["segments"][0]["mean_speed"] == pytest.approx(0.02 / exact, rel=0.04)
 
 
-def test_a_ball_that_is_not_pushed_is_stuck(simulation):
+def test_a_ball_that_is_not_pushed_is_stuck(batch):
     from softsim.errors import ExpectationError
 
-    idle = simulation("idle", "loads.push.force=[0 mN, 0 mN]", "expect.passes=true")
+    idle = batch("idle", "loads.push.force=[0 mN, 0 mN]", "expect.passes=true")
     with pytest.raises(
         ExpectationError, match="verdict passed, found stuck in segment 1"
     ) as caught:
-        idle.run(1e9)
+        finished(idle)
     assert caught.value.exit_code == 5
-    assert idle.summary["layout"]["blocked_by"] == "no thrust"
-    assert idle.summary["simulated_time"] == pytest.approx(30e-3, abs=2.1e-3)
+    summary = idle.simulations[0].recording.summary
+    assert summary["layout"]["blocked_by"] == "no thrust"
+    assert summary["simulated_time"] == pytest.approx(30e-3, abs=2.1e-3)
 
 
-def test_a_frame_too_long_for_a_bend_is_wedged(simulation):
+def test_a_frame_too_long_for_a_bend_is_wedged(batch):
     """The longest rectangle of height W that a bend of radius R in a pipe of diameter D takes has
     (R - D/2 + W)^2 + (L/2)^2 = (R + D/2)^2; this one is 3 % longer. Its corners lack 0.8 mm, the
     work of the force over the way presses them in by sqrt(2 E / k), a third of a millimetre.
@@ -85,7 +96,7 @@ def test_a_frame_too_long_for_a_bend_is_wedged(simulation):
     longest = 2.0 * np.sqrt(55.0**2 - 40.0**2)  # mm: R 40, D 30, W 15
     pipe = "[{straight: 90 mm}, {bend: 90 deg, radius: 40 mm}, {straight: 100 mm}]"
     outline = f"{{length: {1.03 * longest:.6g} mm, height: 15 mm}}"
-    wedged = simulation(
+    wedged = batch(
         "wedged",
         f"environment.walls.pipe.pipe={pipe}",
         "environment.walls.pipe.diameter=30 mm",
@@ -101,14 +112,14 @@ def test_a_frame_too_long_for_a_bend_is_wedged(simulation):
         "expect.passes=true",
     )
     with pytest.raises(ExpectationError, match="frame wedged"):
-        wedged.run(1e9)
-    layout = wedged.summary["layout"]
+        finished(wedged)
+    layout = wedged.simulations[0].recording.summary["layout"]
     assert (layout["where"]["segment"], layout["blocked_by"]) == (2, "frame wedged")
 
 
-def test_a_wall_pushes_across_the_path(simulation):
+def test_a_wall_pushes_across_the_path(batch):
     """Around the bend the ball leans on its outer wall, on that side alone."""
-    results = simulation("round", "layout.goal=70 mm").run(1e9)
+    results = finished(batch("round", "layout.goal=70 mm"))
     h = results.history
     leaning = h["frame_wall_force"] > 0.0
     assert leaning.any()
@@ -122,15 +133,15 @@ def test_a_wall_pushes_across_the_path(simulation):
     assert (h["frame_pinch"] <= h["frame_wall_force"] * (turn**2 + 1e-3)).all()
 
 
-def test_an_interrupted_run_decides_alike(simulation):
-    whole = simulation("whole", "layout.goal=30 mm").run(1e9)
-    first = simulation("parts", "layout.goal=30 mm")
+def test_an_interrupted_run_decides_alike(batch):
+    whole = finished(batch("whole", "layout.goal=30 mm"))
+    first = batch("parts", "layout.goal=30 mm")
     first.look()
     while first.solver.time < 0.02:
-        first.go_to_station()
+        first.go_to_stations()
     first.checkpoint()
     first.close()
-    second = simulation("parts", "layout.goal=30 mm", resume=True).run(1e9)
+    second = finished(batch("parts", "layout.goal=30 mm", resume=True))
     assert second.summary["layout"] == whole.summary["layout"]
     for name, column in whole.history.items():
         np.testing.assert_array_equal(second.history[name], column, err_msg=name)

@@ -81,7 +81,7 @@ def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
 
 def test_stations_follow_the_size_of_the_model():
     """A million element updates lie between two, within 16 to 512 increments."""
-    from softsim.run import station_length
+    from softsim.simulation import station_length
 
     assert station_length(40) == 512
     assert station_length(10_000) == 400
@@ -92,13 +92,13 @@ def test_the_first_inspection_comes_after_the_first_interval(
     write_scene, tmp_path, run, monkeypatch
 ):
     """The step at the start is known from taking it."""
-    from softsim.run import Simulation
+    from softsim.simulation import Simulation
     from softsim.solver.inspection import FIRST_INTERVAL
 
     done_at, inspect = [], Simulation._inspect
 
     def watched(simulation):
-        done_at.append(simulation.solver.increments)
+        done_at.append(simulation.scenario.increments)
         inspect(simulation)
 
     monkeypatch.setattr(Simulation, "_inspect", watched)

@@ -79,11 +79,10 @@ class SurfaceContact(Dissipation):
             **self.obstacle.memory(),
         }
 
-    def clear_impulses(self) -> None:
-        """Start a new interval over which contact forces are averaged."""
-        fields.write(self.normal_impulse, 0.0)
-        fields.write(self.slipping_impulse, 0.0)
-        fields.write(self.impulse, 0.0)
+    def clear_impulses(self, scenario: int) -> None:
+        """Start a new interval over which contact forces of a scenario are averaged."""
+        for summed in (self.normal_impulse, self.slipping_impulse, self.impulse):
+            fields.write_row(summed, scenario, 0.0)
 
     @ti.func
     def push(self, s, i, t, dt):

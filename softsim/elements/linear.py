@@ -91,9 +91,9 @@ class LinearElements:
         """Fields that a checkpoint keeps."""
         return self.points.memory() | self.pressure.memory()
 
-    def set_increment(self, dt: float) -> None:
-        """Take the time step [s]."""
-        self.points.set_increment(dt)
+    def set_increment(self, scenario: int, dt: float) -> None:
+        """Take the time step [s] of a scenario."""
+        self.points.set_increment(scenario, dt)
 
     # Of the element itself: `deform(s, b, t, dt)` stores edges and the present volumes of a block,
     # `stretch(s, b)` gives C, J of them, `stress_corners(s, b, t, dt)` writes corner forces.

@@ -38,8 +38,8 @@ class MaterialPoints:
         self.branch_count = len(material.branches)
         self.branch_modulus = real_field(np.array([b.shear_modulus for b in material.branches]))
         self.relaxation_time = real_field(np.array([b.relaxation_time for b in material.branches]))
-        self.decay = real_field(np.ones(self.branch_count))
-        self.mean_distance = real_field(np.ones(self.branch_count))
+        self.decay = real_field(np.ones((scenarios, self.branch_count)))
+        self.mean_distance = real_field(np.ones((scenarios, self.branch_count)))
         self.identity = [lane_data(component[None]) for component in identity.T]
         at_rest = np.repeat(identity.T[:, None], scenarios, axis=1)
         self.viscous_metric = [
@@ -55,15 +55,15 @@ class MaterialPoints:
                 kept[f"metric_{k}_{name}"] = component
         return kept
 
-    def set_increment(self, dt: float) -> None:
-        """Take the time step [s]: exp(-dt / tau) of each branch."""
+    def set_increment(self, scenario: int, dt: float) -> None:
+        """Take the time step [s] of a scenario: exp(-dt / tau) of each branch."""
         if not self.material.branches:
             return
         ratio = dt / np.array([b.relaxation_time for b in self.material.branches])
-        fields.write(self.decay, np.exp(-ratio))
+        fields.write_row(self.decay, scenario, np.exp(-ratio))
         # Dissipation is sampled at the end of an increment; over it the square of the metric's
         # distance from rest was larger by this factor on the mean.
-        fields.write(self.mean_distance, np.expm1(2.0 * ratio) / (2.0 * ratio))
+        fields.write_row(self.mean_distance, scenario, np.expm1(2.0 * ratio) / (2.0 * ratio))
 
     @ti.func
     def cofactor(self, b, C):
@@ -79,7 +79,7 @@ class MaterialPoints:
         M = self.metric.scaled(2.0 * slope, identity)
         one = self.metric.lane(1.0)
         for k in ti.static(range(self.branch_count)):
-            e = self.decay[k]
+            e = self.decay[s, k]
             # Exact for a constant C_bar, whose inverse is r2^2 J^2 C^-1.
             A = self.metric.mixed(
                 e, self.metric.stored(self.viscous_metric[k], s, b),
@@ -113,7 +113,7 @@ class MaterialPoints:
                 self.metric.adjugate(A), inverse
             ) / self.metric.determinant(A)
             rate = self.branch_modulus[k] / (2.0 * self.relaxation_time[k])
-            power += self.mean_distance[k] * rate * (stretch + back - 6.0)
+            power += self.mean_distance[s, k] * rate * (stretch + back - 6.0)
         self.dissipation[s, b] = self.dissipation[s, b] + dt * power * volume
 
     @ti.func

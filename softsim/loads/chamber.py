@@ -50,10 +50,10 @@ class PressureFollowsCommands:
         """Fields that a checkpoint keeps: the commands in force."""
         return self.in_force
 
-    def obey(self, commands: list[Command]) -> None:
-        """Take new commands, one a scenario."""
-        for name, values in columns(commands).items():
-            fields.write(self.in_force[name], values)
+    def obey(self, scenario: int, command: Command) -> None:
+        """Take a new command in a scenario."""
+        for name, value in dataclasses.asdict(command).items():
+            fields.write_row(self.in_force[name], scenario, value)
 
     @ti.func
     def pressure(self, s, t, volume):

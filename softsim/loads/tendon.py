@@ -42,9 +42,9 @@ class Tendon:
         """Fields that a checkpoint keeps."""
         return {"impulse": self.impulse}
 
-    def clear_impulses(self) -> None:
-        """Start a new interval over which the tension is averaged."""
-        fields.write(self.impulse, 0.0)
+    def clear_impulses(self, scenario: int) -> None:
+        """Start a new interval over which the tension in a scenario is averaged."""
+        fields.write_row(self.impulse, scenario, 0.0)
 
     @ti.func
     def elongation(self, s):

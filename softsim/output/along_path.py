@@ -5,9 +5,8 @@ import numpy as np
 from softsim.contact.path_features import narrowings
 from softsim.contact.pipe_drawing import stations
 from softsim.contact.pipe_path import PipePath
-from softsim.fields import read
 from softsim.model import Passage
-from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.scenario import Scenario
 
 # A node this near [m] to a place where the pipe narrows touches what narrows it: the thickness of a
 # spike.
@@ -29,15 +28,15 @@ COLUMNS = {
 
 
 def path_readings(
-    solver: ExplicitSolver, passage: Passage, centre: np.ndarray, interval: float
+    scenario: Scenario, passage: Passage, centre: np.ndarray, interval: float
 ) -> dict[str, float]:
     """The columns now; centre (d,) of the body [m], `interval` [s] since impulses were cleared."""
-    x = solver.positions()[0]
+    x = scenario.positions()
     row = {
         "arc_length": float(passage.path.arc_length(centre[None])[0]),
         "clearance": float(passage.path.gap(x[passage.outline]).min()),
     }
-    nodes, forces = wall_forces(solver, interval)
+    nodes, forces = wall_forces(scenario, interval)
     of_frame = np.isin(nodes, passage.outline)
     return row | frame_forces(forces[of_frame]) | forces_along(
         passage.path, x[nodes], forces, of_frame
@@ -49,14 +48,14 @@ def path_samples(path: PipePath) -> np.ndarray:
     return np.column_stack(stations(path.segments))
 
 
-def wall_forces(solver: ExplicitSolver, interval: float) -> tuple[np.ndarray, np.ndarray]:
+def wall_forces(scenario: Scenario, interval: float) -> tuple[np.ndarray, np.ndarray]:
     """Nodes (k,) that touched walls since impulses were cleared, and the mean forces (k, d) [N] of
     all walls on them.
     """
-    model = solver.models[0]
+    model = scenario.model
     impulses = np.zeros((len(model.contact.nodes), model.dimension))
-    for walls in solver.terms.wall_contacts:
-        impulses += read(walls.impulse)[0]
+    for walls in scenario.terms.wall_contacts:
+        impulses += scenario.read(walls.impulse)
     touched = impulses.any(axis=1) if interval > 0.0 else np.zeros(len(impulses), dtype=bool)
     return model.contact.nodes[touched], impulses[touched] / (interval or 1.0)
 

@@ -11,14 +11,13 @@ import numpy as np
 
 from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
-from softsim.fields import read
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.model import CylinderShape, Model, Probe
 from softsim.output import along_path
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
-from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.scenario import Scenario
 
 
 def columns(model: Model) -> dict[str, str]:
@@ -67,7 +66,7 @@ def columns(model: Model) -> dict[str, str]:
 PROBE_UNITS = {"displacement": "m", "radius": "m", "reaction": "N", "volume": "m^3"}
 
 
-def probe_values(solver: ExplicitSolver, probe: Probe, x: np.ndarray) -> np.ndarray:
+def probe_values(scenario: Scenario, probe: Probe, x: np.ndarray) -> np.ndarray:
     """What a probe reads now, with the nodes at x (n, d)."""
     if probe.kind == "volume":
         return np.array([probe.geometry.enclosed_volume(x, probe.members)])
@@ -75,11 +74,11 @@ def probe_values(solver: ExplicitSolver, probe: Probe, x: np.ndarray) -> np.ndar
         axis = 0 if len(x[0]) == 3 else 1
         return np.linalg.norm(np.delete(x[probe.members], axis, axis=1), axis=1).mean(keepdims=True)
     if probe.kind == "displacement":
-        return (x - solver.models[0].points)[probe.members].mean(axis=0)
+        return (x - scenario.model.points)[probe.members].mean(axis=0)
     # What holds the nodes is the opposite of what the rest does to them, their weight included.
-    model = solver.models[0]
+    model = scenario.model
     weight = model.mass[probe.members].sum() * model.gravity
-    return -read(solver.terms.nodes.force)[0, probe.members].sum(axis=0) - weight
+    return -scenario.read(scenario.terms.nodes.force)[probe.members].sum(axis=0) - weight
 
 
 @dataclass(frozen=True)
@@ -91,28 +90,30 @@ class Observation:
 
 
 def observe(
-    solver: ExplicitSolver, meter: Meter, balance: EnergyBalance, interval: float
+    scenario: Scenario, meter: Meter, balance: EnergyBalance, interval: float
 ) -> Observation:
-    """Measure the first scenario now; `interval` [s] since contact impulses were cleared."""
-    model = solver.models[0]
-    energies, grip, centre = meter.read()
+    """Measure a scenario, at which the meter has just looked; `interval` [s] since its contact
+    impulses were cleared.
+    """
+    model = scenario.model
+    energies, grip, centre = meter.of(scenario.number)
     row = dict.fromkeys(columns(model), float("nan"))
-    row["time"] = solver.time
+    row["time"] = scenario.time
     if model.pressures:
-        row |= chamber_readings(solver)
+        row |= chamber_readings(scenario)
     if model.rigid_bodies:
-        row |= frame_readings(solver)
+        row |= frame_readings(scenario)
     row["contact_count"] = grip.contact_count
     row["slip_share"] = grip.slip_share
     row["rows_in_contact"] = row["wall_force_normal"] = 0.0
     if grip.normal_impulse > 0.0 and interval > 0.0:
-        row["rows_in_contact"] = rows_in_contact(solver)
+        row["rows_in_contact"] = rows_in_contact(scenario)
         row["wall_force_normal"] = grip.normal_impulse / interval
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
         row[f"wall_force_{axis}"] = grip.impulse[i] / interval if interval > 0.0 else 0.0
     if model.tendons:
-        impulse = float(read(solver.terms.tendons[0].impulse)[0])
+        impulse = float(scenario.read(scenario.terms.tendons[0].impulse))
         row["pull"] = impulse / interval if interval > 0.0 else 0.0
     row["internal_energy"] = energies.internal
     row["kinetic_energy"] = energies.kinetic
@@ -122,40 +123,40 @@ def observe(
     row["contact_energy"] = energies.contact
     row["energy_error"] = balance.error(energies)
     if model.relaxation is not None:
-        row["unbalanced_share"] = unbalanced_share(solver)
+        row["unbalanced_share"] = unbalanced_share(scenario)
     if model.passage is not None:
-        place = frame_pose(solver, model.passage.body).centre
-        row |= along_path.path_readings(solver, model.passage, place, interval)
+        place = frame_pose(scenario, model.passage.body).centre
+        row |= along_path.path_readings(scenario, model.passage, place, interval)
     if model.probes:
-        x = solver.positions()[0]
+        x = scenario.positions()
         for probe in model.probes:
             names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
-            row |= dict(zip(names, probe_values(solver, probe, x).tolist(), strict=True))
+            row |= dict(zip(names, probe_values(scenario, probe, x).tolist(), strict=True))
     return Observation(row, energies)
 
 
-def chamber_readings(solver: ExplicitSolver) -> dict[str, float]:
+def chamber_readings(scenario: Scenario) -> dict[str, float]:
     """Pressure of the first chamber, and its volume where one is driven by it."""
-    model = solver.models[0]
-    load, term = model.pressures[0], solver.terms.pressures[0]
+    model = scenario.model
+    load, term = model.pressures[0], scenario.terms.pressures[0]
     if isinstance(load.drive, GivenPressure):
         now = {
-            "pressure": float(load.drive.profile.at(solver.time)),
-            "section_pressure": float(load.drive.section_profile.at(solver.time)),
+            "pressure": float(load.drive.profile.at(scenario.time)),
+            "section_pressure": float(load.drive.section_profile.at(scenario.time)),
         }
     else:
-        now = dict.fromkeys(("pressure", "section_pressure"), float(read(term.pressure)[0]))
+        now = dict.fromkeys(("pressure", "section_pressure"), float(scenario.read(term.pressure)))
     if "chamber_volume" in columns(model):
-        now["chamber_volume"] = float(read(term.volume)[0])
+        now["chamber_volume"] = float(scenario.read(term.volume))
     return now
 
 
-def rows_in_contact(solver: ExplicitSolver) -> int:
+def rows_in_contact(scenario: Scenario) -> int:
     """Rows of spikes of which a node touched a wall since impulses were cleared."""
-    model = solver.models[0]
+    model = scenario.model
     touched = np.zeros(len(model.points), dtype=bool)
-    for walls in solver.terms.wall_contacts:
-        touched[model.contact.nodes] |= read(walls.normal_impulse)[0] > 0.0
+    for walls in scenario.terms.wall_contacts:
+        touched[model.contact.nodes] |= scenario.read(walls.normal_impulse) > 0.0
     return sum(bool(touched[nodes].any()) for nodes in model.rows.values())
 
 
@@ -183,19 +184,19 @@ class Pose:
         return 2.0 * np.arctan2(length, w) * v / length
 
 
-def frame_pose(solver: ExplicitSolver, body: int) -> Pose:
+def frame_pose(scenario: Scenario, body: int) -> Pose:
     """Where a rigid body is now."""
-    bodies = solver.terms.rigid_bodies
-    rotation = read(bodies.rotation)[0, body]
+    bodies = scenario.terms.rigid_bodies
+    rotation = scenario.read(bodies.rotation)[body]
     d = bodies.dimension
     arm = bodies.bodies[body].centre - bodies.rest_centre[body]
-    centre = read(bodies.centre)[0, body] + rotation[:d, :d] @ arm
-    return Pose(centre, read(bodies.orientation)[0, body])
+    centre = scenario.read(bodies.centre)[body] + rotation[:d, :d] @ arm
+    return Pose(centre, scenario.read(bodies.orientation)[body])
 
 
-def frame_readings(solver: ExplicitSolver) -> dict[str, float]:
+def frame_readings(scenario: Scenario) -> dict[str, float]:
     """Place and turn of the first rigid body."""
-    pose = frame_pose(solver, 0)
+    pose = frame_pose(scenario, 0)
     now = {f"frame_{a}": float(c) for a, c in zip("xyz", pose.centre, strict=False)}
     now["frame_angle"] = pose.angle
     if len(pose.centre) == 3:
@@ -219,16 +220,16 @@ def mesh_of(model: Model) -> tuple[np.ndarray, np.ndarray]:
     return points, np.concatenate([b.cells + b.first_node for b in model.bodies])
 
 
-def frame(solver: ExplicitSolver) -> Frame:
-    """Fields of the first scenario now."""
-    model = solver.models[0]
-    x = solver.positions()[0]
+def frame(scenario: Scenario) -> Frame:
+    """Fields of a scenario now."""
+    model = scenario.model
+    x = scenario.positions()
     parts = [
         measure_elements(b.geometry, b.points, b.cells, x[b.nodes], b.material)
         for b in model.bodies
     ]
     points, _ = mesh_of(model)
-    poses = [frame_pose(solver, r) for r in range(len(model.rigid_bodies))]
+    poses = [frame_pose(scenario, r) for r in range(len(model.rigid_bodies))]
     pose_rows = np.array(
         [
             [*p.centre, p.angle] if model.dimension == 2 else [*p.centre, *p.orientation]

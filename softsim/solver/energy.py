@@ -65,28 +65,45 @@ class Grip:
 
 @ti.data_oriented
 class Meter:
-    """Reads energies and grip in one kernel: copying every field out would cost more than a
-    hundred increments.
+    """Reads energies and grip of all scenarios in one kernel: copying every field out would cost
+    more than a hundred increments.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
         self.solver = solver
         self.terms = solver.terms
         self.dimension = solver.terms.nodes.dimension
+        self.serially = backend.device().name == "cpu"
+        self.readings = np.zeros((solver.scenarios, 9 + 2 * self.dimension))
 
-    def read(self, scenario: int = 0) -> tuple[Energies, Grip, np.ndarray]:
-        """Energies, grip, and the centre of mass of all nodes (d,) [m] now."""
-        readings = np.empty((self.solver.scenarios, 9 + 2 * self.dimension))
-        self._read(self.solver.increment, readings)
-        row = readings[scenario]
+    def look(self) -> None:
+        """Read what there is now; `of` tells it."""
+        self._read(self.solver.steps, self.readings)
+
+    def of(self, scenario: int) -> tuple[Energies, Grip, np.ndarray]:
+        """Energies, grip, and the centre of mass of all nodes (d,) [m] of a scenario at the last
+        look.
+        """
+        row = self.readings[scenario]
         mass = self.solver.models[scenario].mass.sum()
-        impulse, moment = row[9 : 9 + self.dimension], row[9 + self.dimension :]
+        impulse, moment = row[9 : 9 + self.dimension].copy(), row[9 + self.dimension :]
         return Energies(*row[:6]), Grip(int(row[6]), row[7], row[8], impulse), moment / mass
 
+    def read(self, scenario: int = 0) -> tuple[Energies, Grip, np.ndarray]:
+        """Look, and tell what there is of a scenario."""
+        self.look()
+        return self.of(scenario)
+
     @ti.kernel
-    def _read(self, dt: ti.f64, readings: ti.types.ndarray(ti.f64, ndim=2)):  # type: ignore[valid-type]  # Taichi wants an instance
-        ti.loop_config(serialize=True)  # a parallel loop here misses Taichi's kernel cache
+    def _read(
+        self,
+        steps: ti.types.ndarray(ti.f64, ndim=1),  # type: ignore[valid-type]  # Taichi wants an instance
+        readings: ti.types.ndarray(ti.f64, ndim=2),  # type: ignore[valid-type]
+    ):
+        # A parallel loop misses Taichi's kernel cache; on a GPU a scenario after the other is slow.
+        ti.loop_config(serialize=self.serially)
         for s in range(self.solver.scenarios):
+            dt = steps[s]
             internal = ti.cast(0.0, backend.real)
             contact = ti.cast(0.0, backend.real)
             friction = ti.cast(0.0, backend.real)

@@ -2,28 +2,28 @@
 
 import numpy as np
 
-from softsim.fields import read
-from softsim.solver.explicit import ExplicitSolver
+from softsim import fields
+from softsim.solver.scenario import Scenario
 
 
-def unbalanced_share(solver: ExplicitSolver) -> float:
-    """Unbalanced force over inner forces, both root sums of squares, of the first scenario [-].
+def unbalanced_share(scenario: Scenario) -> float:
+    """Unbalanced force over inner forces, both root sums of squares [-].
 
     Unbalanced: what accelerates free components of nodes and rigid bodies, a torque T as the force
     sqrt(m T I^-1 T) that it is at the radius of gyration. Inner: every corner force of elements,
     pressure, loads and contact. Zero where there is no force at all.
     """
-    terms, model = solver.terms, solver.models[0]
-    net = read(terms.nodes.force)[0] + model.mass[:, None] * model.gravity
+    terms, model, read = scenario.terms, scenario.model, scenario.read
+    net = read(terms.nodes.force) + model.mass[:, None] * model.gravity
     unbalanced = float((net[model.is_free] ** 2).sum())
     inner = 0.0
     for component in terms.nodes.corner_forces.component:
-        inner += float((read(component)[0] ** 2).sum())
+        inner += float((read(component) ** 2).sum())
     if terms.rigid_bodies.count:
         bodies = terms.rigid_bodies
-        torque, rotation = read(bodies.torque)[0], read(bodies.rotation)[0]
+        torque, rotation = read(bodies.torque), read(bodies.rotation)
         local = np.einsum("bij,bi->bj", rotation, torque)
-        turning = np.einsum("bi,bij,bj->b", local, read(bodies.inverse_inertia), local)
-        unbalanced += float((read(bodies.force)[0] ** 2).sum())
-        unbalanced += float((read(bodies.mass) * turning).sum())
+        turning = np.einsum("bi,bij,bj->b", local, fields.read(bodies.inverse_inertia), local)
+        unbalanced += float((read(bodies.force) ** 2).sum())
+        unbalanced += float((fields.read(bodies.mass) * turning).sum())
     return float(np.sqrt(unbalanced / inner)) if inner > 0.0 else 0.0

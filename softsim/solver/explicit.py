@@ -19,9 +19,10 @@ from softsim.solver.terms import Terms
 
 @ti.data_oriented
 class ExplicitSolver:
-    """Advances one model, or several scenarios of it side by side.
+    """Advances one model, or several scenarios of it side by side, each at its own pace: what
+    becomes of a scenario does not depend on what it is computed with.
 
-    time [s], increments done, increment [s]: the step in use.
+    times [s], done (increments), steps [s] in use: arrays (scenarios,).
     """
 
     def __init__(self, models: list[Model]) -> None:
@@ -31,14 +32,31 @@ class ExplicitSolver:
             self.terms = Terms(models)
             self.work = Increments(self.terms, self.scenarios)
         self.shift_stages = self.terms.shift_stages()
-        self.time = 0.0
-        self.increments = 0
-        self.increment = 0.0
+        self.times, self.steps = np.zeros(self.scenarios), np.zeros(self.scenarios)
+        self.done = np.zeros(self.scenarios, dtype=int)
 
-    def begin(self, increment: float) -> None:
-        """Forces at t = 0 and the first half kick; `increment` is the step to come [s]."""
-        self._take_increment(increment)
-        self._stand(increment, kick=0.5 * increment)
+    @property
+    def time(self) -> float:
+        """Of the first scenario [s]."""
+        return float(self.times[0])
+
+    @property
+    def increments(self) -> int:
+        """Done by the first scenario."""
+        return int(self.done[0])
+
+    @property
+    def increment(self) -> float:
+        """The step in use of the first scenario [s]."""
+        return float(self.steps[0])
+
+    def begin(self, increments: float | np.ndarray) -> None:
+        """Forces at t = 0 and the first half kick; the steps to come [s]: one for all scenarios, or
+        (scenarios,).
+        """
+        for s, increment in enumerate(np.broadcast_to(increments, self.scenarios)):
+            self._take_increment(s, float(increment))
+        self._stand(self.steps, kicks=0.5 * self.steps)
         for load in self.terms.working_loads:
             fields.write(load.work, 0.0)  # no work is done before the first increment
 
@@ -46,33 +64,50 @@ class ExplicitSolver:
         """Forces at the present places and velocities, as at the end of a step of `increment` [s];
         nothing moves, branches relax by the step in use.
         """
-        self._stand(increment, kick=0.0)
+        self._stand(np.full(self.scenarios, increment), kicks=np.zeros(self.scenarios))
 
     def change_increment(self, increment: float) -> None:
-        """Go on with another step [s]: half-step velocities move to its half step."""
-        self.shift_kernel(self.time, 0.5 * (increment - self.increment))
-        self._take_increment(increment)
+        """Go on with another step [s] in all scenarios."""
+        for s in range(self.scenarios):
+            self.change_increment_of(s, increment)
 
-    def advance(self, count: int) -> None:
-        """Do `count` increments."""
-        dt = self.increment
-        self.work.do(Span(self.increments, count, self.time, dt, drift=dt, kick=dt))
-        self.increments += count
-        self.time += count * dt
+    def change_increment_of(self, s: int, increment: float) -> None:
+        """Go on with another step [s] in scenario s: half-step velocities move to its half step."""
+        self.shift_kernel(s, self.times[s], 0.5 * (increment - self.steps[s]))
+        self._take_increment(s, increment)
 
-    def _stand(self, dt: float, kick: float) -> None:
-        """An increment of dt [s] that ends now and in which nothing drifts."""
-        self.work.do(Span(0, 1, self.time - dt, dt, drift=0.0, kick=kick))
+    def advance(self, counts: int | np.ndarray) -> None:
+        """Do so many increments: one number for all scenarios, or (scenarios,); 0: it rests."""
+        each: np.ndarray = np.broadcast_to(counts, self.scenarios)
+        self.work.do(
+            [
+                Span(int(done), int(count), time, dt, drift=dt, kick=dt)
+                for done, count, time, dt in zip(
+                    self.done, each, self.times, self.steps, strict=True
+                )
+            ]
+        )
+        self.done += each
+        self.times += each * self.steps
 
-    def _take_increment(self, increment: float) -> None:
-        self.increment = increment
+    def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
+        """An increment of each scenario that ends now and in which nothing drifts."""
+        self.work.do(
+            [
+                Span(0, 1, time - dt, dt, drift=0.0, kick=kick)
+                for time, dt, kick in zip(self.times, steps, kicks, strict=True)
+            ]
+        )
+
+    def _take_increment(self, s: int, increment: float) -> None:
+        self.steps[s] = increment
         for body in self.terms.bodies:
-            body.set_increment(increment)
+            body.set_increment(s, increment)
 
     @ti.kernel
-    def shift_kernel(self, t: ti.f64, dt: ti.f64):
+    def shift_kernel(self, s: ti.i32, t: ti.f64, dt: ti.f64):
         for stage in ti.static(self.shift_stages):
-            for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
+            for i in range(ti.static(size(stage))):
                 work_at(stage, s, i, t, dt)
 
     # --- what observers ask; arrays over (scenarios, ...) at the present time --------------------
@@ -81,10 +116,6 @@ class ExplicitSolver:
         """x (scenarios, nodes, d) [m]."""
         return fields.read(self.terms.nodes.position)
 
-    def overfull(self) -> bool:
-        """Whether a list of what may touch had no room, so that contact was missed."""
-        return any(fields.read(c.lists.overfull).any() for c in self.terms.self_contacts)
-
     def memory(self) -> dict[str, np.ndarray]:
         """Everything that must be kept to continue to the same bits."""
         return {name: fields.read(field) for name, field in self.terms.memory().items()}
@@ -92,7 +123,7 @@ class ExplicitSolver:
     def restore(
         self, memory: dict[str, np.ndarray], time: float, increments: int, increment: float
     ) -> None:
-        """Take the state of a checkpoint.
+        """Take the state of a checkpoint, with all scenarios at one time and step.
 
         Raises OutputError if it is the state of another model.
         """
@@ -105,5 +136,6 @@ class ExplicitSolver:
             )
         for name, field in kept.items():
             fields.write(field, memory[name])
-        self.time, self.increments = time, increments
-        self._take_increment(increment)
+        self.times[:], self.done[:] = time, increments
+        for s in range(self.scenarios):
+            self._take_increment(s, increment)

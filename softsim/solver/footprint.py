@@ -126,8 +126,8 @@ def refuse_too_large(model: Model, scenarios: int, device: str, place: Place | N
     need = fixed + working + size.of(scenarios)
     if need <= free:
         return
-    fitting = int((free - fixed - working - size.shared) // size.each)
-    if scenarios > 1 and fitting >= 1:
+    fitting = scenarios_that_fit(model, device, place)
+    if scenarios > 1 and fitting:
         way_out = f"at most {fitting} scenarios of this model"
     else:
         share = max(0.0, free - fixed) / (working + size.of(1))
@@ -141,6 +141,17 @@ def refuse_too_large(model: Model, scenarios: int, device: str, place: Place | N
         f"{_gigabytes(free)} are free on {place.name}",
         hint=way_out,
     )
+
+
+def scenarios_that_fit(model: Model, device: str, place: Place | None) -> int | None:
+    """How many scenarios of a model fit the free memory of the place where they are to run; None
+    where nobody tells (place: None).
+    """
+    if place is None:
+        return None
+    size, (fixed, an_element) = footprint(model), BESIDE[device]
+    left = place.memory.free - fixed - an_element * model.element_count - size.shared
+    return max(0, int(left // size.each))
 
 
 def _gigabytes(size: float) -> str:

@@ -1,29 +1,31 @@
 """Runs increments, stage by stage: by one thread, by several side by side, or by launches.
 
 On a CPU a block of increments runs inside one kernel call: waking threads would cost more than a
-small mesh. Each worker thread does its share of every pass and meets the others after each stage.
-On a GPU each stage is a launch over scenarios and indices. Every number is summed in the same order
-in all three: workers give the same bits, launches the same to round-off (they are other kernels,
-and fast_math lets the compiler order the arithmetic of each).
+small mesh. Each worker thread does its share of every pass and meets the others after each stage;
+scenarios follow one another. On a GPU each stage is a launch over scenarios and indices. Every
+number is summed in the same order in all three: workers give the same bits, launches the same to
+round-off (they are other kernels, and fast_math lets the compiler order the arithmetic of each).
 """
 
 import time
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend
 from softsim.errors import DeviceError
-from softsim.fields import index_field
+from softsim.fields import index_field, real_field, write
 from softsim.solver.crew import Crew
 from softsim.solver.terms import Pass, Stage, Terms
 
 # Dissipation of the Maxwell branches is booked once in so many increments: it changes over
 # milliseconds, an increment takes microseconds.
 SAMPLE_EVERY = 8
-# Increments in one call on a GPU, a divisor of SAMPLE_EVERY: a call costs as much as a few
-# launches, and each of these is traced and compiled.
+# Increments in one call on a GPU, which books the sampled passes after it if they were due within,
+# up to three increments late: a call costs as much as a few launches, and each of these is traced
+# and compiled.
 LAUNCHED_TOGETHER = 4
 # Taichi hands neighbouring indices of a parallel loop to a thread in shares of at least so many.
 SHARE = 512
@@ -37,7 +39,8 @@ MOST_LOOKS = 500_000_000
 
 @dataclass(frozen=True)
 class Span:
-    """`count` increments of dt [s] after the first `done`, from the time `start` [s] on.
+    """`count` increments of dt [s] of a scenario after its first `done`, from its time `start` [s]
+    on; 0: it rests.
 
     drift, kick: how far places and velocities are moved in each [s]. Without drift the forces are
     those at the places where everything is.
@@ -49,6 +52,15 @@ class Span:
     dt: float
     drift: float
     kick: float
+
+    def samples(self, first: int, end: int) -> bool:
+        """Whether the sampled passes are due between increments `first` and `end` of it."""
+        begin, end = (self.done + min(k, self.count) for k in (first, end))
+        return begin // SAMPLE_EVERY < end // SAMPLE_EVERY
+
+
+DONE, COUNT, START, DT, DRIFT, KICK = range(6)
+"""Columns of Increments.spans, which launches read: what a Span says, a row a scenario."""
 
 
 @ti.data_oriented
@@ -64,6 +76,7 @@ class Increments:
         if backend.device().name == "cpu":
             refuse_uncountable(self.passes)
         self.crew = Crew(backend.device().threads)
+        self.spans = real_field(np.zeros((scenarios, KICK + 1)))
         self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
 
     @property
@@ -77,29 +90,33 @@ class Increments:
         """The passes done once in SAMPLE_EVERY increments."""
         return [p for stage in self.sampled_stages for p in stage]
 
-    def do(self, span: Span) -> None:
-        """Do them in the way that suits the device."""
+    def do(self, spans: Sequence[Span]) -> None:
+        """Do them, a span a scenario, in the way that suits the device."""
         if backend.device().name != "cpu":
-            self.by_launches(span)
+            self.by_launches(spans)
             ti.sync()
-        elif self.crew.size == 1:
-            self.alone(span)
-        else:
-            began = time.perf_counter()
-            self.together(span, self.crew.workers)
-            if span.drift > 0.0:  # the first call, which compiles, has none
-                self.crew.note(span.count, time.perf_counter() - began)
+            return
+        for s, span in enumerate(spans):
+            if span.count and self.crew.size == 1:
+                self.alone(s, span)
+            elif span.count:
+                began = time.perf_counter()
+                self.together(s, span, self.crew.workers)
+                if span.drift > 0.0:  # the first call, which compiles, has none
+                    self.crew.note(span.count, time.perf_counter() - began)
 
-    def alone(self, span: Span) -> None:
+    def alone(self, s: int, span: Span) -> None:
         """By the thread that calls: it has in its cache what it looks at between two calls. The
         number of workers is an argument so that the compiler treats both kernels alike.
         """
-        self._alone(span.done, span.count, span.start, span.dt, span.drift, span.kick, 1)
+        self._alone(
+            s, span.done, span.count, span.start, span.dt, span.drift, span.kick, 1
+        )  # fmt: skip
 
-    def together(self, span: Span, workers: int) -> None:
+    def together(self, s: int, span: Span, workers: int) -> None:
         """By so many of Taichi's threads side by side."""
         lost = self._together(
-            span.done, span.count, span.start, span.dt, span.drift, span.kick, workers, 0
+            s, span.done, span.count, span.start, span.dt, span.drift, span.kick, workers, 0
         )
         if lost:
             raise DeviceError(
@@ -107,29 +124,28 @@ class Increments:
                 hint="run with --threads 1, or with as many as there are free processors",
             )
 
-    def by_launches(self, span: Span) -> None:
-        """A launch a stage: what a GPU does, on any device."""
-        k = 0
-        while k < span.count:
-            aligned = (span.done + k) % LAUNCHED_TOGETHER == 0
-            count = LAUNCHED_TOGETHER if aligned and span.count - k >= LAUNCHED_TOGETHER else 1
-            self._launch(k, span.start, span.dt, span.drift, span.kick, count)
-            k += count
-            if (span.done + k) % SAMPLE_EVERY == 0:
-                self._launch_sampled(span.start + k * span.dt, SAMPLE_EVERY * span.dt)
+    def by_launches(self, spans: Sequence[Span]) -> None:
+        """A launch a stage: what a GPU does, on any device. A scenario that has done its own
+        increments rests while others go on.
+        """
+        write(self.spans, np.array([astuple(span) for span in spans]))
+        for k in range(0, max(span.count for span in spans), LAUNCHED_TOGETHER):
+            self._launch(k)
+            if any(span.samples(k, k + LAUNCHED_TOGETHER) for span in spans):
+                self._launch_sampled(k)
 
     @ti.kernel
     def _alone(
-        self, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
+        self, s: ti.i32, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
         kick: ti.f64, workers: ti.i32,
     ):  # fmt: skip
         ti.loop_config(serialize=True)
         for worker in range(workers):
-            self._work_through(done, count, start, dt, drift, kick, worker, workers, 0)
+            self._work_through(s, done, count, start, dt, drift, kick, worker, workers, 0)
 
     @ti.kernel
     def _together(
-        self, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
+        self, s: ti.i32, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
         kick: ti.f64, workers: ti.i32, zero: ti.i32,
     ) -> ti.i32:  # fmt: skip
         self.arrived[0] = 0
@@ -139,14 +155,18 @@ class Increments:
         for share in range(self.crew.size * SHARE):
             worker = share // SHARE
             if share % SHARE == 0 and worker < workers:
-                self._work_through(done, count, start, dt, drift, kick, worker, workers, zero)
+                self._work_through(s, done, count, start, dt, drift, kick, worker, workers, zero)
         return self.lost[0]
 
     @ti.func
-    def _work_through(self, done, count, start, dt, drift, kick, worker, workers, zero):
-        """One worker's part of all the increments."""
+    def _work_through(self, only, done, count, start, dt, drift, kick, worker, workers, zero):
+        """One worker's part of all the increments of scenario `only`. Which that is, is asked in a
+        loop, so that the compiler knows it where there is but one.
+        """
         met = 0
         for s in range(self.scenarios):
+            if s != only:
+                continue
             for k in range(count):
                 t = start + (k + 1) * dt
                 if drift > 0.0:
@@ -191,27 +211,35 @@ class Increments:
         return met + 1
 
     @ti.kernel
-    def _launch(
-        self, first: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64, kick: ti.f64,
-        count: ti.template(),  # type: ignore[valid-type]  # Taichi wants an instance
-    ):  # fmt: skip
-        for k in ti.static(range(count)):
+    def _launch(self, first: ti.i32):
+        for n in ti.static(range(LAUNCHED_TOGETHER)):
             for stage in ti.static(self.drift_stages):
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    if drift > 0.0:
-                        work_at(stage, s, i, start + (first + k + 1) * dt, drift)
+                    if first + n < self.spans[s, COUNT] and self.spans[s, DRIFT] > 0.0:
+                        work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, DRIFT])
             for stage in ti.static(self.force_stages):
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    work_at(stage, s, i, start + (first + k + 1) * dt, dt)
+                    if first + n < self.spans[s, COUNT]:
+                        work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, DT])
             for stage in ti.static(self.kick_stages):
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    work_at(stage, s, i, start + (first + k + 1) * dt, kick)
+                    if first + n < self.spans[s, COUNT]:
+                        work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, KICK])
 
     @ti.kernel
-    def _launch_sampled(self, t: ti.f64, dt: ti.f64):
+    def _launch_sampled(self, first: ti.i32):
         for stage in ti.static(self.sampled_stages):
             for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                work_at(stage, s, i, t, dt)
+                done = ti.cast(self.spans[s, DONE], ti.i32)
+                count = ti.cast(self.spans[s, COUNT], ti.i32)
+                begin, end = ti.min(first, count), ti.min(first + LAUNCHED_TOGETHER, count)
+                if (done + begin) // SAMPLE_EVERY < (done + end) // SAMPLE_EVERY:
+                    work_at(stage, s, i, self._time(s, end), SAMPLE_EVERY * self.spans[s, DT])
+
+    @ti.func
+    def _time(self, s, k):
+        """Time [s] of scenario s after k increments of its span."""
+        return self.spans[s, START] + k * self.spans[s, DT]
 
 
 @ti.func

@@ -51,7 +51,8 @@ def test_the_first_inflation(source):
 
 def test_each_scenario_obeys_its_own_command(source):
     """A fall from 6 kPa that is held until 1 s; a pressure that stays."""
-    source.obey([Command(6e3, 1.0, -5e3, 2e3), Command(3e3, 0.5, 0.0, 3e3)])
+    source.obey(0, Command(6e3, 1.0, -5e3, 2e3))
+    source.obey(1, Command(3e3, 0.5, 0.0, 3e3))
     times = [0.0, 1.0, 1.4, 1.8, 9.0]
     fall, rest = pressures(source, 0, times), pressures(source, 1, times)
     np.testing.assert_allclose(fall, [6e3, 6e3, 4e3, 2e3, 2e3], rtol=1e-12)
@@ -61,7 +62,8 @@ def test_each_scenario_obeys_its_own_command(source):
 def test_commands_are_remembered(source):
     from softsim.fields import read
 
-    source.obey([Command(6e3, 1.0, -5e3, 2e3), Command(3e3, 0.5, 0.0, 4e3)])
+    source.obey(0, Command(6e3, 1.0, -5e3, 2e3))
+    source.obey(1, Command(3e3, 0.5, 0.0, 4e3))
     kept = {name: read(field).tolist() for name, field in source.memory().items()}
     assert kept == {
         "pressure": [6e3, 3e3], "time": [1.0, 0.5], "rate": [-5e3, 0.0], "target": [2e3, 4e3],

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from browsers import Browser
 from layout_runs import write_layout_run
+from selenium.webdriver import ActionChains, Keys
 
 from softsim.output.folder import SCENE, RunFolder
 from softsim.report.page.run import write_run_page
@@ -49,7 +50,7 @@ def slide(browser: Browser, frame: int) -> None:
 
 @pytest.mark.parametrize(
     ("name", "width"),
-    [("plane", 500), ("layout", 500), ("space", 1600)],  # none is narrower
+    [("plane", 400), ("layout", 400), ("space", 1600)],
 )
 def test_a_page_opens_whole_and_alone(browser: Browser, pages: dict, name: str, width: int):
     browser.open(pages[name], width)
@@ -86,13 +87,24 @@ def test_the_slider_moves_the_body_and_the_marks_in_the_charts(
 def test_keys_step_and_the_button_plays(browser: Browser, pages: dict):
     browser.open(pages["plane"])
     canvas = browser.driver.find_element("css selector", "canvas")
-    canvas.send_keys("\ue014\ue014\ue012")  # right, right, left
+    canvas.send_keys(Keys.ARROW_RIGHT * 2, Keys.ARROW_LEFT)
     assert browser.run("return current") == 1
     browser.run("speed.value = '5'; play.click()")
     waiting = "const done = arguments[0]; setTimeout(() => done(current), 600)"
     assert browser.driver.execute_async_script(waiting) > 1
     browser.run("play.click()")
     assert browser.run("return [play.getAttribute('aria-label'), playing]") == ["Play", None]
+
+
+def test_a_body_in_space_is_turned(browser: Browser, pages: dict):
+    browser.open(pages["space"])
+    before = picture(browser)
+    canvas = browser.driver.find_element("css selector", "canvas")
+    ActionChains(browser.driver).drag_and_drop_by_offset(canvas, 150, 0).perform()
+    assert browser.run("return painter.azimuth") == pytest.approx(np.pi / 6 - 1.0, abs=0.05)
+    assert (picture(browser) != before).mean() > 0.05
+    canvas.send_keys(Keys.SHIFT, Keys.ARROW_RIGHT * 10)
+    assert browser.run("return painter.azimuth") == pytest.approx(np.pi / 6, abs=0.05)
 
 
 def test_the_camera_stands_still_or_follows(browser: Browser, pages: dict):

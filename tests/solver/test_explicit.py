@@ -100,7 +100,7 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     x = serial.positions()
     launched = start(model)
     dt = launched.increment
-    launched.work.by_launches(Span(0, 163, launched.time, dt, drift=dt, kick=dt))
+    launched.work.by_launches([Span(0, 163, launched.time, dt, drift=dt, kick=dt)])
     size = np.ptp(model.points, axis=0).max()
     np.testing.assert_allclose(x, launched.positions(), rtol=0.0, atol=1e-12 * size)
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
@@ -124,9 +124,9 @@ def test_workers_give_the_bits_of_one(build, kernel_cache, text):
         solver.begin(dt)
         span = Span(0, 16, solver.time, dt, drift=dt, kick=dt)
         if workers:
-            solver.work.together(span, workers)
+            solver.work.together(0, span, workers)
         else:
-            solver.work.alone(span)
+            solver.work.alone(0, span)
         found.append(solver.memory())
     for other in found[1:]:
         for name, array in found[0].items():

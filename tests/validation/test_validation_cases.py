@@ -127,7 +127,7 @@ def test_cases_run_and_fail_on_their_own(block, tmp_path, kernel_cache, monkeypa
     console = quiet()
     found = run_cases([fine, unstable, fine], tmp_path / "out", 2, console)
     assert len(found) == 2
-    assert "increment" in found[unstable.key].failure
+    assert "time step" in found[unstable.key].failure
     outcome = found[fine.key]
     assert outcome.failure == "" and outcome.summary["threads"] == 1
     fallen = outcome.history["body_y"][-1] - outcome.history["body_y"][0]

@@ -117,11 +117,12 @@ class Pressed:
 def pressed(solver) -> Pressed:
     """Go on until forces balance, and look."""
     from softsim.solver.equilibrium import unbalanced_share
+    from softsim.solver.scenario import Scenario
 
-    model = solver.models[0]
+    model, scenario = solver.models[0], Scenario(solver, 0)
     limit = solver.time + 0.1
     solver.advance(256)
-    while solver.time < model.end_time or unbalanced_share(solver) > model.relaxation.tolerance:
+    while solver.time < model.end_time or unbalanced_share(scenario) > model.relaxation.tolerance:
         solver.advance(256)
         assert solver.time < limit
     contact = solver.terms.supports[0]
