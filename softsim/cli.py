@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from softsim.errors import CalibrationError, ExpectationError, SoftsimError
+from softsim.errors import CalibrationError, ExpectationError, OutputError, SoftsimError
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
@@ -239,13 +239,13 @@ def optimize(
     before. The same command goes on where it was stopped, and with more --trials beyond its end.
     """
     with _explained() as console:
-        from softsim.commands.optimisation import print_best
-        from softsim.commands.sweep import print_results
-        from softsim.report.study.figures import draw_study
         from softsim.study.loading import load_study
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
+        from softsim.commands.optimisation import print_best
+        from softsim.commands.sweep import print_results
+        from softsim.report.study.figures import draw_study
         from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.optimisation import optimize as run_trials  # and optuna
 
@@ -359,10 +359,16 @@ def _quantity(option: str, text: str, unit: str) -> float:
 
 
 @app.command()
-def report(folder: Annotated[Path, typer.Argument(help="Run folder.")]) -> None:
-    """Draw the figures of a run folder again, and write its page report.html."""
+def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
+    """Draw the figures of a run's or a study's folder again, and write its page report.html."""
     with _explained() as console:
-        _report(folder, console)
+        from softsim.output.study_folder import is_study
+
+        if is_study(folder):
+            _report_study(folder, console)
+        else:
+            _refuse_without_run(folder)
+            _report(folder, console)
 
 
 @app.command()
@@ -392,6 +398,15 @@ def _report_what_there_is(folder: Path, console: Console) -> None:
         _report(folder, console)
 
 
+def _refuse_without_run(folder: Path) -> None:
+    """Raise OutputError unless `folder` has a run's history."""
+    if not (folder / "history.csv").is_file():
+        raise OutputError(
+            f"{folder} is the folder of neither a run nor a study",
+            hint="name one that softsim run, assess, sweep or optimize has written",
+        )
+
+
 def _report(folder: Path, console: Console) -> None:
     """All figures and the page of a run folder."""
     from softsim.output.folder import read_summary
@@ -402,6 +417,16 @@ def _report(folder: Path, console: Console) -> None:
     for figure in draw_all(folder, field):
         console.print(f"figure  {figure}", highlight=False)
     console.print(f"page    {write_run_page(folder)}", highlight=False)
+
+
+def _report_study(folder: Path, console: Console) -> None:
+    """All figures of a study's folder, and its page."""
+    from softsim.report.study.figures import draw_study
+    from softsim.report.study.page import write_study_page
+
+    for figure in draw_study(folder):
+        console.print(f"figure  {figure}", highlight=False)
+    console.print(f"page    {write_study_page(folder)}", highlight=False)
 
 
 @contextmanager

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from softsim.output.study_folder import Plot
 from softsim.report.study.curve import draw_curve
 from softsim.report.study.findings import Findings
 from softsim.report.study.heat_map import draw_heat_map
 from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, planned_plots
 from softsim.report.study.scatter import draw_scatter
 from softsim.report.study.search import draw_factors, draw_progress
+from softsim.study.axes import Plot
 
 DRAWINGS: dict[str, Callable[[Findings, Plot, Path], None]] = {
     CURVE: draw_curve,

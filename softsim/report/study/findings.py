@@ -9,16 +9,9 @@ from typing import Any
 import polars
 
 from softsim.errors import OutputError
-from softsim.output.study_folder import (
-    DONE,
-    FAILED,
-    LOST,
-    Axis,
-    StudyRecord,
-    read_study,
-    read_table,
-)
+from softsim.output.study_folder import DONE, FAILED, LOST, StudyRecord, read_study, read_table
 from softsim.report.study.scale import Scale
+from softsim.study.axes import Axis
 
 REPEAT, VERDICT = "repeat", "verdict"
 

@@ -2,8 +2,8 @@
 
 from math import prod
 
-from softsim.output.study_folder import Plot
 from softsim.report.study.findings import REPEAT, Findings
+from softsim.study.axes import Plot
 
 CURVE, HEAT_MAP, SCATTER = "curve", "heat_map", "scatter"
 
