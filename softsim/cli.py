@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from softsim.errors import CalibrationError, ExpectationError, SoftsimError
+from softsim.errors import CalibrationError, ExpectationError, OutputError, SoftsimError
 
 app = typer.Typer(
     no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
@@ -217,7 +217,6 @@ def sweep(
         size = command.asked_batch(batch, device.value)
         frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
         command.print_results(loaded, frame, folder, console)
-        _report_study(folder, console)
 
 
 @app.command()
@@ -240,19 +239,21 @@ def optimize(
     before. The same command goes on where it was stopped, and with more --trials beyond its end.
     """
     with _explained() as console:
-        from softsim.commands.optimisation import print_best
-        from softsim.commands.sweep import print_results
         from softsim.study.loading import load_study
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
+        from softsim.commands.optimisation import print_best
+        from softsim.commands.sweep import print_results
+        from softsim.report.study.figures import draw_study
         from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.optimisation import optimize as run_trials  # and optuna
 
         crew = crew_for(folder, device.value, workers, scheduler)
         table = run_trials(loaded, folder, crew, device.value, trials, console)
         print_results(loaded, table, folder, console)
-        _report_study(folder, console)
+        for figure in draw_study(folder):
+            console.print(f"figure  {figure}", highlight=False)
         print_best(loaded, folder, console)
 
 
@@ -359,13 +360,14 @@ def _quantity(option: str, text: str, unit: str) -> float:
 
 @app.command()
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
-    """Draw the figures of a run or a study again, and write its page report.html."""
+    """Draw the figures of a run's or a study's folder again, and write its page report.html."""
     with _explained() as console:
         from softsim.output.study_folder import is_study
 
         if is_study(folder):
             _report_study(folder, console)
         else:
+            _refuse_without_run(folder)
             _report(folder, console)
 
 
@@ -394,6 +396,15 @@ def _report_what_there_is(folder: Path, console: Console) -> None:
     """The report of a run, unless it ended before it had a history."""
     if (folder / "history.csv").is_file():
         _report(folder, console)
+
+
+def _refuse_without_run(folder: Path) -> None:
+    """Raise OutputError unless `folder` has a run's history."""
+    if not (folder / "history.csv").is_file():
+        raise OutputError(
+            f"{folder} is the folder of neither a run nor a study",
+            hint="name one that softsim run, assess, sweep or optimize has written",
+        )
 
 
 def _report(folder: Path, console: Console) -> None:

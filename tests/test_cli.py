@@ -43,8 +43,8 @@ def test_run_and_report(write_scene, tmp_path):
 
 def test_a_report_of_nothing_is_refused(tmp_path):
     done = softsim("report", tmp_path / "none")
-    assert done.returncode != 0 and "Traceback" not in done.stderr
-    assert "cannot read the history" in done.stderr
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert "is the folder of neither a run nor a study" in done.stderr
 
 
 @pytest.mark.parametrize(
