@@ -21,6 +21,7 @@ from softsim.report.study.traces import packed_numbers
 from softsim.study.axes import Goal, Plot
 
 FASTEST = Goal("speed", "maximize")
+OVER_RATE = [Plot("curve", "rate", "speed")]
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +93,7 @@ def test_numbers_are_packed_row_by_row():
 
 def test_charts_show_every_case_and_lead_to_it(tmp_path):
     rows = sampled(40)
-    found = Findings.read(write_made_up(tmp_path, [RATE, FRICTION], rows))
+    found = Findings.read(write_made_up(tmp_path, [RATE, FRICTION], rows, plots=OVER_RATE))
     for trace, status in zip(
         study_charts(found)[0].figure["data"], ("done", "failed", "pruned"), strict=True
     ):
@@ -108,7 +109,7 @@ def test_names_of_a_study_are_no_markup(page):
 
 
 def test_report_draws_a_study(tmp_path):
-    write_made_up(tmp_path, [RATE], [{"rate": 1.0}, {"rate": 2.0}], measures=[SPEED])
+    write_made_up(tmp_path, [RATE], [{"rate": 1.0}, {"rate": 2.0}], plots=OVER_RATE)
     result = CliRunner().invoke(app, ["report", str(tmp_path)])
     assert result.exit_code == 0
     said = re.sub(r"\s", "", result.output)

@@ -19,7 +19,7 @@ from softsim.report.study.curve import (
 )
 from softsim.report.study.findings import Findings
 from softsim.report.study.heat_map import MOST_NUMBERS, heat_map_scales, over_what
-from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, planned_plots
+from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, drawn_plots
 from softsim.report.study.scale import Scale, title_of
 from softsim.report.study.search import TRIAL, best_so_far
 from softsim.report.study.traces import (
@@ -50,7 +50,7 @@ def study_charts(findings: Findings) -> list[Chart]:
 
     Raises OutputError if a plot names no axis of the study.
     """
-    plots = planned_plots(findings)
+    plots = drawn_plots(findings)
     charts = [CHARTS[plot.kind](findings, plot) for plot in plots]
     goal = findings.record.goal
     if goal is not None:
