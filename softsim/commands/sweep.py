@@ -19,7 +19,7 @@ MANY = 10_000
 """Cases above which one is asked whether that many are meant."""
 
 GPU_BATCH = 256
-"""Cases at once on a graphics card: they share its launches, and few are in flight if it stops."""
+"""Cases at once on a graphics card, which share its launches; as many are lost if it fails."""
 
 MOST_SHOWN = 30
 """Rows of a table for people."""

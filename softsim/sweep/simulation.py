@@ -39,7 +39,7 @@ def _fault(job: Job) -> Exception | None:
 
 
 def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
-    """Run jobs along the scenario axis, as far as they share a structure; key -> what went wrong."""
+    """Run jobs side by side, as far as they share a structure; key -> what went wrong."""
     from softsim.run import run_batch
 
     faults: dict[str, Exception | None] = {}
