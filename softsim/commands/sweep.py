@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
+from softsim.machine import chosen_device
 from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
 from softsim.study.preview import describe
@@ -17,6 +18,9 @@ from softsim.sweep.planning import fill, jobs_of, table_of
 
 MANY = 10_000
 """Cases above which one is asked whether that many are meant."""
+
+GPU_BATCH = 256
+"""Cases at once on a graphics card, which share its launches; as many are lost if it fails."""
 
 MOST_SHOWN = 30
 """Rows of a table for people."""
@@ -42,7 +46,7 @@ def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Cons
 def asked_batch(text: str, device: str) -> int:
     """Cases that a worker runs at once. Raises ClusterError: no such number."""
     if text == "auto":
-        return 1
+        return GPU_BATCH if chosen_device(device) == "cuda" else 1
     if not text.isdecimal() or int(text) < 1:
         raise ClusterError(f"--batch {text}: a number from 1 on, or auto")
     return int(text)
