@@ -1,6 +1,7 @@
 """What there is: keys of scenes and studies, devices."""
 
 import json
+from enum import Enum
 from typing import Annotated
 
 import typer
@@ -8,11 +9,24 @@ import typer
 from softsim.cli.explaining import explained
 
 
-def schema() -> None:
-    """Print the JSON schema of scene files, with which an editor completes and checks keys."""
-    from softsim.scene.schema import scene_json_schema
+class FileKind(str, Enum):
+    """What a file describes."""
 
-    print(json.dumps(scene_json_schema(), indent=2))
+    scene = "scene"
+    study = "study"
+
+
+def schema(
+    of: Annotated[FileKind, typer.Argument(help="Which files.")] = FileKind.scene,
+) -> None:
+    """Print the JSON schema of scene or study files, with which an editor completes and checks
+    keys.
+    """
+    from softsim.scene.schema import scene_json_schema
+    from softsim.study.schema import study_json_schema
+
+    found = {FileKind.scene: scene_json_schema, FileKind.study: study_json_schema}[of]()
+    print(json.dumps(found, indent=2))
 
 
 def devices(

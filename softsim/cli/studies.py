@@ -7,6 +7,7 @@ import typer
 
 from softsim.cli.explaining import explained
 from softsim.cli.options import DeviceName, Scheduler, StudyOverrides, StudyPath, Workers
+from softsim.cli.reporting import report_study
 
 
 def sweep(
@@ -50,6 +51,7 @@ def sweep(
         size = command.asked_batch(batch, device.value)
         frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
         command.print_results(loaded, frame, folder, console)
+        report_study(folder, console)
 
 
 def optimize(
@@ -77,13 +79,11 @@ def optimize(
         folder = out or Path("runs") / f"{study.stem}_optimum"
         from softsim.commands.optimisation import print_best
         from softsim.commands.sweep import print_results
-        from softsim.report.study.figures import draw_study
         from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.optimisation import optimize as run_trials  # and optuna
 
         crew = crew_for(folder, device.value, workers, scheduler)
         table = run_trials(loaded, folder, crew, device.value, trials, console)
         print_results(loaded, table, folder, console)
-        for figure in draw_study(folder):
-            console.print(f"figure  {figure}", highlight=False)
+        report_study(folder, console)
         print_best(loaded, folder, console)
