@@ -15,6 +15,13 @@ time: {end: 1 ms}
 """
 
 
+STUDY = """
+scene: scene.yaml
+factors: {time: {key: time.end, values: [1 ms, 2 ms]}}
+measures: {error: {of: energy_error}}
+"""
+
+
 def softsim(*arguments):
     return subprocess.run(
         [sys.executable, "-m", "softsim.cli", *map(str, arguments)],
@@ -27,9 +34,17 @@ def test_run_and_report(write_scene, tmp_path):
     assert done.returncode == 0, done.stderr
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["status"] == "done"
     assert (tmp_path / "out" / "energies.png").stat().st_size > 5000
-    (tmp_path / "out" / "energies.png").unlink()
+    written = [tmp_path / "out" / name for name in ("energies.png", "report.html")]
+    for file in written:
+        file.unlink()
     assert softsim("report", tmp_path / "out").returncode == 0
-    assert (tmp_path / "out" / "energies.png").exists()
+    assert all(file.exists() for file in written)
+
+
+def test_a_report_of_nothing_is_refused(tmp_path):
+    done = softsim("report", tmp_path / "none")
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert "is the folder of neither a run nor a study" in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -149,9 +164,10 @@ def test_an_absent_gpu_is_no_silent_fallback(write_scene, tmp_path):
     assert "CUDA" in done.stderr
 
 
-def test_schema_is_json():
-    done = softsim("schema")
-    assert "bodies" in json.loads(done.stdout)["properties"]
+def test_schemas_are_json():
+    scene = json.loads(softsim("schema").stdout)
+    study = json.loads(softsim("schema", "study").stdout)
+    assert "bodies" in scene["properties"] and "factors" in study["properties"]
 
 
 def test_devices():
@@ -173,12 +189,15 @@ def test_devices_measures_the_processor():
 @pytest.mark.parametrize(
     "command",
     [["--help"], ["check", "--no-duration"], ["check", "--set", "time.end=-1 s"],
-     ["check", "--threads", "0"], ["devices", "--seconds", "0"]],
+     ["check", "--threads", "0"], ["devices", "--seconds", "0"], ["sweep", "--dry-run"],
+     ["sweep", "--batch", "0"], ["optimize", "none.yaml"]],
 )  # fmt: skip
 def test_light_commands_do_not_import_taichi(write_scene, command):
     """Nor does anything that ends with an error in the scene or the options."""
     name, *options = command
-    arguments = [name, *([str(write_scene(SCENE))] if name == "check" else []), *options]
+    scene = write_scene(SCENE)
+    files = {"check": [str(scene)], "sweep": [str(write_scene(STUDY, "study.yaml"))]}
+    arguments = [name, *files.get(name, []), *options]
     code = (
         "import sys; from softsim.cli import app\n"
         f"try: app({arguments!r})\nexcept SystemExit: pass\n"
@@ -220,4 +239,38 @@ def test_assess_refuses(write_scene, tmp_path, robot, layout, said):
     for words in said:
         assert words in done.stderr
     assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_sweep_lists_its_cases_without_running_them(write_scene, tmp_path):
+    write_scene(SCENE)
+    study, out = write_scene(STUDY, "study.yaml"), tmp_path / "out"
+    done = softsim("sweep", study, "--dry-run", "--out", out, "--set", "bodies.b.thickness=2 mm")
+    assert done.returncode == 0, done.stderr
+    assert "time [ms]" in done.stdout and "2 cases, 0 of them stored, 2 to run" in done.stdout
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (["--batch", "few"], "--batch few"),
+        (["--set", "time.nd=2 s"], "--set time.nd"),
+        (["--scheduler", "nowhere"], "no dask scheduler answers at nowhere"),
+    ],
+)
+def test_sweep_refuses(write_scene, tmp_path, options, said):
+    write_scene(SCENE)
+    done = softsim(
+        "sweep", write_scene(STUDY, "study.yaml"), "--out", tmp_path, "--device", "cpu", *options
+    )
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert said in done.stderr
+
+
+def test_sweep_refuses_very_many_cases_unless_they_are_meant(write_scene, tmp_path):
+    write_scene(SCENE)
+    text = STUDY.replace("values: [1 ms, 2 ms]", "range: [1 ms, 2 ms], count: 10001")
+    done = softsim("sweep", write_scene(text, "study.yaml"), "--out", tmp_path / "out")
+    assert done.returncode == 2 and "--yes" in done.stderr and "10,001 cases" in done.stderr
     assert not (tmp_path / "out").exists()

@@ -5,7 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softsim.units import KINDS, UNIT_NAMES, format_quantity, parse, unit_of
+from softsim.units import (
+    KINDS,
+    UNIT_NAMES,
+    format_quantity,
+    number_in,
+    parse,
+    size_of,
+    unit_of,
+    usual_unit,
+)
 
 
 @pytest.mark.parametrize(
@@ -149,6 +158,28 @@ def test_near_quantities_are_read_or_refused_too(text):
             assert math.isfinite(parse(text, unit))
         except ValueError as error:
             assert str(error)
+
+
+@given(st.floats(-1e6, 1e6), st.sampled_from(["mm", "um", "in", "m"]))
+def test_a_number_in_another_unit(value, unit):
+    text = f"{value!r} {unit}"
+    assert number_in(text, unit, "m") == value  # nothing is lost on the way through metres
+    assert number_in(text, "mm", "m") == pytest.approx(parse(text, "m") * 1e3, rel=1e-12)
+    assert size_of(unit, "m") == parse(f"1 {unit}", "m")
+
+
+def test_turns_are_counted_in_any_unit():
+    assert number_in("3 Hz", "rpm", "Hz") == pytest.approx(180.0, rel=1e-12)
+    assert number_in("30 deg", "deg", "rad") == 30.0
+    with pytest.raises(ValueError, match="is a pressure, a length is due"):
+        size_of("kPa", "m")
+    with pytest.raises(ValueError, match="is no quantity"):
+        number_in("mm", "mm", "m")
+
+
+@pytest.mark.parametrize("unit", sorted(KINDS))
+def test_the_usual_unit_is_one(unit):
+    assert size_of(usual_unit(unit), unit) > 0.0
 
 
 def test_the_unit_of_a_text():

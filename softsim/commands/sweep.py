@@ -10,12 +10,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
+from softsim.machine import chosen_device
 from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
+from softsim.study.preview import describe
 from softsim.sweep.planning import fill, jobs_of, table_of
 
 MANY = 10_000
 """Cases above which one is asked whether that many are meant."""
+
+GPU_BATCH = 256
+"""Cases at once on a graphics card, which share its launches; as many are lost if it fails."""
 
 MOST_SHOWN = 30
 """Rows of a table for people."""
@@ -41,14 +46,18 @@ def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Cons
 def asked_batch(text: str, device: str) -> int:
     """Cases that a worker runs at once. Raises ClusterError: no such number."""
     if text == "auto":
-        return 1
+        return GPU_BATCH if chosen_device(device) == "cuda" else 1
     if not text.isdecimal() or int(text) < 1:
         raise ClusterError(f"--batch {text}: a number from 1 on, or auto")
     return int(text)
 
 
 def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
-    """The cases, what is stored of them, and how many runs are left."""
+    """What varies, the cases, what is stored of them, and how many runs are left."""
+    what = Table(show_header=False, box=None)
+    for row in describe(study):
+        what.add_row(*map(escape, row))
+    console.print(what)
     jobs, table = jobs_of(study, folder), table_of(study)
     waiting = fill(table, jobs, again)
     frame = table.frame()

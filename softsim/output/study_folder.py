@@ -20,7 +20,6 @@ import polars
 from softsim.errors import OutputError
 from softsim.output.folder import RunFolder, replacing
 from softsim.study.axes import Axis, Goal, Plot
-from softsim.study.axes import column as column  # a heading of the table
 
 STUDY, TABLE, TABLE_TEXT, CASES = "study.json", "table.parquet", "table.csv", "cases"
 

@@ -38,7 +38,7 @@ SHOWN: Mapping[str, Callable[[Any], str]] = {
 
 
 def readable(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """What a run says of itself: names and values with their units."""
+    """What a run says of itself: names and values with their units; what is empty is left out."""
     for name, write in SHOWN.items():
-        if summary.get(name) is not None:
+        if summary.get(name) not in (None, []):
             yield name.replace("_", " "), write(summary[name])

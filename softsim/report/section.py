@@ -18,6 +18,9 @@ PALE = 0.6
 THICKNESS = 0.08
 """Of the solid that is drawn behind a curved wall, of the width of the picture."""
 
+POINTS_ON_A_LINE = 33
+"""By which a picture finds the walls near a body: the straights of pipes are lines of 0.1 m."""
+
 NO_LINES = np.zeros((0, 2, 2))
 
 
@@ -63,7 +66,7 @@ class Section:
         self.centre_lines = frames.described.get("centre_lines", NO_LINES) * MILLI
         self.values = np.concatenate([shot.values for shot in self.shots])
         planes = np.array([w.plane for w in self.walls]).reshape(-1, 4)
-        self.view = view_of(self.places(), planes, self.wall_lines.reshape(-1, 2))
+        self.view = view_of(self.places(), planes, points_on(self.wall_lines))
 
     def places(self) -> np.ndarray:
         """All places (n, 2) [mm] that any picture must show."""
@@ -152,6 +155,12 @@ def right_of_axis(lines: np.ndarray) -> np.ndarray:
     x, way = lines[:, :, 0], lines[:, 1] - lines[:, 0]
     cut = lines[:, 0] - way * (x[:, 0] / np.where(way[:, 0] == 0.0, 1.0, way[:, 0]))[:, None]
     return np.where((x < 0.0)[..., None], cut[:, None], lines)
+
+
+def points_on(lines: np.ndarray) -> np.ndarray:
+    """Places (n, 2) on lines (k, 2, 2), close enough together that one of them is near any body."""
+    shares = np.linspace(0.0, 1.0, POINTS_ON_A_LINE)[:, None, None]
+    return ((1.0 - shares) * lines[:, 0] + shares * lines[:, 1]).reshape(-1, 2)
 
 
 def ends(boundary: np.ndarray) -> np.ndarray:

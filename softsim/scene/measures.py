@@ -35,7 +35,7 @@ FORCE, TIME, FREQUENCY = Measure("N"), Measure("s"), Measure("Hz")
 NUMBER, LABEL = Measure(), Measure(is_label=True)
 LENGTHS, PRESSURES = Measure("m", per_cycle=True), Measure("Pa", per_cycle=True)
 
-OF_ALL = {
+OF_RUNS = {
     "simulated_time": TIME,
     "wall_time": TIME,
     "time_increment": TIME,
@@ -43,6 +43,8 @@ OF_ALL = {
     "node_count": NUMBER,
     "element_count": NUMBER,
     "energy_error": NUMBER,
+}
+OF_BODIES = {
     "body_displacement": LENGTH,
     "body_speed": SPEED,
     "rows_in_contact": NUMBER,
@@ -95,7 +97,7 @@ def produced(scene: Scene) -> dict[str, Measure]:
     chambers = [load for load in scene.loads.values() if load.kind in CHAMBERS]
     first = chambers[0] if chambers else None
     profile = first.profile if isinstance(first, FollowerPressure) else None
-    found = dict(OF_ALL)
+    found = OF_RUNS | OF_BODIES
     if scene.rigid_bodies:
         found |= OF_RIGID_BODIES
         if has_cycles(profile):

@@ -44,11 +44,13 @@ def checked_scenes(
 
 def refuse_conflicts(composition: Composition) -> None:
     """Nothing sets what another has set. SceneError at the later one."""
-    settings = list(composition.shared)
+    refuse_overwriting(composition.shared)
+    earlier = list(composition.shared)
     for factor in composition.factors:
-        of_factor = {one.path: one for value in factor.tried for one in factor.settings(value)}
-        settings.extend(of_factor.values())
-    refuse_overwriting(settings)
+        settings = [factor.settings(value) for value in factor.tried]
+        for of_value in settings:
+            refuse_overwriting(of_value, earlier)
+        earlier.extend(one for of_value in settings for one in of_value)
 
 
 def scene_of(composition: Composition, values: Mapping[str, Value]) -> LoadedScene:

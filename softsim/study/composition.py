@@ -10,11 +10,11 @@ from softsim.scene.robots import robot_names
 from softsim.scene.tree import Tree, child, entries
 from softsim.study.case import Source, Value
 from softsim.study.designs import refuse_incomplete_rows, rows
+from softsim.study.factor_reading import factor_in, scene_file, scenes_factor
 from softsim.study.factors import Factor
 from softsim.study.resolution import known_tree
 from softsim.study.schema import ListDesign, ScenesFactor, Study
 from softsim.study.settings import Setting, option_setting, setting, with_options, with_settings
-from softsim.study.varying import factor_in, scene_file, scenes_factor
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ class Choice:
 
 @dataclass(frozen=True)
 class LabelFactor:
-    """A factor whose values are labels: scenes, variants, texts. label_origins: of each label."""
+    """A factor whose values are labels: scenes, variants, texts."""
 
     axis: Axis
     choices: Mapping[str, Choice]

@@ -62,9 +62,8 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
         design = GridDesign(kind="grid")
     if design is not None:
         refuse_misfit(design, composition.factors, tree)
-    told: dict[str, Measure] = {}
-    for loaded in checked_scenes(composition, perturbed):
-        told |= produced(loaded.scene)
+    scenes = checked_scenes(composition, perturbed)
+    told = {name: measure for one in scenes for name, measure in produced(one.scene).items()}
     measures = tuple(
         measure_column(name, part, nearest(tree, ("measures", name))[0], told)
         for name, part in study.measures.items()

@@ -1,5 +1,9 @@
 """What a study is going to do, in a few rows of text."""
 
+import math
+
+import yaml
+
 from softsim.study.axes import Axis
 from softsim.study.loaded import LoadedStudy
 from softsim.study.spacing import Interval, Space
@@ -9,10 +13,23 @@ MOST_SHOWN = 6
 
 
 def describe(study: LoadedStudy) -> list[tuple[str, str]]:
-    """Rows of what and how: factors, design, repeats, measures, goal."""
-    rows = [
+    """Rows of what varies and of how it is done."""
+    factors = [
         (axis.column, space_text(axis, study.search_space[axis.name])) for axis in study.factors
     ]
+    return factors + settings(study)
+
+
+def settings(study: LoadedStudy) -> list[tuple[str, str]]:
+    """Rows of what is the same in all cases, and of how they are chosen and judged."""
+    rows = []
+    if study.study.scene is not None:
+        rows.append(("scene", study.study.scene))
+    if study.study.robot is not None:
+        rows.append(("robot", study.study.robot))
+    if study.study.set:
+        written = yaml.safe_dump(study.study.set, default_flow_style=True, width=math.inf)
+        rows.append(("in all cases", written.strip()[1:-1]))  # without the braces
     if study.design is not None:
         kind = study.design.kind.replace("_", " ")
         rows.append(("design", f"{kind}, {count_text(study.case_count, 'case')}"))

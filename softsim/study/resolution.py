@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel
 
 import softsim
+from softsim.errors import SceneError
 from softsim.scene.assessment import layout_tree
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
 from softsim.scene.tree import Keys, Tree
@@ -60,6 +61,17 @@ def case_key(loaded: LoadedScene) -> str:
         path = loaded.resolve_file(keys)
         digest.update(_content_digest(path, path.stat().st_mtime_ns))
     return digest.hexdigest()[:20]
+
+
+def key_of(case: Case) -> str:
+    """The key of a case, also of one that is no scene: a combination of values that do not go
+    together is a row of the table like others, in which its run says what is wrong.
+    """
+    try:
+        return case_key(resolved(case))
+    except SceneError:
+        asked = (source_digest(), str(case.source), *case.overrides)
+        return hashlib.sha256("\n".join(asked).encode()).hexdigest()[:20]
 
 
 @lru_cache(maxsize=1)

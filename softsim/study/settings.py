@@ -69,20 +69,20 @@ def _at_the_study(error: SceneError, places: dict[str, Origin]) -> SceneError:
     return SceneError(error.message, error.hint, location, further)
 
 
-def refuse_overwriting(settings: Sequence[Setting]) -> None:
-    """Later settings must not undo earlier ones, by the same key or one that holds it.
+def refuse_overwriting(settings: Sequence[Setting], earlier: Sequence[Setting] = ()) -> None:
+    """Settings must not undo earlier ones, by the same key or one that holds it.
 
     Raises
     ------
     SceneError: at the later one's path.
     """
-    known: dict[str, Setting] = {}
+    known = list(earlier)
     for one in settings:
-        for path, other in known.items():
-            if _is_at_or_below(path, one.path):
-                hint = f"{path}, at {other.path_origin}"
+        for other in known:
+            if _is_at_or_below(other.path, one.path):
+                hint = f"{other.path}, at {other.path_origin}"
                 raise SceneError(f"{one.path} is set already", hint, one.path_origin)
-        known[one.path] = one
+        known.append(one)
 
 
 def option_setting(override: str) -> Setting:

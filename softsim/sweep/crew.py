@@ -1,6 +1,7 @@
 """The workers of a study: processes of this machine, or those of a dask scheduler elsewhere."""
 
 import logging
+import os
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -82,17 +83,22 @@ def local_crew(workers: int) -> Iterator[Crew]:
         ) as cluster,
         Client(cluster) as client,
     ):
-        client.register_plugin(_DeafToInterrupts())
+        client.register_plugin(_ChildProcess())
         yield Crew(client)
 
 
-class _DeafToInterrupts(WorkerPlugin):
-    """Ctrl-C reaches all processes of a terminal; the first one asks the others to stop."""
+class _ChildProcess(WorkerPlugin):
+    """A worker that starts and ends with this process."""
 
-    name = "deaf to interrupts"
+    name = "child process"
 
     def setup(self, worker: Worker) -> None:
+        """Be deaf to Ctrl-C, which reaches all processes of a terminal: the first one asks."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def teardown(self, worker: Worker) -> None:
+        """End at once: a process that has run Taichi stays until it is killed, seconds later."""
+        os._exit(0)
 
 
 @contextmanager

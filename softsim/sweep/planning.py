@@ -9,17 +9,18 @@ import polars
 from softsim.output.study_folder import CASES, StudyRecord
 from softsim.study.axes import Axis
 from softsim.study.loaded import REPEAT, LoadedStudy
-from softsim.study.resolution import case_key, resolved
+from softsim.study.preview import settings
+from softsim.study.resolution import key_of
 from softsim.sweep.job import Job, known_outcome
 from softsim.sweep.table import StudyTable
 
 
 def jobs_of(study: LoadedStudy, folder: Path, device: str = "auto") -> list[Job]:
-    """The job of each case, in the order of the table. Raises SceneError: a case is no scene."""
+    """The job of each case, in the order of the table."""
     cases = folder.resolve() / CASES
     jobs = []
     for case in study.cases():
-        key = case_key(resolved(case))
+        key = key_of(case)
         jobs.append(Job(case, key, cases / key, device, study.study.keep))
     return jobs
 
@@ -49,6 +50,7 @@ def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
         repeats=study.repeats,
         case_count=case_count,
         version=version("softsim"),
+        settings=dict(settings(study)),
     )
 
 

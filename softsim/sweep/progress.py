@@ -1,4 +1,4 @@
-"""How far a study is, for people: a live line on a terminal, plain lines elsewhere."""
+"""How far a study is, for people: a live line on a terminal or in a notebook, else plain lines."""
 
 import time
 from collections import Counter
@@ -20,7 +20,7 @@ class StudyProgress:
         self.ended: Counter[str] = Counter()
         self.began = self.last_line = time.monotonic()
         self.bar: Progress | None = None
-        if console.is_terminal:
+        if console.is_terminal or console.is_jupyter:
             self.bar = Progress(
                 BarColumn(),
                 TextColumn("{task.percentage:>3.0f} %  {task.fields[state]}"),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from rich.console import Console
 
-from softsim.errors import SceneError
+from softsim.errors import SceneError, SoftsimError
 from softsim.machine import chosen_device
 from softsim.output.checkpoint import read_checkpoint
 from softsim.output.folder import CHECKPOINT
@@ -16,8 +16,11 @@ from softsim.sweep.job import Job
 
 
 def simulate(jobs: Sequence[Job]) -> list[Exception | None]:
-    """Run jobs one after the other; what went wrong with each."""
-    return [_fault(job) for job in jobs]
+    """Run jobs, several that start anew side by side; what went wrong with each."""
+    together = [job for job in jobs if len(jobs) > 1 and not _goes_on(job)]
+    faults = _faults_together(together)
+    faults |= {job.key: _fault(job) for job in jobs if job.key not in faults}
+    return [faults[job.key] for job in jobs]
 
 
 def _fault(job: Job) -> Exception | None:
@@ -33,6 +36,32 @@ def _fault(job: Job) -> Exception | None:
     except Exception as error:
         return error
     return None
+
+
+def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
+    """Run jobs side by side, as far as they share a structure; key -> what went wrong."""
+    from softsim.run import run_batch
+
+    faults: dict[str, Exception | None] = {}
+    scenes: dict[str, LoadedScene] = {}
+    for job in jobs:
+        try:
+            scenes[job.key] = scene_of(job)
+        except SoftsimError as error:
+            faults[job.key] = error
+    ready = [job for job in jobs if job.key in scenes]
+    if not ready:
+        return faults
+    try:
+        found = run_batch(
+            list(scenes.values()), [job.folder for job in ready], ready[0].device, 1,
+            [job.watches for job in ready],
+        )  # fmt: skip
+    except Exception as error:
+        return faults | dict.fromkeys(scenes, error)
+    for key, outcome in zip(scenes, found, strict=True):
+        faults[key] = outcome if isinstance(outcome, SoftsimError) else None
+    return faults
 
 
 def scene_of(job: Job) -> LoadedScene:

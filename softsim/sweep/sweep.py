@@ -39,7 +39,7 @@ def sweep(
 
     Raises
     ------
-    SceneError: a case is no scene. ClusterError: workers cannot be worked with. OutputError: a disk
+    SceneError: there is no design. ClusterError: workers cannot be worked with. OutputError: a disk
     refuses. Interrupted: SIGINT or SIGTERM came. After each of them the same call goes on.
     """
     console = console or Console()

@@ -1,9 +1,9 @@
 """The trials of an optimisation, kept in a journal beside its table.
 
-A tree-structured Parzen estimator chooses their values (Bergstra et al. 2011, as optuna has it):
-where good trials are dense and bad ones rare. Those in flight count as bad, so that workers do not
-all try the same. Each trial has random numbers of its own: an optimisation that was interrupted
-goes on as if it had not been.
+The first lie evenly. Then a tree-structured Parzen estimator chooses their values (Bergstra et al.
+2011, as optuna has it): where good trials are dense and bad ones rare. Those in flight count as
+bad, so that workers do not all try the same. Each trial has random numbers of its own: an
+optimisation that was interrupted goes on as if it had not been.
 """
 
 import json
@@ -23,6 +23,7 @@ from softsim.errors import OutputError
 from softsim.study.case import Value
 from softsim.study.measures import MeasureColumn
 from softsim.study.spacing import Interval, Space, rounded
+from softsim.sweep.even_start import START, EvenStart
 
 JOURNAL = "trials.journal"
 NAME = "optimisation"
@@ -112,8 +113,13 @@ class Trials:
 
     def _draw_for(self, number: int) -> None:
         """Random numbers that depend on the seed and the trial alone."""
+        if number <= START:
+            self.study.sampler = EvenStart(list(self.space), self.seed, number)
+            return
         seed = int(np.random.SeedSequence((self.seed, number)).generate_state(1)[0])
-        self.study.sampler = optuna.samplers.TPESampler(seed=seed, constant_liar=True)
+        self.study.sampler = optuna.samplers.TPESampler(
+            n_startup_trials=START, seed=seed, constant_liar=True
+        )
 
     def _suggested(self, trial: optuna.trial.BaseTrial, number: int) -> Trial:
         values = {name: suggested(trial, name, space) for name, space in self.space.items()}

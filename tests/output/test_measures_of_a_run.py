@@ -8,6 +8,7 @@ import pytest
 from rich.console import Console
 
 from softsim.output.measures import measures
+from softsim.scene.measures import OF_RUNS
 
 BODY = """
 bodies:
@@ -148,6 +149,7 @@ def test_a_short_run(write_scene, tmp_path, kernel_cache, monkeypatch):
     console = Console(file=io.StringIO())
     run(write_scene(RUN), (), tmp_path / "out", "cpu", console=console)
     found = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert set(OF_RUNS) <= set(found)
     assert found["peak_pull"] == pytest.approx(50e-3, rel=0.01)
     assert found["slip_share"] > 0.99
     assert found["rows_at_highest"] == 0.0

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.wait import WebDriverWait
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
@@ -18,6 +19,9 @@ FLAGS = (
     "disable-background-networking", "disable-component-update", "disable-sync",
     "force-device-scale-factor=1",
 )  # fmt: skip
+
+PATIENCE = 60.0
+"""With a page of some megabytes on a machine that is busy [s]."""
 
 
 class Browser:
@@ -30,7 +34,11 @@ class Browser:
         """Open a page in a window of this size; what was logged of earlier ones is forgotten."""
         self.complaints(), self.requests()
         self.driver.set_window_size(width, height)
+        self.driver.get("about:blank")  # for a page that is open already is not awaited
         self.driver.get(page.as_uri())
+        WebDriverWait(self.driver, PATIENCE).until(
+            lambda driver: driver.execute_script("return document.readyState") == "complete"
+        )
 
     def run(self, script: str, *arguments: Any) -> Any:
         """What a script that returns gives back."""

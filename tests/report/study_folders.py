@@ -8,14 +8,8 @@ from typing import Any
 import numpy as np
 import polars
 
-from softsim.output.study_folder import (
-    Axis,
-    Goal,
-    Plot,
-    StudyRecord,
-    write_study,
-    write_table,
-)
+from softsim.output.study_folder import StudyRecord, write_study, write_table
+from softsim.study.axes import Axis, Goal, Plot
 
 RATE = Axis("rate", "kPa/s", logarithmic=True, about="deflation rate")
 FRICTION = Axis("friction", about="friction coefficient")
@@ -42,20 +36,21 @@ def write_made_up(
     plots: Sequence[Plot] = (),
     goal: Goal | None = None,
     repeats: int = 1,
+    noise: float = 0.4,
     title: str = "Speed in pipes",
 ) -> Path:
     """A study whose rows say their factors by name, perhaps a repeat, and a status that is not
     done; the first measure is `result` of the factors, the second twice as much.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    noise = np.random.default_rng(1)
+    random = np.random.default_rng(1)
     table: list[dict[str, Any]] = []
     for number, row in enumerate(rows, start=1):
         status = row.get("status", "done")
         named = {axis.name: row[axis.name] for axis in factors}
         value = result(**named) if status == "done" else None
         if value is not None and "repeat" in row:
-            value += float(noise.normal(0.0, 0.4))
+            value += float(random.normal(0.0, noise))
         table.append(
             {"case": number}
             | {axis.column: row[axis.name] for axis in factors}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -30,12 +30,14 @@ def shown_places(shown: dict) -> np.ndarray:
     return local + shown["origins"][:, None]
 
 
+@settings(max_examples=40)
 @given(places)
 def test_places_come_back_within_half_a_step(given_places: np.ndarray) -> None:
     back = unpacked(packed(steps(given_places, 40.0), np.int16), "<i2").reshape(5, 2)
     assert np.abs(back * 40.0 / STEPS - given_places).max() <= 0.5001 * 40.0 / STEPS
 
 
+@settings(max_examples=40)
 @given(arrays(float, 6, elements=st.floats(-5.0, 5.0)))
 def test_shades_rise_with_the_value_and_stay_in_the_palette(values: np.ndarray) -> None:
     found = shades(np.sort(values), -1.0, 1.0)
@@ -47,6 +49,7 @@ def test_what_is_not_finite_is_marked_as_lost() -> None:
     assert shades(np.array([np.nan, 1.0]), 1.0, 1.0).tolist() == [SHADES, 0]
 
 
+@settings(max_examples=40)
 @given(st.integers(1, 5000), st.integers(6, 400_000), st.integers(1, 400_000))
 def test_frames_fit_in_the_room_and_keep_both_ends(count, coordinates, faces) -> None:
     chosen = chosen_frames(count, coordinates, faces)

@@ -9,7 +9,9 @@ import pytest
 from layout_runs import write_layout_run
 
 from softsim.errors import OutputError
-from softsim.output.folder import SCENE, RunFolder
+from softsim.output.folder import HISTORY, SCENE, RunFolder
+from softsim.output.history import History
+from softsim.report.page.animation import ROOM
 from softsim.report.page.run import run_context, setting, write_run_page
 from softsim.report.page.verdicts import BAD, GOOD, OPEN, expectations, verdicts
 from softsim.robots.block import block
@@ -94,11 +96,20 @@ def test_text_is_escaped_wherever_it_stands(folder: Path) -> None:
     assert text.count("&lt;script&gt;alert(1)&lt;/script&gt; &amp; &#34;x&#34;") == 5
 
 
+def test_names_in_charts_are_escaped(tmp_path: Path) -> None:
+    history = History(tmp_path / HISTORY, {"time": "s", "</script><b>": "N"})
+    for time in (0.0, 1.0):
+        history.append({"time": time, "</script><b>": time})
+    history.close()
+    text = write_run_page(tmp_path).read_text("utf-8")
+    assert "</script><b>" not in text and r"\u003c/script\u003e\u003cb\u003e" in text
+
+
 def test_the_page_has_plotly_once_and_reads_nothing_else(folder: Path) -> None:
     text = write_run_page(folder).read_text("utf-8")
     assert text.count("* plotly.js v") == 1
     assert '<link rel="stylesheet"' not in text and "<script src" not in text
-    assert len(text) < 15e6
+    assert len(text) + 4 / 3 * ROOM < 15e6  # with all the frames that it may hold, in base64
 
 
 EXPECT = {"expect": {"passes": None, "mean_speed": {"min": "1 mm/s", "max": None}}}

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from softsim.study.resolution import forget_files
+
 SCENE = """\
 bodies:
   block:
@@ -22,4 +24,5 @@ def folder(tmp_path, monkeypatch):
     """A folder with block.yaml, in which one works, so that messages name files alone."""
     monkeypatch.chdir(tmp_path)
     Path("block.yaml").write_text(SCENE, encoding="utf-8")
+    forget_files()  # another test's block.yaml, in another folder
     return tmp_path

@@ -36,6 +36,23 @@ def test_the_last_factor_of_a_grid_varies_fastest(folder):
     assert len(set(found)) == 12
 
 
+def test_variants_may_set_what_others_set_below(folder):
+    """What each sets must only not undo what comes before."""
+    deep = {"a": {"time.settle": "1 s"}, "b": {"time": {"end": "2 s"}}}
+    found = study(folder, {"v": {"variants": deep}})
+    assert [case.overrides for case in found.cases()] == [
+        ("time.settle=1 s",), ("time={end: 2 s}",),
+    ]  # fmt: skip
+
+
+def test_a_list_may_have_a_label_twice(folder):
+    factors = {"shown": {"key": "output.snapshot_field"}, "end": {"key": "time.end"}}
+    cases = [{"shown": "pressure", "end": end} for end in ("1 s", "2 s")]
+    assert values(study(folder, factors, design={"kind": "list", "cases": cases})) == [
+        ("pressure", 1.0), ("pressure", 2.0),
+    ]  # fmt: skip
+
+
 def test_a_list_is_as_it_is_written(folder):
     factors = {
         "end": {"key": "time.end"},

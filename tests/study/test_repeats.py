@@ -48,15 +48,15 @@ def test_more_repeats_keep_the_earlier_ones(folder):
 
 
 def test_draws_are_normal_about_the_value_and_independent(folder):
-    """Of 400 draws about 0.5 +- 0.05 and 10 +- 0.1 mm: Kolmogorov-Smirnov, and a correlation that
-    by chance is below 0.15 in 997 of 1000 seeds.
+    """Of 200 draws about 0.5 +- 0.05 and 10 +- 0.1 mm: Kolmogorov-Smirnov, and a correlation that
+    by chance is below 0.21 in 997 of 1000 seeds.
     """
     one = {"end": {"key": "time.end", "values": ["1 s"]}}
-    values = drawn(repeated(folder, 400, {FRICTION: "10 %", THICKNESS: "0.1 mm"}, **one))
+    values = drawn(repeated(folder, 200, {FRICTION: "10 %", THICKNESS: "0.1 mm"}, **one))
     friction, thickness = (values[:, 0] - 0.5) / 0.05, (values[:, 1] - 0.01) / 1e-4
     assert stats.kstest(friction, "norm").pvalue > 0.01
     assert stats.kstest(thickness, "norm").pvalue > 0.01
-    assert abs(np.corrcoef(friction, thickness)[0, 1]) < 0.15
+    assert abs(np.corrcoef(friction, thickness)[0, 1]) < 0.21
 
 
 def test_a_perturbed_factor_is_drawn_about_each_of_its_values(folder):

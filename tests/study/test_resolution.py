@@ -8,7 +8,14 @@ from softsim.errors import SceneError
 from softsim.scene.loading import load_scene
 from softsim.study.case import Case, Source
 from softsim.study.loading import study_from
-from softsim.study.resolution import case_key, file_keys, forget_files, load_source, resolved
+from softsim.study.resolution import (
+    case_key,
+    file_keys,
+    forget_files,
+    key_of,
+    load_source,
+    resolved,
+)
 
 BLOCK = Source(Path("block.yaml"))
 MESH = "{generator: block, length: 10 mm, height: 5 mm, element_size: 1 mm}"
@@ -45,6 +52,13 @@ def test_a_mesh_file_is_part_of_the_key(folder):
     assert key() != one
     with pytest.raises(SceneError, match=r"there is no file c\.msh"):
         key("bodies.block.mesh.file=c.msh")
+
+
+def test_a_case_that_is_no_scene_has_a_key_too(folder):
+    """As loading checks no combination of values, one of them may fail."""
+    wrong, other = (Case(1, BLOCK, (f"bodies.block.thickness=-{n} mm",)) for n in (1, 2))
+    assert key_of(wrong) == key_of(wrong) != key_of(other)
+    assert key_of(Case(1, BLOCK)) == key()
 
 
 def test_files_of_bodies_and_walls_are_found(folder):

@@ -98,6 +98,14 @@ def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, crew
     assert len(times) <= 1000 and not (folder / "results.vtkhdf").exists()
 
 
+def test_cases_run_side_by_side_as_they_do_alone(study_file, tmp_path, crew):
+    rewrite(study_file, "range: [2 ms, 12 ms], count: 6", "values: [2 ms, 3 ms]")
+    study = load_study(study_file)
+    alone = sweep(study, tmp_path / "alone", nullcontext(crew), "cpu")
+    together = sweep(study, tmp_path / "together", nullcontext(crew), "cpu", batch=2)
+    assert_frame_equal(alone.drop(WALL_TIME), together.drop(WALL_TIME))
+
+
 def started(study_file, folder):
     """A sweep in a process, once two of its cases have ended and the third runs; its workers."""
     process = subprocess.Popen(

@@ -6,7 +6,13 @@ import json
 import pytest
 from rich.console import Console
 
-from softsim.errors import ExpectationError
+from softsim.errors import ExpectationError, StabilityError
+from softsim.output.study_folder import DONE
+from softsim.study import resolution
+from softsim.study.case import Case as StudyCase
+from softsim.study.case import Source
+from softsim.sweep.job import Job, write_outcome
+from softsim.sweep.job import Outcome as Stored
 from validation import cases as cases_module
 from validation.cases import (
     NOT_IN_SUBSET,
@@ -15,6 +21,7 @@ from validation.cases import (
     Outcome,
     outcomes_by_name,
     run_cases,
+    simulate_and_draw,
 )
 
 BLOCK = """
@@ -52,7 +59,7 @@ def test_key_is_that_of_what_is_run(block, monkeypatch):
     case = Case("a", block, ("time.end=3 ms",))
     assert case.key == Case("b", block, ("time.end=0.003 s",)).key
     assert case.key != Case("a", block, ("time.end=4 ms",)).key
-    monkeypatch.setattr(cases_module, "source_digest", lambda: "other sources")
+    monkeypatch.setattr(resolution, "source_digest", lambda: "other sources")
     assert case.key == case.key and Case("a", block, ("time.end=3 ms",)).key != case.key
 
 
@@ -67,21 +74,26 @@ def test_a_layout_gets_its_robot_and_what_is_asked(tmp_path, monkeypatch):
     assert case.key != LayoutCase("a", "pipe.yaml").key
 
 
-def test_a_run_that_misses_what_is_expected_is_drawn_and_no_failure(block, tmp_path, monkeypatch):
-    def stuck(loaded, overrides, folder, *others, **named):
-        (folder / "summary.json").write_text(json.dumps({"status": "done"}))
-        (folder / "history.csv").write_text("time\ns\n0.0\n")
-        raise ExpectationError("verdict passed, found stuck")
-
+def test_a_layout_that_is_done_is_drawn_whether_or_not_it_is_passed(block, tmp_path, monkeypatch):
+    faults = [
+        None,
+        ExpectationError("verdict passed, found stuck"),
+        StabilityError("unstable"),
+        None,
+    ]
+    sources = [Source(tmp_path / "pipe.yaml", "pfr")] * 3 + [Source(tmp_path / block)]
+    jobs = [
+        Job(StudyCase(i, source), f"key{i}", tmp_path / f"key{i}")
+        for i, source in enumerate(sources)
+    ]
+    for job in jobs:
+        job.folder.mkdir()
+        (job.folder / "summary.json").write_text(json.dumps({"snapshot_field": "stretch"}))
     drawn = []
-    monkeypatch.setattr("softsim.run.run", stuck)
-    monkeypatch.setattr(Case, "draw", lambda case, folder: drawn.append((case.name, folder)))
-    case = Case("a", block)
-    folder = tmp_path / "out" / "cases" / case.key
-    folder.mkdir(parents=True)
-    cases_module._run(case, folder)
-    assert drawn == [("a", folder)]
-    assert run_cases([case], tmp_path / "out", 1, quiet())[case.key].failure == ""
+    monkeypatch.setattr(cases_module, "simulate", lambda jobs: faults)
+    monkeypatch.setattr(cases_module, "draw_all", lambda folder, field: drawn.append(folder.name))
+    assert simulate_and_draw(jobs) == faults
+    assert drawn == ["key0", "key1"]
 
 
 def test_a_stored_case_is_not_run_again(block, tmp_path, monkeypatch):
@@ -89,9 +101,10 @@ def test_a_stored_case_is_not_run_again(block, tmp_path, monkeypatch):
     folder = tmp_path / "out" / "cases" / case.key
     folder.mkdir(parents=True)
     (folder / "summary.json").write_text(json.dumps({"status": "done", "mean_speed": None}))
-    (folder / "failure.txt").write_text("it is done, outside what its scene expects")
     (folder / "history.csv").write_text("time,frame_x\ns,m\n0.0,1.0\n")
-    monkeypatch.setattr(cases_module, "_run_processes", lambda *_: pytest.fail("it ran"))
+    missed = "it is done, outside what its scene expects"
+    write_outcome(Job(StudyCase(0, case.source), case.key, folder), Stored(case.key, DONE, missed))
+    monkeypatch.setattr(cases_module, "completed", lambda *_, **__: pytest.fail("it ran"))
     found = run_cases([case], tmp_path / "out", 1, quiet())[case.key]
     assert found.history["frame_x"].tolist() == [1.0] and not found.failure
     assert found.number("mean_speed") != found.number("mean_speed")  # NaN
@@ -114,7 +127,7 @@ def test_cases_run_and_fail_on_their_own(block, tmp_path, kernel_cache, monkeypa
     console = quiet()
     found = run_cases([fine, unstable, fine], tmp_path / "out", 2, console)
     assert len(found) == 2
-    assert "increment" in found[unstable.key].failure
+    assert "time step" in found[unstable.key].failure
     outcome = found[fine.key]
     assert outcome.failure == "" and outcome.summary["threads"] == 1
     fallen = outcome.history["body_y"][-1] - outcome.history["body_y"][0]

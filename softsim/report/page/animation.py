@@ -21,7 +21,7 @@ from softsim.report.snapshots import is_axisymmetric, pictures
 MOST_FRAMES = 200
 """A slider has about as many places that a hand can find."""
 
-ROOM = 7 * 2**20
+ROOM = 6 * 2**20
 """For all frames [bytes], so that the page with its scripts stays below 15 MB."""
 
 NO_VALUE = "#bbbbbb"

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from softsim.output.study_folder import Goal, Plot
 from softsim.report.page.charts import Chart
 from softsim.report.study.cells import Cells
 from softsim.report.study.curve import (
@@ -20,13 +19,13 @@ from softsim.report.study.curve import (
 )
 from softsim.report.study.findings import Findings
 from softsim.report.study.heat_map import MOST_NUMBERS, heat_map_scales, over_what
-from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, planned_plots
+from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, drawn_plots
 from softsim.report.study.scale import Scale, title_of
 from softsim.report.study.search import TRIAL, best_so_far
 from softsim.report.study.traces import (
+    BELOW,
     CROWD,
     EDGE,
-    LEGEND,
     Trace,
     along,
     best_trace,
@@ -38,6 +37,7 @@ from softsim.report.study.traces import (
     without_result,
 )
 from softsim.report.style import BLUE, ORANGE, RED, SKY
+from softsim.study.axes import Goal, Plot
 
 HEIGHT = 380
 
@@ -50,7 +50,7 @@ def study_charts(findings: Findings) -> list[Chart]:
 
     Raises OutputError if a plot names no axis of the study.
     """
-    plots = planned_plots(findings)
+    plots = drawn_plots(findings)
     charts = [CHARTS[plot.kind](findings, plot) for plot in plots]
     goal = findings.record.goal
     if goal is not None:
@@ -108,14 +108,14 @@ def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
         "y": cells.rows[j].tolist(), "name": "failed", "customdata": cells.cases[j, i].tolist(),
         "hoverinfo": "none", "marker": {"symbol": "x-thin-open", "size": 9, "color": RED},
     }  # fmt: skip
-    traces = [mesh, *([failed] if len(i) else []), *best_trace(findings, x, y)]
-    layout = {
+    traces = [mesh, *([failed] if len(i) else []), *_best_cell(findings, cells, x, y)]
+    layout = BELOW | {
         "coloraxis": colour_axis(z, cells.values),
-        "legend": LEGEND,
         "xaxis": along(x) | {"range": _ends(x, cells.at_x), "showgrid": False},
         "yaxis": along(y) | {"range": _ends(y, cells.at_y), "showgrid": False},
     }
-    title = f"{title_of(z.axis)}{', ' + notes if notes else ''}"
+    title = f"{title_of(z.axis)} over {title_of(x.axis)} and {title_of(y.axis)}"
+    title += f", {notes}" if notes else ""
     return Chart(title, traces, layout, HEIGHT)
 
 
@@ -188,23 +188,37 @@ def _chart(
     if findings.table.height > CROWD:
         marked = [t | {"type": "scattergl"} if t["mode"] == "markers" else t for t in marked]
     title = f"{title_of(y.axis)} over {title_of(x.axis)}{remark}"
-    axes = {"xaxis": along(x), "yaxis": along(y), "yaxis2": EDGE, "legend": LEGEND}
-    return Chart(title, marked, axes | layout, HEIGHT)
+    axes = {"xaxis": along(x), "yaxis": along(y), "yaxis2": EDGE}
+    return Chart(title, marked, BELOW | axes | layout, HEIGHT)
 
 
 def _band(line: Line, colour: str) -> list[Trace]:
-    """Mean plus and minus the band, where there is one."""
-    there = np.isfinite(line.band)
-    if not there.any():
+    """Mean plus and minus the band, wherever there is one."""
+    traces = []
+    for part in np.ma.clump_unmasked(np.ma.masked_invalid(line.band)):
+        x, mean, band = line.x[part], line.mean[part], line.band[part]
+        around = np.concatenate([mean + band, (mean - band)[::-1]])
+        traces.append(
+            {
+                "type": "scatter", "mode": "lines", "x": packed_numbers(np.append(x, x[::-1])),
+                "y": packed_numbers(around), "fill": "toself", "fillcolor": colour + "33",
+                "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False,
+            }
+        )  # fmt: skip
+    return traces
+
+
+def _best_cell(findings: Findings, cells: Cells, x: Scale, y: Scale) -> list[Trace]:
+    """A frame around the cell in which the best design point is."""
+    best = findings.best
+    if best is None:
         return []
-    x, low, high = line.x[there], (line.mean - line.band)[there], (line.mean + line.band)[there]
-    return [
-        {
-            "type": "scatter", "mode": "lines", "x": [*x, *x[::-1]], "y": [*high, *low[::-1]],
-            "fill": "toself", "fillcolor": colour + "33", "line": {"width": 0},
-            "hoverinfo": "skip", "showlegend": False,
-        }
-    ]  # fmt: skip
+    i, j = cells.at(*(scale.place(best.values[scale.axis.column]) for scale in (x, y)))
+    left, bottom, width, height = cells.box(i, j)
+    across = [left, left + width, left + width, left, left]
+    up = [bottom, bottom, bottom + height, bottom + height, bottom]
+    return [{"type": "scatter", "mode": "lines", "x": across, "y": up, "name": "best",
+             "line": {"color": RED, "width": 3}, "hoverinfo": "skip"}]  # fmt: skip
 
 
 def _ends(scale: Scale, edges: np.ndarray) -> list[float]:

@@ -9,12 +9,12 @@ import polars
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 
-from softsim.output.study_folder import Axis, Plot
 from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings
 from softsim.report.study.marks import add_legend, mark_best, mark_without_result, say_if_empty
 from softsim.report.study.scale import COLOURS, Scale, shortened
 from softsim.report.study.wording import written
 from softsim.report.style import BLUE, drawing
+from softsim.study.axes import Axis, Plot
 
 BAND = 3.0
 """Half of a band [standard deviations]."""

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from softsim.output.study_folder import Plot
 from softsim.report.study.curve import draw_curve
 from softsim.report.study.findings import Findings
 from softsim.report.study.heat_map import draw_heat_map
-from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, planned_plots
+from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, drawn_plots
 from softsim.report.study.scatter import draw_scatter
 from softsim.report.study.search import draw_factors, draw_progress
+from softsim.study.axes import Plot
 
 DRAWINGS: dict[str, Callable[[Findings, Plot, Path], None]] = {
     CURVE: draw_curve,
@@ -21,15 +21,15 @@ PROGRESS, FACTORS = "progress.png", "factors.png"
 
 
 def draw_study(folder: Path) -> list[Path]:
-    """Draw the plots that the study asks for, or those that suit it, and how its optimisation
-    went; the figures' paths. Figures of plots that it has no longer go.
+    """Draw the plots of the study, and how its optimisation went; the figures' paths. Figures of
+    plots that it has no longer go.
 
     Raises OutputError where the folder holds no study, a plot names no axis of it, or the disk
     refuses.
     """
     findings = Findings.read(folder)
     drawn = []
-    for plot in planned_plots(findings):
+    for plot in drawn_plots(findings):
         drawn.append(folder / file_name(plot))
         DRAWINGS[plot.kind](findings, plot, drawn[-1])
     goal = findings.record.goal

@@ -9,18 +9,11 @@ from typing import Any
 import polars
 
 from softsim.errors import OutputError
-from softsim.output.study_folder import (
-    DONE,
-    FAILED,
-    LOST,
-    Axis,
-    StudyRecord,
-    read_study,
-    read_table,
-)
+from softsim.output.study_folder import DONE, FAILED, LOST, StudyRecord, read_study, read_table
 from softsim.report.study.scale import Scale
+from softsim.study.axes import Axis
 
-REPEAT, VERDICT = "repeat", "verdict"
+VERDICT = "verdict"
 
 SPREAD, DONE_COUNT, FAILED_COUNT = "standard deviation of ", "cases done", "cases failed"
 """Columns of the design points: before the column of a measure; and two counts."""
@@ -49,11 +42,10 @@ class Findings:
         """From the folder of a study. Raises OutputError where it holds none."""
         return cls(read_study(folder), read_table(folder))
 
-    @cached_property
+    @property
     def factors(self) -> tuple[Axis, ...]:
-        """What makes a design point: the factors; the repeats where nothing else varies."""
-        factors = tuple(axis for axis in self.record.factors if axis.name != REPEAT)
-        return factors or (Axis(REPEAT, about="repeat"),)
+        """What makes a design point."""
+        return self.record.factors
 
     @cached_property
     def measures(self) -> tuple[Axis, ...]:

@@ -9,12 +9,12 @@ from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.patches import Rectangle
 
-from softsim.output.study_folder import Plot
 from softsim.report.study.cells import Cells
 from softsim.report.study.findings import Findings
 from softsim.report.study.marks import add_legend, best_label
 from softsim.report.study.scale import Scale
 from softsim.report.style import INK, QUIET, RED, drawing
+from softsim.study.axes import Plot
 
 MOST_NUMBERS = 80
 """Cells that have their value written in them."""

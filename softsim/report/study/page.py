@@ -84,10 +84,12 @@ def level_words(findings: Findings, name: str) -> str:
 def settings_of(findings: Findings) -> list[tuple[str, str]]:
     """What a reader should know of how it came about."""
     record = findings.record
-    said = [("study", record.source), *(record.settings or {}).items()]
-    if record.repeats > 1:
-        said.append(("repeats", str(record.repeats)))
-    return [*said, ("wall time", duration(record.wall_time)), ("softsim", record.version)]
+    return [
+        ("study", record.source),
+        *(record.settings or {}).items(),
+        ("wall time", duration(record.wall_time)),
+        ("softsim", record.version),
+    ]
 
 
 def reasons_of(findings: Findings) -> list[tuple[str, int, str]]:

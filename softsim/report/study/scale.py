@@ -15,9 +15,9 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from softsim.output.study_folder import Axis
 from softsim.report.colours import COLOUR_MAP
 from softsim.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from softsim.study.axes import Axis
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
 """Of labels, while they suffice."""
@@ -38,7 +38,7 @@ LEVEL_ROOM = 60
 @dataclass(frozen=True)
 class Scale:
     """An axis of a figure. labels: its levels, in the order of the table or of the numbers that
-    they begin with, empty for numbers. whole: it counts something.
+    they begin with, empty for numbers. whole: all its numbers are.
     """
 
     axis: Axis
@@ -49,7 +49,8 @@ class Scale:
     def of(cls, axis: Axis, values: polars.Series) -> "Scale":
         """For all values that the axis has in the table."""
         if not axis.is_label:
-            return cls(axis, whole=values.dtype.is_integer())
+            known = values.drop_nulls()
+            return cls(axis, whole=bool((known == known.round()).all()))
         labels = values.drop_nulls().cast(polars.String).unique(maintain_order=True).to_list()
         numbers = [float(found[0]) for found in map(NUMBER.match, labels) if found]
         if len(numbers) == len(labels):
@@ -84,7 +85,7 @@ class Scale:
         self._space(axes.xaxis)
         if self.axis.is_label:
             axes.set_xlim(-0.5, max(len(self.labels), 1) - 0.5)
-            places, texts = self._ticks()
+            places, texts = self.ticks()
             axes.set_xticks(places, texts)
             if sum(map(len, texts)) > LEVEL_ROOM:
                 axes.tick_params(axis="x", labelrotation=90 if len(texts) > 10 else 25)
@@ -95,7 +96,7 @@ class Scale:
         self._space(axes.yaxis)
         if self.axis.is_label:
             axes.set_ylim(-0.5, max(len(self.labels), 1) - 0.5)
-            axes.set_yticks(*self._ticks())
+            axes.set_yticks(*self.ticks())
 
     def colours(self, places: np.ndarray) -> ScalarMappable:
         """Colours for places: one each of labels, a map that rises in lightness of numbers."""
@@ -122,9 +123,15 @@ class Scale:
         bar = figure.colorbar(colours, ax=axes, label=title_of(self.axis), pad=0.02)
         bar.outline.set_visible(False)
         if self.axis.is_label:
-            places, texts = self._ticks()
+            places, texts = self.ticks()
             bar.set_ticks(places, labels=texts)
             bar.minorticks_off()
+
+    def ticks(self) -> tuple[list[int], list[str]]:
+        """The labels that are written, and where."""
+        step = -(-len(self.labels) // MOST_TICKS) or 1
+        places = list(range(0, len(self.labels), step))
+        return places, [shortened(self.labels[place]) for place in places]
 
     def _space(self, along: XAxis | YAxis) -> None:
         """Logarithmically with plain numbers, or with whole ones."""
@@ -135,12 +142,6 @@ class Scale:
             along.set_minor_formatter(NullFormatter())
         elif self.whole:
             along.set_major_locator(MaxNLocator(integer=True))
-
-    def _ticks(self) -> tuple[list[int], list[str]]:
-        """The labels that are written, and where."""
-        step = -(-len(self.labels) // MOST_TICKS) or 1
-        places = list(range(0, len(self.labels), step))
-        return places, [shortened(self.labels[place]) for place in places]
 
 
 def title_of(axis: Axis) -> str:

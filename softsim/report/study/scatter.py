@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from softsim.output.study_folder import Plot
 from softsim.report.study.findings import Findings
 from softsim.report.study.marks import add_legend, mark_best, mark_without_result, say_if_empty
 from softsim.report.style import BLUE, drawing
+from softsim.study.axes import Plot
 
 CROWD = 400
 """Points from which on they become smaller and let others shine through."""

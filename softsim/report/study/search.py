@@ -8,13 +8,13 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.ticker import MaxNLocator
 
-from softsim.output.study_folder import Axis, Goal
 from softsim.report.colours import COLOUR_MAP
 from softsim.report.study.findings import Findings
 from softsim.report.study.marks import add_legend, mark_best, mark_without_result, say_if_empty
 from softsim.report.study.scale import Scale
 from softsim.report.study.scatter import draw_points
 from softsim.report.style import ORANGE, SKY, drawing
+from softsim.study.axes import Axis, Goal
 
 PANELS_IN_A_ROW = 3
 

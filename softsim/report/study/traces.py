@@ -14,7 +14,7 @@ from matplotlib.ticker import LogLocator
 
 from softsim.report.study.findings import DONE_COUNT, Findings
 from softsim.report.study.marks import WITHOUT_RESULT
-from softsim.report.study.scale import Scale, shortened, title_of
+from softsim.report.study.scale import Scale, title_of
 from softsim.report.style import RED
 
 Trace = dict[str, Any]
@@ -29,8 +29,14 @@ EDGE: Mapping[str, Any] = {
 }  # fmt: skip
 """A vertical axis for marks along the lower edge."""
 
-LEGEND: Mapping[str, Any] = {"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"}
-"""Below the chart: above it are its buttons."""
+BELOW: dict[str, Any] = {
+    "legend": {"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"},
+    "margin": {"l": 60, "r": 16, "t": 34, "b": 44},
+}
+"""The legend below the chart: above it are its buttons."""
+
+DECADES = [float(f"{digit}e{decade}") for decade in range(-9, 10) for digit in (1, 2, 5)]
+"""Where a logarithmic axis may have its numbers; plotly.js would write 0.5 as a small 5."""
 
 WHITE_RIM = {"color": "white", "width": 1}
 
@@ -41,7 +47,7 @@ def along(scale: Scale) -> dict[str, Any]:
     """An axis of a chart: title, spacing, labels."""
     axis: dict[str, Any] = {"title": {"text": escape(title_of(scale.axis)), "standoff": 8}}
     if scale.logarithmic:
-        axis |= {"type": "log", "dtick": "D2"}
+        axis |= {"type": "log", "tickvals": DECADES, "ticktext": [f"{t:g}" for t in DECADES]}
     if scale.axis.is_label:
         axis |= ticks(scale) | {"range": [-0.5, max(len(scale.labels), 1) - 0.5]}
     return axis
@@ -49,10 +55,8 @@ def along(scale: Scale) -> dict[str, Any]:
 
 def ticks(scale: Scale) -> dict[str, Any]:
     """Where the labels of a scale are written."""
-    return {
-        "tickvals": list(range(len(scale.labels))),
-        "ticktext": [escape(shortened(label)) for label in scale.labels],
-    }
+    places, texts = scale.ticks()
+    return {"tickvals": places, "ticktext": list(map(escape, texts))}
 
 
 def colour_axis(scale: Scale, places: np.ndarray) -> dict[str, Any]:

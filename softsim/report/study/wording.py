@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from softsim.output.study_folder import Axis
 from softsim.report.study.findings import DONE_COUNT, Findings
+from softsim.study.axes import Axis
 
 BEST = "best case"
 

@@ -64,24 +64,33 @@ slider.addEventListener("input", () => goTo(Number(slider.value)));
 camera.addEventListener("change", paint);
 document.addEventListener("seek", (event) => goTo(frameAt(event.detail)));
 
-canvas.addEventListener("keydown", (event) => {
-  const actions = {
-    ArrowLeft: () => goTo(current - 1), ArrowRight: () => goTo(current + 1),
-    Home: () => goTo(0), End: () => goTo(end), " ": () => play.click(),
-  };
-  if (!(event.key in actions)) return;
-  event.preventDefault();
-  actions[event.key]();
-});
-
-// A body in space is turned by dragging it.
-canvas.addEventListener("pointermove", (event) => {
-  if (painter.dimension === 2 || event.buttons === 0) return;
-  painter.azimuth -= event.movementX / 150;
-  painter.elevation = Math.max(-1.5, Math.min(1.5, painter.elevation + event.movementY / 150));
+// Turn a body in space, by angles [rad] to the right and upwards.
+function turn(right, upwards) {
+  if (painter.dimension === 2) return;
+  painter.azimuth += right;
+  painter.elevation = Math.max(-1.5, Math.min(1.5, painter.elevation + upwards));
   paint();
+}
+
+const KEYS = {
+  ArrowLeft: () => goTo(current - 1), ArrowRight: () => goTo(current + 1),
+  Home: () => goTo(0), End: () => goTo(end), " ": () => play.click(),
+};
+const KEYS_WITH_SHIFT = {
+  ArrowLeft: () => turn(-0.1, 0), ArrowRight: () => turn(0.1, 0),
+  ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
+};
+
+canvas.addEventListener("keydown", (event) => {
+  const act = (event.shiftKey ? KEYS_WITH_SHIFT : KEYS)[event.key];
+  if (act === undefined) return;
+  event.preventDefault();
+  act();
 });
 canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+canvas.addEventListener("pointermove", ({ buttons, movementX, movementY }) => {
+  if (buttons !== 0) turn(-movementX / 150, movementY / 150);
+});
 
 new ResizeObserver(paint).observe(canvas);
 show(0);

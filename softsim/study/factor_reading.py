@@ -9,9 +9,10 @@ from softsim.scene.loading import keys_at
 from softsim.scene.resolved import flow_text
 from softsim.scene.schema import Scene
 from softsim.scene.structure import place_in
-from softsim.scene.tree import Origin, Tree, child, entries, listed
+from softsim.scene.tree import Tree, child, entries, listed
 from softsim.scene.yaml_reading import is_file
 from softsim.study.axes import Axis
+from softsim.study.case import Value
 from softsim.study.factors import Choice, Factor, LabelFactor, NumberFactor
 from softsim.study.numbers import Reading, reading_of
 from softsim.study.schema import KeyFactor, VariantsFactor
@@ -74,34 +75,31 @@ def written_values(
     """The values that the study writes: all of them, or the ends of a range. SceneError: none, or
     too many.
     """
-    given = [name for name in SPACINGS if child(tree, name) is not None]
+    given = {key: held for key in SPACINGS if (held := child(tree, key)) is not None}
+    count = child(tree, "count")
     if in_list is not None:
-        for name in [*given, *(["count"] if part.count is not None else [])]:
-            message = "the cases of the list give its values"
-            raise SceneError(message, f"leave out {name}", _key_origin(tree, name))
+        for key, held in [*given.items(), ("count", count)]:
+            if held is not None:
+                message = f"{key}: the cases of the list give its values"
+                raise SceneError(message, "leave it out", held.key_origin)
         return in_list
     if not given:
-        raise SceneError(
-            f"{name} has no values", f"give one of {', '.join(SPACINGS)}", tree.key_origin
-        )
-    if len(given) > 1:
-        raise SceneError(f"has {given[0]} already", "give one of them", _key_origin(tree, given[1]))
-    if part.count is not None and part.values is not None:
-        raise SceneError("means nothing beside values", "leave it out", _key_origin(tree, "count"))
-    return listed(tree, given[0])
-
-
-def _key_origin(tree: Tree, name: str) -> Origin:
-    """Where a key of a mapping stands."""
-    held = child(tree, name)
-    return held.key_origin if held is not None else tree.key_origin
+        hint = f"give one of {', '.join(SPACINGS)}"
+        raise SceneError(f"{name} has no values", hint, tree.key_origin)
+    (first, _), *others = given.items()
+    for key, held in others:
+        raise SceneError(f"{key}: {first} has its values already", "give one", held.key_origin)
+    if count is not None and part.values is not None:
+        raise SceneError("count: means nothing beside values", "leave it out", count.key_origin)
+    return listed(tree, first)
 
 
 def labels_of_key(name: str, part: KeyFactor, path: Tree, written: Sequence[Tree]) -> LabelFactor:
     """A key whose values are texts. SceneError: a range of them."""
-    if part.values is None and part.range != part.log_range:
+    if _is_range(part):
         raise SceneError("a range has two numbers", "give values", written[0].origin)
-    _refuse_twice(written)
+    if part.values is not None:
+        _refuse_twice([one.text for one in written], written)
     choices = {
         one.text: Choice(settings=(Setting(part.key, flow_text(one), path.origin, one.origin),))
         for one in written
@@ -116,11 +114,16 @@ def numbers_of_key(
     numbers = [reading.number(one) for one in written]
     axis = Axis(name, reading.unit, logarithmic=part.log_range is not None, about=part.about)
     if part.values is not None:
-        _refuse_twice(written)
-    is_range = part.range is not None or part.log_range is not None
-    space: Space = _between(part, reading, numbers, written) if is_range else tuple(numbers)
+        _refuse_twice(numbers, written)
+    space: Space = tuple(numbers)
+    if _is_range(part):
+        space = _between(part, reading, numbers, written)
     origins = {number: one.origin for number, one in zip(numbers, written, strict=True)}
     return NumberFactor(axis, part.key, path.origin, reading, space, origins)
+
+
+def _is_range(part: KeyFactor) -> bool:
+    return part.range is not None or part.log_range is not None
 
 
 def _between(
@@ -144,9 +147,10 @@ def _between(
     return levels
 
 
-def _refuse_twice(written: Sequence[Tree]) -> None:
-    seen: set[str] = set()
-    for one in written:
-        if one.text in seen:
+def _refuse_twice(values: Sequence[Value], written: Sequence[Tree]) -> None:
+    """Each value once. SceneError where it is written again."""
+    seen: set[Value] = set()
+    for value, one in zip(values, written, strict=True):
+        if value in seen:
             raise SceneError(f"{one.text} is given twice", location=one.origin)
-        seen.add(one.text)
+        seen.add(value)

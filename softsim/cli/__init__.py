@@ -1,0 +1,23 @@
+"""The command line: what `softsim` offers, in the order of `softsim --help`."""
+
+import typer
+
+from softsim.cli.about import devices, schema
+from softsim.cli.calibration import calibrate_section, fit_material
+from softsim.cli.reporting import report
+from softsim.cli.runs import assess, check, run
+from softsim.cli.studies import optimize, sweep
+
+app = typer.Typer(
+    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
+    help="Explicit finite elements for soft robots.",
+)  # fmt: skip
+for command in (
+    run, check, assess, sweep, optimize, report, fit_material, calibrate_section, schema, devices,
+):  # fmt: skip
+    app.command()(command)
+
+
+def main() -> None:
+    """Entry point of the `softsim` command."""
+    app()

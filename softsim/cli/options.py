@@ -1,0 +1,43 @@
+"""Options that several commands share."""
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+ScenePath = Annotated[Path, typer.Argument(help="Scene file (YAML).", show_default=False)]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Override a value, such as time.end='2 s'."),
+]
+
+Threads = Annotated[
+    str, typer.Option(metavar="N|auto", help="CPU threads; auto: 1 for a small model, else all.")
+]
+
+StudyPath = Annotated[Path, typer.Argument(help="Study file (YAML).", show_default=False)]
+StudyOverrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Override a value in all cases."),
+]
+Workers = Annotated[
+    int | None, typer.Option(min=1, help="Processes; default: one a core, one for a GPU.")
+]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler.")
+]
+
+
+class DeviceName(str, Enum):
+    """Where to run."""
+
+    auto = "auto"
+    cpu = "cpu"
+    cuda = "cuda"
+
+
+class Precision(str, Enum):
+    """Precision of state and forces."""
+
+    f64 = "f64"

@@ -1,0 +1,59 @@
+"""The figures and the page of a folder."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from softsim.cli.explaining import explained
+from softsim.errors import OutputError
+
+
+def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
+    """Draw the figures of a run's or a study's folder again, and write its page report.html."""
+    with explained() as console:
+        from softsim.output.study_folder import is_study
+
+        if is_study(folder):
+            report_study(folder, console)
+        else:
+            refuse_without_run(folder)
+            report_run(folder, console)
+
+
+def report_what_there_is(folder: Path, console: Console) -> None:
+    """The report of a run, unless it ended before it had a history."""
+    if (folder / "history.csv").is_file():
+        report_run(folder, console)
+
+
+def refuse_without_run(folder: Path) -> None:
+    """Raise OutputError unless `folder` has a run's history."""
+    if not (folder / "history.csv").is_file():
+        raise OutputError(
+            f"{folder} is the folder of neither a run nor a study",
+            hint="name one that softsim run, assess, sweep or optimize has written",
+        )
+
+
+def report_run(folder: Path, console: Console) -> None:
+    """All figures and the page of a run folder."""
+    from softsim.output.folder import read_summary
+    from softsim.report.figures import draw_all
+    from softsim.report.page.run import write_run_page
+
+    field = read_summary(folder).get("snapshot_field", "stretch")
+    for figure in draw_all(folder, field):
+        console.print(f"figure  {figure}", highlight=False)
+    console.print(f"page    {write_run_page(folder)}", highlight=False)
+
+
+def report_study(folder: Path, console: Console) -> None:
+    """All figures of a study's folder, and its page."""
+    from softsim.report.study.figures import draw_study
+    from softsim.report.study.page import write_study_page
+
+    for figure in draw_study(folder):
+        console.print(f"figure  {figure}", highlight=False)
+    console.print(f"page    {write_study_page(folder)}", highlight=False)

@@ -1,0 +1,120 @@
+"""One scene: run it, check it, ask whether a robot gets through a layout."""
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softsim.cli.explaining import explained
+from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads
+from softsim.cli.reporting import report_what_there_is
+from softsim.errors import ExpectationError
+
+
+def run(
+    scene: ScenePath,
+    overrides: Overrides = None,
+    out: Annotated[Path | None, typer.Option(help="Run folder; default: runs/SCENE.")] = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    threads: Threads = "auto",
+    precision: Annotated[Precision, typer.Option(help="Number format.")] = Precision.f64,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="End with what each pass of an increment costs.")
+    ] = False,
+) -> None:
+    """Run a scene: numbers, curves and pictures into a run folder."""
+    with explained() as console:
+        from softsim.commands.summary import profile_table, summary_table
+        from softsim.output.folder import read_summary
+        from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
+        from softsim.run import run as run_scene
+
+        folder = out or Path("runs") / scene.stem
+        try:
+            results = run_scene(
+                scene, overrides or [], folder, device.value, resume, console, threads,
+                profile_after=0.0 if profile else PROFILE_AFTER,
+            )  # fmt: skip
+        except ExpectationError:  # the run is done all the same, and measured
+            if profile:
+                console.print(profile_table(read_summary(folder)["profile"]))
+            raise
+        finally:
+            # A stopped run keeps its pictures too; nothing to draw is no second failure.
+            report_what_there_is(folder, console)
+        if profile:
+            console.print(profile_table(results.summary["profile"]))
+        console.print(summary_table(results.summary))
+        console.print(f"results in {folder}", highlight=False)
+
+
+def check(
+    scene: ScenePath,
+    overrides: Overrides = None,
+    device: Annotated[DeviceName, typer.Option(help="Where it would run.")] = DeviceName.auto,
+    threads: Threads = "auto",
+    duration: Annotated[
+        bool, typer.Option(help="Predict how long the run takes, from a few seconds of it.")
+    ] = True,
+) -> None:
+    """Check a scene and say how large it is, its stable step, and how long it will take."""
+    with explained() as console:
+        from softsim.builder import build_model
+        from softsim.commands.check import model_table
+        from softsim.machine import choose, memory_of
+        from softsim.scene.loading import load_scene
+        from softsim.solver.footprint import refuse_too_large
+
+        choice = choose(device.value, threads)
+        loaded = load_scene(scene, overrides or [])
+        model = build_model(loaded)
+        refuse_too_large(model, 1, choice.device, memory_of(choice.device))
+        console.print(model_table(model))
+        if duration:
+            from softsim.commands.duration import duration_table  # Taichi is imported here
+
+            console.print(duration_table(loaded, model, choice))
+        console.print(f"{scene}: fine")
+
+
+def assess(
+    layout: Annotated[
+        Path, typer.Argument(help="Scene file of a pipe_path, without a robot.", show_default=False)
+    ],
+    robot: Annotated[str, typer.Option(help="Standard robot that is put into it.")] = "pfr",
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Run folder; default: runs/LAYOUT_ROBOT.")
+    ] = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    threads: Threads = "auto",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+) -> None:
+    """Ask whether a robot gets through a layout of pipes: exit code 0 if it passes, 5 if not.
+
+    What LAYOUT says wins over what the robot brings. Without `time` it has 60 s; the run ends as
+    soon as the verdict is there.
+    """
+    with explained() as console:
+        from softsim.commands.layout import segments_table
+        from softsim.output.folder import read_summary
+        from softsim.scene.assessment import load_layout
+
+        loaded = load_layout(layout, robot, overrides or [])
+        folder = out or Path("runs") / f"{layout.stem}_{robot}"
+        from softsim.run import run as run_scene  # imports Taichi
+
+        try:
+            run_scene(
+                loaded, [], folder, device.value, resume, console, threads, profile_after=math.inf
+            )
+        finally:
+            # Whatever ended it, what is known of the way is shown.
+            report_what_there_is(folder, console)
+            report = read_summary(folder).get("layout")
+            if report is not None:
+                console.print(segments_table(report))
+                console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
+                console.print(f"results in {folder}", highlight=False)

@@ -1,0 +1,89 @@
+"""Many runs of a scene: sweep a study, seek its optimum."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from softsim.cli.explaining import explained
+from softsim.cli.options import DeviceName, Scheduler, StudyOverrides, StudyPath, Workers
+
+
+def sweep(
+    study: StudyPath,
+    overrides: StudyOverrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the study; default: runs/STUDY.")
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    batch: Annotated[
+        str, typer.Option(metavar="N|auto", help="Cases that a worker runs at once.")
+    ] = "auto",
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cases.")] = False,
+    yes: Annotated[bool, typer.Option("--yes", help="Many cases are meant.")] = False,
+    retry_failed: Annotated[
+        bool, typer.Option("--retry-failed", help="Run again what has failed.")
+    ] = False,
+) -> None:
+    """Run all cases of a study on all cores: a table, with a row a case.
+
+    What is stored is not run again: a study that was stopped goes on, one that was changed runs
+    what is new.
+    """
+    with explained() as console:
+        from softsim.commands import sweep as command
+        from softsim.study.loading import load_study
+
+        loaded = load_study(study, overrides or [])
+        folder = out or Path("runs") / study.stem
+        command.confirm_size(loaded, folder, yes, console)
+        again = command.again(retry_failed)
+        if dry_run:
+            command.print_plan(loaded, folder, again, console)
+            return
+        from softsim.sweep.crew import crew_for  # imports dask
+        from softsim.sweep.sweep import sweep as run_sweep
+
+        crew = crew_for(folder, device.value, workers, scheduler)
+        size = command.asked_batch(batch, device.value)
+        frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
+        command.print_results(loaded, frame, folder, console)
+
+
+def optimize(
+    study: StudyPath,
+    overrides: StudyOverrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the trials; default: runs/STUDY_optimum.")
+    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    trials: Annotated[
+        int | None, typer.Option(min=1, help="How many there are in the end; default: as it says.")
+    ] = None,
+) -> None:
+    """Seek the best values of a study's factors: a table, with a row a trial.
+
+    The study says under `optimize` what is best. Each trial is a run whose values follow from those
+    before. The same command goes on where it was stopped, and with more --trials beyond its end.
+    """
+    with explained() as console:
+        from softsim.study.loading import load_study
+
+        loaded = load_study(study, overrides or [])
+        folder = out or Path("runs") / f"{study.stem}_optimum"
+        from softsim.commands.optimisation import print_best
+        from softsim.commands.sweep import print_results
+        from softsim.report.study.figures import draw_study
+        from softsim.sweep.crew import crew_for  # imports dask
+        from softsim.sweep.optimisation import optimize as run_trials  # and optuna
+
+        crew = crew_for(folder, device.value, workers, scheduler)
+        table = run_trials(loaded, folder, crew, device.value, trials, console)
+        print_results(loaded, table, folder, console)
+        for figure in draw_study(folder):
+            console.print(f"figure  {figure}", highlight=False)
+        print_best(loaded, folder, console)

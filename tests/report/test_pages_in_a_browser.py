@@ -1,0 +1,160 @@
+"""The page of a run as its reader sees it: it opens without a network, plays, sorts and links."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browsers import Browser
+from layout_runs import write_layout_run
+from selenium.webdriver import ActionChains, Keys
+
+from softsim.output.folder import SCENE, RunFolder
+from softsim.report.page.run import write_run_page
+from softsim.robots.block import block
+
+TITLE = """<script>alert(1)</script> & "x" '"""
+
+PICTURE = """
+const canvas = document.querySelector("canvas"), { width, height } = canvas;
+const pixels = canvas.getContext("2d").getImageData(0, 0, width, height).data;
+return Array.from(pixels).filter((_, k) => k % 64 < 3);
+"""
+
+
+@pytest.fixture(scope="module")
+def pages(strip_run: Path, box_run: Path, tmp_path_factory: pytest.TempPathFactory) -> dict:
+    """Pages of a plane run with a nasty title, of one in space, and of one in a layout."""
+    folder = tmp_path_factory.mktemp("pages")
+    plane = shutil.copytree(strip_run, folder / "plane")
+    summary = {"title": TITLE, "status": "aborted", "failure": TITLE}
+    RunFolder(plane).write_json_atomic("summary.json", summary)
+    (plane / SCENE).write_text("time:\n  end: 4 s  # scene.yaml:7\n", "utf-8")
+    space = shutil.copytree(box_run, folder / "space")
+    (folder / "layout").mkdir()
+    write_layout_run(folder / "layout", block(30e-3, 8e-3, 8e-3), 0.151, wedged=True)
+    return {run.name: write_run_page(run) for run in (plane, space, folder / "layout")}
+
+
+def picture(browser: Browser) -> np.ndarray:
+    return np.array(browser.run(PICTURE))
+
+
+def slide(browser: Browser, frame: int) -> None:
+    """What a hand on the slider does."""
+    browser.run(
+        "const slider = document.getElementById('frame'); slider.value = arguments[0];"
+        "slider.dispatchEvent(new Event('input'))", frame,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "width"),
+    [("plane", 400), ("layout", 400), ("space", 1600)],
+)
+def test_a_page_opens_whole_and_alone(browser: Browser, pages: dict, name: str, width: int):
+    browser.open(pages[name], width)
+    assert browser.complaints() == [] and browser.requests() == []
+    assert browser.run("return document.documentElement.scrollWidth <= innerWidth")
+    charts = "document.querySelectorAll('figure.chart')"
+    assert browser.run(f"return {charts}.length") >= 3
+    assert browser.run(f"return [...{charts}].every((c) => c.querySelector('path.js-line'))")
+
+
+def test_text_of_a_user_is_shown_as_it_is(browser: Browser, pages: dict):
+    browser.open(pages["plane"])
+    assert browser.run("return document.querySelector('h1').textContent") == TITLE
+    assert f"aborted: {TITLE}" in browser.run("return document.querySelector('.state').innerText")
+    settings = browser.run("return document.querySelector('pre').textContent")
+    assert settings == "time:\n  end: 4 s  # scene.yaml:7\n"
+
+
+@pytest.mark.parametrize("name", ["plane", "space"])
+def test_the_slider_moves_the_body_and_the_marks_in_the_charts(
+    browser: Browser, pages: dict, name: str
+):
+    browser.open(pages[name])
+    mark = "return document.querySelector('.moment').getBoundingClientRect().left"
+    before, place = picture(browser), browser.run(mark)
+    assert before.std() > 5.0, "nothing is painted"
+    slide(browser, 9)
+    assert (picture(browser) != before).mean() > 1e-3
+    assert browser.run(mark) > place + 20.0
+    said = browser.run("return document.getElementById('reading').textContent")
+    assert said.startswith("0.9 s, ")
+
+
+def test_keys_step_and_the_button_plays(browser: Browser, pages: dict):
+    browser.open(pages["plane"])
+    canvas = browser.driver.find_element("css selector", "canvas")
+    canvas.send_keys(Keys.ARROW_RIGHT * 2, Keys.ARROW_LEFT)
+    assert browser.run("return current") == 1
+    browser.run("speed.value = '5'; play.click()")
+    waiting = "const done = arguments[0]; setTimeout(() => done(current), 600)"
+    assert browser.driver.execute_async_script(waiting) > 1
+    browser.run("play.click()")
+    assert browser.run("return [play.getAttribute('aria-label'), playing]") == ["Play", None]
+
+
+def test_a_body_in_space_is_turned(browser: Browser, pages: dict):
+    browser.open(pages["space"])
+    before = picture(browser)
+    canvas = browser.driver.find_element("css selector", "canvas")
+    ActionChains(browser.driver).drag_and_drop_by_offset(canvas, 150, 0).perform()
+    assert browser.run("return painter.azimuth") == pytest.approx(np.pi / 6 - 1.0, abs=0.05)
+    assert (picture(browser) != before).mean() > 0.05
+    canvas.send_keys(Keys.SHIFT, Keys.ARROW_RIGHT * 10)
+    assert browser.run("return painter.azimuth") == pytest.approx(np.pi / 6, abs=0.05)
+
+
+def test_the_camera_stands_still_or_follows(browser: Browser, pages: dict):
+    browser.open(pages["plane"])
+    choose = "camera.value = arguments[0]; camera.dispatchEvent(new Event('change'))"
+    slide(browser, 40)
+    following = picture(browser)
+    browser.run(choose, "stands")
+    assert (picture(browser) != following).any()
+    place = "show(arguments[0]); return painter.x(0)"
+    assert browser.run(place, 0) == browser.run(place, 40)
+    browser.run(choose, "follows")
+    assert browser.run(place, 0) > browser.run(place, 40) + 10.0  # the robot goes to the right
+
+
+def test_a_click_in_a_chart_leads_there(browser: Browser, pages: dict):
+    browser.open(pages["plane"])
+    browser.run("document.dispatchEvent(new CustomEvent('seek', { detail: 2.96 }))")
+    assert browser.run("return times[current]") == pytest.approx(3.0)
+    plot = "document.querySelector('figure[data-over-time] .plot')"
+    browser.run(f"{plot}.emit('plotly_click', {{ points: [{{ x: 1.02 }}] }})")
+    assert browser.run("return times[current]") == pytest.approx(1.0)
+
+
+def column(browser: Browser, number: int) -> list[str]:
+    cells = f"document.querySelectorAll('tbody td:nth-child({number})')"
+    return browser.run(f"return [...{cells}].map((cell) => cell.textContent)")
+
+
+def test_a_click_on_a_heading_sorts(browser: Browser, pages: dict):
+    browser.open(pages["layout"])
+    first = column(browser, 1)
+    heading = browser.driver.find_elements("css selector", "th button")[2]
+    heading.click()
+    assert column(browser, 3) == sorted(column(browser, 3), key=float)
+    heading.click()
+    assert column(browser, 3) == sorted(column(browser, 3), key=float, reverse=True)
+    assert column(browser, 1) == first[::-1]
+    state = "return document.querySelectorAll('th')[2].getAttribute('aria-sort')"
+    assert browser.run(state) == "descending"
+
+
+@pytest.mark.parametrize("clicks", [1, 2])
+def test_empty_cells_stay_last(browser: Browser, pages: dict, clicks: int):
+    browser.open(pages["layout"])
+    heading = browser.driver.find_elements("css selector", "th button")[3]  # when it came there
+    for _ in range(clicks):
+        heading.click()
+    entered = column(browser, 4)
+    assert "" in entered and entered[0] != ""
+    filled = [float(time) for time in entered if time]
+    assert entered[len(filled) :] == [""] * (len(entered) - len(filled))
+    assert filled == sorted(filled, reverse=clicks == 2)

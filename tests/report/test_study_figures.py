@@ -1,0 +1,230 @@
+"""What the figures of a study show: design points, the best of them, lines, cells, plots chosen."""
+
+from pathlib import Path
+
+import numpy as np
+import polars
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from study_folders import (
+    FRICTION,
+    PIPE,
+    RATE,
+    RATES,
+    SPEED,
+    grid,
+    sampled,
+    speed,
+    write_made_up,
+)
+
+from softsim.errors import OutputError
+from softsim.report.study.cells import Cells, edges
+from softsim.report.study.curve import BAND, lines
+from softsim.report.study.figures import draw_study
+from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, SPREAD, Findings
+from softsim.report.study.plots import drawn_plots
+from softsim.report.study.scale import Scale
+from softsim.report.study.search import best_so_far
+from softsim.report.study.wording import best_in_words
+from softsim.study.axes import Axis, Goal, Plot
+
+FASTEST = Goal("speed", "maximize")
+
+
+def findings(folder: Path, *arguments, **options) -> Findings:
+    return Findings.read(write_made_up(folder, *arguments, **options))
+
+
+def failed(rows, *numbers):
+    """The rows with the cases of these numbers, from 1, as failed ones."""
+    return [
+        row | ({"status": "failed"} if number in numbers else {})
+        for number, row in enumerate(rows, start=1)
+    ]
+
+
+def test_repeats_become_a_mean_with_its_spread(tmp_path):
+    values = iter([1.0, 2.0, 6.0, 5.0, 7.0])
+    rows = failed(grid(rate=[1.0, 2.0], repeat=[1, 2, 3]), 5)
+    found = findings(tmp_path, [RATE], rows, lambda rate: next(values), noise=0.0, repeats=3)
+    points = found.design_points
+    assert points["case"].to_list() == [1, 4]
+    assert points[SPEED.column].to_list() == pytest.approx([3.0, 6.0])
+    assert points[SPREAD + SPEED.column].to_list() == pytest.approx(
+        [np.std([1.0, 2.0, 6.0], ddof=1), np.std([5.0, 7.0], ddof=1)]
+    )
+    assert points[DONE_COUNT].to_list() == [3, 2]
+    assert points[FAILED_COUNT].to_list() == [0, 1]
+
+
+@pytest.mark.parametrize(("sense", "best"), [("maximize", 3), ("minimize", 1)])
+def test_the_best_is_the_mean_of_its_repeats(tmp_path, sense, best):
+    values = iter([9.0, 1.0, 6.0, 7.0])  # the highest and the lowest single case are of the worst
+    rows = grid(rate=[1.0, 2.0], repeat=[1, 2])
+    found = findings(
+        tmp_path, [RATE], rows, lambda rate: next(values), noise=0.0, goal=Goal("speed", sense)
+    )
+    assert found.best is not None
+    assert found.best.case == best
+    assert found.best.value == {3: 6.5, 1: 5.0}[best]
+    assert f"case {best}: speed {found.best.value:g} mm/s (mean of 2 cases)" in best_in_words(found)
+
+
+def test_there_is_no_best_without_a_case_or_a_goal(tmp_path):
+    rows = grid(rate=RATES)
+    assert findings(tmp_path / "a", [RATE], rows).best is None
+    none_done = [row | {"status": "failed"} for row in rows]
+    found = findings(tmp_path / "b", [RATE], none_done, goal=FASTEST)
+    assert found.best is None
+    assert best_in_words(found) == ""
+
+
+def test_a_line_a_pipe_with_a_gap_where_a_case_failed(tmp_path):
+    rows = failed(grid(pipe=["30 mm", "36 mm"], rate=RATES), 3)
+    found = findings(tmp_path, [PIPE, RATE], rows[::-1])
+    narrow = next(
+        line
+        for line in lines(found, found.scale("rate"), found.scale("speed"), PIPE)
+        if line.level == "30 mm"
+    )
+    assert narrow.x == pytest.approx(RATES)
+    expected = [speed(rate, pipe="30 mm") for rate in RATES]
+    expected[2] = np.nan
+    assert narrow.mean == pytest.approx(expected, nan_ok=True)
+    assert np.isnan(narrow.band).all()
+
+
+def test_what_else_varies_makes_lines_of_its_own(tmp_path):
+    rows = grid(pipe=["30 mm", "36 mm"], friction=[0.4, 0.6, 0.8], rate=[1.0, 2.0])
+    found = findings(tmp_path, [PIPE, FRICTION, RATE], rows)
+    drawn = list(lines(found, found.scale("rate"), found.scale("speed"), PIPE))
+    assert [line.level for line in drawn] == ["30 mm"] * 3 + ["36 mm"] * 3
+    assert drawn[4].mean == pytest.approx([speed(1.0, 0.6), speed(2.0, 0.6)])
+
+
+def test_a_band_is_three_standard_deviations(tmp_path):
+    values = iter([1.0, 2.0, 3.0, 8.0])
+    found = findings(
+        tmp_path, [RATE], grid(rate=[1.0, 2.0], repeat=[1, 2]), lambda rate: next(values),
+        noise=0.0, repeats=2,
+    )  # fmt: skip
+    (line,) = lines(found, found.scale("rate"), found.scale("speed"), None)
+    assert line.band == pytest.approx(
+        BAND * np.array([np.std([1, 2], ddof=1), np.std([3, 8], ddof=1)])
+    )
+
+
+@given(
+    arrays.arrays(float, st.integers(1, 20), elements=st.floats(1e-3, 1e3), unique=True),
+    st.booleans(),
+)
+def test_levels_lie_in_their_cells(levels, logarithmic):
+    levels = np.sort(levels)
+    at = edges(levels, logarithmic)
+    round_off = 1e-12 * levels
+    assert (at[:-1] <= levels + round_off).all()
+    assert (levels - round_off <= at[1:]).all()
+    assert at[0] < at[-1]
+    assert not logarithmic or at[0] > 0.0
+
+
+def test_cells_are_means_over_what_else_varies(tmp_path):
+    rows = grid(pipe=["30 mm", "36 mm"], friction=[0.2, 0.6, 0.65], rate=[1.0, 10.0])
+    found = findings(tmp_path, [PIPE, FRICTION, RATE], failed(rows, 3, 9, 4))
+    cells = Cells.of(found, found.scale("friction"), found.scale("rate"), found.scale("speed"))
+    assert cells.columns == pytest.approx([0.2, 0.6, 0.65])
+    assert cells.values[0, 0] == pytest.approx(
+        0.5 * (speed(1.0, 0.2, "30 mm") + speed(1.0, 0.2, "36 mm"))
+    )
+    assert np.isnan(cells.values[0, 1])
+    assert cells.failed.tolist() == [[False, True, False], [False, False, False]]
+    assert cells.values[1, 1] == pytest.approx(speed(10.0, 0.6, "36 mm"))
+    assert cells.cases[1].tolist() == [2, 4, 6]
+
+
+def test_labels_that_begin_with_numbers_are_in_their_order():
+    axis = Axis("pipe", is_label=True)
+    column = polars.Series(["36 mm", "9 mm", None, "30 mm"])
+    scale = Scale.of(axis, column)
+    assert scale.labels == ("9 mm", "30 mm", "36 mm")
+    assert scale.places(column) == pytest.approx([2.0, 0.0, np.nan, 1.0], nan_ok=True)
+
+
+@given(st.lists(st.one_of(st.just(np.nan), st.floats(-1e6, 1e6)), min_size=1))
+def test_the_best_so_far_never_gets_worse(values):
+    objective = np.array(values)
+    found = best_so_far(objective, "minimize")
+    for end in range(1, len(values) + 1):
+        known = objective[:end][~np.isnan(objective[:end])]
+        assert found[end - 1] == known.min() if len(known) else np.isnan(found[end - 1])
+
+
+def test_a_sampled_design_has_no_cells_and_no_lines(tmp_path):
+    asked = [Plot("heat_map", "rate", "friction", colour="speed"), Plot("curve", "rate", "speed")]
+    found = findings(tmp_path, [RATE, FRICTION, PIPE], sampled(30), plots=asked)
+    assert drawn_plots(found) == [
+        Plot("scatter", "rate", "friction", colour="speed"), Plot("scatter", "rate", "speed"),
+    ]  # fmt: skip
+
+
+def test_all_kinds_are_drawn_and_old_ones_go(tmp_path):
+    plots = [
+        Plot("curve", "rate", "speed", by="pipe"),
+        Plot("heat_map", "rate", "pipe", colour="speed"),
+        Plot("scatter", "rate", "speed", colour="pipe"),
+    ]
+    rows = failed(grid(pipe=["30 mm", "36 mm"], rate=RATES[:4]), 3)
+    write_made_up(tmp_path, [PIPE, RATE], rows, plots=plots, goal=FASTEST)
+    (tmp_path / "curve_of_another_day.png").write_bytes(b"")
+    (tmp_path / "photograph.png").write_bytes(b"")
+    drawn = draw_study(tmp_path)
+    assert [path.name for path in drawn] == [
+        "curve_speed_over_rate_by_pipe.png",
+        "heat_map_pipe_over_rate_coloured_by_speed.png",
+        "scatter_speed_over_rate_coloured_by_pipe.png",
+        "progress.png",
+        "factors.png",
+    ]
+    assert {path.name for path in tmp_path.glob("*.png")} == {
+        *(path.name for path in drawn), "photograph.png",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("factors", "rows", "plot"),
+    [
+        ([RATE], [{"rate": 1.0}], Plot("curve", "rate", "speed")),
+        (
+            [FRICTION, RATE],
+            failed(grid(friction=[0.1, 0.2], rate=[1.0, 2.0]), 1, 2, 3, 4),
+            Plot("heat_map", "friction", "rate", colour="speed"),
+        ),
+        (
+            [PIPE, RATE],
+            grid(pipe=[f"{d} mm, far too long a label" for d in range(60)], rate=[1.0, 2.0]),
+            Plot("curve", "rate", "speed", by="pipe"),
+        ),
+    ],
+    ids=["one case", "all failed", "sixty long labels"],
+)
+def test_awkward_studies_are_drawn_too(tmp_path, factors, rows, plot):
+    write_made_up(tmp_path, factors, rows, measures=[SPEED], plots=[plot], goal=FASTEST)
+    drawn = draw_study(tmp_path)
+    assert [path.name.split("_")[0] for path in drawn[:1]] == [plot.kind.split("_")[0]]
+    assert all(path.stat().st_size > 10_000 for path in drawn)
+
+
+def test_a_plot_of_an_unknown_axis_is_refused(tmp_path):
+    write_made_up(tmp_path, [RATE], grid(rate=RATES), plots=[Plot("curve", "rate", "sped")])
+    with pytest.raises(
+        OutputError, match=r"no measure 'sped' to draw\s+it has rate, speed, travel"
+    ):
+        draw_study(tmp_path)
+
+
+def test_a_folder_without_a_study_is_refused(tmp_path):
+    with pytest.raises(OutputError, match=r"no folder of a study: it has no study\.json"):
+        draw_study(tmp_path)
