@@ -45,6 +45,16 @@ def test_reading_gives_what_taichi_gives(made):
         np.testing.assert_array_equal(fields.read(field), field.to_numpy())
 
 
+def test_a_row_is_read_and_written_alone(made):
+    for field in made.values():
+        whole = fields.read(field)
+        if whole.ndim > 1 and len(whole) > 1:
+            np.testing.assert_array_equal(fields.read_row(field, 1), whole[1])
+            fields.write_row(field, 1, 5.0)
+            whole[1] = 5
+            np.testing.assert_array_equal(fields.read(field), whole)
+
+
 def test_writing_changes_one_field_only(made):
     fields.write(made["vector"], 7.0)
     fields.write(made["index"], np.arange(7))

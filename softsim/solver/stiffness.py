@@ -48,7 +48,8 @@ class ScaledStiffness:
         strained = self.strain @ v
         result = self.dilation @ (self.bulk_stiffness * strained[:n])
         result += strained[n:]
-        result += self.hoops.T @ (self.hoops @ v)
+        if self.hoops.nnz:  # scipy's call alone takes as long as the rest for a small model
+            result += self.hoops.T @ (self.hoops @ v)
         result += self.contact * v
         for chamber in self.chambers:
             result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py

@@ -106,6 +106,32 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
 
 
+def test_scenarios_rest_when_they_have_done_their_own(build, cpu):
+    """Other steps and numbers of increments side by side, by launches and one after another."""
+    from softsim.solver.explicit import ExplicitSolver
+
+    steps, counts = np.array([3e-6, 4e-6]), np.array([37, 80])
+    models = [build(STRIP, f"contact.friction_coefficient={mu}") for mu in (0.0, 0.8)]
+    together, launched = ExplicitSolver(models), ExplicitSolver(models)
+    for solver in (together, launched):
+        solver.begin(steps)
+    together.advance(counts)
+    spans = [
+        Span(0, int(count), 0.0, dt, drift=dt, kick=dt)
+        for count, dt in zip(counts, steps, strict=True)
+    ]
+    launched.work.by_launches(spans)
+    np.testing.assert_allclose(together.times, counts * steps)
+    size = np.ptp(models[0].points, axis=0).max()
+    x = together.positions()
+    np.testing.assert_allclose(x, launched.positions(), rtol=0.0, atol=1e-12 * size)
+    for s, model in enumerate(models):
+        alone = ExplicitSolver([model])
+        alone.begin(float(steps[s]))
+        alone.advance(int(counts[s]))
+        np.testing.assert_allclose(x[s], alone.positions()[0], rtol=0.0, atol=1e-12 * size)
+
+
 @pytest.mark.parametrize("text", MODELS, ids=KINDS)
 def test_workers_give_the_bits_of_one(build, kernel_cache, text):
     """One thread by itself or two side by side: each number is summed in the same order."""

@@ -1,0 +1,58 @@
+"""Which models are scenarios of one structure."""
+
+import pytest
+
+SCENE = """
+bodies:
+  b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
+loads:
+  air: {kind: follower_pressure, facets: [b.top], profile: {kind: constant, value: 1 kPa}}
+  pull: {kind: nodal_force, nodes: b.right, force: [20 mN, 0 mN]}
+environment: {walls: {floor: {kind: plane, point: [0 mm, -2 mm]}}}
+contact: {friction_coefficient: 0.4}
+time: {end: 12 ms}
+"""
+OF_A_SCENARIO = [
+    "contact.friction_coefficient=0.1",
+    "environment.walls.floor.point=[0 mm, -3 mm]",
+    "environment.inclination=10 deg",
+    "loads.pull.force=[0 mN, 5 mN]",
+    "loads.air.profile={kind: cycles, highest: 2 kPa, inflation_rate: 1 kPa/s, deflation_rate: "
+    "1 kPa/s, lowest: 0 kPa, count: 2}",
+    "time.end=1 s",
+    "time.increment=1 us",
+    "solver.safety_factor=0.5",
+]
+OF_THE_STRUCTURE = [
+    "bodies.b.mesh.element_size=0.5 mm",
+    "bodies.b.thickness=4 mm",
+    "bodies.b.material=dragon_skin_20",
+    "bodies.b.fixed=[left]",
+    "contact.penalty_stiffness=10 kN/m",
+    "environment.walls.second={kind: plane, point: [0 mm, -5 mm]}",
+    "loads.pull.nodes=b.left",
+    "loads.air.facets=[b.bottom]",
+    "solver.bulk_viscosity=0.1",
+]
+
+
+@pytest.mark.parametrize("override", OF_A_SCENARIO)
+def test_what_each_scenario_has_for_itself(build, override):
+    from softsim.solver.sharing import can_share
+
+    assert can_share(build(SCENE), build(SCENE, override))
+
+
+@pytest.mark.parametrize("override", OF_THE_STRUCTURE)
+def test_what_all_have_in_common(build, override):
+    from softsim.solver.sharing import can_share
+
+    assert not can_share(build(SCENE), build(SCENE, override))
+
+
+def test_a_static_model_is_alone(build):
+    from softsim.solver.sharing import can_share
+
+    static = build(SCENE, "time.procedure=static")
+    assert not can_share(static, static)
