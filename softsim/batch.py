@@ -67,10 +67,8 @@ class Batch:
         """Those of which nothing has come out yet."""
         return [s for s in self.simulations if s.outcome is None]
 
-    def run(self, console: Console, profile_after: float) -> list[Results | SoftsimError]:
-        """The loop, a summary whatever ends it, and, of a long run of one, the costs of its passes:
-        what came out of each scenario.
-        """
+    def run(self, console: Console) -> list[Results | SoftsimError]:
+        """The loop, and a summary whatever ends it: what came out of each scenario."""
         for simulation in self.simulations:
             simulation.write_summary("running")
         end = max(s.model.end_time for s in self.simulations)
@@ -86,10 +84,6 @@ class Batch:
             report.close()
             for simulation in self.running:
                 simulation.stop(status)
-        recording = self.simulations[0].recording
-        is_done = len(self.simulations) == 1 and recording.summary["status"] == "done"
-        if is_done and time.monotonic() - self.pace.loop_began > profile_after:
-            self._add_profile(recording)
         return [s.outcome for s in self.simulations if s.outcome is not None]
 
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
@@ -156,8 +150,14 @@ class Batch:
             except SoftsimError as error:
                 simulation.fail(error)
 
-    def _add_profile(self, recording: Recording) -> None:
-        """What an increment and its passes cost, and the share of each phase, into the summary."""
+    def add_profile(self, after: float) -> None:
+        """Of a run of one that is done and whose loop took longer than `after` [s], put into its
+        summary what an increment and its passes cost, and the share of each phase.
+        """
+        recording = self.simulations[0].recording
+        took = time.monotonic() - self.pace.loop_began
+        if recording.summary["status"] != "done" or took <= after:
+            return
         profile = measured_profile(self.solver)
         recording.summary |= {
             "phases": profile.shares(),

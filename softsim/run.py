@@ -58,14 +58,14 @@ def run(
     choice = choose(device, threads)
     console = console or Console()
     loaded = scene if isinstance(scene, LoadedScene) else load_scene(scene, overrides)
-    model = build_model(loaded)
-    refuse_too_large(model, 1, choice.device, memory_of(choice.device))
+    model = fitting_model(loaded, choice)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
     if resume:
         batch = resumed(loaded, model, target, choice, console, watches)
     else:
         batch = Batch([Recording(loaded, model, target, console)], choice, [watches])
-    [outcome] = batch.run(console, profile_after)
+    [outcome] = batch.run(console)
+    batch.add_profile(profile_after)
     if isinstance(outcome, SoftsimError):
         raise outcome
     return outcome
@@ -91,41 +91,45 @@ def run_batch(
     device: str = AUTO,
     threads: int | str = AUTO,
     watches: Sequence[Sequence[Watch]] | None = None,
-    console: Console | None = None,
 ) -> list[Results | SoftsimError]:
     """Run several scenes in this process, each as `run` does, those of one structure side by side.
 
     Scenes that share mesh, materials and kinds of loads and walls are computed together, as many at
     once as fit into memory; a static one is alone. What becomes of a scene does not depend on the
-    others. folders: of each. watches: those of each.
+    others. folders: of each. watches: those of each. Nothing is printed, no passes are measured.
 
     Returns what came out of each: Results, or the error that stopped it.
     Raises DeviceError where the device is not there, Interrupted for SIGINT and SIGTERM; each that
     was running has a checkpoint then, and goes on by `run(..., resume=True)`.
     """
-    choice, console = choose(device, threads), console or Console(quiet=True)
+    choice, console = choose(device, threads), Console(quiet=True)
     watches = [()] * len(scenes) if watches is None else watches
     outcomes: dict[int, Results | SoftsimError] = {}
     models: dict[int, Model] = {}
     for k, loaded in enumerate(scenes):
         try:
-            models[k] = build_model(loaded)
+            models[k] = fitting_model(loaded, choice)
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):
         recordings: dict[int, Recording] = {}
         for k in group:
             try:
-                refuse_too_large(models[k], 1, choice.device, memory_of(choice.device))
                 target = RunFolder(folders[k])
                 recordings[k] = Recording(scenes[k], models[k], target, console)
             except SoftsimError as error:
                 outcomes[k] = error
         if recordings:
             batch = Batch(list(recordings.values()), choice, [watches[k] for k in recordings])
-            found = batch.run(console, PROFILE_AFTER)
-            outcomes |= dict(zip(recordings, found, strict=True))
+            outcomes |= dict(zip(recordings, batch.run(console), strict=True))
     return [outcomes[k] for k in range(len(scenes))]
+
+
+def fitting_model(loaded: LoadedScene, choice: Choice) -> Model:
+    """The model of a scene. Raises DeviceError too: it does not fit into memory."""
+    model = build_model(loaded)
+    refuse_too_large(model, choice.device, memory_of(choice.device))
+    return model
 
 
 def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:

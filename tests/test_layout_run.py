@@ -50,7 +50,7 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
 
 def finished(batch):
     """What a batch of one has found at its end."""
-    [outcome] = batch.run(Console(quiet=True), 1e9)
+    [outcome] = batch.run(Console(quiet=True))
     if isinstance(outcome, Exception):
         raise outcome
     return outcome

@@ -70,7 +70,7 @@ def check(
         choice = choose(device.value, threads)
         loaded = load_scene(scene, overrides or [])
         model = build_model(loaded)
-        refuse_too_large(model, 1, choice.device, memory_of(choice.device))
+        refuse_too_large(model, choice.device, memory_of(choice.device))
         console.print(model_table(model))
         if duration:
             from softsim.commands.duration import duration_table  # Taichi is imported here

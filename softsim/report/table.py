@@ -32,4 +32,5 @@ def cell(value: float | str | None, written: str = ".4g") -> Cell:
         return Cell(value)
     if value is None or not math.isfinite(value):
         return EMPTY
-    return Cell(f"{value:{written}}", float(value))
+    text = f"{value:{written}}"
+    return Cell(text.lstrip("-") if float(text) == 0.0 else text, float(value))

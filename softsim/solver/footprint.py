@@ -111,33 +111,26 @@ def _contacts(model: Model) -> list[tuple[ContactData, int]]:
     return against_walls + supports
 
 
-def refuse_too_large(model: Model, scenarios: int, device: str, place: Place | None) -> None:
+def refuse_too_large(model: Model, device: str, place: Place | None) -> None:
     """Refuse a model that does not fit the free memory of the place where it is to run.
 
     device: "cpu" or "cuda". place: its memory, None where nobody tells; then nothing is refused.
 
-    Raises DeviceError saying how many scenarios or elements would fit.
+    Raises DeviceError saying how many elements would fit.
     """
     if place is None:
         return
-    size, free = footprint(model), place.memory.free
-    fixed, an_element = BESIDE[device]
-    working = an_element * model.element_count
-    need = fixed + working + size.of(scenarios)
+    free, (fixed, an_element) = place.memory.free, BESIDE[device]
+    growing = an_element * model.element_count + footprint(model).of(1)
+    need = fixed + growing
     if need <= free:
         return
-    fitting = scenarios_that_fit(model, device, place)
-    if scenarios > 1 and fitting:
-        way_out = f"at most {fitting} scenarios of this model"
-    else:
-        share = max(0.0, free - fixed) / (working + size.of(1))
-        elements = int(model.element_count * share)
-        way_out = f"at most {elements:,} elements of this kind" if elements else "free some memory"
+    elements = int(model.element_count * max(0.0, free - fixed) / growing)
+    way_out = f"at most {elements:,} elements of this kind" if elements else "free some memory"
     if device == "cuda":
         way_out += ", or --device cpu"
-    times = f"{scenarios} x " if scenarios > 1 else ""
     raise DeviceError(
-        f"{times}{model.element_count:,} elements need {_gigabytes(need)}, "
+        f"{model.element_count:,} elements need {_gigabytes(need)}, "
         f"{_gigabytes(free)} are free on {place.name}",
         hint=way_out,
     )

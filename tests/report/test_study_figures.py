@@ -1,5 +1,6 @@
 """What the figures of a study show: design points, the best of them, lines, cells, plots chosen."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -25,10 +26,12 @@ from softsim.report.study.cells import Cells, edges
 from softsim.report.study.curve import BAND, lines
 from softsim.report.study.figures import draw_study
 from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, SPREAD, Findings
+from softsim.report.study.heat_map import remark_on_cells
 from softsim.report.study.plots import drawn_plots
-from softsim.report.study.scale import Scale
+from softsim.report.study.scale import WIDE, Scale
 from softsim.report.study.search import best_so_far
 from softsim.report.study.wording import best_in_words
+from softsim.report.style import drawing
 from softsim.study.axes import Axis, Goal, Plot
 
 FASTEST = Goal("speed", "maximize")
@@ -71,6 +74,17 @@ def test_the_best_is_the_mean_of_its_repeats(tmp_path, sense, best):
     assert found.best.case == best
     assert found.best.value == {3: 6.5, 1: 5.0}[best]
     assert f"case {best}: speed {found.best.value:g} mm/s (mean of 2 cases)" in best_in_words(found)
+
+
+def test_what_failed_beside_the_best_is_said(tmp_path):
+    rows = failed(grid(rate=[1.0, 2.0], friction=[0.4, 0.6], repeat=[1, 2, 3]), 5, 6)
+    found = findings(
+        tmp_path, [RATE, FRICTION], rows, lambda rate, friction: friction / rate, noise=0.0,
+        repeats=3, goal=FASTEST,
+    )  # fmt: skip
+    assert best_in_words(found).startswith("best case 4: speed 0.6 mm/s (2 more failed) at rate 1")
+    x, y = found.scale("rate"), found.scale("friction")
+    assert remark_on_cells(found, x, y) == "mean over repeats, without 2 that failed"
 
 
 def test_there_is_no_best_without_a_case_or_a_goal(tmp_path):
@@ -215,6 +229,17 @@ def test_awkward_studies_are_drawn_too(tmp_path, factors, rows, plot):
     drawn = draw_study(tmp_path)
     assert [path.name.split("_")[0] for path in drawn[:1]] == [plot.kind.split("_")[0]]
     assert all(path.stat().st_size > 10_000 for path in drawn)
+
+
+def test_titles_of_panels_side_by_side_do_not_overlap(tmp_path):
+    axis = Axis("rate", "kPa/s", about="average deflation rate of the middle chamber")
+    with drawing(tmp_path / "panels.png", height=3.0) as figure:
+        panels = figure.subplots(1, 3)
+        for axes in panels:
+            Scale(axis).along_x(axes, WIDE // 3)
+        figure.draw_without_rendering()
+        boxes = [axes.xaxis.label.get_window_extent() for axes in panels]
+    assert all(one.x1 < other.x0 for one, other in pairwise(boxes))
 
 
 def test_a_plot_of_an_unknown_axis_is_refused(tmp_path):

@@ -71,7 +71,8 @@ def test_what_the_page_tells(tmp_path):
     assert b64decode(encoded) == (tmp_path / TABLE_TEXT).read_bytes()
     assert ("scene", "pfr_36mm.yaml") in context["settings"]
     assert [chart.title.split(" over ")[0] for chart in context["charts"]] == [
-        *["mean speed [mm/s]"] * 4, "all factors, a line a case; drag along an axis to select",
+        *["mean speed [mm/s]"] * 4,
+        "all factors, a line a case, coloured by speed; drag along an axis to select",
     ]  # fmt: skip
 
 

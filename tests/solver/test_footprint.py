@@ -7,7 +7,7 @@ import pytest
 
 from softsim.errors import DeviceError
 from softsim.machine import Memory
-from softsim.solver.footprint import BESIDE, footprint, refuse_too_large
+from softsim.solver.footprint import BESIDE, footprint, refuse_too_large, scenarios_that_fit
 
 SECTION = """
 bodies:
@@ -98,18 +98,17 @@ class Card:
 def test_what_fits_is_let_through_and_one_byte_less_is_not(build):
     model = build(SECTION)
     need = int(footprint(model).of(1) + BESIDE["cuda"][0])
-    refuse_too_large(model, 1, "cuda", Card(need))
+    refuse_too_large(model, "cuda", Card(need))
     with pytest.raises(DeviceError, match="are free on card"):
-        refuse_too_large(model, 1, "cuda", Card(need - 1))
+        refuse_too_large(model, "cuda", Card(need - 1))
 
 
-def test_the_scenarios_named_as_fitting_fit(build):
-    """In a memory for ten scenarios, ten fit and eleven are refused with that number."""
+def test_as_many_scenarios_fit_as_there_is_memory_for(build):
     model = build(SECTION)
-    card = Card(int(footprint(model).of(10) + BESIDE["cuda"][0]))
-    refuse_too_large(model, 10, "cuda", card)
-    with pytest.raises(DeviceError, match="at most 10 scenarios of this model, or --device cpu"):
-        refuse_too_large(model, 11, "cuda", card)
+    need = int(footprint(model).of(10) + BESIDE["cuda"][0])
+    assert scenarios_that_fit(model, "cuda", Card(need)) == 10
+    assert scenarios_that_fit(model, "cuda", Card(need - 1)) == 9
+    assert scenarios_that_fit(model, "cuda", None) is None
 
 
 def test_the_elements_named_as_fitting(build):
@@ -119,12 +118,14 @@ def test_the_elements_named_as_fitting(build):
     growing = footprint(model).of(1) + an_element * model.element_count
     card = Card(int(0.5 * growing + fixed))
     with pytest.raises(DeviceError) as caught:
-        refuse_too_large(model, 1, "cpu", card)
+        refuse_too_large(model, "cpu", card)
     # Rounded down, of a count whose half is a whole number or not.
     half = model.element_count // 2
     assert any(f"at most {n:,} elements" in caught.value.hint for n in (half - 1, half))
     assert "--device cpu" not in caught.value.hint
+    with pytest.raises(DeviceError, match="or --device cpu"):
+        refuse_too_large(model, "cuda", card)
 
 
 def test_a_device_that_does_not_tell_refuses_nothing(build):
-    refuse_too_large(build(SECTION), 10**9, "cuda", None)
+    refuse_too_large(build(SECTION), "cuda", None)

@@ -27,7 +27,8 @@ LAYOUT: Mapping[str, Any] = {
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart: traces and layout as plotly.js takes them, its height on the page [px].
+    """A chart: traces and layout as plotly.js takes them, its height on the page [px] and
+    the least width, 0: that of the window. A chart that is wider is scrolled.
 
     over_time: its axis x is the time of the run [s], which an animation marks.
     """
@@ -36,6 +37,7 @@ class Chart:
     traces: Sequence[Mapping[str, Any]]
     layout: Mapping[str, Any]
     height: int = 320
+    width: int = 0
     over_time: bool = False
 
     @property

@@ -69,13 +69,7 @@ def over_time(title: str, time: np.ndarray, panels: Sequence[Panel], label: str)
         traces += traces_of(panel.left, time, f"y{left}")
         if panel.right is not None:
             right = next(numbers)
-            beside = {
-                "overlaying": f"y{left}",
-                "side": "right",
-                "showgrid": False,
-                "tickmode": "auto",
-            }
-            layout[f"yaxis{right}"] = beside | scale_of(panel.right)
+            layout[f"yaxis{right}"] = {"overlaying": f"y{left}", **BESIDE, **scale_of(panel.right)}
             traces += traces_of(panel.right, time, f"y{right}")
     span = [float(time[0]), float(time[-1])]
     layout["xaxis"] = {"title": {"text": label}, "anchor": f"y{left}"} | (

@@ -18,7 +18,7 @@ from softsim.report.study.curve import (
     remark,
 )
 from softsim.report.study.findings import Findings
-from softsim.report.study.heat_map import MOST_NUMBERS, heat_map_scales, over_what
+from softsim.report.study.heat_map import MOST_NUMBERS, heat_map_scales, remark_on_cells
 from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, drawn_plots
 from softsim.report.study.scale import Scale, title_of
 from softsim.report.study.search import TRIAL, best_so_far
@@ -26,6 +26,7 @@ from softsim.report.study.traces import (
     BELOW,
     CROWD,
     EDGE,
+    TALL,
     Trace,
     along,
     best_trace,
@@ -41,8 +42,8 @@ from softsim.study.axes import Goal, Plot
 
 HEIGHT = 380
 
-FEWEST_PARALLEL = 3
-"""Factors from which on a chart shows all of them side by side."""
+FEWEST_PARALLEL, PARALLEL_WIDTH = 3, 110
+"""Factors from which on a chart shows all of them side by side; room that each takes [px]."""
 
 
 def study_charts(findings: Findings) -> list[Chart]:
@@ -92,13 +93,13 @@ def curve_chart(findings: Findings, plot: Plot) -> Chart:
 def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
     """A measure as the colour of cells over two factors."""
     x, y, z = heat_map_scales(findings, plot)
-    cells, notes = Cells.of(findings, x, y, z), over_what(findings, x, y)
+    cells, notes = Cells.of(findings, x, y, z), remark_on_cells(findings, x, y)
     mesh: Trace = {
         "type": "heatmap", "x": cells.at_x.tolist(), "y": cells.at_y.tolist(),
         "z": packed_numbers(shades(z, cells.values)), "coloraxis": "coloraxis",
         "customdata": cells.cases.tolist(), "hoverongaps": False, "hoverinfo": "none",
         "text": [[z.text(value) for value in row] for row in cells.values],
-        "meta": {"mean": bool(notes) or findings.record.repeats > 1},
+        "meta": {"mean": bool(notes)},
     }  # fmt: skip
     if cells.values.size <= MOST_NUMBERS:
         mesh["texttemplate"] = "%{text}"
@@ -112,7 +113,7 @@ def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
     layout = BELOW | {
         "coloraxis": colour_axis(z, cells.values),
         "xaxis": along(x) | {"range": _ends(x, cells.at_x), "showgrid": False},
-        "yaxis": along(y) | {"range": _ends(y, cells.at_y), "showgrid": False},
+        "yaxis": along(y, TALL) | {"range": _ends(y, cells.at_y), "showgrid": False},
     }
     title = f"{title_of(z.axis)} over {title_of(x.axis)} and {title_of(y.axis)}"
     title += f", {notes}" if notes else ""
@@ -157,7 +158,7 @@ def parallel_chart(findings: Findings) -> Chart:
     dimensions = []
     for scale in scales:
         places = scale.places(done[scale.axis.column])
-        dimension: Trace = {"label": escape(title_of(scale.axis))}
+        dimension: Trace = {"label": escape(scale.axis.column)}
         dimension["values"] = packed_numbers(shades(scale, places))
         bar = colour_axis(scale, places)["colorbar"]
         dimension |= {key: bar[key] for key in ("tickvals", "ticktext") if key in bar}
@@ -167,9 +168,12 @@ def parallel_chart(findings: Findings) -> Chart:
         "type": "parcoords", "dimensions": dimensions,
         "line": {"color": packed_numbers(shades(colour, values)), "coloraxis": "coloraxis"},
     }  # fmt: skip
-    margin = {"l": 70, "r": 20, "t": 60, "b": 24}
-    layout = {"coloraxis": colour_axis(colour, values), "margin": margin}
-    return Chart("all factors, a line a case; drag along an axis to select", [trace], layout, 420)
+    shown = colour_axis(colour, values) | {"showscale": False}  # the last axis says it
+    layout = {"coloraxis": shown, "margin": {"l": 70, "r": 70, "t": 60, "b": 24}}
+    title = (
+        f"all factors, a line a case, coloured by {colour.axis.name}; drag along an axis to select"
+    )
+    return Chart(title, [trace], layout, 420, width=PARALLEL_WIDTH * len(scales))
 
 
 CHARTS: dict[str, Callable[[Findings, Plot], Chart]] = {
@@ -188,7 +192,7 @@ def _chart(
     if findings.table.height > CROWD:
         marked = [t | {"type": "scattergl"} if t["mode"] == "markers" else t for t in marked]
     title = f"{title_of(y.axis)} over {title_of(x.axis)}{remark}"
-    axes = {"xaxis": along(x), "yaxis": along(y), "yaxis2": EDGE}
+    axes = {"xaxis": along(x), "yaxis": along(y, TALL), "yaxis2": EDGE}
     return Chart(title, marked, BELOW | axes | layout, HEIGHT)
 
 

@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.patches import Rectangle
 
 from softsim.report.study.cells import Cells
-from softsim.report.study.findings import Findings
+from softsim.report.study.findings import FAILED_COUNT, Findings
 from softsim.report.study.marks import add_legend, best_label
 from softsim.report.study.scale import Scale
 from softsim.report.style import INK, QUIET, RED, drawing
@@ -45,7 +45,7 @@ def draw_heat_map(findings: Findings, plot: Plot, path: Path) -> None:
             _write_values(axes, cells, z, colours)
         _hatch_failed(axes, cells)
         _frame_best(axes, findings, cells, x, y)
-        axes.set_title(over_what(findings, x, y))
+        axes.set_title(remark_on_cells(findings, x, y))
         z.beside(figure, axes, colours)
         add_legend(figure, axes)
 
@@ -59,10 +59,15 @@ def heat_map_scales(findings: Findings, plot: Plot) -> tuple[Scale, Scale, Scale
     return findings.scale(plot.x), findings.scale(plot.y), findings.scale(colour)
 
 
-def over_what(findings: Findings, x: Scale, y: Scale) -> str:
-    """Over which other factors a cell is the mean."""
+def remark_on_cells(findings: Findings, x: Scale, y: Scale) -> str:
+    """What a reader must know of the cells: over what they are means, and what is left out."""
     others = [factor.name for factor in findings.varied if factor not in (x.axis, y.axis)]
-    return f"mean over {', '.join(others)}" if others else ""
+    others += ["repeats"] * (findings.record.repeats > 1)
+    said = [f"mean over {', '.join(others)}"] if others else []
+    failed = findings.design_points[FAILED_COUNT].sum()
+    if others and failed:
+        said.append(f"without {failed} that failed")
+    return ", ".join(said)
 
 
 def _write_values(axes: Axes, cells: Cells, z: Scale, colours: ScalarMappable) -> None:

@@ -4,6 +4,7 @@ logarithmically, labels one after another.
 
 import re
 from dataclasses import dataclass
+from textwrap import fill
 
 import numpy as np
 import polars
@@ -31,8 +32,8 @@ NUMBER = re.compile(r"[-+]?\d+(\.\d*)?")
 MOST_TICKS = 20
 """Labels written along an axis."""
 
-LEVEL_ROOM = 60
-"""Characters that fit side by side along the horizontal axis."""
+WIDE, TALL = 80, 40
+"""Characters that fit along the horizontal and the vertical axis of a figure that is one panel."""
 
 
 @dataclass(frozen=True)
@@ -79,20 +80,25 @@ class Scale:
         """Whether it is spaced by factors."""
         return self.axis.logarithmic and not self.axis.is_label
 
-    def along_x(self, axes: Axes) -> None:
-        """Give the horizontal axis its title, its spacing and its labels."""
-        axes.set_xlabel(title_of(self.axis))
+    def along_x(self, axes: Axes, room: int = WIDE) -> None:
+        """Give the horizontal axis, along which `room` characters fit, its title, its spacing and
+        its labels; those that do not fit side by side lean, or stand where they are many.
+        """
+        axes.set_xlabel(fill(title_of(self.axis), room))
         self._space(axes.xaxis)
         if self.axis.is_label:
             axes.set_xlim(-0.5, max(len(self.labels), 1) - 0.5)
             places, texts = self.ticks()
             axes.set_xticks(places, texts)
-            if sum(map(len, texts)) > LEVEL_ROOM:
-                axes.tick_params(axis="x", labelrotation=90 if len(texts) > 10 else 25)
+            if sum(map(len, texts)) > room * 2 // 3:
+                if len(texts) > room // 4:
+                    axes.tick_params(axis="x", labelrotation=90)
+                else:
+                    axes.set_xticks(places, texts, rotation=35, ha="right", rotation_mode="anchor")
 
-    def along_y(self, axes: Axes) -> None:
+    def along_y(self, axes: Axes, room: int = TALL) -> None:
         """The same of the vertical axis."""
-        axes.set_ylabel(title_of(self.axis))
+        axes.set_ylabel(fill(title_of(self.axis), room))
         self._space(axes.yaxis)
         if self.axis.is_label:
             axes.set_ylim(-0.5, max(len(self.labels), 1) - 0.5)

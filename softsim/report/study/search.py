@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from softsim.report.colours import COLOUR_MAP
 from softsim.report.study.findings import Findings
 from softsim.report.study.marks import add_legend, mark_best, mark_without_result, say_if_empty
-from softsim.report.study.scale import Scale
+from softsim.report.study.scale import TALL, WIDE, Scale
 from softsim.report.study.scatter import draw_points
 from softsim.report.style import ORANGE, SKY, drawing
 from softsim.study.axes import Axis, Goal
@@ -64,14 +64,14 @@ def draw_factors(findings: Findings, goal: Goal, path: Path) -> None:
             x = findings.scale(factor.name)
             draw_points(axes, x.places(done[factor.column]), objective, c=trials,
                         cmap=colours.cmap, norm=colours.norm)  # fmt: skip
-            x.along_x(axes)
+            x.along_x(axes, WIDE // columns)
             mark_without_result(axes, findings, x)
             mark_best(axes, findings, x, y)
             say_if_empty(axes, objective)
         for axes in panels.flat[len(shown) :]:
             axes.set_axis_off()
         for axes in panels[:, 0]:
-            y.along_y(axes)
+            y.along_y(axes, TALL // 2)
         bar = figure.colorbar(
             colours, ax=panels, label="trial", pad=0.02, ticks=MaxNLocator(integer=True)
         )

@@ -5,6 +5,7 @@ to it, not markup.
 from base64 import b64encode
 from collections.abc import Mapping
 from html import escape
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,9 @@ from softsim.report.style import RED
 Trace = dict[str, Any]
 
 COLOUR_SCALE = "Viridis"
+
+WIDE, TALL = 60, 30
+"""Characters of a title that fit along the horizontal and the vertical axis of a chart."""
 
 CROWD = 2000
 """Cases from which on their points are smaller, and the graphics card draws them."""
@@ -43,14 +47,19 @@ WHITE_RIM = {"color": "white", "width": 1}
 SYMBOLS = {"x": "x-thin-open", "|": "line-ns-open"}
 
 
-def along(scale: Scale) -> dict[str, Any]:
-    """An axis of a chart: title, spacing, labels."""
-    axis: dict[str, Any] = {"title": {"text": escape(title_of(scale.axis)), "standoff": 8}}
+def along(scale: Scale, room: int = WIDE) -> dict[str, Any]:
+    """An axis of a chart, along which `room` characters fit: title, spacing, labels."""
+    axis: dict[str, Any] = {"title": {"text": in_lines(title_of(scale.axis), room), "standoff": 8}}
     if scale.logarithmic:
         axis |= {"type": "log", "tickvals": DECADES, "ticktext": [f"{t:g}" for t in DECADES]}
     if scale.axis.is_label:
         axis |= ticks(scale) | {"range": [-0.5, max(len(scale.labels), 1) - 0.5]}
     return axis
+
+
+def in_lines(text: str, room: int) -> str:
+    """A text in lines of `room` characters at most, where it has spaces."""
+    return "<br>".join(map(escape, wrap(text, room)))
 
 
 def ticks(scale: Scale) -> dict[str, Any]:
@@ -62,14 +71,15 @@ def ticks(scale: Scale) -> dict[str, Any]:
 def colour_axis(scale: Scale, places: np.ndarray) -> dict[str, Any]:
     """Colours of the values at `places`, as `shades` has them, and the bar beside the chart."""
     bar: dict[str, Any] = {
-        "title": {"text": escape(title_of(scale.axis)), "side": "right"}, "thickness": 14,
+        "title": {"text": in_lines(title_of(scale.axis), TALL), "side": "right"}, "thickness": 14,
         "outlinewidth": 0,
     }  # fmt: skip
     low, high = scale.limits(places)
     if scale.axis.is_label:
         bar |= ticks(scale)
     elif scale.logarithmic:
-        at = LogLocator(subs=(1.0, 2.0, 5.0)).tick_values(low, high)
+        around = LogLocator(subs=(1.0, 2.0, 5.0)).tick_values(low, high)
+        at = np.array([tick for tick in around if low <= tick <= high])
         bar |= {"tickvals": np.log10(at).tolist(), "ticktext": [f"{tick:g}" for tick in at]}
     least, most = shades(scale, np.array([low, high]))
     steps = _steps(scale) if scale.axis.is_label else COLOUR_SCALE

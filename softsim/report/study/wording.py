@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from softsim.report.study.findings import DONE_COUNT, Findings
+from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, Findings
 from softsim.study.axes import Axis
 
 BEST = "best case"
@@ -22,8 +22,9 @@ def best_in_words(findings: Findings) -> str:
     if best is None or goal is None:
         return ""
     measure = findings.axis(goal.measure)
-    count = best.values[DONE_COUNT]
-    mean = f" (mean of {count} cases)" if count > 1 else ""
+    count, failed = best.values[DONE_COUNT], best.values[FAILED_COUNT]
+    repeats = [f"mean of {count} cases"] * (count > 1) + [f"{failed} more failed"] * (failed > 0)
+    remark = f" ({', '.join(repeats)})" if repeats else ""
     at = ", ".join(f"{f.name} {written(f, best.values[f.column])}" for f in findings.factors)
     value = f"{measure.name} {written(measure, best.value)}"
-    return f"{BEST} {best.case}: {value}{mean} at {at}"
+    return f"{BEST} {best.case}: {value}{remark} at {at}"
