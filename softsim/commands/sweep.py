@@ -11,7 +11,7 @@ from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
 from softsim.machine import chosen_device
-from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
+from softsim.output.study_folder import DONE, FAILED, LOST, PRUNED, TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
 from softsim.study.preview import describe
 from softsim.sweep.planning import fill, jobs_of, table_of
@@ -27,8 +27,8 @@ MOST_SHOWN = 30
 
 
 def again(retry_failed: bool) -> tuple[str, ...]:
-    """Statuses of stored cases that are run again."""
-    return (LOST, FAILED) if retry_failed else (LOST,)
+    """Statuses of stored cases that are run again: what an optimisation stopped early, too."""
+    return (LOST, PRUNED, FAILED) if retry_failed else (LOST, PRUNED)
 
 
 def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Console) -> None:
