@@ -11,9 +11,10 @@ from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
 from softsim.machine import chosen_device
-from softsim.output.study_folder import DONE, FAILED, LOST, PRUNED, TABLE_TEXT
+from softsim.output.study_folder import TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
 from softsim.study.preview import describe
+from softsim.study.status import DONE, FAILED, LOST, PRUNED
 from softsim.sweep.planning import fill, jobs_of, table_of
 
 MANY = 10_000

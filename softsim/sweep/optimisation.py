@@ -10,7 +10,7 @@ from rich.console import Console
 
 from softsim.errors import Interrupted, OutputError, SceneError
 from softsim.output.folder import RunFolder
-from softsim.output.study_folder import CASES, DONE, FAILED, LOST, PRUNED
+from softsim.output.study_folder import CASES
 from softsim.scene.tree import nearest
 from softsim.study.axes import Goal
 from softsim.study.case import Case
@@ -18,6 +18,7 @@ from softsim.study.loaded import LoadedStudy
 from softsim.study.measures import MeasureColumn
 from softsim.study.objective import Objective
 from softsim.study.resolution import case_key, resolved
+from softsim.study.status import DONE, FAILED, LOST, PRUNED
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome

@@ -9,8 +9,9 @@ from rich.console import Console
 
 from softsim.errors import Interrupted
 from softsim.output.folder import RunFolder
-from softsim.output.study_folder import CASES, LOST, PRUNED
+from softsim.output.study_folder import CASES
 from softsim.study.loaded import LoadedStudy
+from softsim.study.status import LOST, PRUNED
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.ledger import kept_ledger

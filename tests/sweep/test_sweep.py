@@ -17,8 +17,9 @@ from polars.testing import assert_frame_equal
 from rich.console import Console
 
 from softsim.errors import ClusterError, OutputError
-from softsim.output.study_folder import DONE, FAILED, WAITING, read_study, read_table
+from softsim.output.study_folder import read_study, read_table
 from softsim.study.loading import load_study
+from softsim.study.status import DONE, FAILED, WAITING
 from softsim.sweep.claim import claimed
 from softsim.sweep.crew import crew_for, remote_crew
 from softsim.sweep.planning import collect
