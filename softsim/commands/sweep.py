@@ -81,10 +81,11 @@ def print_results(
     _print_rows(frame.drop("key", "reason"), console)
     ended_badly = frame.filter(polars.col("status").is_in([FAILED, LOST]))
     for case in ended_badly.select("case", "status", "reason").iter_rows():
-        console.print("case {} {}: {}".format(*case), highlight=False)
+        text = "case {} {}: {}".format(*case)
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
     done = frame.filter(polars.col("status") == DONE)
     console.print(f"{len(done)} of {len(frame)} cases done", highlight=False)
-    console.print(f"table   {folder / TABLE_TEXT}", highlight=False)
+    console.print(f"table   {folder / TABLE_TEXT}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _print_rows(frame: polars.DataFrame, console: Console) -> None:

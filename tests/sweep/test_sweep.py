@@ -10,12 +10,14 @@ import time
 from contextlib import nullcontext
 from pathlib import Path
 
+import polars
 import psutil
 import pytest
 import stand_ins
 from polars.testing import assert_frame_equal
 from rich.console import Console
 
+from softsim.commands.sweep import print_results
 from softsim.errors import ClusterError, OutputError
 from softsim.output.study_folder import read_study, read_table
 from softsim.study.loading import load_study
@@ -80,6 +82,16 @@ def test_failed_cases_have_their_row(study_file, tmp_path, crew):
     table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
     assert table["status"].to_list() == [FAILED, FAILED, *[DONE] * 4]
     assert table["reason"][0] == "element 7 is inverted" and table["reason"][2] is None
+
+
+def test_what_failed_is_told_word_by_word(study_file, tmp_path, crew):
+    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
+    table = table.with_columns(reason=polars.lit("no such key: '[/rate]' " + 20 * "long "))
+    console = Console(file=io.StringIO(), width=80)
+    print_results(load_study(study_file), table, tmp_path / "out", console)
+    said = console.file.getvalue()
+    assert "case 1 failed: no such key: '[/rate]' long " + 19 * "long " in said
+    assert "4 of 6 cases done" in said
 
 
 def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, crew):
