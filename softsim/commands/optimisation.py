@@ -23,7 +23,8 @@ def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:
             hint=f"the column reason of {folder / TABLE_TEXT} says of each that failed why",
         )
     case = study.case(best.case, {axis.name: best.values[axis.column] for axis in study.factors})
-    console.print(best_in_words(findings), style="bold", highlight=False, soft_wrap=True)
+    words = best_in_words(findings)
+    console.print(words, style="bold", highlight=False, markup=False, soft_wrap=True)
     console.print(run_command(case), highlight=False, markup=False, soft_wrap=True)
 
 

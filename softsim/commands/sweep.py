@@ -11,9 +11,10 @@ from rich.table import Table
 
 from softsim.errors import ClusterError, OutputError
 from softsim.machine import chosen_device
-from softsim.output.study_folder import DONE, FAILED, LOST, TABLE_TEXT
+from softsim.output.study_folder import TABLE_TEXT
 from softsim.study.loaded import LoadedStudy
 from softsim.study.preview import describe
+from softsim.study.status import DONE, FAILED, LOST, PRUNED
 from softsim.sweep.planning import fill, jobs_of, table_of
 
 MANY = 10_000
@@ -27,8 +28,8 @@ MOST_SHOWN = 30
 
 
 def again(retry_failed: bool) -> tuple[str, ...]:
-    """Statuses of stored cases that are run again."""
-    return (LOST, FAILED) if retry_failed else (LOST,)
+    """Statuses of stored cases that are run again: what an optimisation stopped early, too."""
+    return (LOST, PRUNED, FAILED) if retry_failed else (LOST, PRUNED)
 
 
 def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Console) -> None:
@@ -80,10 +81,11 @@ def print_results(
     _print_rows(frame.drop("key", "reason"), console)
     ended_badly = frame.filter(polars.col("status").is_in([FAILED, LOST]))
     for case in ended_badly.select("case", "status", "reason").iter_rows():
-        console.print("case {} {}: {}".format(*case), highlight=False)
+        text = "case {} {}: {}".format(*case)
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
     done = frame.filter(polars.col("status") == DONE)
     console.print(f"{len(done)} of {len(frame)} cases done", highlight=False)
-    console.print(f"table   {folder / TABLE_TEXT}", highlight=False)
+    console.print(f"table   {folder / TABLE_TEXT}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _print_rows(frame: polars.DataFrame, console: Console) -> None:

@@ -104,7 +104,7 @@ def require_room(path: Path, size: int) -> None:
         raise OutputError(
             f"cannot write {path}: it needs {_megabytes(size + MARGIN)}, "
             f"its disk has {_megabytes(free)} left",
-            hint="make room, then go on with --resume",
+            hint="make room, then go on: a run with --resume, a study as before",
         )
 
 
@@ -116,7 +116,8 @@ def explained(path: Path) -> Iterator[None]:
     except OSError as error:
         raise OutputError(
             f"cannot write {path}: {_reason(error)} ({_room(path)})",
-            hint="make room or give yourself write access, then go on with --resume",
+            hint="make room or give yourself write access, then go on: a run with --resume, "
+            "a study as before",
         ) from error
 
 

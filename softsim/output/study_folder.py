@@ -23,10 +23,6 @@ from softsim.study.axes import Axis, Goal, Plot
 
 STUDY, TABLE, TABLE_TEXT, CASES = "study.json", "table.parquet", "table.csv", "cases"
 
-DONE, FAILED, PRUNED, LOST, WAITING = "done", "failed", "pruned", "lost", "waiting"
-"""Status of a case: its run ended; a guard stopped it; the optimiser stopped it; its process died
-twice; it was not run yet."""
-
 
 @dataclass(frozen=True)
 class StudyRecord:

@@ -26,8 +26,8 @@ def checked_scenes(
     refuse_conflicts(composition)
     first = {factor.axis.name: factor.tried[0] for factor in composition.factors}
     base = scene_of(composition, first)
-    for repeat in range(len(perturbed[0].draws) if perturbed else 0):
-        refuse_wrong_repeat(base, perturbed, repeat + 1)
+    for repeat in sorted({repeat for one in perturbed for repeat in one.extremes}):
+        refuse_wrong_repeat(base, perturbed, repeat)
     scenes = [base]
     for factor in composition.factors:
         for value in factor.tried[1:]:

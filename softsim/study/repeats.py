@@ -34,6 +34,13 @@ class Perturbation:
     written: Tree
     draws: np.ndarray
 
+    @property
+    def extremes(self) -> tuple[int, int]:
+        """The repeats, from 1, of its lowest and highest value: the limits of a key are intervals,
+        so that what holds for these holds for all.
+        """
+        return int(self.draws.argmin()) + 1, int(self.draws.argmax()) + 1
+
     def setting(self, loaded: LoadedScene, repeat: int) -> Setting:
         """What repeat number `repeat`, from 1, sets in a scene.
 

@@ -58,9 +58,14 @@ def crew_for(
     folder: Path, device: str, workers: int | None = None, scheduler: str | None = None
 ) -> AbstractContextManager[Crew]:
     """The workers of the dask scheduler at an address; else so many processes of this machine, by
-    default one a core. A graphics card is one worker's alone.
+    default one a core. A graphics card is one worker's alone. Raises ClusterError: both are asked.
     """
     if scheduler is not None:
+        if workers is not None:
+            raise ClusterError(
+                f"the scheduler at {scheduler} has workers already: {workers} cannot be asked for",
+                hint="leave the number of workers out",
+            )
         return remote_crew(scheduler, folder)
     alone = chosen_device(device) == "cuda"
     return local_crew(workers or (1 if alone else processor_count()))

@@ -10,8 +10,8 @@ from distributed.client import FutureCancelledError
 
 from softsim.errors import ClusterError, Interrupted, SoftsimError
 from softsim.interruption import stop_signals
-from softsim.output.study_folder import LOST, WAITING
-from softsim.sweep.crew import ATTEMPTS, Crew
+from softsim.study.status import LOST, WAITING
+from softsim.sweep.crew import Crew
 from softsim.sweep.job import Job, Outcome, known_outcome, write_outcome
 from softsim.sweep.simulation import simulate
 from softsim.sweep.work import Simulate, work
@@ -135,8 +135,8 @@ class _Flights:
     def _outcomes(self, future: Future, unit: Sequence[Job]) -> Iterable[Outcome]:
         try:
             return future.result()
-        except KilledWorker:
-            return [_lost(job) for job in unit]
+        except KilledWorker as killed:
+            return [_lost(job, killed.allowed_failures + 1) for job in unit]
         except FutureCancelledError as error:
             raise ClusterError(
                 f"the workers are gone: {error}", hint="the same command goes on where it was"
@@ -150,10 +150,11 @@ class _Flights:
             yield from self.landed()
 
 
-def _lost(job: Job) -> Outcome:
-    """The outcome of a job that brought its worker down."""
-    reason = f"its process died {ATTEMPTS} times, as if killed or out of memory"
+def _lost(job: Job, attempts: int) -> Outcome:
+    """The outcome of a job that brought down so many workers: a scheduler elsewhere has its own
+    patience.
+    """
+    reason = f"its process died {attempts} times, as if killed or out of memory"
     outcome = Outcome(job.key, LOST, reason)
-    job.folder.mkdir(exist_ok=True)
     write_outcome(job, outcome)
     return outcome

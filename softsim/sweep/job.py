@@ -38,7 +38,7 @@ class Job:
 class Outcome:
     """What came of a job.
 
-    status: as `softsim.output.study_folder` names them. reason: why it failed, or what a finished
+    status: as `softsim.study.status` names them. reason: why it failed, or what a finished
     run missed of what its scene expects. wall_time: of its last attempt [s]. summary: of its run.
     """
 

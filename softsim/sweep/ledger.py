@@ -1,6 +1,8 @@
 """The files of a study while it runs: its table and its record, never older than ten seconds."""
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +13,7 @@ from softsim.output.study_folder import (
     write_study,
     write_table,
 )
+from softsim.sweep.claim import claimed
 from softsim.sweep.job import Job, Outcome
 from softsim.sweep.table import StudyTable
 
@@ -49,3 +52,19 @@ class Ledger:
         """Write them a last time: the study is done, or interrupted."""
         self.record = replace(self.record, status=status)
         self.write()
+
+
+@contextmanager
+def kept_ledger(folder: Path, record: StudyRecord, table: StudyTable) -> Iterator[Ledger]:
+    """A ledger for the time of a sweep or an optimisation, which has the folder for itself.
+
+    Raises OutputError: another one works there, or the disk refuses.
+    """
+    with claimed(folder):
+        ledger = Ledger(folder, record, table)
+        status = "interrupted"
+        try:
+            yield ledger
+            status = "done"
+        finally:
+            ledger.close(status)

@@ -1,7 +1,7 @@
 """An optimisation: trials, each a case of which the results so far choose the values."""
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +9,8 @@ import polars
 from rich.console import Console
 
 from softsim.errors import Interrupted, OutputError, SceneError
-from softsim.output.study_folder import CASES, DONE, FAILED, LOST, PRUNED
+from softsim.output.folder import RunFolder
+from softsim.output.study_folder import CASES
 from softsim.scene.tree import nearest
 from softsim.study.axes import Goal
 from softsim.study.case import Case
@@ -17,10 +18,11 @@ from softsim.study.loaded import LoadedStudy
 from softsim.study.measures import MeasureColumn
 from softsim.study.objective import Objective
 from softsim.study.resolution import case_key, resolved
+from softsim.study.status import DONE, FAILED, LOST, PRUNED
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome
-from softsim.sweep.ledger import Ledger
+from softsim.sweep.ledger import kept_ledger
 from softsim.sweep.planning import record_of
 from softsim.sweep.progress import StudyProgress
 from softsim.sweep.pruning import PruningWatch
@@ -53,7 +55,7 @@ def optimize(
     """
     objective, goal = asked(study)
     console = console or Console()
-    (folder / CASES).mkdir(parents=True, exist_ok=True)
+    RunFolder(folder / CASES)  # is made here, or refused
     column = next(measure for measure in study.measures if measure.name == goal.measure)
     trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
     table, count = StudyTable(study.factors, study.measures), count or objective.trials
@@ -64,7 +66,6 @@ def optimize(
     record = replace(
         record_of(study, count), repeats=1, plots=study.plots if study.study.plots else ()
     )
-    ledger = Ledger(folder, record, table)
     progress = StudyProgress(max(0, count - len(table.rows)), console)
 
     def meanwhile(in_flight: int) -> None:
@@ -85,18 +86,14 @@ def optimize(
             except SceneError as error:
                 note(*plan.refused(case, error))
 
-    status = "interrupted"
     try:
-        if trials.is_open(count):
-            with crew as workers:
-                for job, outcome in completed(jobs(), workers, (LOST,), 1, meanwhile, simulate):
-                    note(job, outcome)
-        status = "done"
+        with closing(progress), kept_ledger(folder, record, table) as ledger:
+            if trials.is_open(count):
+                with crew as workers:
+                    for ended in completed(jobs(), workers, (LOST,), 1, meanwhile, simulate):
+                        note(*ended)
     except Interrupted as stop:
         raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
-    finally:
-        progress.close()
-        ledger.close(status)
     return table.frame()
 
 

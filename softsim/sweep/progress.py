@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from softsim.output.console import PLAIN_EVERY
-from softsim.output.study_folder import DONE
+from softsim.study.status import DONE
 from softsim.sweep.job import Outcome
 
 
@@ -56,9 +56,15 @@ class StudyProgress:
         if not ended:
             return text
         left = (time.monotonic() - self.began) * (self.count - ended) / ended
-        return f"{text}, expected end {datetime.now() + timedelta(seconds=left):%H:%M:%S}"
+        return f"{text}, expected end {_moment(datetime.now(), timedelta(seconds=left))}"
 
     def close(self) -> None:
         """Take the live line away."""
         if self.bar is not None:
             self.bar.stop()
+
+
+def _moment(now: datetime, later: timedelta) -> str:
+    """The time of day, of another day with its date."""
+    end = now + later
+    return f"{end:%H:%M:%S}" if end.date() == now.date() else f"{end:%d %b, %H:%M}"

@@ -1,18 +1,20 @@
 """A sweep: all cases of a study, those that are stored already left out; its table."""
 
 from collections.abc import Collection
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 
 import polars
 from rich.console import Console
 
 from softsim.errors import Interrupted
-from softsim.output.study_folder import CASES, LOST
+from softsim.output.folder import RunFolder
+from softsim.output.study_folder import CASES
 from softsim.study.loaded import LoadedStudy
+from softsim.study.status import LOST, PRUNED
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
-from softsim.sweep.ledger import Ledger
+from softsim.sweep.ledger import kept_ledger
 from softsim.sweep.planning import fill, jobs_of, record_of, table_of
 from softsim.sweep.progress import StudyProgress
 from softsim.sweep.simulation import simulate
@@ -25,7 +27,7 @@ def sweep(
     crew: AbstractContextManager[Crew],
     device: str = "auto",
     batch: int = 1,
-    again: Collection[str] = (LOST,),
+    again: Collection[str] = (LOST, PRUNED),
     console: Console | None = None,
     simulate: Simulate = simulate,
 ) -> polars.DataFrame:
@@ -44,30 +46,24 @@ def sweep(
     """
     console = console or Console()
     jobs = jobs_of(study, folder, device)
-    (folder / CASES).mkdir(parents=True, exist_ok=True)
+    RunFolder(folder / CASES)  # is made here, or refused
     table = table_of(study)
     waiting = fill(table, jobs, again)
     console.print(f"{len(jobs)} cases, {len(jobs) - len(waiting)} of them stored")
-    ledger, progress = (
-        Ledger(folder, record_of(study, len(jobs)), table),
-        StudyProgress(len(waiting), console),
-    )
+    progress = StudyProgress(len(waiting), console)
+    kept = kept_ledger(folder, record_of(study, len(jobs)), table)
 
     def meanwhile(in_flight: int) -> None:
         progress.show(in_flight)
         ledger.write_if_due()
 
-    status = "interrupted"
     try:
-        if waiting:
-            with crew as workers:
-                for job, outcome in completed(waiting, workers, again, batch, meanwhile, simulate):
-                    ledger.note(job, outcome)
-                    progress.note(outcome)
-        status = "done"
+        with closing(progress), kept as ledger:
+            if waiting:
+                with crew as workers:
+                    for ended in completed(waiting, workers, again, batch, meanwhile, simulate):
+                        ledger.note(*ended)
+                        progress.note(ended[1])
     except Interrupted as stop:
         raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
-    finally:
-        progress.close()
-        ledger.close(status)
     return table.frame()

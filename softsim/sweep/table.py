@@ -5,10 +5,10 @@ from typing import Any
 
 import polars
 
-from softsim.output.study_folder import WAITING
 from softsim.study.axes import Axis, column
 from softsim.study.case import Case, Value
 from softsim.study.measures import MeasureColumn
+from softsim.study.status import WAITING
 from softsim.sweep.job import Job, Outcome
 
 VERDICT = ("layout", "verdict")

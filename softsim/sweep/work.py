@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from softsim.errors import ClusterError, ExpectationError, Interrupted, OutputError, SoftsimError
-from softsim.output.folder import CHECKPOINT, HISTORY, RESULTS, read_summary
+from softsim.output.folder import CHECKPOINT, HISTORY, RESULTS, explained, read_summary
 from softsim.output.history import thin_history
-from softsim.output.study_folder import DONE, FAILED, LOST, PRUNED, WAITING
+from softsim.study.status import DONE, FAILED, LOST, PRUNED, WAITING
 from softsim.sweep.job import CASE, FAILURE, THIN, Job, Outcome, stored_outcome, write_outcome
 
 HISTORY_ROWS = 1000
@@ -26,7 +26,8 @@ def work(jobs: Sequence[Job], simulate: Simulate) -> list[Outcome]:
     the study's folder cannot be seen.
     """
     for job in jobs:
-        _prepare(job)
+        with explained(job.folder):
+            _prepare(job)
     began = time.monotonic()
     faults = simulate(jobs)
     wall_time = (time.monotonic() - began) / len(jobs)
@@ -66,7 +67,8 @@ def _end(job: Job, fault: Exception | None, wall_time: float) -> Outcome:
         status, reason = PRUNED if stopped else DONE, "" if fault is None else fault.message
     else:
         status, reason = FAILED, _reason(fault)
-        (job.folder / FAILURE).write_text(_explanation(fault), encoding="utf-8")
+        with explained(job.folder / FAILURE):
+            (job.folder / FAILURE).write_text(_explanation(fault), encoding="utf-8")
     if job.keep == THIN and status != FAILED:
         _thin(job.folder)
     outcome = Outcome(job.key, status, reason, wall_time, summary)

@@ -180,7 +180,7 @@ def test_a_layout_takes_its_robot():
         (MEASURES, "repeats: {count: 2, perturb: {time.increment: 1 %}}\nmeasures:", "6:47",
          "time.increment is 'auto', which cannot be perturbed"),
         (MEASURES, "repeats: {count: 9, perturb: {solver.safety_factor: 1}}\nmeasures:", "6:53",
-         "in repeat 1: safety_factor: "),
+         "in repeat 4: safety_factor: "),
         # what is optimised
         (MEASURES, "optimize: {maximize: muved, trials: 3}\nmeasures:", "6:22",
          "there is no measure 'muved'\n  did you mean 'moved'?"),

@@ -10,16 +10,20 @@ import time
 from contextlib import nullcontext
 from pathlib import Path
 
+import polars
 import psutil
 import pytest
 import stand_ins
 from polars.testing import assert_frame_equal
 from rich.console import Console
 
-from softsim.errors import ClusterError
-from softsim.output.study_folder import DONE, FAILED, WAITING, read_study, read_table
+from softsim.commands.sweep import print_results
+from softsim.errors import ClusterError, OutputError
+from softsim.output.study_folder import read_study, read_table
 from softsim.study.loading import load_study
-from softsim.sweep.crew import remote_crew
+from softsim.study.status import DONE, FAILED, WAITING
+from softsim.sweep.claim import claimed
+from softsim.sweep.crew import crew_for, remote_crew
 from softsim.sweep.planning import collect
 from softsim.sweep.sweep import sweep
 
@@ -78,6 +82,16 @@ def test_failed_cases_have_their_row(study_file, tmp_path, crew):
     table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
     assert table["status"].to_list() == [FAILED, FAILED, *[DONE] * 4]
     assert table["reason"][0] == "element 7 is inverted" and table["reason"][2] is None
+
+
+def test_what_failed_is_told_word_by_word(study_file, tmp_path, crew):
+    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
+    table = table.with_columns(reason=polars.lit("no such key: '[/rate]' " + 20 * "long "))
+    console = Console(file=io.StringIO(), width=80)
+    print_results(load_study(study_file), table, tmp_path / "out", console)
+    said = console.file.getvalue()
+    assert "case 1 failed: no such key: '[/rate]' long " + 19 * "long " in said
+    assert "4 of 6 cases done" in said
 
 
 def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, crew):
@@ -151,6 +165,34 @@ def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew):
     assert read_table(folder)["status"].to_list() == [DONE, DONE, *[WAITING] * 4]
     assert len(list(folder.glob("cases/*/checkpoint.h5"))) == 1
     goes_on(study_file, folder, crew)
+
+
+def test_a_folder_has_one_sweep_at_a_time(study_file, tmp_path, crew):
+    (tmp_path / "out").mkdir()
+    with (
+        claimed(tmp_path / "out"),
+        pytest.raises(OutputError, match=f"process {os.getpid()} on .* works in"),
+    ):
+        swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert len(swept(study_file, tmp_path / "out", crew, stand_ins.fine)[0]) == 6
+
+
+def test_a_folder_that_cannot_be_made(study_file, tmp_path, crew):
+    with pytest.raises(OutputError, match=r"cannot write to the run folder .*cases"):
+        swept(study_file, study_file / "out", crew, stand_ins.fine)
+
+
+def test_what_an_optimisation_stopped_early_runs_to_its_end(study_file, tmp_path, crew):
+    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    pruned = tmp_path / "out" / "cases" / table["key"][1] / "case.json"
+    rewrite(pruned, '"done"', '"pruned"')
+    again, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    assert "6 cases, 5 of them stored" in said and set(again["status"]) == {DONE}
+
+
+def test_a_scheduler_has_its_own_workers(tmp_path):
+    with pytest.raises(ClusterError, match="has workers already"):
+        crew_for(tmp_path, "cpu", 2, "tcp://127.0.0.1:9")
 
 
 def test_a_scheduler_that_does_not_answer(tmp_path):

@@ -7,10 +7,10 @@ import pytest
 from rich.console import Console
 
 from softsim.errors import ExpectationError, StabilityError
-from softsim.output.study_folder import DONE
 from softsim.study import resolution
 from softsim.study.case import Case as StudyCase
 from softsim.study.case import Source
+from softsim.study.status import DONE
 from softsim.sweep.job import Job, write_outcome
 from softsim.sweep.job import Outcome as Stored
 from validation import cases as cases_module

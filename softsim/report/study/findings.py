@@ -9,9 +9,10 @@ from typing import Any
 import polars
 
 from softsim.errors import OutputError
-from softsim.output.study_folder import DONE, FAILED, LOST, StudyRecord, read_study, read_table
+from softsim.output.study_folder import StudyRecord, read_study, read_table
 from softsim.report.study.scale import Scale
 from softsim.study.axes import Axis
+from softsim.study.status import DONE, FAILED, LOST
 
 VERDICT = "verdict"
 
