@@ -57,8 +57,10 @@ def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
             list(scenes.values()), [job.folder for job in ready], ready[0].device, 1,
             [job.watches for job in ready],
         )  # fmt: skip
-    except Exception as error:
+    except SoftsimError as error:  # a stop, a disk that is full: it concerns all
         return faults | dict.fromkeys(scenes, error)
+    except Exception:  # one brought the others down: alone, each will tell for itself
+        return faults
     for key, outcome in zip(scenes, found, strict=True):
         faults[key] = outcome if isinstance(outcome, SoftsimError) else None
     return faults
