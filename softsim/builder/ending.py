@@ -30,7 +30,7 @@ def refuse_missing_cycles(names: Names, pressures: Sequence[PressureData], asked
         raise _refused(names, f"the pressure of '{name}', the first chamber, has no cycles")
     raise names.loaded.error(
         ("time", "cycles"),
-        f"the run waits for {asked} pressure cycles, '{name}' makes {most:g}",
+        f"the run waits for {asked} pressure cycles, and '{name}' makes {most:g}",
         f"write at most {most:g}, or raise loads.{name}.profile.count",
     )
 
