@@ -160,7 +160,11 @@ def test_near_quantities_are_read_or_refused_too(text):
             assert str(error)
 
 
-@given(st.floats(-1e6, 1e6), st.sampled_from(["mm", "um", "in", "m"]))
+# Nearer to zero the metres between have fewer digits, or none.
+PLAIN = st.floats(-1e6, 1e6).filter(lambda value: value == 0.0 or abs(value) > 1e-300)
+
+
+@given(PLAIN, st.sampled_from(["mm", "um", "in", "m"]))
 def test_a_number_in_another_unit(value, unit):
     text = f"{value!r} {unit}"
     assert number_in(text, unit, "m") == value  # nothing is lost on the way through metres
