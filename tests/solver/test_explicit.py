@@ -82,8 +82,9 @@ conditions:
          displacement: {kind: ramp, value: 1 mm, duration: 4 ms}}
 time: {end: 1 s, procedure: static}
 """
-# The section of rings takes long to compile.
-MODELS = [STRIP, pytest.param(STRIPS, marks=pytest.mark.slow), SPACE, RING]
+# Sections take long to compile; a plane one is launched below too, where scenarios rest.
+SLOW = [pytest.param(text, marks=pytest.mark.slow) for text in (STRIP, STRIPS)]
+MODELS = [*SLOW, SPACE, RING]
 KINDS = ["plane", "section of rings", "space", "ring, static"]
 
 
