@@ -3,7 +3,7 @@
 import pickle
 
 import pytest
-from conftest import BLOCK
+from falling_block import BLOCK
 
 from softsim.study.case import Case, Source
 from softsim.study.measures import MeasureColumn

@@ -6,7 +6,7 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from conftest import BLOCK
+from falling_block import BLOCK
 from trial_stand_ins import CrewHere
 
 import softsim
