@@ -1,7 +1,7 @@
 """Deformable and rigid bodies."""
 
 import math
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator
 
@@ -99,9 +99,7 @@ def _outline_kind(value: Any) -> str:
 
 
 Outline = Annotated[
-    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
-        Annotated[CylinderOutline, Tag("cylinder")], Annotated[BallOutline, Tag("ball")]
-    ],
+    Annotated[CylinderOutline, Tag("cylinder")] | Annotated[BallOutline, Tag("ball")],
     Discriminator(_outline_kind),
 ]
 

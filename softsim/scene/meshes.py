@@ -1,6 +1,6 @@
 """Where the mesh of a body comes from: a generator with its sizes, or a file."""
 
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -118,13 +118,11 @@ def _mesh_kind(value: Any) -> str | None:
 
 
 MeshSource = Annotated[
-    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
-        Annotated[BlockMesh, Tag("block")],
-        Annotated[PfrSectionMesh, Tag("pfr_section")],
-        Annotated[BoxMesh, Tag("box")],
-        Annotated[PfrMeridianMesh, Tag("pfr_meridian")],
-        Annotated[PfrSolidMesh, Tag("pfr_solid")],
-        Annotated[FileMesh, Tag("file")],
-    ],
+    Annotated[BlockMesh, Tag("block")]
+    | Annotated[PfrSectionMesh, Tag("pfr_section")]
+    | Annotated[BoxMesh, Tag("box")]
+    | Annotated[PfrMeridianMesh, Tag("pfr_meridian")]
+    | Annotated[PfrSolidMesh, Tag("pfr_solid")]
+    | Annotated[FileMesh, Tag("file")],
     Discriminator(_mesh_kind),
 ]

@@ -1,6 +1,9 @@
 """What every part of a scene is."""
 
-from pydantic import BaseModel, ConfigDict
+from collections.abc import Mapping
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Discriminator
 
 from softsim.scene.quantities import written
 
@@ -12,3 +15,14 @@ class Part(BaseModel):
     """Anything in a scene: frozen, and strict about its keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
+
+
+def told_by_key(classes: Mapping[str, type[Part]]) -> Discriminator:
+    """Tells which of the classes a mapping means, by the key that it has of one of them."""
+
+    def tag(value: Any) -> str | None:
+        if isinstance(value, dict):
+            return next((key for key in value if key in classes), None)
+        return next((key for key, each in classes.items() if isinstance(value, each)), None)
+
+    return Discriminator(tag)

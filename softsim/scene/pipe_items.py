@@ -1,11 +1,11 @@
 """The items of which a user lays a pipe: the first key of each names its kind."""
 
 import math
-from typing import Annotated, Any, Union
+from typing import Annotated
 
-from pydantic import Discriminator, Field, Tag, field_validator
+from pydantic import Field, Tag, field_validator
 
-from softsim.scene.part import Part
+from softsim.scene.part import Part, told_by_key
 from softsim.scene.quantities import Angle, PositiveLength, written
 
 DIAMETER = Field(
@@ -64,18 +64,10 @@ ITEMS: dict[str, type[Part]] = {
 }  # fmt: skip
 
 
-def _kind(value: Any) -> str | None:
-    if isinstance(value, dict):
-        return next((key for key in value if key in ITEMS), None)
-    return next((kind for kind, item in ITEMS.items() if isinstance(value, item)), None)
-
-
 PipeItem = Annotated[
-    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
-        Annotated[StraightItem, Tag("straight")],
-        Annotated[BendItem, Tag("bend")],
-        Annotated[TaperItem, Tag("taper")],
-        Annotated[StepItem, Tag("step")],
-    ],
-    Discriminator(_kind),
+    Annotated[StraightItem, Tag("straight")]
+    | Annotated[BendItem, Tag("bend")]
+    | Annotated[TaperItem, Tag("taper")]
+    | Annotated[StepItem, Tag("step")],
+    told_by_key(ITEMS),
 ]

@@ -4,11 +4,11 @@ A study names a scene, what varies in it, what is collected of each run, what is
 written as in a scene, with units.
 """
 
-from typing import Annotated, Any, Literal, Union
+from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, WithJsonSchema
+from pydantic import AfterValidator, Field, Tag, WithJsonSchema
 
-from softsim.scene.part import Part
+from softsim.scene.part import Part, told_by_key
 from softsim.scene.quantities import Name, Text, WholeNumber
 from softsim.study.objective import Objective
 
@@ -73,19 +73,11 @@ FACTORS: dict[str, type[Part]] = {
 }  # fmt: skip
 
 
-def _factor_kind(value: Any) -> str | None:
-    if isinstance(value, dict):
-        return next((key for key in value if key in FACTORS), None)
-    return next((kind for kind, factor in FACTORS.items() if isinstance(value, factor)), None)
-
-
 FactorPart = Annotated[
-    Union[  # noqa: UP007 - pydantic reads tags from Annotated members of a Union
-        Annotated[KeyFactor, Tag("key")],
-        Annotated[VariantsFactor, Tag("variants")],
-        Annotated[ScenesFactor, Tag("scenes")],
-    ],
-    Discriminator(_factor_kind),
+    Annotated[KeyFactor, Tag("key")]
+    | Annotated[VariantsFactor, Tag("variants")]
+    | Annotated[ScenesFactor, Tag("scenes")],
+    told_by_key(FACTORS),
 ]
 
 

@@ -53,8 +53,8 @@ def draw_factors(findings: Findings, goal: Goal, path: Path) -> None:
     y, done = findings.scale(goal.measure), findings.done
     objective = y.places(done[y.axis.column])
     trials = done["case"].cast(polars.Float64).to_numpy()
-    last = float(findings.table["case"].max() or 1)  # type: ignore[arg-type]
-    colours = ScalarMappable(Normalize(1.0, max(last, 2.0)), COLOUR_MAP)
+    last = max([2, *findings.table["case"]])  # a colour map needs two ends
+    colours = ScalarMappable(Normalize(1, last), COLOUR_MAP)
     shown = findings.varied or findings.factors
     rows = -(-len(shown) // PANELS_IN_A_ROW)
     columns = min(len(shown), PANELS_IN_A_ROW)
