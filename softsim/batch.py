@@ -22,6 +22,7 @@ from softsim.solver.energy import Meter
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.profile import measured_profile
 from softsim.solver.scenario import Scenario
+from softsim.solver.settling import settle
 
 
 class Batch:
@@ -56,11 +57,13 @@ class Batch:
         self.pace.enter_loop(self.solver.done)
 
     def _begin(self) -> None:
-        self.solver.begin(np.array([s.first_increment() for s in self.simulations]))
+        steps = np.array([s.first_increment() for s in self.simulations])
+        settled = settle(self.solver, self.meter, steps)
+        self.solver.begin(steps)
         self.meter.look()
         for simulation in self.simulations:
             with simulation.recording.logged():
-                simulation.begin()
+                simulation.begin(settled.get(simulation.scenario.number))
 
     @property
     def running(self) -> list[Simulation]:

@@ -49,14 +49,15 @@ class Body:
 
 @dataclass(frozen=True)
 class ContactData:
-    """Nodes (k,) that may touch, and per node k_n, k_t [N/m], the dashpot [N s/m] and the mass
-    that it has to move [kg].
+    """Nodes (k,) that may touch, and per node k_n, k_t [N/m], the dashpots c_n, c_t [N s/m] and the
+    mass that it has to move [kg].
     """
 
     nodes: np.ndarray
     penalty_stiffness: np.ndarray
     tangential_stiffness: np.ndarray
     damping: np.ndarray
+    tangential_damping: np.ndarray
     effective_mass: np.ndarray
     friction_coefficient: float
 
@@ -229,8 +230,8 @@ LOCAL_DAMPING = 0.8
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Dynamic relaxation to equilibrium, after the loads' time: within `longest` [s], until the
-    unbalanced force is below `tolerance` of the inner ones.
+    """Dynamic relaxation to equilibrium: within `longest` [s], until the unbalanced force is below
+    `tolerance` of the inner ones.
     """
 
     longest: float
@@ -245,8 +246,10 @@ class Model:
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
     contact is counted. end_time [s]: the latest; cycles: of the first chamber's pressure, with
     which the run ends, or None. increment: the user's time step [s], or None for the stable one.
-    self_contact: None where surfaces do not touch each other. relaxation: of a static procedure, or
-    None where inertia is real. passage: what a layout asks, or None.
+    friction_memory: time [s] over which the limit of friction on walls and outlines follows the
+    normal force. self_contact: None where surfaces do not touch each other. relaxation: after the
+    loads' time of a static procedure, or None where inertia is real; settling: before t = 0, or
+    None. passage: what a layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -258,6 +261,7 @@ class Model:
     outlines: tuple[OutlineData, ...]
     walls: tuple[Wall, ...]
     contact: ContactData
+    friction_memory: float
     self_contact: SelfContactData | None
     pressures: tuple[PressureData, ...]
     rotors: tuple[RotorLoad, ...]
@@ -276,6 +280,7 @@ class Model:
     bulk_viscosity: float
     energy_error_limit: float
     relaxation: Relaxation | None
+    settling: Relaxation | None
     passage: Passage | None
 
     @property

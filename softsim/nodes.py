@@ -153,7 +153,8 @@ class Nodes:
     is_free: (nodes, d), whether a component follows its own force: not where it is fixed,
         prescribed or tied to a rigid body.
     gravity: (scenarios, d) [m/s^2].
-    local_damping: share of the unbalanced force that resists the motion, see `shift_damped`.
+    local_damping: share of the unbalanced force that resists the motion now, see `shift_damped`
+        (scenarios,) [-]. relaxes: whether there ever is any.
 
     Fields, (scenarios, nodes): position [m], velocity [m/s] (half a step behind `position` while
     forces are computed), force [N] (the last one summed), damping_work [J].
@@ -166,10 +167,12 @@ class Nodes:
         mass: np.ndarray,
         is_free: np.ndarray,
         gravity: np.ndarray,
-        local_damping: float,
+        local_damping: np.ndarray,
+        relaxes: bool,
     ) -> None:
         self.scenarios, self.count, self.dimension = position.shape
-        self.local_damping = local_damping
+        self.relaxes = relaxes
+        self.local_damping = real_field(local_damping)
         self.position = vector_field(position)
         self.velocity = vector_field(velocity)
         self.force = vector_field(np.zeros_like(position))
@@ -210,7 +213,7 @@ class Nodes:
             if a >= 0:
                 for k in ti.static(range(self.dimension)):
                     self.force[s, a][k] = force[k, lane]
-                if ti.static(self.local_damping > 0.0):
+                if ti.static(self.relaxes):
                     self.shift_damped(s, a, dt)
                 else:
                     self.shift(s, a, t, dt)
@@ -235,7 +238,7 @@ class Nodes:
         """
         before = self.velocity[s, a]
         free = self.acceleration(s, a)
-        damping = ti.abs(free) * ti.math.sign(before) * self.local_damping
+        damping = ti.abs(free) * ti.math.sign(before) * self.local_damping[s]
         after = before + dt * (free - damping)
         self.velocity[s, a] = after
         self.damping_work[s, a] = self.damping_work[s, a] + 0.5 * dt * self.mass[a] * damping.dot(

@@ -26,6 +26,7 @@ from softsim.output.passage import PassageWatch
 from softsim.output.progress import Progress
 from softsim.output.watch import Watch, ended_by, see_history
 from softsim.recording import Recording
+from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.guards import (
@@ -105,9 +106,12 @@ class Simulation:
         self.stable_at_rest = self.stable_step.at(self.model.points)
         return self.model.increment or self.model.safety_factor * self.stable_at_rest.value
 
-    def begin(self) -> None:
-        """At t = 0; the meter has just looked."""
+    def begin(self, settled: float | None) -> None:
+        """At t = 0; the meter has just looked. settled: time [s] that coming to rest has taken."""
         stable = self.stable_at_rest
+        if settled is not None:
+            moved = np.abs(self.scenario.positions() - self.model.points).max()
+            log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)
         log.info("stable increment %s", stable.describe())
         self.recording.warn(step_warnings(self.model, stable))
         self.balance = EnergyBalance.starting(self.meter.of(self.scenario.number)[0], self.model)
@@ -321,6 +325,9 @@ class Simulation:
         }
         if status != "running":
             summary |= measures(model, self.recording.rows())
+            chatter = scenario.chatter()
+            summary["contact_chatter"] = chatter.returns
+            self.recording.warn(chatter_warnings(model, chatter))
             if (name := ended_by(self.watches)) is not None:
                 summary["ended_by"] = name
         if failure is not None:

@@ -15,6 +15,8 @@ from softsim.scene.loading import LoadedScene
 from softsim.solver.time_step import stable_increment
 
 RELAXING_VISCOSITY = 0.06
+LONGEST_RELAXATION = 10.0
+"""Seconds that a static run may take after its loads' time where the scene says nothing."""
 ROW_NAME = re.compile(r"j\d+")
 
 
@@ -74,6 +76,7 @@ def build_model(loaded: LoadedScene) -> Model:
         outlines=rigid.outlines(names, points, stiffness, tied),
         walls=fixed_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
+        friction_memory=scene.contact.friction_memory,
         self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
         pressures=pressures,
         rotors=loads.rotors(names),
@@ -97,6 +100,7 @@ def build_model(loaded: LoadedScene) -> Model:
         bulk_viscosity=bulk_viscosity(names),
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
+        settling=settling(names),
         passage=passage.passage(names, fixed_walls, outline_nodes, pressures),
     )
     refuse_instant_relaxation(names, model)
@@ -136,12 +140,21 @@ def relaxation(names: Names) -> Relaxation | None:
     scene = names.scene
     if scene.time.procedure == "dynamic":
         return None
+    longest = LONGEST_RELAXATION if scene.time.settle is None else scene.time.settle
+    return Relaxation(longest, scene.solver.equilibrium_tolerance)
+
+
+def settling(names: Names) -> Relaxation | None:
+    """Settings of the time before t = 0; None where a body starts as it is meshed."""
+    scene = names.scene
+    if scene.time.procedure == "static" or scene.time.settle is None:
+        return None
     return Relaxation(scene.time.settle, scene.solver.equilibrium_tolerance)
 
 
 def refuse_instant_relaxation(names: Names, model: Model) -> None:
-    """A branch that relaxes within a hundredth of an increment carries no load, yet its dissipation
-    could no longer be computed.
+    """A branch that relaxes within a hundredth of an increment carries no load: the viscosity that
+    it stands for would be lost.
     """
     if not any(body.material.branches for body in model.bodies):
         return

@@ -28,11 +28,13 @@ class Stiffness:
         """Contact data of `nodes`; the dashpot is the share `damping_ratio` of critical damping."""
         k_n, m = self.penalty[nodes], self.effective_mass[nodes]
         moving = np.where(np.isfinite(m), m, 0.0)  # a fixed node needs no dashpot
+        damping = 2.0 * self.settings.damping_ratio * np.sqrt(k_n * moving)
         return ContactData(
             nodes=nodes,
             penalty_stiffness=k_n,
             tangential_stiffness=self.settings.tangential_stiffness_ratio * k_n,
-            damping=2.0 * self.settings.damping_ratio * np.sqrt(k_n * moving),
+            damping=damping,
+            tangential_damping=self.settings.tangential_damping_fraction * damping,
             effective_mass=m,
             friction_coefficient=friction_coefficient,
         )

@@ -84,12 +84,14 @@ def surface_against_surface(
     # What may add up at a corner (solver/self_stiffness.py) is then no more than a wall alone does.
     share = of_walls / (2.0 * (evened + median * nodes_borne(points, facets, nodes)))
     k_n = np.clip(share.min(), LEAST_SHARE, LARGEST_SHARE) * evened
+    damping = 2.0 * settings.damping_ratio * np.sqrt(k_n * mass[nodes])
     friction = settings.self_friction_coefficient
     return ContactData(
         nodes=nodes,
         penalty_stiffness=k_n,
         tangential_stiffness=settings.tangential_stiffness_ratio * k_n,
-        damping=2.0 * settings.damping_ratio * np.sqrt(k_n * mass[nodes]),
+        damping=damping,
+        tangential_damping=settings.tangential_damping_fraction * damping,
         effective_mass=mass[nodes],
         friction_coefficient=settings.friction_coefficient if friction is None else friction,
     )

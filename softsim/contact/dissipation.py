@@ -1,4 +1,11 @@
-"""What contact has dissipated so far, node by node: the books of every kind of contact."""
+"""What contact has dissipated so far, node by node: the books of every kind of contact.
+
+Every contact force does its work by the trapezoidal rule, as central differences do. Of the force T
+of friction over the way d of an increment, in which the elastic slip changes by e, the spring
+stores k_t s . e on the mean; what is left is exactly
+    friction  T . (d - e),    dashpot  (T - k_t s) . e,
+T and s being means of the increment's ends. A node that leaves takes both to zero.
+"""
 
 import numpy as np
 import taichi as ti
@@ -16,6 +23,26 @@ class Dissipation:
         self.count = count
         self.friction_dissipation = real_field(np.zeros((scenarios, count)))
         self.damping_dissipation = real_field(np.zeros((scenarios, count)))
+
+    @ti.func
+    def book_normal(self, s, i, dashpot_before, dashpot, way):
+        """Dashpot forces [N] at both ends of an increment in which the gap grew by `way` [m]."""
+        work = 0.5 * (dashpot_before + dashpot) * way
+        self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - work
+
+    @ti.func
+    def book_tangential(self, s, i, force_before, force, before, stretch, stiffness, way):
+        """Forces T [N] and elastic slips s [m] at both ends of an increment in which the node went
+        `way` [m] along the surface.
+        """
+        mean_force, elastic_way = 0.5 * (force_before + force), stretch - before
+        mean_dashpot = mean_force - 0.5 * stiffness * (before + stretch)
+        self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + mean_force.dot(
+            way - elastic_way
+        )
+        self.damping_dissipation[s, i] = self.damping_dissipation[s, i] + mean_dashpot.dot(
+            elastic_way
+        )
 
     @ti.func
     def dissipated_energy(self, s):

@@ -1,23 +1,48 @@
-"""Coulomb friction with memory: a spring from a slip anchor, cut back to mu N.
+"""Coulomb friction with memory: a spring and a dashpot from a slip anchor, cut back to mu N.
 
-Written as elastoplasticity (Wriggers, Computational Contact Mechanics, ch. 5): the trial force is
-that of the spring between the point where the node sticks (the anchor) and where it is; beyond
-mu N the node slips and the anchor is dragged along. A node that sticks is held by a spring, so it
-cannot creep, as it would under a velocity-regularised law.
+Written as elastoplasticity (Wriggers, Computational Contact Mechanics, ch. 5): the way of a node
+along the surface is elastic slip s, which a spring and a dashpot resist, and slip proper, which
+begins where their force reaches mu N and drags the anchor along:
+    T = k_t s + c_t ds/dt,  |T| <= mu N.
+A node that sticks is held by a spring, so it cannot creep, as it would under a velocity-regularised
+law. The dashpot acts on the elastic slip alone (as ABAQUS/Explicit's contact damping): a node that
+slides steadily does not feel it.
+
+Sliding under a limit that follows N at once, an elastic body without damping excites itself: slip
+falls together with small N, and mesh and body swing ever more (Adams 1995; Renardy 1992). The cure
+is a limit with memory (Prakash and Clifton 1993; Cochard and Rice 2000; Rubin and Ampuero 2007),
+    dL/dt = (mu N - L) / t*   while in contact,  |T| <= L,
+here from the mean of mu N over the first t*. A material that damps at kHz does not need it.
 """
 
 import taichi as ti
 
 
 @ti.func
-def slip(stretch, tangential_stiffness, friction_limit):
-    """Slip vector [m] that brings the spring force k_t |stretch| back to mu N; zero when sticking.
-
-    `stretch` is the tangential vector from the anchor to the node [m].
+def shear_force(stretch, before, stiffness, damping_rate):
+    """k_t s + c_t (s - s_0) / dt [N] of the elastic slip s [m], s_0 one increment ago; it pulls the
+    node back. damping_rate: c_t / dt [N/m].
     """
-    length = stretch.norm()
-    excess = length - friction_limit / tangential_stiffness
+    return stiffness * stretch + damping_rate * (stretch - before)
+
+
+@ti.func
+def slip(stretch, before, stiffness, damping_rate, friction_limit):
+    """Slip vector [m] by which the anchor follows so that |T| is at its limit; zero when sticking.
+
+    stretch: the elastic slip that there would be without [m]; before: one increment ago.
+    """
+    trial = shear_force(stretch, before, stiffness, damping_rate)
+    size = trial.norm()
     result = stretch * 0.0
-    if excess > 0.0:
-        result = stretch * (excess / length)
+    if size > friction_limit:
+        result = trial * ((1.0 - friction_limit / size) / (stiffness + damping_rate))
     return result
+
+
+@ti.func
+def limit_with_memory(last, instant, age, memory, dt):
+    """L [N] after an increment in which mu N is `instant`; `last`: before. age: time in contact
+    [s], this increment included; memory: t* [s], zero where L is mu N.
+    """
+    return last + (instant - last) * (dt / ti.max(dt, ti.min(memory, age)))

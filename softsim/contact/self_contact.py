@@ -11,11 +11,11 @@ facet where it is, and turns with the tangent plane.
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
 from softsim.contact.dissipation import Dissipation
 from softsim.contact.facet_shapes import corner, corner_forces, foot_weights, velocity_beside
-from softsim.contact.friction import slip
+from softsim.contact.friction import shear_force, slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.penalty import normal_force
 from softsim.fields import index_field, real_field, vector_field
@@ -31,12 +31,12 @@ class SelfContact(Dissipation):
     surface: nodes (k) and facets (f). lists: which of them may touch.
     members: numbers of the nodes (k,).
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
-    damping: dashpot of the normal law (k,) [N s/m].
+    damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-].
 
     Fields, (scenarios, k): facet that a node touches, or -1; gap [m], zero unless it touches;
-    stretch (d) of the friction's spring [m]; normal_force [N]; friction_dissipation and
-    damping_dissipation [J].
+    stretch (d) of the friction's spring [m], friction (d) [N]; normal_force [N];
+    friction_dissipation and damping_dissipation [J].
     """
 
     def __init__(
@@ -47,6 +47,7 @@ class SelfContact(Dissipation):
         penalty_stiffness: np.ndarray,
         tangential_stiffness: np.ndarray,
         damping: np.ndarray,
+        tangential_damping: np.ndarray,
         friction_coefficient: np.ndarray,
     ) -> None:
         nodes = surface.nodes
@@ -56,13 +57,14 @@ class SelfContact(Dissipation):
         self.penalty_stiffness = real_field(penalty_stiffness)
         self.tangential_stiffness = real_field(tangential_stiffness)
         self.damping = real_field(damping)
+        self.tangential_damping = real_field(tangential_damping)
         self.friction_coefficient = real_field(friction_coefficient)
         self.first_slot = nodes.corner_forces.claim(members)
 
         shape = (scenarios, self.count)
         self.facet = index_field(np.full(shape, -1))
         self.gap, self.dashpot, self.normal_force = (real_field(np.zeros(shape)) for _ in range(3))
-        self.stretch = vector_field(np.zeros((*shape, d)))
+        self.stretch, self.friction = (vector_field(np.zeros((*shape, d))) for _ in range(2))
         self.on_corner = vector_field(np.zeros((*shape, d, d)))  # forces on the facet's corners
         self.force = vector_field(np.zeros((*shape, d)))  # on the node itself
         # Whether nodes of a part may touch facets, facets around them be touched; whether it is so.
@@ -77,10 +79,16 @@ class SelfContact(Dissipation):
             "dashpot": self.dashpot,
             "normal_force": self.normal_force,
             "stretch": self.stretch,
+            "friction": self.friction,
             "loaded": self.loaded,
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
         }
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books anew in a scenario."""
+        fields.write_row(self.friction_dissipation, scenario, 0.0)
+        fields.write_row(self.damping_dissipation, scenario, 0.0)
 
     @ti.func
     def push(self, s, p, t, dt):
@@ -146,34 +154,40 @@ class SelfContact(Dissipation):
         inside = dt
         if self.facet[s, i] < 0 and rate * dt < gap:
             inside = gap / rate  # it crossed the surface within this increment
-        stretch = self.stretch[s, i] + inside * sliding
-        across = stretch.dot(n)  # by which the tangent plane has turned away
-        stretch -= across * n
-        k_t = self.tangential_stiffness[i]
-        slipped = slip(stretch, k_t, self.friction_coefficient[s] * N)
-        stretch -= slipped
-        lost = k_t * (stretch.dot(slipped) + 0.5 * across * across)
-        self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + lost
-        # Work of the dashpot over the way since the last increment, trapezoidal.
+        k_t, damping_rate = self.tangential_stiffness[i], self.tangential_damping[i] / dt
+        across = self.stretch[s, i].dot(n)  # by which the tangent plane has turned away
+        before = self.stretch[s, i] - across * n
+        stretch = before + inside * sliding
+        limit = self.friction_coefficient[s] * N
+        stretch -= slip(stretch, before, k_t, damping_rate, limit)
+        friction = shear_force(stretch, before, k_t, damping_rate)
         damping_force = N + self.penalty_stiffness[i] * gap
-        work = 0.5 * dt * (self.dashpot[s, i] + damping_force) * rate
-        self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - work
-
-        friction = -k_t * stretch
-        self.force[s, i] = N * n + friction
-        rubbed = corner_forces(gradients, facet_normal, W, z, friction)
+        self.book_normal(s, i, self.dashpot[s, i], damping_force, dt * rate)
+        self.book_tangential(
+            s, i, self.friction[s, i], friction, before, stretch, k_t, dt * sliding
+        )  # fmt: skip
+        self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + (
+            0.5 * k_t * across * across
+        )
+        self.force[s, i] = N * n - friction
+        rubbed = corner_forces(gradients, facet_normal, W, z, -friction)
         for c in ti.static(range(self.nodes.dimension)):
             self.on_corner[s, i, c] = -w[c] * N * n - corner(rubbed, c)
         self.facet[s, i], self.gap[s, i], self.normal_force[s, i] = f, gap, N
-        self.dashpot[s, i], self.stretch[s, i] = damping_force, stretch
+        self.dashpot[s, i] = damping_force
+        self.stretch[s, i], self.friction[s, i] = stretch, friction
 
     @ti.func
     def _let_go(self, s, i, rate, dt):
         """Node i, which touched, does not any more; `rate` of its gap [m/s]."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
-        work = 0.5 * dt * self.dashpot[s, i] * rate
-        self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - work
-        self.force[s, i], self.stretch[s, i] = nothing, nothing
+        # How it slid in this last increment is not known: what the spring held is rubbed off.
+        before, friction = self.stretch[s, i], self.friction[s, i]
+        self.book_normal(s, i, self.dashpot[s, i], 0.0, dt * rate)
+        self.book_tangential(
+            s, i, friction, nothing, before, nothing, self.tangential_stiffness[i], nothing
+        )
+        self.force[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
         self.facet[s, i], self.gap[s, i], self.normal_force[s, i] = -1, 0.0, 0.0
         self.dashpot[s, i] = 0.0
 

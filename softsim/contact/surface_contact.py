@@ -7,10 +7,13 @@ import taichi as ti
 
 from softsim import backend, fields
 from softsim.contact.dissipation import Dissipation
-from softsim.contact.friction import slip
+from softsim.contact.friction import limit_with_memory, shear_force, slip
 from softsim.contact.penalty import normal_force
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import Nodes
+
+NEVER = -1e30
+"""A time before all others [s]."""
 
 
 @ti.data_oriented
@@ -24,11 +27,13 @@ class SurfaceContact(Dissipation):
         `global_vector`. Anchors live in its own frame, so an obstacle that moves carries them. It
         may know that a node is far away, and remember where it is (`may_touch`; `memory`).
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
-    damping: dashpot of the normal law (k,) [N s/m].
-    friction_coefficient: mu (scenarios,) [-].
+    damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
+    friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
+    return_times: a node that comes back within this time has chattered (scenarios,) [s].
 
     Fields, (scenarios, k): normal_force [N] and force [N] now; since they were last cleared [N s]
-    normal_impulse, the part of it that was carried in slip slipping_impulse, and impulse;
+    normal_impulse, the part of it that was carried in slip slipping_impulse, and impulse; over the
+    whole run contact_time [s] and returns, the number of times that it chattered;
     friction_dissipation and damping_dissipation [J].
     """
 
@@ -40,7 +45,10 @@ class SurfaceContact(Dissipation):
         penalty_stiffness: np.ndarray,
         tangential_stiffness: np.ndarray,
         damping: np.ndarray,
+        tangential_damping: np.ndarray,
         friction_coefficient: np.ndarray,
+        friction_memory: np.ndarray,
+        return_times: np.ndarray,
     ) -> None:
         scenarios, d = nodes.scenarios, nodes.dimension
         super().__init__(scenarios, len(contact_nodes))
@@ -50,18 +58,27 @@ class SurfaceContact(Dissipation):
         self.penalty_stiffness = real_field(penalty_stiffness)
         self.tangential_stiffness = real_field(tangential_stiffness)
         self.damping = real_field(damping)
+        self.tangential_damping = real_field(tangential_damping)
         self.friction_coefficient = real_field(friction_coefficient)
+        self.friction_memory = real_field(friction_memory)
+        self.return_time = real_field(return_times)
         self.first_slot = nodes.corner_forces.claim(contact_nodes)
 
         shape = (scenarios, self.count, self.surfaces)
         # The tangential stretch is zero while a node is away: its anchor follows it.
         self.anchor = vector_field(np.zeros((*shape, d)))
         self.touching = index_field(np.zeros(shape))
-        self.dashpot = real_field(np.zeros(shape))  # its force in the last increment
+        # Forces in the last increment: of the normal dashpot, of friction (on the anchor).
+        self.dashpot = real_field(np.zeros(shape))
+        self.friction = vector_field(np.zeros((*shape, d)))
+        # Of friction: its limit, and the time in contact that it remembers.
+        self.friction_limit, self.age = (real_field(np.zeros(shape)) for _ in range(2))
+        self.left_at = real_field(np.full(shape, NEVER))
         numbers, vectors = np.zeros(shape[:2]), np.zeros((*shape[:2], d))
         self.normal_force, self.force = real_field(numbers), vector_field(vectors)
         self.normal_impulse, self.impulse = real_field(numbers), vector_field(vectors)
-        self.slipping_impulse = real_field(numbers)
+        self.slipping_impulse, self.contact_time = real_field(numbers), real_field(numbers)
+        self.returns = index_field(numbers)
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -69,6 +86,12 @@ class SurfaceContact(Dissipation):
             "anchor": self.anchor,
             "touching": self.touching,
             "dashpot": self.dashpot,
+            "friction": self.friction,
+            "friction_limit": self.friction_limit,
+            "age": self.age,
+            "left_at": self.left_at,
+            "contact_time": self.contact_time,
+            "returns": self.returns,
             "normal_force": self.normal_force,
             "force": self.force,
             "normal_impulse": self.normal_impulse,
@@ -78,6 +101,14 @@ class SurfaceContact(Dissipation):
             "damping_dissipation": self.damping_dissipation,
             **self.obstacle.memory(),
         }
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books anew in a scenario, and the counts over the whole run."""
+        for summed in (
+            self.friction_dissipation, self.damping_dissipation, self.contact_time, self.returns
+        ):  # fmt: skip
+            fields.write_row(summed, scenario, 0)
+        fields.write_row(self.left_at, scenario, NEVER)
 
     def clear_impulses(self, scenario: int) -> None:
         """Start a new interval over which contact forces of a scenario are averaged."""
@@ -99,42 +130,21 @@ class SurfaceContact(Dissipation):
             if gap < 0.0:
                 touched = 1
                 v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
-                N = normal_force(gap, v.dot(n), self.penalty_stiffness[i], self.damping[i])
+                before = ti.Vector.zero(backend.real, self.nodes.dimension)  # elastic slip
                 if self.touching[s, i, w] == 0:
-                    # Anchored where it crossed the surface, within this increment: a node that
-                    # chatters would else slide without friction at each first touch.
-                    inside = dt
-                    if v.dot(n) * dt < gap:
-                        inside = gap / v.dot(n)
-                    self.touching[s, i, w] = 1
-                    self.anchor[s, i, w] = q - inside * v
-                stretch = q - self.anchor[s, i, w]
-                stretch -= stretch.dot(n) * n
-                k_t = self.tangential_stiffness[i]
-                limit = self.friction_coefficient[s] * N
-                slipped = slip(stretch, k_t, limit)
-                stretch -= slipped
-                self.anchor[s, i, w] = q - stretch
-                if slipped.norm_sqr() > 0.0:  # at the friction limit
-                    work = k_t * stretch.dot(slipped)
-                    self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + work
-                    self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
-                # Work of the dashpot over the way since the last increment, trapezoidal.
+                    self._meet(s, i, w, q, gap, n, v, t, dt)
+                else:
+                    before = tangential(q - dt * v - self.anchor[s, i, w], n)
+                N = normal_force(gap, v.dot(n), self.penalty_stiffness[i], self.damping[i])
                 damping_force = N + self.penalty_stiffness[i] * gap
-                self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - (
-                    0.5 * dt * (self.dashpot[s, i, w] + damping_force) * v.dot(n)
-                )
+                self.book_normal(s, i, self.dashpot[s, i, w], damping_force, dt * v.dot(n))
                 self.dashpot[s, i, w] = damping_force
-                total += N * n - k_t * stretch
+                total += N * n - self._friction(s, i, w, q, n, v, N, before, dt)
                 normal_total += N
             elif self.touching[s, i, w] == 1:
                 touched = 1
                 v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
-                self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - (
-                    0.5 * dt * self.dashpot[s, i, w] * v.dot(n)
-                )
-                self.dashpot[s, i, w] = 0.0
-                self.touching[s, i, w] = 0
+                self._leave(s, i, w, q, n, v, t, dt)
         if touched == 1:
             force = self.obstacle.global_vector(s, total)
             self.nodes.corner_forces.write(s, self.first_slot + i, force)
@@ -142,6 +152,58 @@ class SurfaceContact(Dissipation):
             self.normal_force[s, i] = normal_total
             self.normal_impulse[s, i] = self.normal_impulse[s, i] + normal_total * dt
             self.impulse[s, i] = self.impulse[s, i] + force * dt
+            if normal_total > 0.0:
+                self.contact_time[s, i] = self.contact_time[s, i] + dt
+
+    @ti.func
+    def _meet(self, s, i, w, q, gap, n, v, t, dt):
+        """Node i, now at q inside surface w, was outside an increment ago.
+
+        It is anchored where it crossed the surface: a node that chatters would else slide without
+        friction at each first touch.
+        """
+        inside = dt
+        if v.dot(n) * dt < gap:
+            inside = gap / v.dot(n)
+        self.touching[s, i, w] = 1
+        self.anchor[s, i, w] = q - inside * v
+        away = t - self.left_at[s, i, w]
+        if away > self.friction_memory[s]:
+            self.age[s, i, w] = 0.0
+        if away < self.return_time[s]:
+            self.returns[s, i] = self.returns[s, i] + 1
+
+    @ti.func
+    def _friction(self, s, i, w, q, n, v, N, before, dt):
+        """Friction [N] on the anchor of node i at q, which surface w presses with N; before: its
+        elastic slip an increment ago.
+        """
+        k_t, damping_rate = self.tangential_stiffness[i], self.tangential_damping[i] / dt
+        stretch = tangential(q - self.anchor[s, i, w], n)
+        age, last = self.age[s, i, w] + dt, self.friction_limit[s, i, w]
+        instant = self.friction_coefficient[s] * N
+        limit = limit_with_memory(last, instant, age, self.friction_memory[s], dt)
+        self.age[s, i, w], self.friction_limit[s, i, w] = age, limit
+        slipped = slip(stretch, before, k_t, damping_rate, limit)
+        stretch -= slipped
+        force = shear_force(stretch, before, k_t, damping_rate)
+        way = dt * tangential(v, n)
+        self.book_tangential(s, i, self.friction[s, i, w], force, before, stretch, k_t, way)
+        self.anchor[s, i, w], self.friction[s, i, w] = q - stretch, force
+        if slipped.norm_sqr() > 0.0:  # at the friction limit
+            self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
+        return force
+
+    @ti.func
+    def _leave(self, s, i, w, q, n, v, t, dt):
+        """Node i, now at q outside surface w, was inside an increment ago."""
+        nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
+        before, way = tangential(q - dt * v - self.anchor[s, i, w], n), dt * tangential(v, n)
+        k_t, force_before = self.tangential_stiffness[i], self.friction[s, i, w]
+        self.book_normal(s, i, self.dashpot[s, i, w], 0.0, dt * v.dot(n))
+        self.book_tangential(s, i, force_before, nothing, before, nothing, k_t, way)
+        self.dashpot[s, i, w], self.friction[s, i, w] = 0.0, nothing
+        self.touching[s, i, w], self.left_at[s, i, w] = 0, t
 
     @ti.func
     def stored_energy(self, s):
@@ -190,3 +252,9 @@ class SurfaceContact(Dissipation):
         for i in range(self.count):
             total += self.impulse[s, i]
         return total
+
+
+@ti.func
+def tangential(vector, n):
+    """Its part across the unit vector n."""
+    return vector - vector.dot(n) * n

@@ -65,7 +65,7 @@ class LinearElements:
         # Slots of a block: its lanes for corner 0, for corner 1, ...
         self.first_slot = nodes.corner_forces.claim(by_lane(owner))
 
-        self.points = MaterialPoints(material, metric, metric.identity(rest_edges), scenarios)
+        self.points = MaterialPoints(material, metric, rest_edges, scenarios)
         size = nodal_sizes(points, cells)
         self.pressure = NodalPressure(
             cells, volume, size, material, bulk_viscosity, scenarios, self.blocks * lanes
@@ -82,18 +82,18 @@ class LinearElements:
         padding = self.blocks * backend.lanes() - len(values)
         return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
 
-    @property
-    def branch_count(self) -> int:
-        """Maxwell branches of the material."""
-        return self.points.branch_count
-
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return self.points.memory() | self.pressure.memory()
 
     def set_increment(self, scenario: int, dt: float) -> None:
-        """Take the time step [s] of a scenario."""
+        """Take the time step [s] of a scenario; infinite: branches have relaxed."""
         self.points.set_increment(scenario, dt)
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
+        self.points.forget_dissipation(scenario)
+        self.pressure.forget_dissipation(scenario)
 
     # Of the element itself: `deform(s, b, t, dt)` stores edges and the present volumes of a block,
     # `stretch(s, b)` gives C, J of them, `stress_corners(s, b, t, dt)` writes corner forces.
@@ -145,13 +145,6 @@ class LinearElements:
         for lane in ti.static(range(backend.lanes())):
             self.nodes.corner_forces.component[k][s, first + lane] = force[lane]
 
-    @ti.func
-    def dissipate(self, s, b, t, dt):
-        """Add what the Maxwell branches dissipate in dt, a few increments long."""
-        C, J = self.stretch(s, b)
-        r = inverse_cube_root(J)
-        self.points.dissipate(s, b, C, r * r, self.volume[b], dt)
-
     # --- what observers ask ----------------------------------------------------------------------
 
     @ti.func
@@ -169,5 +162,5 @@ class LinearElements:
         """Dissipated by Maxwell dashpots and bulk viscosity so far [J]."""
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks):
-            in_elements += self.points.dissipation[s, b]
+            in_elements += self.points.dissipation(s, b) * self.volume[b]
         return in_elements.sum() + self.pressure.dissipated_energy(s)

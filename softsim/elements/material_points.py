@@ -6,6 +6,12 @@ viscous metric A, at rest the inverse of C_bar:
     dissipation  mu/(2 tau) (A : C_bar + A^-1 : C_bar^-1 - 6) >= 0.
 After a sudden stretch the branch stress decays as exp(-t / tau) exactly.
 
+Books: the force on a metric is -d(energy)/dA = mu/2 (A^-1 - C_bar), so a branch has dissipated
+    mu/2 (ln det A - integral of C_bar : dA).
+ln det A is that of the present, the integral is summed by the trapezoidal rule in every increment,
+as the work of central differences is: for small strains the books then close to round-off,
+whatever the relaxation time is.
+
 Throughout: C = F^T F, r2 = J^(-2/3), C_bar = r2 C. Tensors are in the basis of each element's edges
 (elements/metric.py), in which the identity, A at rest, is a field of its own.
 """
@@ -22,48 +28,62 @@ from softsim.fields import lane_data, lane_field, real_field
 
 @ti.data_oriented
 class MaterialPoints:
-    """Points of elements whose identity is `identity` (m, components), m whole lane vectors.
+    """Points of elements with the edges `rest_edges` (m, edges, d) at rest, m whole lane vectors.
 
     metric: PlaneMetric or SpaceMetric.
     """
 
     def __init__(
-        self, material: Material, metric: Any, identity: np.ndarray, scenarios: int
+        self, material: Material, metric: Any, rest_edges: np.ndarray, scenarios: int
     ) -> None:
         self.material, self.law, self.metric = material, material.law, metric
-        blocks = backend.lane_blocks(len(identity))
+        blocks = backend.lane_blocks(len(rest_edges))
+        identity = metric.identity(rest_edges)
         self.energy_density = ti.func(material.law.energy_density)
         self.energy_slope = ti.func(material.law.energy_slope)
         self.constants = real_field(np.array(material.law.constants))
         self.branch_count = len(material.branches)
         self.branch_modulus = real_field(np.array([b.shear_modulus for b in material.branches]))
-        self.relaxation_time = real_field(np.array([b.relaxation_time for b in material.branches]))
         self.decay = real_field(np.ones((scenarios, self.branch_count)))
-        self.mean_distance = real_field(np.ones((scenarios, self.branch_count)))
         self.identity = [lane_data(component[None]) for component in identity.T]
-        at_rest = np.repeat(identity.T[:, None], scenarios, axis=1)
-        self.viscous_metric = [
-            [lane_data(component) for component in at_rest] for _ in range(self.branch_count)
-        ]
-        self.dissipation = lane_field((scenarios, blocks))
+        if self.branch_count:
+            self.viscous_metric = [
+                self._alike(identity, scenarios) for _ in range(self.branch_count)
+            ]
+            self.last_C_bar = self._alike(metric.stretch_at_rest(rest_edges), scenarios)
+            # Integral of C_bar : dB, B = sum mu A [J/m^3].
+            self.metric_work = lane_field((scenarios, blocks))
+
+    @staticmethod
+    def _alike(components: np.ndarray, scenarios: int) -> list[ti.MatrixField]:
+        """Fields of the components (m, components) of a tensor, the same in all scenarios."""
+        each = np.repeat(components.T[:, None], scenarios, axis=1)
+        return [lane_data(component) for component in each]
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        kept = {"branch_dissipation": self.dissipation}
-        for k, metric in enumerate(self.viscous_metric):
-            for name, component in zip(self.metric.components, metric, strict=True):
-                kept[f"metric_{k}_{name}"] = component
+        if not self.branch_count:
+            return {}
+        kept = {"metric_work": self.metric_work}
+        tensors = {"last_C_bar": self.last_C_bar}
+        tensors |= {f"metric_{k}": metric for k, metric in enumerate(self.viscous_metric)}
+        for tensor, fields_of in tensors.items():
+            for name, component in zip(self.metric.components, fields_of, strict=True):
+                kept[f"{tensor}_{name}"] = component
         return kept
 
     def set_increment(self, scenario: int, dt: float) -> None:
-        """Take the time step [s] of a scenario: exp(-dt / tau) of each branch."""
-        if not self.material.branches:
-            return
-        ratio = dt / np.array([b.relaxation_time for b in self.material.branches])
-        fields.write_row(self.decay, scenario, np.exp(-ratio))
-        # Dissipation is sampled at the end of an increment; over it the square of the metric's
-        # distance from rest was larger by this factor on the mean.
-        fields.write_row(self.mean_distance, scenario, np.expm1(2.0 * ratio) / (2.0 * ratio))
+        """Take the time step [s] of a scenario: exp(-dt / tau) of each branch; dt may be infinite,
+        for branches that have relaxed.
+        """
+        if self.branch_count:
+            times = np.array([b.relaxation_time for b in self.material.branches])
+            fields.write_row(self.decay, scenario, np.exp(-dt / times))
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books anew, of a scenario whose branches have relaxed: ln det A = 0."""
+        if self.branch_count:
+            fields.write_row(self.metric_work, scenario, 0.0)
 
     @ti.func
     def cofactor(self, b, C):
@@ -78,15 +98,21 @@ class MaterialPoints:
         slope = self._slope(r2 * self.metric.contraction(C, identity))
         M = self.metric.scaled(2.0 * slope, identity)
         one = self.metric.lane(1.0)
-        for k in ti.static(range(self.branch_count)):
-            e = self.decay[s, k]
-            # Exact for a constant C_bar, whose inverse is r2^2 J^2 C^-1.
-            A = self.metric.mixed(
-                e, self.metric.stored(self.viscous_metric[k], s, b),
-                (1.0 - e) * (r2 * r2), J2_inverse_C,
-            )  # fmt: skip
-            self.metric.store(self.viscous_metric[k], s, b, A)
-            M = self.metric.mixed(one, M, self.branch_modulus[k], A)
+        if ti.static(self.branch_count > 0):
+            C_bar = self.metric.scaled(r2, C)
+            both = self.metric.mixed(one, C_bar, one, self.metric.stored(self.last_C_bar, s, b))
+            self.metric.store(self.last_C_bar, s, b, C_bar)
+            inverse = self.metric.scaled(r2 * r2, J2_inverse_C)  # of C_bar
+            relaxed = self.metric.contraction(both, inverse)
+            work = self.metric_work[s, b]
+            for k in ti.static(range(self.branch_count)):
+                e, mu = self.decay[s, k], self.branch_modulus[k]
+                last = self.metric.stored(self.viscous_metric[k], s, b)
+                work += 0.5 * mu * (1.0 - e) * (relaxed - self.metric.contraction(both, last))
+                A = self.metric.mixed(e, last, 1.0 - e, inverse)  # exact for a constant C_bar
+                self.metric.store(self.viscous_metric[k], s, b, A)
+                M = self.metric.mixed(one, M, mu, A)
+            self.metric_work[s, b] = work
         return M
 
     @ti.func
@@ -97,24 +123,23 @@ class MaterialPoints:
         for k in ti.static(range(self.branch_count)):
             A = self.metric.stored(self.viscous_metric[k], s, b)
             stretch = r2 * self.metric.contraction(C, A)
-            det_A = self.metric.determinant(A) / self._identity_determinant(b)
-            w += 0.5 * self.branch_modulus[k] * (stretch - 3.0 - ti.log(det_A))
+            w += 0.5 * self.branch_modulus[k] * (stretch - 3.0 - self._log_determinant(b, A))
         return w
 
     @ti.func
-    def dissipate(self, s, b, C, r2, volume, dt):
-        """Add what the Maxwell branches dissipate in dt, a few increments long."""
-        inverse = self.metric.scaled(r2 * r2, self.cofactor(b, C))  # of C_bar
-        power = self.metric.lane(0.0)
-        for k in ti.static(range(self.branch_count)):
-            A = self.metric.stored(self.viscous_metric[k], s, b)
-            stretch = r2 * self.metric.contraction(C, A)
-            back = self.metric.contraction(
-                self.metric.adjugate(A), inverse
-            ) / self.metric.determinant(A)
-            rate = self.branch_modulus[k] / (2.0 * self.relaxation_time[k])
-            power += self.mean_distance[s, k] * rate * (stretch + back - 6.0)
-        self.dissipation[s, b] = self.dissipation[s, b] + dt * power * volume
+    def dissipation(self, s, b):
+        """What the Maxwell branches have dissipated so far [J/m^3]."""
+        w = self.metric.lane(0.0)
+        if ti.static(self.branch_count > 0):
+            w -= 0.5 * self.metric_work[s, b]
+            for k in ti.static(range(self.branch_count)):
+                A = self.metric.stored(self.viscous_metric[k], s, b)
+                w += 0.5 * self.branch_modulus[k] * self._log_determinant(b, A)
+        return w
+
+    @ti.func
+    def _log_determinant(self, b, A):
+        return ti.log(self.metric.determinant(A) / self._identity_determinant(b))
 
     @ti.func
     def _identity(self, b):

@@ -30,9 +30,15 @@ class PlaneMetric:
 
     def identity(self, edges: np.ndarray) -> np.ndarray:
         """I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
-        inverse = np.linalg.inv(edges @ edges.transpose(0, 2, 1))
-        one = np.ones(len(edges))
-        return np.stack([inverse[:, 0, 0], inverse[:, 1, 1], inverse[:, 0, 1], one], axis=1)
+        return self._components(np.linalg.inv(edges @ edges.transpose(0, 2, 1)))
+
+    def stretch_at_rest(self, edges: np.ndarray) -> np.ndarray:
+        """C_ij = D_i . D_j (m, components) of the same elements."""
+        return self._components(edges @ edges.transpose(0, 2, 1))
+
+    def _components(self, matrix: np.ndarray) -> np.ndarray:
+        one = np.ones(len(matrix))
+        return np.stack([matrix[:, 0, 0], matrix[:, 1, 1], matrix[:, 0, 1], one], axis=1)
 
     @ti.func
     def mixed(self, a, A, b, B):
@@ -95,9 +101,15 @@ class SpaceMetric:
 
     def identity(self, edges: np.ndarray) -> np.ndarray:
         """I^ij (m, components) of elements with the edges D (m, edges, d) at rest."""
-        inverse = np.linalg.inv(edges @ edges.transpose(0, 2, 1))
+        return self._components(np.linalg.inv(edges @ edges.transpose(0, 2, 1)))
+
+    def stretch_at_rest(self, edges: np.ndarray) -> np.ndarray:
+        """C_ij = D_i . D_j (m, components) of the same elements."""
+        return self._components(edges @ edges.transpose(0, 2, 1))
+
+    def _components(self, matrix: np.ndarray) -> np.ndarray:
         pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
-        return np.stack([inverse[:, i, j] for i, j in pairs], axis=1)
+        return np.stack([matrix[:, i, j] for i, j in pairs], axis=1)
 
     @ti.func
     def mixed(self, a, A, b, B):

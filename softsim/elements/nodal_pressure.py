@@ -10,7 +10,7 @@ Bulk viscosity (the linear term of ABAQUS/Explicit): p_a also gets b1 rho c_d h_
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.elements.material import Material
 from softsim.fields import lane_data, lane_field, real_field
 from softsim.nodes import NodeLists
@@ -49,12 +49,21 @@ class NodalPressure:
         self.bulk_viscosity = lane_data(lists.by_block(viscosity))
         self.bulk_modulus = real_field(np.array([material.bulk_modulus]))
         self.J = lane_data(np.ones((scenarios, lists.blocks * backend.lanes())))
+        self.viscous = lane_field((scenarios, lists.blocks))  # pressure of the last increment
         self.dissipation = lane_field((scenarios, lists.blocks))
         self.pressure = real_field(np.zeros((scenarios, self.count)))
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        return {"nodal_J": self.J, "bulk_dissipation": self.dissipation}
+        return {
+            "nodal_J": self.J,
+            "viscous_pressure": self.viscous,
+            "bulk_dissipation": self.dissipation,
+        }
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books anew in a scenario."""
+        fields.write_row(self.dissipation, scenario, 0.0)
 
     @ti.func
     def press(self, s, b, dt, element_volume: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
@@ -65,8 +74,10 @@ class NodalPressure:
         dJ = J - self.J[s, b]
         viscous = self.bulk_viscosity[b] * dJ * (1.0 / dt)
         p = self.bulk_modulus[0] * (J - 1.0) + viscous
-        self.J[s, b] = J
-        self.dissipation[s, b] = self.dissipation[s, b] + viscous * dJ * self.volume[b]
+        # Work over the way since the last increment, trapezoidal.
+        work = 0.5 * (self.viscous[s, b] + viscous) * dJ * self.volume[b]
+        self.dissipation[s, b] = self.dissipation[s, b] + work
+        self.J[s, b], self.viscous[s, b] = J, viscous
         for lane in ti.static(range(backend.lanes())):
             a = self.cells_of_node.node[b, lane]
             if a >= 0:

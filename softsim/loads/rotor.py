@@ -26,7 +26,7 @@ class Rotor:
 
     @ti.func
     def pull(self, s, i, t, dt):
-        """Apply the force of time t."""
+        """Apply the force of time t; before zero the motor stands still."""
         spin_up = self.spin_up[s]
         share = ti.cast(1.0, backend.real)
         turned = t - 0.5 * spin_up
@@ -34,6 +34,8 @@ class Rotor:
             u = t / spin_up
             share = u * u * (3.0 - 2.0 * u)
             turned = spin_up * u * u * u * (1.0 - 0.5 * u)
+        if t < 0.0:
+            share = 0.0
         angle = self.phase[s] + self.speed[s] * turned
         force = ti.cos(angle) * self.cosine[s] + ti.sin(angle) * self.sine[s]
         self.rigid_bodies.apply(s, self.body, share * share * force)

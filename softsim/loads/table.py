@@ -9,7 +9,9 @@ from softsim.loads.profile import Profile
 
 @ti.data_oriented
 class ProfileTable:
-    """One profile a scenario; linear between points, constant after the last."""
+    """One profile a scenario; linear between points, constant after the last, zero before t = 0,
+    when bodies settle without loads.
+    """
 
     def __init__(self, profiles: list[Profile]) -> None:
         longest = max(len(p.times) for p in profiles)
@@ -32,6 +34,8 @@ class ProfileTable:
         if t < self.time[s, high] and high > low:
             share = ti.max(0.0, (t - self.time[s, low]) / (self.time[s, high] - self.time[s, low]))
             value = self.value[s, low] + share * (self.value[s, high] - self.value[s, low])
+        if t < 0.0:
+            value = 0.0
         return value
 
 

@@ -209,7 +209,7 @@ class RigidBodies:
         self.torque[s, r] = torque * self.free_rotation[r]
         v, omega = self.velocity[s, r], self.angular_velocity[s, r]
         self.shift(s, r, t, dt)
-        if ti.static(self.nodes.local_damping > 0.0):
+        if ti.static(self.nodes.relaxes):
             self.damp(s, r, dt, v, omega)
 
     @ti.func
@@ -228,7 +228,7 @@ class RigidBodies:
         """Local damping of force and torque, as of the nodes (Nodes.shift_damped); v, omega: the
         velocities before the kick, against which it acts.
         """
-        share = self.nodes.local_damping
+        share = self.nodes.local_damping[s]
         f_d = share * ti.abs(self.force[s, r]) * ti.math.sign(v)
         T_d = share * ti.abs(self.torque[s, r]) * ti.math.sign(omega)
         after = self.velocity[s, r] - dt / self.mass[r] * f_d

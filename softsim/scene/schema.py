@@ -22,7 +22,6 @@ from softsim.scene.quantities import (
     PositiveTime,
     Text,
     WholeNumber,
-    written,
 )
 from softsim.scene.surroundings import Contact, Environment
 
@@ -40,10 +39,12 @@ class Time(Part):
         "follow their profiles up to `end`, then the run goes on until forces balance; inertia and "
         "rates mean nothing, materials have their long-term stiffness."
     )  # fmt: skip
-    settle: PositiveTime = Field(
-        default=written("10 s"),
-        description="Longest simulated time that a static run may take after `end`.",
-    )
+    settle: PositiveTime | None = Field(
+        default=None, description="Longest simulated time of relaxation to equilibrium. Of a "
+        "dynamic run: before t = 0 all comes to rest under weight, contact and friction, with "
+        "motors and pressures off; without it bodies start as they are meshed. Of a static run: "
+        "after `end`; 10 s without it."
+    )  # fmt: skip
     increment: AutoOrPositiveTime = Field(
         default="auto", description="Time step; auto: the stable one times solver.safety_factor."
     )

@@ -14,6 +14,7 @@ from softsim.scene.quantities import (
     Length,
     Name,
     NotNegativeAcceleration,
+    NotNegativeTime,
     Number,
     Point,
     PositiveLength,
@@ -93,6 +94,11 @@ class Contact(Part):
     """Penalty contact with Coulomb friction between surfaces and walls, and among surfaces."""
 
     friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
+    friction_memory: NotNegativeTime = Field(
+        default=written("0 s"), description="Time over which the limit of friction on walls and "
+        "outlines follows the normal force; 0 s: at once. Two periods of a body's slowest swing "
+        "keep one without damping from exciting itself as it slides."
+    )  # fmt: skip
     penalty_stiffness: AutoOrPositiveStiffness = Field(
         default="auto", description="Of a node; auto: bulk modulus times thickness."
     )
@@ -102,6 +108,10 @@ class Contact(Part):
     damping_ratio: Number = Field(
         default=0.03, ge=0.0, le=1.0, description="Of the normal contact, of critical damping."
     )
+    tangential_damping_fraction: Number = Field(
+        default=1.0, ge=0.0, le=1.0, description="Of the dashpot along the surface, over that of "
+        "the normal contact; it resists elastic slip only. ABAQUS/Explicit's tangent fraction."
+    )  # fmt: skip
     self_contact: tuple[Text, ...] = Field(
         default=(),
         description="Bodies, or facet sets body.set, whose surfaces may touch themselves and each "

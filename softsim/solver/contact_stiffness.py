@@ -1,7 +1,7 @@
 """What contact adds to the stiffness at most: as if every node that may touch did.
 
 A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
-dashpot c_n, whose velocity lags half a step behind, acts on the stable step as a spring 2 c_n / dt
+dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring 2 c / dt
 (solver/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
 most the sum of the squares of what each would have against something fixed. Surfaces against each
 other: self_stiffness.py.
@@ -14,7 +14,11 @@ import numpy as np
 from softsim.contact.wall import Wall
 from softsim.model import ContactData, Model, OutlineData
 from softsim.solver.rigid_inertia import TIED_SHARE, least_inertia
-from softsim.solver.self_stiffness import self_stiffness, surface_stiffness
+from softsim.solver.self_stiffness import (
+    self_stiffness,
+    stiffness_with_dashpots,
+    surface_stiffness,
+)
 
 # Within the increments between two inspections nothing moves by more of the model's size.
 REACH = 0.1
@@ -124,6 +128,5 @@ def wall_stiffness(contact: ContactData, walls: Sequence[Wall], dt: float) -> np
     eigenvalue of a sum is at most the sum of the largest ones.
     """
     surfaces, alike = np.sum([wall.touched_at_once() for wall in walls], axis=0)
-    k_n = contact.penalty_stiffness + 2.0 * contact.damping / dt
-    k_t = contact.tangential_stiffness
+    k_n, k_t = stiffness_with_dashpots(contact, dt)
     return surfaces * k_t + alike * np.maximum(k_n - k_t, 0.0)

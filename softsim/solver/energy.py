@@ -122,7 +122,7 @@ class Meter:
             work += self.terms.rigid_bodies.work_done(s, dt)
             for load in ti.static(self.terms.working_loads):
                 work += load.work_done(s, dt)
-            if ti.static(self.terms.nodes.local_damping > 0.0):
+            if ti.static(self.terms.nodes.relaxes):
                 viscous += self.terms.nodes.damped_energy(s)
                 viscous += self.terms.rigid_bodies.damped_energy(s)
             readings[s, 0] = internal

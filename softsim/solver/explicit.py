@@ -59,6 +59,51 @@ class ExplicitSolver:
         self._stand(self.steps, kicks=0.5 * self.steps)
         for load in self.terms.working_loads:
             fields.write(load.work, 0.0)  # no work is done before the first increment
+        fields.write(self.terms.rigid_bodies.applied_work, 0.0)
+
+    # --- before the clock starts -----------------------------------------------------------------
+
+    @property
+    def _velocities(self) -> list[ti.Field]:
+        """Fields of all that moves by inertia."""
+        bodies = self.terms.rigid_bodies
+        of_bodies = [bodies.velocity, bodies.angular_momentum, bodies.angular_velocity]
+        return [self.terms.nodes.velocity, *(of_bodies if bodies.count else [])]
+
+    def velocities(self) -> list[np.ndarray]:
+        """What moves now in all scenarios, as `start_clock` takes it."""
+        return [fields.read(field) for field in self._velocities]
+
+    def halt(self, s: int) -> None:
+        """Take all motion from scenario s."""
+        for field in self._velocities:
+            fields.write_row(field, s, 0.0)
+
+    def damp(self, s: int, share: float) -> None:
+        """Let this share of every unbalanced force in scenario s resist the motion from now on."""
+        fields.write_row(self.terms.nodes.local_damping, s, share)
+
+    def relax_branches(self, s: int) -> None:
+        """From now on Maxwell branches of scenario s relax at once, until its step is set."""
+        for body in self.terms.bodies:
+            body.set_increment(s, np.inf)
+
+    def start_clock(self, velocities: list[np.ndarray]) -> None:
+        """What has relaxed stands at t = 0 and moves with these velocities; books are empty."""
+        for field, values in zip(self._velocities, velocities, strict=True):
+            fields.write(field, values)
+        self.times[:], self.done[:] = 0.0, 0
+        bodies = self.terms.rigid_bodies
+        for work in (self.terms.nodes.damping_work, bodies.damping_work):
+            fields.write(work, 0.0)
+        for s in range(self.scenarios):
+            self.damp(s, 0.0)
+            for term in self.terms.dissipators:
+                term.forget_dissipation(s)
+            for gauge in self.terms.gauges:
+                gauge.clear_impulses(s)
+
+    # --- increments ------------------------------------------------------------------------------
 
     def find_forces(self, increment: float) -> None:
         """Forces at the present places and velocities, as at the end of a step of `increment` [s];
@@ -81,10 +126,8 @@ class ExplicitSolver:
         each: np.ndarray = np.broadcast_to(counts, self.scenarios)
         self.work.do(
             [
-                Span(int(done), int(count), time, dt, drift=dt, kick=dt)
-                for done, count, time, dt in zip(
-                    self.done, each, self.times, self.steps, strict=True
-                )
+                Span(int(count), time, dt, drift=dt, kick=dt)
+                for count, time, dt in zip(each, self.times, self.steps, strict=True)
             ]
         )
         self.done += each
@@ -94,7 +137,7 @@ class ExplicitSolver:
         """An increment of each scenario that ends now and in which nothing drifts."""
         self.work.do(
             [
-                Span(0, 1, time - dt, dt, drift=0.0, kick=kick)
+                Span(1, time - dt, dt, drift=0.0, kick=kick)
                 for time, dt, kick in zip(self.times, steps, kicks, strict=True)
             ]
         )

@@ -56,10 +56,11 @@ def footprint(model: Model) -> Footprint:
         # Corner nodes, slots in the nodes' order, cells in the nodes' order; identity, volume and
         # determinant at rest.
         shared += len(body.cells) * (3 * INTEGER * corners + REAL * (components + 2))
-        # Corner forces; edges, present volume, pressure; branches, what they dissipated.
-        branches = len(body.material.branches) * components
+        # Corner forces; edges, present volume, pressure; branches, their last C_bar and work.
+        count = len(body.material.branches)
+        branches = (count + 1) * components + 1 if count else 0
         tensors = EDGE_COMPONENTS[type(body.geometry)] + branches
-        each += len(body.cells) * REAL * (corners * d + tensors + 3)
+        each += len(body.cells) * REAL * (corners * d + tensors + 2)
         if isinstance(body.geometry, RingSection):
             rings = body.cells[body.geometry.is_ring]
             diameters = len(np.unique(rings)) // 2
@@ -69,16 +70,17 @@ def footprint(model: Model) -> Footprint:
             shared += rings.size * INTEGER + diameters * 5 * INTEGER
             # Tension of a cell; length and direction of a diameter, forces on its ends.
             each += len(body.cells) * REAL + diameters * REAL * (3 + 2 * d)
-        # Nodal volume and its inverse, viscosity, place in the list; J, pressure, dissipation.
+        # Nodal volume and its inverse, viscosity, place in the list; J, pressure, its viscous part,
+        # dissipation.
         shared += len(body.points) * (3 * REAL + INTEGER)
-        each += len(body.points) * 3 * REAL
+        each += len(body.points) * 4 * REAL
     for contact, surfaces in _contacts(model):
-        # Node, slot; three constants.
-        shared += len(contact.nodes) * (2 * INTEGER + 3 * REAL)
-        # A surface: anchor, dashpot, whether it touches. Force, impulse and slot; normal force and
-        # impulse, two dissipations.
-        at_surface = REAL * (d + 1) + INTEGER
-        each += len(contact.nodes) * (surfaces * at_surface + REAL * (3 * d + 4))
+        # Node, slot; four constants.
+        shared += len(contact.nodes) * (2 * INTEGER + 4 * REAL)
+        # A surface: anchor, friction; dashpot, limit, age, when it was left, whether it touches.
+        # Force, impulse and slot; normal force and two impulses, two dissipations, time, returns.
+        at_surface = REAL * (2 * d + 4) + INTEGER
+        each += len(contact.nodes) * (surfaces * at_surface + REAL * (3 * d + 6) + INTEGER)
     shared += REAL * sum(wall.stored_numbers for wall in model.walls)
     if model.self_contact is not None:
         own, lists = _self_contact_bytes(model.self_contact, d)
@@ -94,11 +96,11 @@ def _self_contact_bytes(data: SelfContactData, d: int) -> tuple[int, int]:
     """What self-contact takes, shared by all scenarios and of each of them."""
     nodes, facets = len(data.contact.nodes), len(data.facets)
     room = margin_and_room(data.facet_size)[2]
-    # Number, size, part and three constants; slot. Corners, the facets around them; size, part.
-    shared = nodes * (4 * INTEGER + 4 * REAL) + facets * ((3 * d + 1) * INTEGER + REAL)
-    # List, its length, facet touched, whether loaded; place, stretch, force, slot, forces on
-    # corners; gap, dashpot, normal force, two dissipations.
-    at_node = INTEGER * (room * MOST_FACETS[d] + 3) + REAL * (4 * d + d * d + 5)
+    # Number, size, part and four constants; slot. Corners, the facets around them; size, part.
+    shared = nodes * (4 * INTEGER + 5 * REAL) + facets * ((3 * d + 1) * INTEGER + REAL)
+    # List, its length, facet touched, whether loaded; place, stretch, friction, force, slot, forces
+    # on corners; gap, dashpot, normal force, two dissipations.
+    at_node = INTEGER * (room * MOST_FACETS[d] + 3) + REAL * (5 * d + d * d + 5)
     # List, its length, cells; place, radius.
     at_facet = INTEGER * (room * MOST_NODES[d] + 5) + REAL * (d + 1)
     return shared, nodes * at_node + facets * at_facet

@@ -119,6 +119,19 @@ def refuse_no_equilibrium(share: float, relaxation: Relaxation) -> NoReturn:
     )
 
 
+def refuse_unsettled(share: float, settling: Relaxation) -> NoReturn:
+    """Stop a body that did not come to rest before t = 0.
+
+    share: the unbalanced force over the inner forces. Raises StabilityError.
+    """
+    raise StabilityError(
+        f"nothing came to rest within the {settling.longest:g} s of time.settle: the unbalanced "
+        f"force is {share:.3g} of the inner forces, wanted {settling.tolerance:g}",
+        "the body may slide, roll or fall without end under its weight; start it nearer to what it "
+        "lies on, give time.settle more time, or leave it out",
+    )
+
+
 def refuse_energy_error(model: Model, error: float, time: float, largest: str) -> NoReturn:
     """Stop: the energy balance is off by more than the scene's limit.
 

@@ -20,12 +20,8 @@ from softsim.fields import index_field, real_field, write
 from softsim.solver.crew import Crew
 from softsim.solver.terms import Pass, Stage, Terms
 
-# Dissipation of the Maxwell branches is booked once in so many increments: it changes over
-# milliseconds, an increment takes microseconds.
-SAMPLE_EVERY = 8
-# Increments in one call on a GPU, which books the sampled passes after it if they were due within,
-# up to three increments late: a call costs as much as a few launches, and each of these is traced
-# and compiled.
+# Increments in one call on a GPU: a call costs as much as a few launches, and each of these is
+# traced and compiled.
 LAUNCHED_TOGETHER = 4
 # Taichi hands neighbouring indices of a parallel loop to a thread in shares of at least so many.
 SHARE = 512
@@ -39,27 +35,20 @@ MOST_LOOKS = 500_000_000
 
 @dataclass(frozen=True)
 class Span:
-    """`count` increments of dt [s] of a scenario after its first `done`, from its time `start` [s]
-    on; 0: it rests.
+    """`count` increments of dt [s] of a scenario from its time `start` [s] on; 0: it rests.
 
     drift, kick: how far places and velocities are moved in each [s]. Without drift the forces are
     those at the places where everything is.
     """
 
-    done: int
     count: int
     start: float
     dt: float
     drift: float
     kick: float
 
-    def samples(self, first: int, end: int) -> bool:
-        """Whether the sampled passes are due between increments `first` and `end` of it."""
-        begin, end = (self.done + min(k, self.count) for k in (first, end))
-        return begin // SAMPLE_EVERY < end // SAMPLE_EVERY
 
-
-DONE, COUNT, START, DT, DRIFT, KICK = range(6)
+COUNT, START, DT, DRIFT, KICK = range(5)
 """Columns of Increments.spans, which launches read: what a Span says, a row a scenario."""
 
 
@@ -72,7 +61,6 @@ class Increments:
         self.drift_stages = terms.drift_stages()
         self.force_stages = terms.force_stages()
         self.kick_stages = terms.kick_stages()
-        self.sampled_stages = terms.sampled_stages()
         if backend.device().name == "cpu":
             refuse_uncountable(self.passes)
         self.crew = Crew(backend.device().threads)
@@ -84,11 +72,6 @@ class Increments:
         """The passes of an increment, in order."""
         stages = self.drift_stages + self.force_stages + self.kick_stages
         return [p for stage in stages for p in stage]
-
-    @property
-    def sampled_passes(self) -> list[Pass]:
-        """The passes done once in SAMPLE_EVERY increments."""
-        return [p for stage in self.sampled_stages for p in stage]
 
     def do(self, spans: Sequence[Span]) -> None:
         """Do them, a span a scenario, in the way that suits the device."""
@@ -109,15 +92,11 @@ class Increments:
         """By the thread that calls: it has in its cache what it looks at between two calls. The
         number of workers is an argument so that the compiler treats both kernels alike.
         """
-        self._alone(
-            s, span.done, span.count, span.start, span.dt, span.drift, span.kick, 1
-        )  # fmt: skip
+        self._alone(s, span.count, span.start, span.dt, span.drift, span.kick, 1)
 
     def together(self, s: int, span: Span, workers: int) -> None:
         """By so many of Taichi's threads side by side."""
-        lost = self._together(
-            s, span.done, span.count, span.start, span.dt, span.drift, span.kick, workers, 0
-        )
+        lost = self._together(s, span.count, span.start, span.dt, span.drift, span.kick, workers, 0)
         if lost:
             raise DeviceError(
                 f"{workers} threads were started, and not all of them run",
@@ -131,21 +110,19 @@ class Increments:
         write(self.spans, np.array([astuple(span) for span in spans]))
         for k in range(0, max(span.count for span in spans), LAUNCHED_TOGETHER):
             self._launch(k)
-            if any(span.samples(k, k + LAUNCHED_TOGETHER) for span in spans):
-                self._launch_sampled(k)
 
     @ti.kernel
     def _alone(
-        self, s: ti.i32, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
+        self, s: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
         kick: ti.f64, workers: ti.i32,
     ):  # fmt: skip
         ti.loop_config(serialize=True)
         for worker in range(workers):
-            self._work_through(s, done, count, start, dt, drift, kick, worker, workers, 0)
+            self._work_through(s, count, start, dt, drift, kick, worker, workers, 0)
 
     @ti.kernel
     def _together(
-        self, s: ti.i32, done: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
+        self, s: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
         kick: ti.f64, workers: ti.i32, zero: ti.i32,
     ) -> ti.i32:  # fmt: skip
         self.arrived[0] = 0
@@ -155,11 +132,11 @@ class Increments:
         for share in range(self.crew.size * SHARE):
             worker = share // SHARE
             if share % SHARE == 0 and worker < workers:
-                self._work_through(s, done, count, start, dt, drift, kick, worker, workers, zero)
+                self._work_through(s, count, start, dt, drift, kick, worker, workers, zero)
         return self.lost[0]
 
     @ti.func
-    def _work_through(self, only, done, count, start, dt, drift, kick, worker, workers, zero):
+    def _work_through(self, only, count, start, dt, drift, kick, worker, workers, zero):
         """One worker's part of all the increments of scenario `only`. Which that is, is asked in a
         loop, so that the compiler knows it where there is but one.
         """
@@ -179,10 +156,6 @@ class Increments:
                 for stage in ti.static(self.kick_stages):
                     self._work(stage, s, worker, workers, t, kick)
                     met = self._meet(met, workers, zero)
-                if (done + k + 1) % SAMPLE_EVERY == 0:
-                    for stage in ti.static(self.sampled_stages):
-                        self._work(stage, s, worker, workers, t, SAMPLE_EVERY * dt)
-                        met = self._meet(met, workers, zero)
 
     @ti.func
     def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
@@ -225,16 +198,6 @@ class Increments:
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
                     if first + n < self.spans[s, COUNT]:
                         work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, KICK])
-
-    @ti.kernel
-    def _launch_sampled(self, first: ti.i32):
-        for stage in ti.static(self.sampled_stages):
-            for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                done = ti.cast(self.spans[s, DONE], ti.i32)
-                count = ti.cast(self.spans[s, COUNT], ti.i32)
-                begin, end = ti.min(first, count), ti.min(first + LAUNCHED_TOGETHER, count)
-                if (done + begin) // SAMPLE_EVERY < (done + end) // SAMPLE_EVERY:
-                    work_at(stage, s, i, self._time(s, end), SAMPLE_EVERY * self.spans[s, DT])
 
     @ti.func
     def _time(self, s, k):

@@ -14,7 +14,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.increments import LARGEST_INDEX, SAMPLE_EVERY
+from softsim.solver.increments import LARGEST_INDEX
 from softsim.solver.rate import increment_time
 
 # A pass is repeated for so long [s], the best of so many times: ten passes take a second.
@@ -68,13 +68,11 @@ def measured_profile(solver: ExplicitSolver) -> Profile:
     """Time of an increment and of every pass; the solver goes on as if nothing had been."""
     memory, then, increments = solver.memory(), solver.time, solver.increments
     increment = increment_time(solver, INCREMENTS_TIME)
-    work = solver.work
-    loops = [(p, f, 1.0) for p in work.passes for f in p.functions]
-    loops += [(p, f, 1.0 / SAMPLE_EVERY) for p in work.sampled_passes for f in p.functions]
-    repeat = _repetition(solver, [(p.count, f) for p, f, _ in loops])
+    loops = [(p, f) for p in solver.work.passes for f in p.functions]
+    repeat = _repetition(solver, [(p.count, f) for p, f in loops])
     passes = [
-        PassCost(p.phase, _name(f), p.count, share * _seconds_each(partial(repeat, number)))
-        for number, (p, f, share) in enumerate(loops)
+        PassCost(p.phase, _name(f), p.count, _seconds_each(partial(repeat, number)))
+        for number, (p, f) in enumerate(loops)
     ]
     solver.restore(memory, then, increments, solver.increment)
     return Profile(passes, increment)

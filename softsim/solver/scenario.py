@@ -5,6 +5,7 @@ import taichi as ti
 
 from softsim import fields
 from softsim.model import Model
+from softsim.solver.chatter import Chatter, chatter
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.terms import Terms
 
@@ -55,6 +56,15 @@ class Scenario:
     def overfull(self) -> bool:
         """Whether a list of what may touch had no room, so that contact was missed."""
         return any(self.read(c.lists.overfull).any() for c in self.terms.self_contacts)
+
+    def chatter(self) -> Chatter:
+        """Of the nodes on walls since t = 0."""
+        count = len(self.model.contact.nodes)
+        returns, contact_time = np.zeros((2, count))
+        for walls in self.terms.wall_contacts:
+            returns += self.read(walls.returns)
+            contact_time += self.read(walls.contact_time)
+        return chatter(self.model, returns, contact_time)
 
     def memory(self) -> dict[str, np.ndarray]:
         """Everything that must be kept to continue to the same bits, as the solver of a run of this

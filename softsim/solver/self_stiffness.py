@@ -22,5 +22,12 @@ def self_stiffness(data: SelfContactData, x: np.ndarray, dt: float) -> np.ndarra
 
 def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
     """Largest stiffness (k,) [N/m] of each node against one surface."""
-    normal = contact.penalty_stiffness + 2.0 * contact.damping / dt
-    return np.maximum(normal, contact.tangential_stiffness)
+    return np.maximum(*stiffness_with_dashpots(contact, dt))
+
+
+def stiffness_with_dashpots(contact: ContactData, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m] of each node, see solver/time_step.py."""
+    return (
+        contact.penalty_stiffness + 2.0 * contact.damping / dt,
+        contact.tangential_stiffness + 2.0 * contact.tangential_damping / dt,
+    )

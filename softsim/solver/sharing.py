@@ -35,7 +35,7 @@ WHOLLY = (
 PARTLY: dict[type, set[str]] = {
     Model: {
         "velocity", "gravity", "end_time", "increment", "safety_factor", "energy_error_limit",
-        "rows", "probes", "passage", "cycles",
+        "rows", "probes", "passage", "cycles", "friction_memory",
     },
     Body: {"node_sets", "facet_sets", "remarks"},
     ContactData: {"friction_coefficient", "effective_mass"},

@@ -42,6 +42,7 @@ from softsim.model import LOCAL_DAMPING, BallShape, ContactData, CylinderShape, 
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import Ball, Cylinder
+from softsim.solver.chatter import return_time
 
 ELEMENTS = {
     geometry.PlaneStrain: PlaneStrain,
@@ -91,7 +92,8 @@ class Terms:
             model.mass,
             model.is_free,
             np.stack([m.gravity for m in models]),
-            0.0 if model.relaxation is None else LOCAL_DAMPING,
+            np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
+            model.relaxation is not None or model.settling is not None,
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.bodies = [
@@ -143,6 +145,8 @@ class Terms:
             )
             for k, motion in enumerate(model.prescribed)
         ]  # fmt: skip
+        self.friction_memory = np.array([m.friction_memory for m in models])
+        self.return_times = np.array([return_time(m) for m in models])
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
         self.self_contacts = self._self_contacts(models)
@@ -152,7 +156,8 @@ class Terms:
     def _contact(self, data: ContactData, obstacle: Any, friction: list[float]) -> SurfaceContact:
         return SurfaceContact(
             self.nodes, data.nodes, obstacle, data.penalty_stiffness, data.tangential_stiffness,
-            data.damping, np.array(friction),
+            data.damping, data.tangential_damping, np.array(friction),
+            self.friction_memory, self.return_times,
         )  # fmt: skip
 
     def _pressure(self, models: list[Model], k: int) -> FollowerPressure:
@@ -205,7 +210,7 @@ class Terms:
             SelfContact(
                 surface, NeighbourLists(surface, *margin_and_room(data.facet_size)), contact.nodes,
                 contact.penalty_stiffness, contact.tangential_stiffness, contact.damping,
-                np.array(friction),
+                contact.tangential_damping, np.array(friction),
             )
         ]  # fmt: skip
 
@@ -218,6 +223,11 @@ class Terms:
     def working_loads(self) -> list[FollowerPressure | NodalForce | PrescribedMotion]:
         """Loads on nodes, which book their own work."""
         return [*self.pressures, *self.nodal_forces, *self.prescribed]
+
+    @property
+    def dissipators(self) -> list[Any]:
+        """What books the energy that it dissipates."""
+        return [*self.bodies, *self.contacts, *self.self_contacts]
 
     @property
     def gauges(self) -> list[SurfaceContact | Tendon]:
@@ -287,16 +297,6 @@ class Terms:
             [
                 Pass("integration", self.nodes.count, (self.nodes.shift,)),
                 Pass("integration", self.rigid_bodies.count, (self.rigid_bodies.shift,)),
-            ]
-        )
-
-    def sampled_stages(self) -> list[Stage]:
-        """What changes slowly and is booked once in a few increments."""
-        return filled(
-            [
-                Pass("energy", body.blocks, (body.dissipate,))
-                for body in self.bodies
-                if body.branch_count
             ]
         )
 

@@ -101,7 +101,7 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     x = serial.positions()
     launched = start(model)
     dt = launched.increment
-    launched.work.by_launches([Span(0, 163, launched.time, dt, drift=dt, kick=dt)])
+    launched.work.by_launches([Span(163, launched.time, dt, drift=dt, kick=dt)])
     size = np.ptp(model.points, axis=0).max()
     np.testing.assert_allclose(x, launched.positions(), rtol=0.0, atol=1e-12 * size)
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
@@ -118,7 +118,7 @@ def test_scenarios_rest_when_they_have_done_their_own(build, cpu):
         solver.begin(steps)
     together.advance(counts)
     spans = [
-        Span(0, int(count), 0.0, dt, drift=dt, kick=dt)
+        Span(int(count), 0.0, dt, drift=dt, kick=dt)
         for count, dt in zip(counts, steps, strict=True)
     ]
     launched.work.by_launches(spans)
@@ -149,7 +149,7 @@ def test_workers_give_the_bits_of_one(build, kernel_cache, text):
     for workers in (0, 1, 2):
         solver = ExplicitSolver([model])
         solver.begin(dt)
-        span = Span(0, 16, solver.time, dt, drift=dt, kick=dt)
+        span = Span(16, solver.time, dt, drift=dt, kick=dt)
         if workers:
             solver.work.together(0, span, workers)
         else:

@@ -1,0 +1,79 @@
+"""Chatter: nodes that lose a wall and are back at once, many times while the body swings once.
+
+It is the mesh that does so, not the body: each node bounces on its own penalty spring or with the
+fastest waves of its elements. Friction then acts in shares of the time, and how far a body slides
+depends on the mesh. A node that comes back within RETURN_SHARE of the body's oscillation has
+chattered; the measure is how often a node did so per oscillation that it spent in contact.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.model import Model
+
+RETURN_SHARE = 0.1
+# More returns in an oscillation than this are no bouncing of the body as a whole.
+MOST_RETURNS = 1.0
+# A node with less contact in the whole run, in oscillations, is not named.
+LEAST_CONTACT = 1.0
+
+
+@dataclass(frozen=True)
+class Chatter:
+    """returns: per oscillation of contact [-], of all nodes. worst, worst_returns: the node that
+    chatters most, and how often; None where there was hardly any contact.
+    """
+
+    returns: float
+    worst: int | None
+    worst_returns: float
+
+
+def oscillation_period(model: Model) -> float:
+    """Period [s] of the slow motion: of the first motor, else of the first shear mode of the
+    thinnest body that lies on its side, 4 h / sqrt(mu0 / rho).
+    """
+    for load in model.rotors:
+        return 1.0 / load.rotor.frequency
+    return min(
+        4.0 * float(np.ptp(b.points, axis=0).min())
+        * np.sqrt(b.material.density / b.material.law.initial_shear_modulus)
+        for b in model.bodies
+    )  # fmt: skip
+
+
+def return_time(model: Model) -> float:
+    """A node that comes back within this time [s] has chattered."""
+    return RETURN_SHARE * oscillation_period(model)
+
+
+def chatter(model: Model, returns: np.ndarray, contact_time: np.ndarray) -> Chatter:
+    """Of the nodes that may touch walls (k,): how often each chattered, its time in contact [s]."""
+    oscillations = contact_time / oscillation_period(model)
+    long = np.flatnonzero(oscillations > LEAST_CONTACT)
+    if len(long) == 0:
+        return Chatter(0.0, None, 0.0)
+    each = returns[long] / oscillations[long]
+    worst = int(np.argmax(each))
+    mean = float(returns.sum() / oscillations.sum())
+    return Chatter(mean, int(model.contact.nodes[long[worst]]), float(each[worst]))
+
+
+def chatter_warnings(model: Model, found: Chatter) -> dict[str, str]:
+    """What is doubtful about contact with walls since t = 0, with place and remedy."""
+    if found.worst is None or found.returns <= MOST_RETURNS:
+        return {}
+    place = ", ".join(f"{c * 1e3:.2f}" for c in model.points[found.worst])
+    body = next(
+        (f"'{b.name}'" for b in model.bodies if found.worst in range(len(model.points))[b.nodes]),
+        "an outline",
+    )
+    return {
+        "chatter": f"contact chatters: nodes lose the wall and are back at once "
+        f"{found.returns:.3g} times in an oscillation of {oscillation_period(model) * 1e3:.3g} ms, "
+        f"most often ({found.worst_returns:.3g} times) the one of {body} at rest at ({place}) mm. "
+        "Friction and sliding then depend on the mesh: give the material its spectrum at kHz "
+        "(materials.NAME.spectrum), raise contact.damping_ratio, or let the body settle first "
+        "(time.settle)"
+    }

@@ -1,0 +1,64 @@
+"""Bodies come to rest before t = 0: dynamic relaxation by local damping (Nodes.shift_damped).
+
+Weight, contact and friction act. Loads are off, as at all times before zero, and Maxwell branches
+have relaxed, as those of a body that has lain there for long.
+"""
+
+import numpy as np
+
+from softsim.model import LOCAL_DAMPING
+from softsim.solver.energy import Meter
+from softsim.solver.equilibrium import unbalanced_share
+from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.guards import refuse_broken_elements, refuse_unsettled
+from softsim.solver.scenario import Scenario
+
+# Increments between two looks at the forces.
+LOOK_EVERY = 512
+
+
+def settle(solver: ExplicitSolver, meter: Meter, steps: np.ndarray) -> dict[int, float]:
+    """Let the scenarios whose models ask for it come to rest, before the solver begins.
+
+    steps: stable without local damping, (scenarios,) [s]. Returns the time [s] that relaxation
+    took, by scenario. Raises StabilityError where one is not in equilibrium within its limit.
+    """
+    limits = {s: m.settling.longest for s, m in enumerate(solver.models) if m.settling is not None}
+    if not limits:
+        return {}
+    kept = solver.velocities()
+    for s, longest in limits.items():
+        solver.times[s] = -longest
+        solver.halt(s)
+    solver.begin(steps / np.sqrt(1.0 + LOCAL_DAMPING))  # see solver/time_step.py
+    for s in limits:
+        solver.relax_branches(s)
+        solver.damp(s, LOCAL_DAMPING)
+    took: dict[int, float] = {}
+    while len(took) < len(limits):
+        moving = [s for s in limits if s not in took]
+        solver.advance(np.bincount(moving, minlength=solver.scenarios) * LOOK_EVERY)
+        meter.look()
+        for s in moving:
+            if is_settled(Scenario(solver, s), meter):
+                took[s] = solver.times[s] + limits[s]
+    solver.start_clock(kept)
+    return took
+
+
+def is_settled(scenario: Scenario, meter: Meter) -> bool:
+    """Whether forces balance and nothing moves; the meter has just looked.
+
+    Raises StabilityError where an element is broken, or where they do not when time is up.
+    """
+    model, settling = scenario.model, scenario.model.settling
+    assert settling is not None
+    refuse_broken_elements(model, scenario.positions(), scenario.time)
+    energies = meter.of(scenario.number)[0]
+    share = unbalanced_share(scenario)
+    moves = energies.kinetic > settling.tolerance**2 * energies.turnover
+    if share <= settling.tolerance and not moves:
+        return True
+    if scenario.time >= 0.0:
+        refuse_unsettled(share, settling)
+    return False
