@@ -161,10 +161,12 @@ class RigidLoad:
 
 @dataclass(frozen=True)
 class AxialReliefData:
-    """Takes `weight` (d,) [N], as far as it lies along x of rigid body number `body`, off it."""
+    """Takes the weight of `mass` [kg], as far as it lies along x of rigid body number `body`, off
+    it.
+    """
 
     body: int
-    weight: np.ndarray
+    mass: float
 
 
 @dataclass(frozen=True)
@@ -243,10 +245,11 @@ class Model:
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
-    contact is counted. end_time [s]: the latest; cycles: of the first chamber's pressure, with
-    which the run ends, or None. increment: the user's time step [s], or None for the stable one.
-    self_contact: None where surfaces do not touch each other. relaxation: of a static procedure, or
-    None where inertia is real. passage: what a layout asks, or None.
+    contact is counted. gravity (d,) [m/s^2]: times gravity_profile where there is one.
+    end_time [s]: the latest; cycles: of the first chamber's pressure, with which the run ends, or
+    None. increment: the user's time step [s], or None for the stable one. self_contact: None where
+    surfaces do not touch each other. relaxation: of a static procedure, or None where inertia is
+    real. passage: what a layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -268,6 +271,7 @@ class Model:
     prescribed: tuple[PrescribedData, ...]
     probes: tuple[Probe, ...]
     gravity: np.ndarray
+    gravity_profile: Profile | None
     rows: dict[str, np.ndarray]
     end_time: float
     cycles: int | None

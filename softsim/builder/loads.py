@@ -182,13 +182,15 @@ def rigid_loads(names: Names) -> tuple[RigidLoad, ...]:
     return tuple(result)
 
 
-def axial_reliefs(names: Names, weight: np.ndarray) -> tuple[AxialReliefData, ...]:
-    """What takes a share of the `weight` (d,) [N] of all bodies off a rigid body along its axis."""
+def axial_reliefs(names: Names, mass: float) -> tuple[AxialReliefData, ...]:
+    """What takes a share of the weight of all bodies, of `mass` [kg], off a rigid body along its
+    axis.
+    """
     result = []
     for name, load in names.scene.loads.items():
         if isinstance(load, scene_loads.AxialRelief):
             body = names.rigid_number(load.acts_on, ("loads", name, "acts_on"))
-            result.append(AxialReliefData(body, load.share * weight))
+            result.append(AxialReliefData(body, load.share * mass))
     return tuple(result)
 
 

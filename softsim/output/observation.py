@@ -77,7 +77,7 @@ def probe_values(scenario: Scenario, probe: Probe, x: np.ndarray) -> np.ndarray:
         return (x - scenario.model.points)[probe.members].mean(axis=0)
     # What holds the nodes is the opposite of what the rest does to them, their weight included.
     model = scenario.model
-    weight = model.mass[probe.members].sum() * model.gravity
+    weight = model.mass[probe.members].sum() * scenario.read(scenario.terms.nodes.gravity)
     return -scenario.read(scenario.terms.nodes.force)[probe.members].sum(axis=0) - weight
 
 

@@ -64,6 +64,26 @@ class Quantity:
         return PydanticCustomError("quantity", "{problem}", {"problem": problem, "hint": hint})
 
 
+@dataclass(frozen=True)
+class QuantityOrVector(Quantity):
+    """As `Quantity`, or a list of two or three components of any sign."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        one = super().__get_pydantic_json_schema__(schema, handler)
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 3}]}
+
+    def read(self, value: Any) -> Any:
+        """`value` in SI units, a float or a tuple; PydanticCustomError where it is neither."""
+        if not isinstance(value, list | tuple):
+            return super().read(value)
+        if not 2 <= len(value) <= 3:
+            raise self._refusal(f"must have 2 or 3 components, not {len(value)}")
+        component = Quantity(self.unit)
+        return tuple(component.read(entry) for entry in value)
+
+
 def written(*texts: str) -> Any:
     """A default as a user would write it; the schema validates it like a given value."""
     return texts[0] if len(texts) == 1 else texts
@@ -83,7 +103,9 @@ Angle = Annotated[float, Quantity("rad")]
 AngularVelocity = Annotated[float, Quantity("rad/s")]
 Velocity = Annotated[float, Quantity("m/s")]
 PositiveVelocity = Annotated[float, Quantity("m/s", "positive")]
-NotNegativeAcceleration = Annotated[float, Quantity("m/s^2", "not negative")]
+AccelerationOrVector = Annotated[
+    float | tuple[float, ...], QuantityOrVector("m/s^2", "not negative")
+]
 PositiveFrequency = Annotated[float, Quantity("Hz", "positive")]
 Force = Annotated[float, Quantity("N")]
 PositiveForce = Annotated[float, Quantity("N", "positive")]

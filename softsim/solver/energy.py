@@ -119,6 +119,8 @@ class Meter:
                 friction += dissipated[0]
                 viscous += dissipated[1]
             work = self.terms.nodes.weight_work(s) + self.terms.rigid_bodies.weight_work(s)
+            for gravity in ti.static(self.terms.rising_gravity):
+                work -= gravity.missed_work(s)
             work += self.terms.rigid_bodies.work_done(s, dt)
             for load in ti.static(self.terms.working_loads):
                 work += load.work_done(s, dt)

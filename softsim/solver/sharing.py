@@ -42,7 +42,7 @@ PARTLY: dict[type, set[str]] = {
     PressureData: {"name"},
     NodalLoad: {"force"},
     RigidLoad: {"force"},
-    AxialReliefData: {"weight"},
+    AxialReliefData: {"mass"},
     TendonData: {"stiffness", "direction", "slack"},
     HalfSpaces: {"points", "normals"},
     RoundPipes: {"points", "axes", "radii"},

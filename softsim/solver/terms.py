@@ -31,6 +31,7 @@ from softsim.elements.tetrahedra import Tetrahedra
 from softsim.loads.axial_relief import AxialRelief
 from softsim.loads.chamber import SOURCES
 from softsim.loads.facets import PlaneFacets, RevolvedFacets, RingFacets, TriangleFacets
+from softsim.loads.gravity import RisingGravity
 from softsim.loads.nodal import NodalForce
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.loads.pressure import OPEN, FollowerPressure
@@ -90,7 +91,7 @@ class Terms:
             np.stack([m.velocity for m in models]),
             model.mass,
             model.is_free,
-            np.stack([m.gravity for m in models]),
+            np.stack([starting_gravity(m) for m in models]),
             0.0 if model.relaxation is None else LOCAL_DAMPING,
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
@@ -117,7 +118,7 @@ class Terms:
             AxialRelief(
                 self.rigid_bodies,
                 relief.body,
-                np.stack([m.axial_reliefs[k].weight for m in models]),
+                np.array([m.axial_reliefs[k].mass for m in models]),
             )
             for k, relief in enumerate(model.axial_reliefs)
         ]
@@ -143,6 +144,13 @@ class Terms:
             )
             for k, motion in enumerate(model.prescribed)
         ]  # fmt: skip
+        profiles = [m.gravity_profile for m in models if m.gravity_profile is not None]
+        self.rising_gravity = [
+            RisingGravity(
+                self.nodes, self.rigid_bodies, np.stack([m.gravity for m in models]),
+                ProfileTable(profiles),
+            )
+        ] if profiles else []  # fmt: skip
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
         self.self_contacts = self._self_contacts(models)
@@ -252,6 +260,10 @@ class Terms:
                 moved.append(Pass("loads", PARTS, (pressure.measure_volume,)))
             pressed.append(Pass("loads", 1, (pressure.follow_source,)))
             stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
+        for gravity in self.rising_gravity:
+            measured.append(Pass("loads", 1, (gravity.follow,)))
+            moved.append(Pass("loads", self.nodes.count, (gravity.miss_nodes,)))
+            moved.append(Pass("loads", self.rigid_bodies.count, (gravity.miss_bodies,)))
         # Loads on rigid bodies add to each other, one after another.
         pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
         pulls += [load.pull for load in self.axial_reliefs]
@@ -304,13 +316,19 @@ class Terms:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
         listed = ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts")
-        for name in (*listed, "self_contacts"):
+        for name in (*listed, "self_contacts", "rising_gravity"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field
             for owner, term in owners.items()
             for name, field in term.memory().items()
         }
+
+
+def starting_gravity(model: Model) -> np.ndarray:
+    """Gravity (d,) [m/s^2] at t = 0."""
+    profile = model.gravity_profile
+    return model.gravity if profile is None else profile.at(0.0) * model.gravity
 
 
 def filled(*stages: Stage) -> list[Stage]:

@@ -17,6 +17,7 @@ OF_A_SCENARIO = [
     "contact.friction_coefficient=0.1",
     "environment.walls.floor.point=[0 mm, -3 mm]",
     "environment.inclination=10 deg",
+    "environment.gravity=[1 m/s^2, 2 m/s^2]",
     "loads.pull.force=[0 mN, 5 mN]",
     "loads.air.profile={kind: cycles, highest: 2 kPa, inflation_rate: 1 kPa/s, deflation_rate: "
     "1 kPa/s, lowest: 0 kPa, count: 2}",
@@ -30,6 +31,7 @@ OF_THE_STRUCTURE = [
     "bodies.b.material=dragon_skin_20",
     "bodies.b.fixed=[left]",
     "contact.penalty_stiffness=10 kN/m",
+    "environment.gravity_profile={kind: ramp, duration: 1 ms}",
     "environment.walls.second={kind: plane, point: [0 mm, -5 mm]}",
     "loads.pull.nodes=b.left",
     "loads.air.facets=[b.bottom]",
