@@ -182,6 +182,22 @@ class TendonData:
 
 
 @dataclass(frozen=True)
+class TetherData:
+    """A tether on rigid body number `body`, attached at `point` (d,) [m], in space at rest.
+
+    Along the body's own x a spring of `stiffness` [N/m] slides at `drag` [N]; `carried_mass` [kg]
+    hangs on the point; turning_stiffness (3,) [N m/rad] resists turning about x, y and z.
+    """
+
+    body: int
+    point: np.ndarray
+    stiffness: float
+    drag: float
+    carried_mass: float
+    turning_stiffness: np.ndarray
+
+
+@dataclass(frozen=True)
 class PrescribedData:
     """Component `axis` of `nodes` is displaced by `profile` [m over s]."""
 
@@ -268,6 +284,7 @@ class Model:
     rigid_loads: tuple[RigidLoad, ...]
     axial_reliefs: tuple[AxialReliefData, ...]
     tendons: tuple[TendonData, ...]
+    tethers: tuple[TetherData, ...]
     prescribed: tuple[PrescribedData, ...]
     probes: tuple[Probe, ...]
     gravity: np.ndarray

@@ -83,6 +83,7 @@ def build_model(loaded: LoadedScene) -> Model:
         rigid_loads=loads.rigid_loads(names),
         axial_reliefs=loads.axial_reliefs(names, total_mass),
         tendons=loads.tendons(names),
+        tethers=loads.tethers(names),
         prescribed=motions,
         probes=conditions.probes(names, points, is_free),
         gravity=gravity(names),

@@ -108,6 +108,7 @@ AccelerationOrVector = Annotated[
 ]
 PositiveFrequency = Annotated[float, Quantity("Hz", "positive")]
 Force = Annotated[float, Quantity("N")]
+NotNegativeForce = Annotated[float, Quantity("N", "not negative")]
 PositiveForce = Annotated[float, Quantity("N", "positive")]
 Pressure = Annotated[float, Quantity("Pa")]
 PositivePressure = Annotated[float, Quantity("Pa", "positive")]
@@ -119,6 +120,7 @@ Volume = Annotated[float, Quantity("m^3")]
 NotNegativeVolume = Annotated[float, Quantity("m^3", "not negative")]
 PositiveStiffness = Annotated[float, Quantity("N/m", "positive")]
 AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "positive", "auto")]
+NotNegativeTurningStiffness = Annotated[float, Quantity("N*m/rad", "not negative")]
 
 TWO_OR_THREE = Field(min_length=2, max_length=3)
 # In space a third component that is left out is zero.

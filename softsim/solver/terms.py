@@ -39,6 +39,7 @@ from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import Rotor
 from softsim.loads.table import ProfileTable
 from softsim.loads.tendon import Tendon
+from softsim.loads.tether import Tether
 from softsim.model import LOCAL_DAMPING, BallShape, ContactData, CylinderShape, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
@@ -130,6 +131,7 @@ class Terms:
             )
             for k, tendon in enumerate(model.tendons)
         ]  # fmt: skip
+        self.tethers = [self._tether(models, k) for k in range(len(model.tethers))]
         self.nodal_forces = [
             NodalForce(
                 self.nodes, load.nodes, np.stack([m.nodal_loads[k].force for m in models]),
@@ -171,6 +173,18 @@ class Terms:
         return FollowerPressure(
             self.nodes, self.rigid_bodies, facets, lids, SOURCES[type(drives[0])](drives),
             OPEN if load.body is None else load.body,
+        )  # fmt: skip
+
+    def _tether(self, models: list[Model], k: int) -> Tether:
+        tethers = [m.tethers[k] for m in models]
+        body = tethers[0].body
+        return Tether(
+            self.rigid_bodies, body,
+            np.stack([one.point for one in tethers]) - self.rigid_bodies.rest_centre[body],
+            np.array([one.stiffness for one in tethers]),
+            np.array([one.drag for one in tethers]),
+            np.array([one.carried_mass for one in tethers]),
+            np.stack([one.turning_stiffness for one in tethers]),
         )  # fmt: skip
 
     def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
@@ -223,14 +237,14 @@ class Terms:
         return self.wall_contacts + self.supports
 
     @property
-    def working_loads(self) -> list[FollowerPressure | NodalForce | PrescribedMotion]:
-        """Loads on nodes, which book their own work."""
-        return [*self.pressures, *self.nodal_forces, *self.prescribed]
+    def working_loads(self) -> list[FollowerPressure | NodalForce | PrescribedMotion | Tether]:
+        """Loads that book their own work."""
+        return [*self.pressures, *self.nodal_forces, *self.prescribed, *self.tethers]
 
     @property
-    def gauges(self) -> list[SurfaceContact | Tendon]:
+    def gauges(self) -> list[SurfaceContact | Tendon | Tether]:
         """What sums its impulses up for the history, which clears them."""
-        return [*self.wall_contacts, *self.tendons]
+        return [*self.wall_contacts, *self.tendons, *self.tethers]
 
     def drift_stages(self) -> list[Stage]:
         """Everything moves by dt times its half-step velocity."""
@@ -268,6 +282,7 @@ class Terms:
         pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
         pulls += [load.pull for load in self.axial_reliefs]
         pulls += [tendon.pull for tendon in self.tendons]
+        pulls += [tether.pull for tether in self.tethers]
         if pulls:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
@@ -315,8 +330,8 @@ class Terms:
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        listed = ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts")
-        for name in (*listed, "self_contacts", "rising_gravity"):
+        listed = ("bodies", "pressures", "tendons", "tethers", "nodal_forces", "prescribed")
+        for name in (*listed, "rising_gravity", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field
