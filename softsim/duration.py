@@ -124,6 +124,7 @@ def hastened(model: Model, factor: float) -> Model:
         prescribed=tuple(
             replace(motion, profile=motion.profile.sooner(factor)) for motion in model.prescribed
         ),
+        gravity_profile=model.gravity_profile and model.gravity_profile.sooner(factor),
     )
 
 

@@ -162,10 +162,12 @@ class RigidLoad:
 
 @dataclass(frozen=True)
 class AxialReliefData:
-    """Takes `weight` (d,) [N], as far as it lies along x of rigid body number `body`, off it."""
+    """Takes the weight of `mass` [kg], as far as it lies along x of rigid body number `body`, off
+    it.
+    """
 
     body: int
-    weight: np.ndarray
+    mass: float
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,22 @@ class TendonData:
     stiffness: float
     direction: np.ndarray
     slack: float
+
+
+@dataclass(frozen=True)
+class TetherData:
+    """A tether on rigid body number `body`, attached at `point` (d,) [m], in space at rest.
+
+    Along the body's own x a spring of `stiffness` [N/m] slides at `drag` [N]; `carried_mass` [kg]
+    hangs on the point; turning_stiffness (3,) [N m/rad] resists turning about x, y and z.
+    """
+
+    body: int
+    point: np.ndarray
+    stiffness: float
+    drag: float
+    carried_mass: float
+    turning_stiffness: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -244,12 +262,13 @@ class Model:
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
-    contact is counted. end_time [s]: the latest; cycles: of the first chamber's pressure, with
-    which the run ends, or None. increment: the user's time step [s], or None for the stable one.
-    friction_memory: time [s] over which the limit of friction on walls and outlines follows the
-    normal force. self_contact: None where surfaces do not touch each other. relaxation: after the
-    loads' time of a static procedure, or None where inertia is real; settling: before t = 0, or
-    None. passage: what a layout asks, or None.
+    contact is counted. gravity (d,) [m/s^2]: times gravity_profile where there is one.
+    end_time [s]: the latest; cycles: of the first chamber's pressure, with which the run ends, or
+    None. increment: the user's time step [s], or None for the stable one. friction_memory: time [s]
+    over which the limit of friction on walls and outlines follows the normal force. self_contact:
+    None where surfaces do not touch each other. relaxation: after the loads' time of a static
+    procedure, or None where inertia is real; settling: before t = 0, or None. passage: what a
+    layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -269,9 +288,11 @@ class Model:
     rigid_loads: tuple[RigidLoad, ...]
     axial_reliefs: tuple[AxialReliefData, ...]
     tendons: tuple[TendonData, ...]
+    tethers: tuple[TetherData, ...]
     prescribed: tuple[PrescribedData, ...]
     probes: tuple[Probe, ...]
     gravity: np.ndarray
+    gravity_profile: Profile | None
     rows: dict[str, np.ndarray]
     end_time: float
     cycles: int | None

@@ -152,7 +152,7 @@ class Nodes:
     position, velocity: (scenarios, nodes, d). mass: (nodes,) [kg].
     is_free: (nodes, d), whether a component follows its own force: not where it is fixed,
         prescribed or tied to a rigid body.
-    gravity: (scenarios, d) [m/s^2].
+    gravity: (scenarios, d) [m/s^2], of this moment: loads/gravity.py may change it.
     local_damping: share of the unbalanced force that resists the motion now, see `shift_damped`
         (scenarios,) [-]. relaxes: whether there ever is any.
 

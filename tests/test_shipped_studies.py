@@ -17,7 +17,7 @@ ALL = sorted(path.name for path in STUDIES.glob("*.yaml"))
 
 def test_there_are_studies():
     assert {"deflation_rate.yaml", "frequency_pressure.yaml", "friction_uncertainty.yaml",
-            "best_cycle.yaml"} <= set(ALL)  # fmt: skip
+            "best_cycle.yaml", "tether.yaml"} <= set(ALL)  # fmt: skip
 
 
 def some_cases(study):

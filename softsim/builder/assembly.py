@@ -9,7 +9,9 @@ from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.ending import end_time
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
+from softsim.builder.profiles import share_profile
 from softsim.elements.geometry import Axisymmetric
+from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
 from softsim.solver.time_step import stable_increment
@@ -17,6 +19,7 @@ from softsim.solver.time_step import stable_increment
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
 """Seconds that a static run may take after its loads' time where the scene says nothing."""
+ALONG_ITS_AXIS = "an axisymmetric model knows gravity along its axis only"
 ROW_NAME = re.compile(r"j\d+")
 
 
@@ -64,7 +67,6 @@ def build_model(loaded: LoadedScene) -> Model:
     fixed_walls = walls.walls(names)
     walls.refuse_penetration(names, fixed_walls, points[touching])
     pressures = loads.pressures(names, bodies, points, mass, is_free, tied)
-    down = gravity(names)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     model = Model(
         bodies=bodies,
@@ -82,11 +84,13 @@ def build_model(loaded: LoadedScene) -> Model:
         rotors=loads.rotors(names),
         nodal_loads=loads.nodal_loads(names, is_free),
         rigid_loads=loads.rigid_loads(names),
-        axial_reliefs=loads.axial_reliefs(names, total_mass * down),
+        axial_reliefs=loads.axial_reliefs(names, total_mass),
         tendons=loads.tendons(names),
+        tethers=loads.tethers(names),
         prescribed=motions,
         probes=conditions.probes(names, points, is_free),
-        gravity=down,
+        gravity=gravity(names),
+        gravity_profile=gravity_profile(names),
         rows={
             f"{b.name}.{name}": nodes
             for b in bodies
@@ -110,21 +114,51 @@ def build_model(loaded: LoadedScene) -> Model:
 
 
 def gravity(names: Names) -> np.ndarray:
-    """Acceleration of gravity (d,) [m/s^2]: down in y, along -x as +x is inclined upwards, and
-    towards +z as +y is rolled away from the vertical plane through x.
+    """Acceleration of gravity (d,) [m/s^2]: the vector that the scene gives; or down in y, along
+    -x as +x is inclined upwards, and towards +z as +y is rolled away from the vertical plane
+    through x.
     """
     environment = names.scene.environment
+    if isinstance(environment.gravity, tuple):
+        return gravity_vector(names, environment.gravity)
     slope, roll = environment.inclination, environment.roll
     for key, angle in (("inclination", slope), ("roll", roll)):
         if isinstance(names.geometry, Axisymmetric) and angle != 0.0 and environment.gravity > 0.0:
             raise names.loaded.error(
-                ("environment", key),
-                "an axisymmetric model knows gravity along its axis only",
+                ("environment", key), ALONG_ITS_AXIS,
                 f"leave the {key} out: gravity points down the axis y",
-            )
+            )  # fmt: skip
     across = np.cos(slope)
     down = np.array([-np.sin(slope), -across * np.cos(roll), across * np.sin(roll)])
     return environment.gravity * down[: names.dimension]
+
+
+def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:
+    """Gravity (d,) [m/s^2] that the scene gives by its components."""
+    environment, keys = names.scene.environment, ("environment", "gravity")
+    for key, angle in (("inclination", environment.inclination), ("roll", environment.roll)):
+        if angle != 0.0:
+            raise names.loaded.error(
+                ("environment", key),
+                "gravity is given as a vector, which has its direction already",
+                f"leave the {key} out, or give gravity as one acceleration",
+            )
+    vector = names.vector(components, keys)
+    if isinstance(names.geometry, Axisymmetric) and vector[0] != 0.0:
+        raise names.loaded.error(keys, ALONG_ITS_AXIS, "write 0 m/s^2 for x, the radius")
+    return vector
+
+
+def gravity_profile(names: Names) -> Profile | None:
+    """Share of gravity over time; None where all of it is there from the start."""
+    given, time = names.scene.environment.gravity_profile, names.scene.time
+    if given is not None and time.procedure == "dynamic" and time.settle is not None:
+        raise names.loaded.error(
+            ("environment", "gravity_profile"),
+            "before t = 0 a body settles under its whole weight, which cannot rise afterwards",
+            "leave gravity_profile or time.settle out",
+        )
+    return None if given is None else share_profile(given)
 
 
 def bulk_viscosity(names: Names) -> float:

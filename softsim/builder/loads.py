@@ -1,4 +1,4 @@
-"""Loads: pressures and chambers, motors, forces, tendons."""
+"""Loads: pressures and chambers, motors, forces, tendons, tethers."""
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from softsim.model import (
     RigidLoad,
     RotorLoad,
     TendonData,
+    TetherData,
 )
 from softsim.scene import loads as scene_loads
 from softsim.scene.profiles import EventCyclesProfile
@@ -32,6 +33,10 @@ from softsim.solver.time_step import element_frequencies, volume_yield
 # A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
 # it costs a twentieth of the time step at most.
 LIQUID_SHARE = 0.1
+
+# Way [m] on which a tether's drag builds up, where no stiffness is given: what some 0.25 m of soft
+# tube stretch by (E A / L, 240 N/m) under a drag of 0.02 to 0.03 N, and far less than a gait.
+ELASTIC_SLIP = 0.1e-3
 
 Chamber = scene_loads.FollowerPressure | scene_loads.AddedVolume | scene_loads.AddedGas
 
@@ -182,13 +187,15 @@ def rigid_loads(names: Names) -> tuple[RigidLoad, ...]:
     return tuple(result)
 
 
-def axial_reliefs(names: Names, weight: np.ndarray) -> tuple[AxialReliefData, ...]:
-    """What takes a share of the `weight` (d,) [N] of all bodies off a rigid body along its axis."""
+def axial_reliefs(names: Names, mass: float) -> tuple[AxialReliefData, ...]:
+    """What takes a share of the weight of all bodies, of `mass` [kg], off a rigid body along its
+    axis.
+    """
     result = []
     for name, load in names.scene.loads.items():
         if isinstance(load, scene_loads.AxialRelief):
             body = names.rigid_number(load.acts_on, ("loads", name, "acts_on"))
-            result.append(AxialReliefData(body, load.share * weight))
+            result.append(AxialReliefData(body, load.share * mass))
     return tuple(result)
 
 
@@ -211,3 +218,45 @@ def tendons(names: Names) -> tuple[TendonData, ...]:
             unit = direction / np.linalg.norm(direction)
             result.append(TendonData(body, load.stiffness, unit, load.slack))
     return tuple(result)
+
+
+def tethers(names: Names) -> tuple[TetherData, ...]:
+    """Tethers that rigid bodies trail."""
+    result = []
+    strength = float(np.linalg.norm(names.scene.environment.gravity))
+    for name, load in names.scene.loads.items():
+        if isinstance(load, scene_loads.Tether):
+            keys = ("loads", name)
+            body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+            if load.drag > 0.0 and not freedom(names, load.acts_on)[0]:
+                raise names.loaded.error(
+                    (*keys, "drag"),
+                    f"'{load.acts_on}' cannot move along x: the tether would never drag",
+                    f"let it move that way (rigid_bodies.{load.acts_on}.free), or write 0 N",
+                )
+            centre = names.vector(names.scene.rigid_bodies[load.acts_on].center, keys)
+            stiffness = load.drag / ELASTIC_SLIP if load.stiffness == "auto" else load.stiffness
+            result.append(
+                TetherData(
+                    body=body,
+                    point=centre + names.vector(load.at, (*keys, "at")),
+                    stiffness=stiffness,
+                    drag=load.drag,
+                    carried_mass=load.weight / strength if strength > 0.0 else 0.0,
+                    turning_stiffness=turning_stiffness(names, load, keys),
+                )
+            )
+    return tuple(result)
+
+
+def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.ndarray:
+    """Stiffness (3,) [N m/rad] of a tether against roll, yaw and pitch: turns about x, y, z."""
+    if names.dimension == 2:
+        for key, given in (("roll", load.roll_stiffness), ("yaw", load.yaw_stiffness)):
+            if given > 0.0:
+                raise names.loaded.error(
+                    (*keys, f"{key}_stiffness"),
+                    f"a section knows no {key}: it turns about z only, which is pitch",
+                    f"leave {key}_stiffness out",
+                )
+    return np.array([load.roll_stiffness, load.yaw_stiffness, load.pitch_stiffness])

@@ -1,18 +1,31 @@
 """Profiles over time from what a scene says of them."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
-from softsim.scene.profiles import FixedProfile, Ramp, SmoothStep, Table
+from softsim.scene.profiles import (
+    FixedProfile,
+    Ramp,
+    RampedShare,
+    SmoothShare,
+    SmoothStep,
+    Table,
+)
 
 CURVES: dict[str, Callable[..., Profile]] = {
     "cycles": profiles.cycles,
     "natural_deflation": profiles.natural_deflation,
     "constant": profiles.constant,
+}
+
+SHARES: dict[str, Callable[[float], Profile]] = {
+    "ramp": partial(profiles.constant, 1.0),
+    "smooth_step": profiles.smooth_rise,
 }
 
 
@@ -31,6 +44,11 @@ def rising_profile(data: Ramp[Any] | SmoothStep[Any] | Table[Any]) -> Profile:
         rise = profiles.smooth_rise(data.duration)
         return Profile(rise.times, data.value * rise.values)
     return profiles.constant(data.value, data.duration)
+
+
+def share_profile(data: RampedShare | SmoothShare) -> Profile:
+    """A share that rises from 0 to 1, over time [s]."""
+    return SHARES[data.kind](data.duration)
 
 
 def table_profile(data: Table[Any]) -> Profile:

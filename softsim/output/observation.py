@@ -35,6 +35,7 @@ def columns(model: Model) -> dict[str, str]:
         first["chamber_volume"] = "m^3"  # enclosed by the first chamber's surface
     space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
     pull = {"pull": "N"} if model.tendons else {}
+    tether = {"tether_drag": "N"} if model.tethers else {}
     last = {
         **{f"frame_{a}": "m" for a in axes},
         "frame_angle": "rad",  # about z
@@ -46,10 +47,11 @@ def columns(model: Model) -> dict[str, str]:
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
         **pull,  # tension of the first tendon, mean of the interval: what the gauge shows
-        "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons
+        **tether,  # of the first tether against the way forward, mean of the interval
+        "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons, tethers
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
-        "friction_dissipation": "J",  # ALLFD
+        "friction_dissipation": "J",  # ALLFD: contact, tethers
         "viscous_dissipation": "J",  # ALLVD + ALLCD: dashpots, bulk viscosity, relaxation's damping
         "contact_energy": "J",  # ALLPW: penalty springs
         "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest turnover
@@ -77,7 +79,7 @@ def probe_values(scenario: Scenario, probe: Probe, x: np.ndarray) -> np.ndarray:
         return (x - scenario.model.points)[probe.members].mean(axis=0)
     # What holds the nodes is the opposite of what the rest does to them, their weight included.
     model = scenario.model
-    weight = model.mass[probe.members].sum() * model.gravity
+    weight = model.mass[probe.members].sum() * scenario.read(scenario.terms.nodes.gravity)
     return -scenario.read(scenario.terms.nodes.force)[probe.members].sum(axis=0) - weight
 
 
@@ -115,6 +117,9 @@ def observe(
     if model.tendons:
         impulse = float(scenario.read(scenario.terms.tendons[0].impulse))
         row["pull"] = impulse / interval if interval > 0.0 else 0.0
+    if model.tethers:
+        impulse = float(scenario.read(scenario.terms.tethers[0].impulse))
+        row["tether_drag"] = impulse / interval if interval > 0.0 else 0.0
     row["internal_energy"] = energies.internal
     row["kinetic_energy"] = energies.kinetic
     row["external_work"] = energies.external_work

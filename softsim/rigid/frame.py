@@ -11,7 +11,7 @@ tied nodes counts as mass of the body, so momentum is kept between the skin and 
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.fields import index_field, matrix_field, real_field, vector_field
 from softsim.nodes import PARTS, Nodes, parts_of
 from softsim.rigid.body import RigidBodyData, in_space
@@ -24,8 +24,8 @@ class RigidBodies:
     Fields, (scenarios, bodies): centre (d) [m], orientation (quaternion w, x, y, z), rotation
     (3, 3), velocity (d) [m/s] and angular_momentum (3) [kg m^2/s] (half a step behind),
     angular_velocity (3) [rad/s] of the last step, force (d) [N] and torque (3) [N m] (the last
-    ones summed), applied_force (what loads put on the body this increment), spring_force (what
-    springs do), applied_work and damping_work [J].
+    ones summed), applied_force (what loads put on the body this increment), spring_force and
+    spring_torque (what springs do), applied_work and damping_work [J].
     """
 
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
@@ -55,7 +55,7 @@ class RigidBodies:
         self.force, self.applied_force, self.spring_force = (
             vector_field(np.zeros((*shape, d))) for _ in range(3)
         )
-        self.torque = vector_field(np.zeros((*shape, 3)))
+        self.torque, self.spring_torque = (vector_field(np.zeros((*shape, 3))) for _ in range(2))
         self.applied_work, self.damping_work = (real_field(np.zeros(shape)) for _ in range(2))
 
         parts = (nodes.scenarios, self.count * PARTS)
@@ -89,10 +89,15 @@ class RigidBodies:
         """Fields that a checkpoint keeps."""
         names = (
             "centre", "orientation", "rotation", "velocity", "angular_momentum",
-            "angular_velocity", "force", "torque", "applied_force", "spring_force", "applied_work",
-            "damping_work",
+            "angular_velocity", "force", "torque", "applied_force", "spring_force",
+            "spring_torque", "applied_work", "damping_work",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
+
+    def forget_loads(self) -> None:
+        """Take off what loads and springs put on the bodies in the last increment."""
+        for last in (self.applied_force, self.spring_force, self.spring_torque):
+            fields.write(last, 0.0)
 
     # --- vectors in space and in the body's axes -------------------------------------------------
 
@@ -157,6 +162,7 @@ class RigidBodies:
         self.angular_velocity[s, r] = omega
         self.applied_force[s, r] = ti.Vector.zero(backend.real, self.dimension)
         self.spring_force[s, r] = ti.Vector.zero(backend.real, self.dimension)
+        self.spring_torque[s, r] = ti.Vector([0.0, 0.0, 0.0])
 
     @ti.func
     def place_tied(self, s, k, t, dt):
@@ -175,6 +181,17 @@ class RigidBodies:
     def hold(self, s, r, force):
         """A spring's force at the centre of mass [N]: its energy is stored, no load's work."""
         self.spring_force[s, r] = self.spring_force[s, r] + force
+
+    @ti.func
+    def hold_at(self, s, r, force, arm):
+        """As `hold`, at `arm` (d) [m] from the centre of mass, in space."""
+        self.hold(s, r, force)
+        self.twist(s, r, self.lifted(arm).cross(self.lifted(force)))
+
+    @ti.func
+    def twist(self, s, r, torque):
+        """A spring's torque (3) [N m]: its energy is stored, no load's work."""
+        self.spring_torque[s, r] = self.spring_torque[s, r] + torque
 
     @ti.func
     def collect(self, s, i, t, dt):
@@ -200,7 +217,7 @@ class RigidBodies:
     def kick(self, s, r, t, dt):
         """New velocities from the collected forces, loads, springs and gravity."""
         force = self.applied_force[s, r] + self.spring_force[s, r]
-        torque = ti.Vector([0.0, 0.0, 0.0])
+        torque = self.spring_torque[s, r]
         for i in range(r * PARTS, (r + 1) * PARTS):
             force += self.force_part[s, i]
             torque += self.torque_part[s, i]

@@ -18,6 +18,7 @@ FIXED_COLUMNS = frozenset(
         "wall_force_normal",
         "slip_share",
         "pull",
+        "tether_drag",
         "internal_energy",
         "kinetic_energy",
         "external_work",

@@ -1,11 +1,11 @@
-"""Loads: pressure and chambers, motors, forces, tendons."""
+"""Loads: pressure and chambers, motors, forces, tendons, tethers."""
 
 from itertools import pairwise
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from softsim.scene.part import Part
+from softsim.scene.part import ORIGIN, Part
 from softsim.scene.profiles import (
     EventCyclesProfile,
     MassProfile,
@@ -14,13 +14,17 @@ from softsim.scene.profiles import (
 )
 from softsim.scene.quantities import (
     Angle,
+    AutoOrPositiveStiffness,
     Direction,
     ForceVector,
+    NotNegativeForce,
     NotNegativeLength,
     NotNegativePressure,
     NotNegativeTime,
+    NotNegativeTurningStiffness,
     NotNegativeVolume,
     Number,
+    Point,
     PositiveForce,
     PositiveFrequency,
     PositiveLength,
@@ -217,6 +221,45 @@ class Tendon(Part):
     )
 
 
+class Tether(Part):
+    """What a robot trails behind it along its own axis x, such as a tube with wires: friction along
+    that axis, weight, stiffness against turning. It acts at all times, before t = 0 too. The
+    history gets a column `tether_drag`, the drag of the first tether, positive against the way
+    forward.
+    """
+
+    kind: Literal["tether"] = Field(description="Kind of load.")
+    acts_on: Text = Field(description="Rigid body that trails it.")
+    drag: NotNegativeForce = Field(
+        description="Coulomb friction along the body's own x, in whichever sense it moves; at rest "
+        "it holds up to this. Across x the tether is limp."
+    )
+    stiffness: AutoOrPositiveStiffness = Field(
+        default="auto", description="Drag over the elastic way on which it builds up; auto: that "
+        "way is 0.1 mm."
+    )  # fmt: skip
+    at: Point = Field(
+        default=ORIGIN,
+        description="Where it is attached, from the body's centre, in the body's axes; the centre "
+        "by default, where drag and weight do not turn the body.",
+    )
+    weight: NotNegativeForce = Field(
+        default=written("0 N"),
+        description="Of the part that hangs on the body, along gravity (none where that is 0).",
+    )
+    pitch_stiffness: NotNegativeTurningStiffness = Field(
+        default=written("0 N*mm/rad"),
+        description="Torque over small angles against turning about z, from the orientation at "
+        "rest: K sin(angle).",
+    )
+    yaw_stiffness: NotNegativeTurningStiffness = Field(
+        default=written("0 N*mm/rad"), description="The same about y, in space only."
+    )
+    roll_stiffness: NotNegativeTurningStiffness = Field(
+        default=written("0 N*mm/rad"), description="The same about x, in space only."
+    )
+
+
 Load = Annotated[
     FollowerPressure
     | AddedVolume
@@ -226,6 +269,7 @@ Load = Annotated[
     | NodalForce
     | RigidForce
     | AxialRelief
-    | Tendon,
+    | Tendon
+    | Tether,
     Field(discriminator="kind"),
 ]

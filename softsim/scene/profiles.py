@@ -70,6 +70,21 @@ class Table(Part, Generic[Q]):
         return points
 
 
+class RampedShare(Part):
+    """A linear rise from 0 to 1, then 1."""
+
+    kind: Literal["ramp"] = Field(description="Kind of profile.")
+    duration: PositiveTime = Field(description="Time of the rise.")
+
+
+class SmoothShare(Part):
+    """A rise from 0 to 1 as u^2 (3 - 2 u), u = time / duration, then 1."""
+
+    kind: Literal["smooth_step"] = Field(description="Kind of profile.")
+    duration: PositiveTime = Field(description="Time of the rise.")
+
+
+ShareProfile = Annotated[RampedShare | SmoothShare, Field(discriminator="kind")]
 LengthProfile = Annotated[
     Ramp[Length] | SmoothStep[Length] | Table[Length], Field(discriminator="kind")
 ]

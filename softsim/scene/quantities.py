@@ -64,6 +64,26 @@ class Quantity:
         return PydanticCustomError("quantity", "{problem}", {"problem": problem, "hint": hint})
 
 
+@dataclass(frozen=True)
+class QuantityOrVector(Quantity):
+    """As `Quantity`, or a list of two or three components of any sign."""
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        one = super().__get_pydantic_json_schema__(schema, handler)
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 2, "maxItems": 3}]}
+
+    def read(self, value: Any) -> Any:
+        """`value` in SI units, a float or a tuple; PydanticCustomError where it is neither."""
+        if not isinstance(value, list | tuple):
+            return super().read(value)
+        if not 2 <= len(value) <= 3:
+            raise self._refusal(f"must have 2 or 3 components, not {len(value)}")
+        component = Quantity(self.unit)
+        return tuple(component.read(entry) for entry in value)
+
+
 def written(*texts: str) -> Any:
     """A default as a user would write it; the schema validates it like a given value."""
     return texts[0] if len(texts) == 1 else texts
@@ -83,9 +103,12 @@ Angle = Annotated[float, Quantity("rad")]
 AngularVelocity = Annotated[float, Quantity("rad/s")]
 Velocity = Annotated[float, Quantity("m/s")]
 PositiveVelocity = Annotated[float, Quantity("m/s", "positive")]
-NotNegativeAcceleration = Annotated[float, Quantity("m/s^2", "not negative")]
+AccelerationOrVector = Annotated[
+    float | tuple[float, ...], QuantityOrVector("m/s^2", "not negative")
+]
 PositiveFrequency = Annotated[float, Quantity("Hz", "positive")]
 Force = Annotated[float, Quantity("N")]
+NotNegativeForce = Annotated[float, Quantity("N", "not negative")]
 PositiveForce = Annotated[float, Quantity("N", "positive")]
 Pressure = Annotated[float, Quantity("Pa")]
 PositivePressure = Annotated[float, Quantity("Pa", "positive")]
@@ -97,6 +120,7 @@ Volume = Annotated[float, Quantity("m^3")]
 NotNegativeVolume = Annotated[float, Quantity("m^3", "not negative")]
 PositiveStiffness = Annotated[float, Quantity("N/m", "positive")]
 AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "positive", "auto")]
+NotNegativeTurningStiffness = Annotated[float, Quantity("N*m/rad", "not negative")]
 
 TWO_OR_THREE = Field(min_length=2, max_length=3)
 # In space a third component that is left out is zero.

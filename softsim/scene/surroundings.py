@@ -7,13 +7,14 @@ from pydantic import Field
 from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
 from softsim.scene.part import ORIGIN, Part
 from softsim.scene.pipe_items import PipeItem
+from softsim.scene.profiles import ShareProfile
 from softsim.scene.quantities import (
+    AccelerationOrVector,
     Angle,
     AutoOrPositiveStiffness,
     Direction,
     Length,
     Name,
-    NotNegativeAcceleration,
     NotNegativeTime,
     Number,
     Point,
@@ -76,8 +77,15 @@ Wall = Annotated[
 class Environment(Part):
     """Gravity and walls."""
 
-    gravity: NotNegativeAcceleration = Field(
-        default=written("9.81 m/s^2"), description="Acceleration of gravity."
+    gravity: AccelerationOrVector = Field(
+        default=written("9.81 m/s^2"),
+        description="Acceleration of gravity, downwards; or as a vector: [0 m/s^2, -9.81 m/s^2], "
+        "in space three components.",
+    )
+    gravity_profile: ShareProfile | None = Field(
+        default=None,
+        description="Over which gravity rises from 0 to its full value, such as {kind: ramp, "
+        "duration: 50 ms}; by default it is there from the start.",
     )
     inclination: Angle = Field(
         default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."

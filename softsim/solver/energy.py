@@ -1,9 +1,9 @@
 """The energy books: what was put in must be stored, moving, or dissipated.
 
-internal (ALLSE of ABAQUS: law, Maxwell springs, tendons), kinetic (ALLKE), contact springs (ALLPW),
-friction (ALLFD), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk viscosity, contact dashpots),
-external work (ALLWK: pressure, motor, nodal forces, gravity). The balance (ETOTAL) is their sum
-less the external work and less what was there at the start.
+internal (ALLSE of ABAQUS: law, Maxwell springs, tendons, tethers), kinetic (ALLKE), contact springs
+(ALLPW), friction (ALLFD: contact, tethers), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk
+viscosity, contact dashpots), external work (ALLWK: pressure, motor, nodal forces, gravity). The
+balance (ETOTAL) is their sum less the external work and less what was there at the start.
 """
 
 from dataclasses import dataclass
@@ -113,12 +113,17 @@ class Meter:
                 viscous += body.dissipated_energy(s)
             for tendon in ti.static(self.terms.tendons):
                 internal += tendon.stored_energy(s)
+            for tether in ti.static(self.terms.tethers):
+                internal += tether.stored_energy(s)
+                friction += tether.dissipation[s]
             for surface in ti.static(self.terms.contacts + self.terms.self_contacts):
                 contact += surface.stored_energy(s)
                 dissipated = surface.dissipated_energy(s)
                 friction += dissipated[0]
                 viscous += dissipated[1]
             work = self.terms.nodes.weight_work(s) + self.terms.rigid_bodies.weight_work(s)
+            for gravity in ti.static(self.terms.rising_gravity):
+                work -= gravity.missed_work(s)
             work += self.terms.rigid_bodies.work_done(s, dt)
             for load in ti.static(self.terms.working_loads):
                 work += load.work_done(s, dt)

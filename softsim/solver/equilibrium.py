@@ -14,7 +14,7 @@ def unbalanced_share(scenario: Scenario) -> float:
     pressure, loads and contact. Zero where there is no force at all.
     """
     terms, model, read = scenario.terms, scenario.model, scenario.read
-    net = read(terms.nodes.force) + model.mass[:, None] * model.gravity
+    net = read(terms.nodes.force) + model.mass[:, None] * read(terms.nodes.gravity)
     unbalanced = float((net[model.is_free] ** 2).sum())
     inner = 0.0
     for component in terms.nodes.corner_forces.component:

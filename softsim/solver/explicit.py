@@ -135,6 +135,7 @@ class ExplicitSolver:
 
     def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
         """An increment of each scenario that ends now and in which nothing drifts."""
+        self.terms.rigid_bodies.forget_loads()  # which the drift would have done
         self.work.do(
             [
                 Span(1, time - dt, dt, drift=0.0, kick=kick)

@@ -50,6 +50,8 @@ def footprint(model: Model) -> Footprint:
     shared = nodes * (REAL * (1 + 2 * d) + INTEGER)
     # Position, velocity, force; work of local damping.
     each = nodes * REAL * (3 * d + 1)
+    if model.gravity_profile is not None:
+        each += nodes * REAL  # work that came too late
     for body in model.bodies:
         corners = body.cells.shape[1]
         components = SYMMETRIC_COMPONENTS[type(body.geometry)]

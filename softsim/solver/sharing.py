@@ -25,6 +25,7 @@ from softsim.model import (
     PressureData,
     RigidLoad,
     TendonData,
+    TetherData,
 )
 
 WHOLLY = (
@@ -42,8 +43,9 @@ PARTLY: dict[type, set[str]] = {
     PressureData: {"name"},
     NodalLoad: {"force"},
     RigidLoad: {"force"},
-    AxialReliefData: {"weight"},
+    AxialReliefData: {"mass"},
     TendonData: {"stiffness", "direction", "slack"},
+    TetherData: {"point", "stiffness", "drag", "carried_mass", "turning_stiffness"},
     HalfSpaces: {"points", "normals"},
     RoundPipes: {"points", "axes", "radii"},
     DistanceGrid: {"name", "origin", "spacing", "values", "picture"},

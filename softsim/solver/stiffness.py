@@ -7,7 +7,7 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: averaged nodal pressure,
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
 Nodes that are tied to a rigid body count as free, with some of its mass (rigid_inertia.py); what
-holds the body itself is beside this matrix: its contacts, its tendons (tendon_stiffness.py). Fixed
+holds the body itself is beside this matrix: its contacts, its springs (spring_stiffness.py). Fixed
 and prescribed components do not move.
 The load stiffness of a pressure p is left out: some p / kappa of what contact adds.
 """

@@ -31,6 +31,7 @@ from softsim.elements.tetrahedra import Tetrahedra
 from softsim.loads.axial_relief import AxialRelief
 from softsim.loads.chamber import SOURCES
 from softsim.loads.facets import PlaneFacets, RevolvedFacets, RingFacets, TriangleFacets
+from softsim.loads.gravity import RisingGravity
 from softsim.loads.nodal import NodalForce
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.loads.pressure import OPEN, FollowerPressure
@@ -38,6 +39,7 @@ from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import Rotor
 from softsim.loads.table import ProfileTable
 from softsim.loads.tendon import Tendon
+from softsim.loads.tether import Tether
 from softsim.model import LOCAL_DAMPING, BallShape, ContactData, CylinderShape, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
@@ -91,7 +93,7 @@ class Terms:
             np.stack([m.velocity for m in models]),
             model.mass,
             model.is_free,
-            np.stack([m.gravity for m in models]),
+            np.stack([starting_gravity(m) for m in models]),
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
             model.relaxation is not None or model.settling is not None,
         )
@@ -119,7 +121,7 @@ class Terms:
             AxialRelief(
                 self.rigid_bodies,
                 relief.body,
-                np.stack([m.axial_reliefs[k].weight for m in models]),
+                np.array([m.axial_reliefs[k].mass for m in models]),
             )
             for k, relief in enumerate(model.axial_reliefs)
         ]
@@ -131,6 +133,7 @@ class Terms:
             )
             for k, tendon in enumerate(model.tendons)
         ]  # fmt: skip
+        self.tethers = [self._tether(models, k) for k in range(len(model.tethers))]
         self.nodal_forces = [
             NodalForce(
                 self.nodes, load.nodes, np.stack([m.nodal_loads[k].force for m in models]),
@@ -147,6 +150,13 @@ class Terms:
         ]  # fmt: skip
         self.friction_memory = np.array([m.friction_memory for m in models])
         self.return_times = np.array([return_time(m) for m in models])
+        profiles = [m.gravity_profile for m in models if m.gravity_profile is not None]
+        self.rising_gravity = [
+            RisingGravity(
+                self.nodes, self.rigid_bodies, np.stack([m.gravity for m in models]),
+                ProfileTable(profiles),
+            )
+        ] if profiles else []  # fmt: skip
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
         self.self_contacts = self._self_contacts(models)
@@ -168,6 +178,18 @@ class Terms:
         return FollowerPressure(
             self.nodes, self.rigid_bodies, facets, lids, SOURCES[type(drives[0])](drives),
             OPEN if load.body is None else load.body,
+        )  # fmt: skip
+
+    def _tether(self, models: list[Model], k: int) -> Tether:
+        tethers = [m.tethers[k] for m in models]
+        body = tethers[0].body
+        return Tether(
+            self.rigid_bodies, body,
+            np.stack([one.point for one in tethers]) - self.rigid_bodies.rest_centre[body],
+            np.array([one.stiffness for one in tethers]),
+            np.array([one.drag for one in tethers]),
+            np.array([one.carried_mass for one in tethers]),
+            np.stack([one.turning_stiffness for one in tethers]),
         )  # fmt: skip
 
     def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
@@ -220,19 +242,19 @@ class Terms:
         return self.wall_contacts + self.supports
 
     @property
-    def working_loads(self) -> list[FollowerPressure | NodalForce | PrescribedMotion]:
-        """Loads on nodes, which book their own work."""
-        return [*self.pressures, *self.nodal_forces, *self.prescribed]
+    def working_loads(self) -> list[FollowerPressure | NodalForce | PrescribedMotion | Tether]:
+        """Loads that book their own work."""
+        return [*self.pressures, *self.nodal_forces, *self.prescribed, *self.tethers]
 
     @property
     def dissipators(self) -> list[Any]:
         """What books the energy that it dissipates."""
-        return [*self.bodies, *self.contacts, *self.self_contacts]
+        return [*self.bodies, *self.contacts, *self.self_contacts, *self.tethers]
 
     @property
-    def gauges(self) -> list[SurfaceContact | Tendon]:
+    def gauges(self) -> list[SurfaceContact | Tendon | Tether]:
         """What sums its impulses up for the history, which clears them."""
-        return [*self.wall_contacts, *self.tendons]
+        return [*self.wall_contacts, *self.tendons, *self.tethers]
 
     def drift_stages(self) -> list[Stage]:
         """Everything moves by dt times its half-step velocity."""
@@ -262,10 +284,15 @@ class Terms:
                 moved.append(Pass("loads", PARTS, (pressure.measure_volume,)))
             pressed.append(Pass("loads", 1, (pressure.follow_source,)))
             stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
+        for gravity in self.rising_gravity:
+            measured.append(Pass("loads", 1, (gravity.follow,)))
+            moved.append(Pass("loads", self.nodes.count, (gravity.miss_nodes,)))
+            moved.append(Pass("loads", self.rigid_bodies.count, (gravity.miss_bodies,)))
         # Loads on rigid bodies add to each other, one after another.
         pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
         pulls += [load.pull for load in self.axial_reliefs]
         pulls += [tendon.pull for tendon in self.tendons]
+        pulls += [tether.pull for tether in self.tethers]
         if pulls:
             moved.append(Pass("loads", 1, tuple(pulls)))
         moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
@@ -303,14 +330,20 @@ class Terms:
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        listed = ("bodies", "pressures", "tendons", "nodal_forces", "prescribed", "contacts")
-        for name in (*listed, "self_contacts"):
+        listed = ("bodies", "pressures", "tendons", "tethers", "nodal_forces", "prescribed")
+        for name in (*listed, "rising_gravity", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field
             for owner, term in owners.items()
             for name, field in term.memory().items()
         }
+
+
+def starting_gravity(model: Model) -> np.ndarray:
+    """Gravity (d,) [m/s^2] at t = 0."""
+    profile = model.gravity_profile
+    return model.gravity if profile is None else profile.at(0.0) * model.gravity
 
 
 def filled(*stages: Stage) -> list[Stage]:

@@ -20,8 +20,8 @@ from softsim.elements.measures import largest_eigenvalue
 from softsim.model import LOCAL_DAMPING, Body, Model
 from softsim.solver.element_stiffness import ElementStiffness
 from softsim.solver.lanczos import largest_eigenvalue_bound
+from softsim.solver.spring_stiffness import tendon_frequency, tether_frequency
 from softsim.solver.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
-from softsim.solver.tendon_stiffness import tendon_frequency
 
 # omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
 # deep as v dt and is thrown back with up to (omega^2 dt^2 - 1) v, which must not be more than it
@@ -103,7 +103,7 @@ class StableStep:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.stiffness = ModelStiffness(model)
-        self.tendons = tendon_frequency(model)
+        self.tendons, self.tethers = tendon_frequency(model), tether_frequency(model)
         alone = [element_frequencies(b, model.points[b.nodes]) for b in model.bodies]
         stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
         self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(alone[stiffest].max())
@@ -117,12 +117,13 @@ class StableStep:
         undamped = self.stiffness.at(elements, x)
         bodies = self.stiffness.contact.of_bodies
         slowed = 1.0 if self.model.relaxation is None else 1.0 + LOCAL_DAMPING
-        held = self.tendons + bodies(x, np.inf)
+        springs = self.tendons + self.tethers
+        held = springs + bodies(x, np.inf)
         guess = 2.0 / np.sqrt(slowed * (undamped.row_sum_bound() + held))
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, mode = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
         of_bodies = bodies(x, guess)
-        total = bound + of_bodies + self.tendons
+        total = bound + of_bodies + springs
         stable = 2.0 / np.sqrt(slowed * total)
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
@@ -130,6 +131,7 @@ class StableStep:
         body, element = self._stiffest(elements, matrix, mode)
         shares = other_shares(matrix, mode)
         shares |= {"contact of a rigid body": of_bodies, "the tendon of a rigid body": self.tendons}
+        shares["the tether of a rigid body"] = self.tethers
         name = element_name(body, element, x)
         shares[name] = total - sum(shares.values())
         limits = {max(shares, key=lambda part: shares[part]): stable}

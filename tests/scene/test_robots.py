@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from softsim.builder import build_model
@@ -27,6 +28,18 @@ def test_a_part_is_included_by_its_name(write_scene):
     assert loaded.scene.loads["motor"].frequency == 64.0
     error = loaded.error(("rigid_bodies", "frame", "mass"), "too heavy")
     assert error.location.file == LIBRARY / "pfr" / "section.yaml"
+
+
+@pytest.mark.parametrize("scene", ["pfr_36mm.yaml", "pfr_36mm_3d.yaml"])
+def test_the_tether_goes_with_section_and_space(write_scene, scene):
+    """The shipped scenes are copied, because an include lies below the scene that names it."""
+    shipped = (Path(__file__).parents[2] / "scenes" / scene).read_text(encoding="utf-8")
+    write_scene(shipped, "robot.yaml")
+    tethered = write_scene("include: [robot.yaml, robot:pfr/tether]\n")
+    model = build_model(load_scene(tethered, []))
+    (tether,) = model.tethers
+    assert tether.drag == 10e-3
+    assert np.linalg.norm(tether.carried_mass * model.gravity) == pytest.approx(3.4e-3)
 
 
 @pytest.mark.parametrize("name", ["robot:snake", "robot:pfr/", "robot:../scene/library/pfr"])

@@ -6,8 +6,10 @@ SCENE = """
 bodies:
   b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
       formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
+rigid_bodies: {robot: {mass: 1 g, inertia: 1 g*mm^2}}
 loads:
   air: {kind: follower_pressure, facets: [b.top], profile: {kind: constant, value: 1 kPa}}
+  tail: {kind: tether, acts_on: robot, drag: 1 mN}
   pull: {kind: nodal_force, nodes: b.right, force: [20 mN, 0 mN]}
 environment: {walls: {floor: {kind: plane, point: [0 mm, -2 mm]}}}
 contact: {friction_coefficient: 0.4}
@@ -17,7 +19,10 @@ OF_A_SCENARIO = [
     "contact.friction_coefficient=0.1",
     "environment.walls.floor.point=[0 mm, -3 mm]",
     "environment.inclination=10 deg",
+    "environment.gravity=[1 m/s^2, 2 m/s^2]",
     "loads.pull.force=[0 mN, 5 mN]",
+    "loads.tail={kind: tether, acts_on: robot, drag: 2 mN, at: [1 mm, 0 mm], weight: 1 mN, "
+    "pitch_stiffness: 1 N*mm/rad}",
     "loads.air.profile={kind: cycles, highest: 2 kPa, inflation_rate: 1 kPa/s, deflation_rate: "
     "1 kPa/s, lowest: 0 kPa, count: 2}",
     "time.end=1 s",
@@ -30,6 +35,7 @@ OF_THE_STRUCTURE = [
     "bodies.b.material=dragon_skin_20",
     "bodies.b.fixed=[left]",
     "contact.penalty_stiffness=10 kN/m",
+    "environment.gravity_profile={kind: ramp, duration: 1 ms}",
     "environment.walls.second={kind: plane, point: [0 mm, -5 mm]}",
     "loads.pull.nodes=b.left",
     "loads.air.facets=[b.bottom]",

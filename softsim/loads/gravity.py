@@ -1,0 +1,81 @@
+"""Gravity that rises over a profile, and the work of weights while it does.
+
+The weight of a mass m that has moved by u since the start did the work m g.u where g is constant.
+Where g changes, the trapezoidal rule sums m (g_0 + g_1)/2 . (u_1 - u_0) over the increments, and
+summation by parts makes that m g.u with the present g, less the sum of m (g_1 - g_0) . (u_0 +
+u_1)/2. The last sum is the work that the present gravity would have done had it been there from the
+start; it grows only while gravity changes.
+"""
+
+from typing import Any
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+from softsim.fields import real_field, vector_field
+from softsim.loads.table import ProfileTable
+from softsim.nodes import Nodes
+
+
+@ti.data_oriented
+class RisingGravity:
+    """Sets the gravity of all nodes and rigid bodies to `table` times `full` (scenarios, d)
+    [m/s^2]; before the table's first time to its first value.
+
+    Fields: increase (scenarios, d) [m/s^2] within the last increment; missed_by_nodes (scenarios,
+    nodes) and missed_by_bodies (scenarios, bodies) [J], the work that came too late.
+    """
+
+    def __init__(
+        self, nodes: Nodes, rigid_bodies: Any, full: np.ndarray, table: ProfileTable
+    ) -> None:
+        self.nodes, self.rigid_bodies, self.table = nodes, rigid_bodies, table
+        self.full = vector_field(full)
+        self.increase = vector_field(np.zeros_like(full))
+        self.missed_by_nodes = real_field(np.zeros((nodes.scenarios, nodes.count)))
+        self.missed_by_bodies = real_field(np.zeros((nodes.scenarios, rigid_bodies.count)))
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return {
+            "gravity": self.nodes.gravity,
+            "missed_by_nodes": self.missed_by_nodes,
+            "missed_by_bodies": self.missed_by_bodies,
+        }
+
+    @ti.func
+    def follow(self, s, i, t, dt):
+        """Gravity of time t, before anything has a weight in this increment."""
+        now = self.table.at(s, t) * self.full[s]
+        self.increase[s] = now - self.nodes.gravity[s]
+        self.nodes.gravity[s] = now
+
+    @ti.func
+    def miss_nodes(self, s, a, t, dt):
+        """Book m (g_1 - g_0) . (u_0 + u_1)/2 of the free components of a node."""
+        middle = self.nodes.position[s, a] - 0.5 * dt * self.nodes.velocity[s, a]
+        moved = middle - self.nodes.rest[a]
+        work = ti.cast(0.0, backend.real)
+        for k in ti.static(range(self.nodes.dimension)):
+            if self.nodes.inverse_mass[a][k] > 0.0:
+                work += self.nodes.mass[a] * self.increase[s][k] * moved[k]
+        self.missed_by_nodes[s, a] = self.missed_by_nodes[s, a] + work
+
+    @ti.func
+    def miss_bodies(self, s, r, t, dt):
+        """Book m (g_1 - g_0) . (u_0 + u_1)/2 of a rigid body."""
+        bodies = self.rigid_bodies
+        moved = bodies.displacement(s, r) - 0.5 * dt * bodies.velocity[s, r]
+        work = bodies.mass[r] * self.increase[s].dot(moved)
+        self.missed_by_bodies[s, r] = self.missed_by_bodies[s, r] + work
+
+    @ti.func
+    def missed_work(self, s):
+        """Of all weights so far [J]: to be taken off the work that the present gravity tells."""
+        work = ti.cast(0.0, backend.real)
+        for a in range(self.nodes.count):
+            work += self.missed_by_nodes[s, a]
+        for r in range(self.rigid_bodies.count):
+            work += self.missed_by_bodies[s, r]
+        return work

@@ -1,0 +1,140 @@
+"""A tether that a rigid body trails behind it along its own axis x: drag, weight, stiffness.
+
+Drag: Coulomb friction with memory along the body's axis e, as contact has it (contact/friction.py).
+A spring k between the attachment point and the tether stretches by ds = e.dx as the point moves by
+dx, and is cut back to drag / k: beyond, the tether slides. Across e the tether is limp, so that it
+does not damp what shakes the body across. The force is -k s e.
+
+Weight: what of the tether hangs on the point, m g with the present gravity.
+
+Stiffness against turning: the energy 2 sum K_i q_i^2 of the vector part q of the body's
+orientation, a unit quaternion (w, q), with the torque -2 (w K q + q x K q) that follows from it.
+About one axis that is -K sin(angle): K for small angles. With K_y = K_z it tells how far the body's
+axis is turned from where it was at rest, however often the body has rolled about it.
+
+Spring and turning energies are stored (ALLSE), sliding is dissipated by friction (ALLFD), the
+weight's is external work (ALLWK). Nothing depends on time: before t = 0 the tether acts as after.
+"""
+
+from typing import Any
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend, fields
+from softsim.fields import real_field, vector_field
+
+
+@ti.data_oriented
+class Tether:
+    """A tether on rigid body number `body`.
+
+    arms: of the attachment point from the centre of mass, in the body's axes (scenarios, d) [m].
+    stiffness: k (scenarios,) [N/m]. drag: (scenarios,) [N]. carried_mass: m (scenarios,) [kg].
+    turning_stiffness: K about x, y, z (scenarios, 3) [N m/rad].
+
+    Fields, (scenarios,), of the last increment's end: place (d) [m] of the point, axis (d),
+    stretch [m], weight (d) [N]; since the start: work of the weight and dissipation [J]; `impulse`
+    [N s] is the integral of k s since it was last cleared.
+    """
+
+    count = 1
+
+    def __init__(
+        self,
+        rigid_bodies: Any,
+        body: int,
+        arms: np.ndarray,
+        stiffness: np.ndarray,
+        drag: np.ndarray,
+        carried_mass: np.ndarray,
+        turning_stiffness: np.ndarray,
+    ) -> None:
+        self.rigid_bodies, self.body = rigid_bodies, body
+        self.arm = vector_field(arms)
+        self.stiffness = real_field(stiffness)
+        slides = stiffness > 0.0
+        self.longest = real_field(np.where(slides, drag / np.where(slides, stiffness, 1.0), 0.0))
+        self.carried_mass = real_field(carried_mass)
+        self.turning_stiffness = vector_field(turning_stiffness)
+        along_x = np.zeros_like(arms)
+        along_x[:, 0] = 1.0
+        self.place = vector_field(rigid_bodies.rest_centre[body] + arms)
+        self.axis = vector_field(along_x)
+        self.weight = vector_field(np.zeros_like(arms))
+        self.stretch, self.work, self.dissipation, self.impulse = (
+            real_field(np.zeros(len(arms))) for _ in range(4)
+        )
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        names = ("place", "axis", "weight", "stretch", "work", "dissipation", "impulse")
+        return {name: getattr(self, name) for name in names}
+
+    def clear_impulses(self, scenario: int) -> None:
+        """Start a new interval over which the drag in a scenario is averaged."""
+        fields.write_row(self.impulse, scenario, 0.0)
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books anew in a scenario."""
+        fields.write_row(self.dissipation, scenario, 0.0)
+
+    @ti.func
+    def pull(self, s, i, t, dt):
+        """Follow the body to where it is now, book what that took, hold it there."""
+        bodies = self.rigid_bodies
+        arm = bodies.to_space(s, self.body, self.arm[s])
+        way = bodies.centre[s, self.body] + arm - self.place[s]
+        self.place[s] = self.place[s] + way
+        drag = self.slide(s, way)
+        weight = self.carried_mass[s] * bodies.nodes.gravity[s]
+        self.work[s] = self.work[s] + 0.5 * (self.weight[s] + weight).dot(way)
+        self.weight[s] = weight
+        bodies.hold_at(s, self.body, drag + weight, arm)
+        bodies.twist(s, self.body, self.righting_torque(s))
+        self.impulse[s] = self.impulse[s] + self.stiffness[s] * self.stretch[s] * dt
+
+    @ti.func
+    def slide(self, s, way):
+        """Stretch by the way (d) [m] of the point along the axis, slide beyond the limit; the drag
+        (d) [N].
+
+        What the drag takes, by the trapezoidal rule as the integrator has it, and the spring does
+        not store, is dissipated: k (s_0 + s_1)/2 (e.way - (s_1 - s_0)) where the axis stays.
+        """
+        k, before, axis_before = self.stiffness[s], self.stretch[s], self.axis[s]
+        along_x = ti.Vector.zero(backend.real, self.rigid_bodies.dimension)
+        along_x[0] = 1.0
+        axis = self.rigid_bodies.to_space(s, self.body, along_x)
+        after = before + 0.5 * (axis_before + axis).dot(way)
+        after = ti.max(-self.longest[s], ti.min(self.longest[s], after))
+        taken = 0.5 * k * (before * axis_before + after * axis).dot(way)
+        stored = 0.5 * k * (after * after - before * before)
+        self.dissipation[s] = self.dissipation[s] + taken - stored
+        self.stretch[s], self.axis[s] = after, axis
+        return -k * after * axis
+
+    @ti.func
+    def turn(self, s):
+        """Vector part q (3) of the body's orientation."""
+        orientation = self.rigid_bodies.orientation[s, self.body]
+        return ti.Vector([orientation[1], orientation[2], orientation[3]])
+
+    @ti.func
+    def righting_torque(self, s):
+        """-2 (w K q + q x K q) (3) [N m]."""
+        w, q = self.rigid_bodies.orientation[s, self.body][0], self.turn(s)
+        resisting = self.turning_stiffness[s] * q
+        return -2.0 * (w * resisting + q.cross(resisting))
+
+    @ti.func
+    def stored_energy(self, s):
+        """k s^2 / 2 + 2 sum K_i q_i^2 [J]."""
+        stretch, q = self.stretch[s], self.turn(s)
+        turned = 2.0 * (self.turning_stiffness[s] * q).dot(q)
+        return 0.5 * self.stiffness[s] * stretch * stretch + turned
+
+    @ti.func
+    def work_done(self, s, dt):
+        """Work of the weight so far [J]."""
+        return self.work[s]
