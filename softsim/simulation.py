@@ -108,6 +108,8 @@ class Simulation:
     def begin(self) -> None:
         """At t = 0; the meter has just looked."""
         stable = self.stable_at_rest
+        for body in self.model.bodies:
+            log.info("material %s", body.material.describe())
         log.info("stable increment %s", stable.describe())
         self.recording.warn(step_warnings(self.model, stable))
         self.balance = EnergyBalance.starting(self.meter.of(self.scenario.number)[0], self.model)
