@@ -1,7 +1,6 @@
-"""Materials of a scene: from the scene or the library, with the branches of their spectrum."""
+"""Materials of a scene, its own and those of the library."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
 from importlib import resources
 from typing import Any
 
@@ -9,6 +8,7 @@ import yaml
 from pydantic import TypeAdapter
 
 from softsim.builder.names import Names, close_names
+from softsim.builder.viscoelasticity import viscoelasticity
 from softsim.errors import MaterialError
 from softsim.materials.laws import LAWS
 from softsim.materials.material import (
@@ -16,9 +16,6 @@ from softsim.materials.material import (
     Material,
     bulk_modulus_from_poisson_ratio,
 )
-from softsim.materials.maxwell import MaxwellSeries
-from softsim.materials.maxwell_fit import MaxwellFit, fewest_branches
-from softsim.materials.spectrum import Spectrum, constant_loss_factor, fractional, measured
 from softsim.materials.stability import first_unstable_I1
 from softsim.scene import materials as scene_materials
 from softsim.scene.loading import LoadedScene
@@ -41,40 +38,6 @@ def library_names() -> list[str]:
 def _library() -> dict[str, Any]:
     text = resources.files("softsim.materials").joinpath("library.yaml").read_text("utf-8")
     return yaml.safe_load(text)
-
-
-SPECTRA: Mapping[str, Callable[[Any, float], Spectrum]] = {
-    "fractional": lambda data, _: fractional(data.relaxation_time, data.order, data.band),
-    "loss_factor": lambda data, _: constant_loss_factor(data.loss_factor, data.band),
-    "table": lambda data, mu0: measured(data.points, data.long_term_modulus or mu0),
-}
-"""Kind of a scene's spectrum -> the spectrum, of a law with a shear modulus at rest [Pa]."""
-
-
-def spectrum_fit(data: scene_materials.Material) -> MaxwellFit | None:
-    """The branches of a material's spectrum; None where it has none. MaterialError where they
-    cannot be fitted.
-    """
-    if data.spectrum is None:
-        return None
-    mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
-    spectrum = SPECTRA[data.spectrum.kind](data.spectrum, mu0)
-    return fewest_branches(spectrum, data.spectrum.largest_error)
-
-
-def viscoelasticity(
-    loaded: LoadedScene, keys: Keys, data: scene_materials.Material
-) -> tuple[MaxwellSeries, MaxwellFit | None]:
-    """The branches of a material, given or fitted, and their fit; SceneError, at the material's
-    `keys`, where there is none.
-    """
-    try:
-        fit = spectrum_fit(data)
-    except MaterialError as error:
-        raise loaded.error((*keys, "spectrum"), error.message, error.hint) from None
-    if fit is None:
-        return MaxwellSeries.of_prony([(term.g, term.relaxation_time) for term in data.prony]), None
-    return fit.series, fit
 
 
 def materials_of(loaded: LoadedScene) -> dict[str, tuple[Keys, scene_materials.Material]]:
@@ -117,7 +80,10 @@ def material(names: Names, body: str) -> Material:
         kappa = bulk_modulus_from_poisson_ratio(mu0, data.poisson_ratio)
     else:
         kappa = DEFAULT_BULK_RATIO * mu0
-    series, fit = viscoelasticity(names.loaded, keys, data)
+    try:
+        series, fit = viscoelasticity(data)
+    except MaterialError as error:
+        raise names.loaded.error((*keys, "spectrum"), error.message, error.hint) from None
     built = Material(
         name, law, kappa, data.density, series.branches(mu0), data.strain_range,
         None if fit is None else fit.largest_error,
