@@ -79,11 +79,8 @@ def test_a_spectrum_is_drawn_from_its_uncertainty(folder):
     )
     scene = folder / "block.yaml"
     scene.write_text(material + scene.read_text().replace("dragon_skin_10", "own"))
-    keys = {
-        "materials.own.spectrum.order": "0.03",
-        "materials.own.spectrum.relaxation_time": "50 us",
-    }
-    study = repeated(folder, 3, keys)
+    spectrum = "materials.own.spectrum"
+    study = repeated(folder, 3, {f"{spectrum}.order": 0.03, f"{spectrum}.relaxation_time": "50 us"})
     spectra = [resolved(case).scene.materials["own"].spectrum for case in study.cases()][:3]
     assert len({s.order for s in spectra}) == len({s.relaxation_time for s in spectra}) == 3
     assert all(0.2 < s.order < 0.44 for s in spectra)
