@@ -5,7 +5,7 @@ is said here, at the key that says it.
 """
 
 from softsim.builder.assembly import build_model
-from softsim.builder.bodies import library_material, library_names
+from softsim.builder.materials import library_material, library_names
 from softsim.builder.profiles import pressure_profile
 
 __all__ = ["build_model", "library_material", "library_names", "pressure_profile"]

@@ -1,26 +1,14 @@
-"""Deformable bodies: their meshes, kinematics and materials."""
+"""Deformable bodies: their meshes and kinematics."""
 
-import dataclasses
 from collections.abc import Callable
-from importlib import resources
-from typing import Any
 
 import numpy as np
-import yaml
-from pydantic import TypeAdapter
 from scipy.spatial import cKDTree
 
+from softsim.builder.materials import material
 from softsim.builder.names import MeshedBody, Names, close_names, in_mm
 from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import MeshError
-from softsim.materials.laws import LAWS
-from softsim.materials.material import (
-    DEFAULT_BULK_RATIO,
-    Material,
-    bulk_modulus_from_poisson_ratio,
-    maxwell_branches,
-)
-from softsim.materials.stability import first_unstable_I1
 from softsim.mesh.mesh import Mesh, transformed
 from softsim.mesh.quality import check
 from softsim.mesh.reading import read_mesh
@@ -31,10 +19,8 @@ from softsim.robots.pfr import pfr_section
 from softsim.robots.pfr_meridian import pfr_meridian
 from softsim.robots.pfr_solid import pfr_solid
 from softsim.scene import bodies as scene_bodies
-from softsim.scene import materials as scene_materials
 from softsim.scene.loading import LoadedScene
 from softsim.scene.meshes import FileMesh
-from softsim.scene.tree import Keys
 
 GENERATORS: dict[str, Callable[..., Mesh]] = {
     "block": block,
@@ -49,24 +35,6 @@ FORMULATIONS = {
     "CAX3": ("axisymmetric",),
     "C3D4": ("solid",),
 }
-
-_MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.Material)
-
-
-def library_material(name: str) -> scene_materials.Material | None:
-    """The material `name` of the library, or None."""
-    entry = _library().get(name)
-    return None if entry is None else _MATERIAL.validate_python(entry)
-
-
-def library_names() -> list[str]:
-    """Names in the material library."""
-    return list(_library())
-
-
-def _library() -> dict[str, Any]:
-    text = resources.files("softsim.materials").joinpath("library.yaml").read_text("utf-8")
-    return yaml.safe_load(text)
 
 
 def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
@@ -245,51 +213,3 @@ def built_bodies(names: Names) -> tuple[Body, ...]:
         )
         for name, part in names.bodies.items()
     )
-
-
-def material(names: Names, body: str) -> Material:
-    """What a body is made of; under a static procedure without its Maxwell branches, which have
-    relaxed.
-    """
-    keys = ("bodies", body, "material")
-    name = names.scene.bodies[body].material
-    data = names.scene.materials.get(name) or library_material(name)
-    if data is None:
-        known = [*names.scene.materials, *library_names()]
-        raise names.loaded.error(
-            keys, f"there is no material '{name}'", close_names(name, known, "materials")
-        )
-    law = LAWS[data.law](*data.constants)
-    refuse_unstable_law(names, name, data, keys)
-    mu0 = law.initial_shear_modulus
-    if data.bulk_modulus is not None:
-        kappa = data.bulk_modulus
-    elif data.D1 is not None:
-        kappa = 2.0 / data.D1
-    elif data.poisson_ratio is not None:
-        kappa = bulk_modulus_from_poisson_ratio(mu0, data.poisson_ratio)
-    else:
-        kappa = DEFAULT_BULK_RATIO * mu0
-    branches = maxwell_branches(mu0, [(p.g, p.relaxation_time) for p in data.prony])
-    built = Material(name, law, kappa, data.density, branches, data.strain_range)
-    is_static = names.scene.time.procedure == "static"
-    return dataclasses.replace(built, branches=()) if is_static else built
-
-
-def refuse_unstable_law(
-    names: Names, name: str, data: scene_materials.Material, keys: Keys
-) -> None:
-    """A law must stiffen no less than to zero within the strain that it says it was fitted on."""
-    if data.strain_range is None:
-        return
-    stretch = 1.0 + data.strain_range
-    largest_I1 = stretch**2 + 2.0 / stretch  # uniaxial, incompressible
-    lost = first_unstable_I1(LAWS[data.law](*data.constants), largest_I1)
-    if lost is not None:
-        where = ("materials", name) if name in names.scene.materials else keys
-        raise names.loaded.error(
-            where,
-            f"material '{name}' loses its stiffness (dW/dI1 <= 0) at I1 = {lost:.3g}, within its "
-            f"strain range of {data.strain_range:g} (I1 up to {largest_I1:.3g})",
-            "a negative last constant does this: fit fewer terms, or over a wider range",
-        )

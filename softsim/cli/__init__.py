@@ -6,6 +6,7 @@ from softsim.cli.about import devices, schema
 from softsim.cli.calibration import calibrate_section, fit_material
 from softsim.cli.reporting import report
 from softsim.cli.runs import assess, check, run
+from softsim.cli.spectra import spectrum
 from softsim.cli.studies import optimize, sweep
 
 app = typer.Typer(
@@ -13,7 +14,8 @@ app = typer.Typer(
     help="Explicit finite elements for soft robots.",
 )  # fmt: skip
 for command in (
-    run, check, assess, sweep, optimize, report, fit_material, calibrate_section, schema, devices,
+    run, check, assess, sweep, optimize, report, fit_material, spectrum, calibrate_section, schema,
+    devices,
 ):  # fmt: skip
     app.command()(command)
 

@@ -14,6 +14,7 @@ def model_table(model: Model) -> Table:
     table = Table(show_header=False, box=None)
     for body in model.bodies:
         table.add_row(f"body '{body.name}'", _size(body, model.dimension))
+        table.add_row("  material", body.material.describe())
         for remark in body.remarks:
             table.add_row("  from its file", remark)
         for kind, sets in (("node", body.node_sets), ("facet", body.facet_sets)):

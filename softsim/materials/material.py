@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.materials.laws import Law
+from softsim.units import format_quantity
 
 # ABAQUS/Explicit takes this ratio kappa / mu0 where no compressibility is given.
 DEFAULT_BULK_RATIO = 20.0
@@ -24,6 +25,8 @@ class Material:
 
     W = law(I1_bar) + (bulk_modulus / 2) (J - 1)^2 + the energy of the Maxwell branches.
     strain_range: largest engineering strain that the law was fitted on, or None.
+    spectrum_error: largest relative error of the complex modulus of the branches within the
+    spectrum that they were fitted to, or None where they were given.
     """
 
     name: str
@@ -32,6 +35,7 @@ class Material:
     density: float
     branches: tuple[MaxwellBranch, ...] = ()
     strain_range: float | None = None
+    spectrum_error: float | None = None
 
     @property
     def instantaneous_shear_modulus(self) -> float:
@@ -46,19 +50,18 @@ class Material:
         modulus = self.bulk_modulus + 4.0 / 3.0 * self.instantaneous_shear_modulus
         return float(np.sqrt(modulus * self.density))
 
+    def describe(self) -> str:
+        """Its name, and how its viscoelasticity is computed, for people."""
+        if not self.branches:
+            return f"{self.name}, elastic"
+        times = sorted(branch.relaxation_time for branch in self.branches)
+        span = " to ".join(format_quantity(float(f"{t:.3g}"), "s") for t in (times[0], times[-1]))
+        text = f"{self.name}, {len(times)} Maxwell branches of {span}"
+        if self.spectrum_error is None:
+            return text
+        return f"{text}, at most {100.0 * self.spectrum_error:.2g} % off its spectrum"
+
 
 def bulk_modulus_from_poisson_ratio(shear_modulus: float, poisson_ratio: float) -> float:
     """kappa = 2 mu (1 + nu) / (3 (1 - 2 nu)) [Pa]."""
     return 2.0 * shear_modulus * (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))
-
-
-def maxwell_branches(
-    long_term_shear_modulus: float, prony: list[tuple[float, float]]
-) -> tuple[MaxwellBranch, ...]:
-    """Branches of a Prony series (g, relaxation time [s]).
-
-    g is a share of the *instantaneous* modulus, as in ABAQUS's *VISCOELASTIC, TIME=PRONY, the law
-    holds the *long-term* one: mu_branch = g mu0 / (1 - sum g).
-    """
-    remaining = 1.0 - sum(g for g, _ in prony)
-    return tuple(MaxwellBranch(g * long_term_shear_modulus / remaining, time) for g, time in prony)

@@ -15,6 +15,7 @@ from softsim.scene.quantities import (
     Text,
     written,
 )
+from softsim.scene.spectra import Spectrum
 
 
 class PronyTerm(Part):
@@ -39,6 +40,11 @@ class _Rubber(Part):
         default=None, ge=0.0, lt=0.5, description="Poisson's ratio at small strain."
     )
     prony: tuple[PronyTerm, ...] = Field(default=(), description="Viscoelastic shear relaxation.")
+    spectrum: Spectrum | None = Field(
+        default=None,
+        description="Viscoelasticity as a spectrum, to which a Prony series is fitted; instead of "
+        "prony. The constants of the law are those of slow tests.",
+    )
     source: Text = Field(default="", description="Where the constants come from.")
     strain_range: Number | None = Field(
         default=None, gt=0.0, description="Largest engineering strain that they were fitted on."
@@ -59,6 +65,13 @@ class _Rubber(Part):
         if total >= 1.0:
             raise ValueError(f"the g of all terms add up to {total:g}: must stay below 1")
         return prony
+
+    @field_validator("spectrum")
+    @classmethod
+    def _one_viscoelasticity(cls, value: Spectrum | None, info: ValidationInfo) -> Spectrum | None:
+        if value is not None and info.data.get("prony"):
+            raise ValueError("says the same thing as prony: give one of them")
+        return value
 
 
 class YeohMaterial(_Rubber):

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from softsim.builder import library_material, library_names
 from softsim.materials.laws import LAWS
-from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio, maxwell_branches
+from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio
+from softsim.materials.maxwell import MaxwellSeries
 from softsim.materials.neo_hooke import NeoHooke
 from softsim.materials.stability import first_unstable_I1, instability_stretch
 from softsim.materials.yeoh import Yeoh
@@ -111,7 +112,7 @@ def test_a_library_material_is_stable_over_its_strain_range(name):
     # Of all modes up to one stretch, equibiaxial tension has the largest I1.
     assert first_unstable_I1(law, 2.0 * largest**2 + largest**-4) is None
     assert data.source
-    assert data.prony
+    assert data.spectrum
 
 
 def test_bulk_modulus_of_linear_elasticity():
@@ -119,7 +120,7 @@ def test_bulk_modulus_of_linear_elasticity():
 
 
 def test_prony_shares_are_of_the_instantaneous_modulus():
-    branches = maxwell_branches(60.0, [(0.25, 1.0), (0.15, 2.0)])
+    branches = MaxwellSeries.of_prony([(0.25, 1.0), (0.15, 2.0)]).branches(60.0)
     instantaneous = 60.0 + sum(b.shear_modulus for b in branches)
     assert [b.shear_modulus / instantaneous for b in branches] == pytest.approx([0.25, 0.15])
     assert [b.relaxation_time for b in branches] == [1.0, 2.0]
@@ -131,7 +132,7 @@ def test_an_unknown_material_is_none():
 
 def test_the_impedance_is_that_of_a_sudden_load():
     """kappa + 4/3 (mu0 + branches) = 4 MPa at 1000 kg/m^3: c_d = 63.2 m/s."""
-    branches = maxwell_branches(1e6, [(1.0 / 3.0, 0.1)])  # 0.5 MPa
+    branches = MaxwellSeries.of_prony([(1.0 / 3.0, 0.1)]).branches(1e6)  # 0.5 MPa
     material = Material("m", NeoHooke(5e5), 2e6, 1000.0, branches)
     assert material.law.initial_shear_modulus == pytest.approx(1e6)
     assert material.impedance == pytest.approx(1000.0 * math.sqrt(4e6 / 1000.0))

@@ -70,3 +70,17 @@ def test_a_perturbed_factor_is_drawn_about_each_of_its_values(folder):
 def test_the_seed_decides(folder):
     one, other = (drawn(repeated(folder, 2, {FRICTION: "10 %"}, seed)) for seed in (1, 2))
     assert (one != other)[:, 0].all()
+
+
+def test_a_spectrum_is_drawn_from_its_uncertainty(folder):
+    material = (
+        "materials:\n  own: {law: neo_hooke, C10: 20 kPa, density: 1000 kg/m^3, spectrum: {kind: "
+        "fractional, relaxation_time: 330 us, order: 0.32, band: [2 Hz, 5 kHz]}}\n"
+    )
+    scene = folder / "block.yaml"
+    scene.write_text(material + scene.read_text().replace("dragon_skin_10", "own"))
+    spectrum = "materials.own.spectrum"
+    study = repeated(folder, 3, {f"{spectrum}.order": 0.03, f"{spectrum}.relaxation_time": "50 us"})
+    spectra = [resolved(case).scene.materials["own"].spectrum for case in study.cases()][:3]
+    assert len({s.order for s in spectra}) == len({s.relaxation_time for s in spectra}) == 3
+    assert all(0.2 < s.order < 0.44 for s in spectra)

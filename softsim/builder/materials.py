@@ -1,0 +1,110 @@
+"""Materials of a scene, its own and those of the library."""
+
+import dataclasses
+from importlib import resources
+from typing import Any
+
+import yaml
+from pydantic import TypeAdapter
+
+from softsim.builder.names import Names, close_names
+from softsim.builder.viscoelasticity import viscoelasticity
+from softsim.errors import MaterialError
+from softsim.materials.laws import LAWS
+from softsim.materials.material import (
+    DEFAULT_BULK_RATIO,
+    Material,
+    bulk_modulus_from_poisson_ratio,
+)
+from softsim.materials.stability import first_unstable_I1
+from softsim.scene import materials as scene_materials
+from softsim.scene.loading import LoadedScene
+from softsim.scene.tree import Keys
+
+_MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.Material)
+
+
+def library_material(name: str) -> scene_materials.Material | None:
+    """The material `name` of the library, or None."""
+    entry = _library().get(name)
+    return None if entry is None else _MATERIAL.validate_python(entry)
+
+
+def library_names() -> list[str]:
+    """Names in the material library."""
+    return list(_library())
+
+
+def _library() -> dict[str, Any]:
+    text = resources.files("softsim.materials").joinpath("library.yaml").read_text("utf-8")
+    return yaml.safe_load(text)
+
+
+def materials_of(loaded: LoadedScene) -> dict[str, tuple[Keys, scene_materials.Material]]:
+    """Name -> where it is given or named, and what it is: the materials that a scene gives, and
+    those of the library that its bodies name.
+    """
+    scene = loaded.scene
+    found: dict[str, tuple[Keys, scene_materials.Material]] = {
+        name: (("materials", name), data) for name, data in scene.materials.items()
+    }
+    for body, data in scene.bodies.items():
+        named = library_material(data.material)
+        if named is not None:
+            found.setdefault(data.material, (("bodies", body, "material"), named))
+    return found
+
+
+def material(names: Names, body: str) -> Material:
+    """What a body is made of; under a static procedure without its Maxwell branches, which have
+    relaxed.
+    """
+    name = names.scene.bodies[body].material
+    known = materials_of(names.loaded)
+    if name not in known:
+        choice = list(dict.fromkeys([*known, *library_names()]))
+        raise names.loaded.error(
+            ("bodies", body, "material"),
+            f"there is no material '{name}'",
+            close_names(name, choice, "materials"),
+        )
+    keys, data = known[name]
+    law = LAWS[data.law](*data.constants)
+    refuse_unstable_law(names.loaded, name, data, keys)
+    mu0 = law.initial_shear_modulus
+    if data.bulk_modulus is not None:
+        kappa = data.bulk_modulus
+    elif data.D1 is not None:
+        kappa = 2.0 / data.D1
+    elif data.poisson_ratio is not None:
+        kappa = bulk_modulus_from_poisson_ratio(mu0, data.poisson_ratio)
+    else:
+        kappa = DEFAULT_BULK_RATIO * mu0
+    try:
+        series, fit = viscoelasticity(data)
+    except MaterialError as error:
+        raise names.loaded.error((*keys, "spectrum"), error.message, error.hint) from None
+    built = Material(
+        name, law, kappa, data.density, series.branches(mu0), data.strain_range,
+        None if fit is None else fit.largest_error,
+    )  # fmt: skip
+    is_static = names.scene.time.procedure == "static"
+    return dataclasses.replace(built, branches=(), spectrum_error=None) if is_static else built
+
+
+def refuse_unstable_law(
+    loaded: LoadedScene, name: str, data: scene_materials.Material, keys: Keys
+) -> None:
+    """A law must stiffen no less than to zero within the strain that it says it was fitted on."""
+    if data.strain_range is None:
+        return
+    stretch = 1.0 + data.strain_range
+    largest_I1 = stretch**2 + 2.0 / stretch  # uniaxial, incompressible
+    lost = first_unstable_I1(LAWS[data.law](*data.constants), largest_I1)
+    if lost is not None:
+        raise loaded.error(
+            keys,
+            f"material '{name}' loses its stiffness (dW/dI1 <= 0) at I1 = {lost:.3g}, within its "
+            f"strain range of {data.strain_range:g} (I1 up to {largest_I1:.3g})",
+            "a negative last constant does this: fit fewer terms, or over a wider range",
+        )

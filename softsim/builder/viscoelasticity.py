@@ -1,0 +1,33 @@
+"""Maxwell branches of a material: given as a Prony series, or fitted to its spectrum."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from softsim.materials.laws import LAWS
+from softsim.materials.maxwell import MaxwellSeries
+from softsim.materials.maxwell_fit import MaxwellFit, fewest_branches
+from softsim.materials.spectrum import Spectrum, constant_loss_factor, fractional, measured
+from softsim.scene.materials import Material
+
+SPECTRA: Mapping[str, Callable[[Any, float], Spectrum]] = {
+    "fractional": lambda data, _: fractional(data.relaxation_time, data.order, data.band),
+    "loss_factor": lambda data, _: constant_loss_factor(data.loss_factor, data.band),
+    "table": lambda data, mu0: measured(data.points, data.long_term_modulus or mu0),
+}
+"""Kind of a scene's spectrum -> the spectrum, of a law with a shear modulus at rest [Pa]."""
+
+
+def viscoelasticity(data: Material) -> tuple[MaxwellSeries, MaxwellFit | None]:
+    """The branches of a material, and how well they meet its spectrum, if it has one: without one
+    they are those of its Prony series.
+
+    Raises
+    ------
+    MaterialError: a spectrum that branches do not meet.
+    """
+    if data.spectrum is None:
+        return MaxwellSeries.of_prony([(term.g, term.relaxation_time) for term in data.prony]), None
+    mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
+    spectrum = SPECTRA[data.spectrum.kind](data.spectrum, mu0)
+    fit = fewest_branches(spectrum, data.spectrum.largest_error)
+    return fit.series, fit

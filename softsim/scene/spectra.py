@@ -1,0 +1,77 @@
+"""What a material does over frequency, as a scene describes it."""
+
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, field_validator
+
+from softsim.scene.part import Part
+from softsim.scene.quantities import Number, PositiveFrequency, PositivePressure, PositiveTime
+
+
+def _rises(band: tuple[float, float]) -> tuple[float, float]:
+    if band[1] <= band[0]:
+        raise ValueError(f"must rise, from the lowest to the highest: {band[0]:g}, {band[1]:g} Hz")
+    return band
+
+
+Band = Annotated[tuple[PositiveFrequency, PositiveFrequency], AfterValidator(_rises)]
+LossFactor = Annotated[Number, Field(ge=0.0, le=2.0)]
+Point = tuple[PositiveFrequency, PositivePressure, LossFactor]
+
+
+class _Spectrum(Part):
+    largest_error: Number = Field(
+        default=0.05, gt=0.0, le=0.5,
+        description="Of the Maxwell branches that stand for it, relative, on the complex modulus; "
+        "they are as few as it allows. The default is what two measurements of one silicone "
+        "differ by.",
+    )  # fmt: skip
+
+
+class FractionalSpectrum(_Spectrum):
+    """A fractional Kelvin-Voigt solid: mu = mu0 (1 + (i omega tau)^n), mu0 that of the law."""
+
+    kind: Literal["fractional"] = Field(description="Kind of spectrum.")
+    relaxation_time: PositiveTime = Field(description="tau.")
+    order: Number = Field(gt=0.0, lt=1.0, description="n: 0 is a spring, 1 a dashpot.")
+    band: Band = Field(description="Lowest and highest frequency that shall be right.")
+
+
+class LossFactorSpectrum(_Spectrum):
+    """One loss factor all over a band: the storage modulus rises as omega^n, n = (2/pi) atan(loss
+    factor). The constants of the law hold far below the band.
+    """
+
+    kind: Literal["loss_factor"] = Field(description="Kind of spectrum.")
+    loss_factor: LossFactor = Field(gt=0.0, description="Loss over storage modulus.")
+    band: Band = Field(description="Lowest and highest frequency that shall be right.")
+
+
+class TableSpectrum(_Spectrum):
+    """A measured spectrum; its band is that of the table."""
+
+    kind: Literal["table"] = Field(description="Kind of spectrum.")
+    points: tuple[Point, ...] = Field(
+        min_length=2, description="[frequency, storage modulus, loss factor], frequencies rising."
+    )
+    long_term_modulus: PositivePressure | None = Field(
+        default=None,
+        description="Modulus of the same specimen in slow tests, shear or Young's as the table's; "
+        "default: the law's shear modulus. Only ratios to it count.",
+    )
+
+    @field_validator("points")
+    @classmethod
+    def _frequencies_rise(cls, points: tuple[Point, ...]) -> tuple[Point, ...]:
+        for number, (one, following) in enumerate(pairwise(points)):
+            if following[0] <= one[0]:
+                raise ValueError(
+                    f"point {number + 1} must have a higher frequency than point {number}"
+                )
+        return points
+
+
+Spectrum = Annotated[
+    FractionalSpectrum | LossFactorSpectrum | TableSpectrum, Field(discriminator="kind")
+]
