@@ -53,7 +53,7 @@ STATED = (36.0, 0.25, 0.023)  # kPa, C10, C20, C30 (4.2.3)
 SHOWN = (1.8, 2.0, 2.2, 2.4, 2.6, 2.8, 3.0, 3.2)  # factors in the table
 TRIED = np.round(np.arange(1.0, 4.001, 0.02), 2)  # factors among which ranges are sought
 
-VOLUME = {30: 4.5, 36: 8.6, 41: 13.8}
+VOLUME = {30: 4.5, 36: 8.6, 41: 13.2}
 """Pipe [mm] -> air pumped in [ml]: further, elements of the spikes that touch are crushed."""
 
 LEFT = {30: 0.8, 36: 2.8, 41: 3.0}
@@ -188,10 +188,10 @@ def rows_statement(run: Held | None, pipe: int) -> Statement:
 
 
 def same_rows(run: Held | None, pipe: int) -> Statement:
-    """As many rows at 23 as at 26 kPa (4.2.4)."""
+    """As many rows at 23 as at 26 kPa (4.2.4), of a robot that fills the pipe at 23 kPa."""
 
     def more(factor: float) -> list[float]:
-        if run is None:
+        if run is None or run.rows_at(HIGHESTS[1], factor) == 0.0:
             return [NAN]
         return [run.rows_at(HIGHESTS[2], factor) - run.rows_at(HIGHESTS[1], factor)]
 
@@ -227,10 +227,10 @@ def pull_statement(run: Held | None, pipe: int, pressures: tuple[float, ...]) ->
 
 
 def pulls_alike(run: Held | None, pipe: int) -> Statement:
-    """No significant differences between 23 and 26 kPa (4.2.4)."""
+    """No significant differences between 23 and 26 kPa (4.2.4), of one that fills the pipe."""
 
     def ratio(factor: float) -> list[float]:
-        if run is None:
+        if run is None or run.rows_at(HIGHESTS[1], factor) == 0.0:
             return [NAN]
         return [run.pull_at(HIGHESTS[2], factor) / run.pull_at(HIGHESTS[1], factor)]
 
@@ -316,7 +316,8 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
         return
     found = statements(outcomes, MAIN)
     yield Listing(
-        "Statements over the factor on the sleeve's constants (x: does not fit, ?: not reached)",
+        "Statements over the factor on the sleeve's constants (x: does not fit; ?: beyond "
+        "what was run, or it does not fill the pipe)",
         ("statement", "thesis", *(f"{factor:g}" for factor in SHOWN), "admits"),
         tuple(
             (s.name, s.reference, *map(s.shown, SHOWN), told(admitted(s, TRIED), TRIED))
@@ -356,7 +357,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             xlim=(0.0, 28.0), ylim=(0.0, 5.0), xlabel="pressure, rising [kPa]",
             ylabel="pull of the robot [N]", title=f"sleeve {FACTOR:g} times as stiff",
         )  # fmt: skip
-        right.legend(loc="upper left")
+        right.legend(loc="upper left", frameon=True, edgecolor="none", framealpha=1.0)
 
 
 def draw_ranges(axes: Axes, found: list[Statement]) -> None:
