@@ -43,9 +43,33 @@ def admitted(statement: Statement, values: np.ndarray) -> np.ndarray:
 
 def told(fits: np.ndarray, values: np.ndarray) -> str:
     """The ranges of rising `values` (n,) that fit (n,), as people read them."""
+    texts = (f"{values[first]:.2f} to {values[last]:.2f}" for first, last in _ranges(fits))
+    return " and ".join(texts) or NOTHING
+
+
+def told_of(statement: Statement, values: np.ndarray) -> str:
+    """The ranges of rising `values` (n,) that a statement admits. An end beyond which it cannot be
+    told, or nothing was tried, is left open: "up to 2.4", "from 2.2".
+    """
+    verdicts = [statement.judge(float(value)).verdict for value in values]
+    is_open = np.array([True, *(verdict == UNKNOWN for verdict in verdicts), True])
+    texts = []
+    for first, last in _ranges(np.array([verdict == AGREES for verdict in verdicts])):
+        low, high = f"{values[first]:.2f}", f"{values[last]:.2f}"
+        ends = bool(is_open[first]), bool(is_open[last + 2])
+        texts.append(
+            {
+                (False, False): f"{low} to {high}",
+                (True, False): f"up to {high}",
+                (False, True): f"from {low}",
+                (True, True): f"all told, {low} to {high}",
+            }[ends]
+        )
+    return " and ".join(texts) or NOTHING
+
+
+def _ranges(fits: np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each run of True in (n,)."""
     edges = np.flatnonzero(np.diff(np.concatenate(([False], fits, [False])).astype(int)))
-    ranges = [
-        f"{values[first]:.2f} to {values[beyond - 1]:.2f}"
-        for first, beyond in zip(edges[::2], edges[1::2], strict=True)
-    ]
-    return " and ".join(ranges) or NOTHING
+    pairs = zip(edges[::2], edges[1::2], strict=True)
+    return [(int(first), int(beyond) - 1) for first, beyond in pairs]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from validation.admitted import NOTHING, Statement, admitted, told
+from validation.admitted import NOTHING, Statement, admitted, told, told_of
 
 VALUES = np.array([1.0, 2.0, 3.0, 4.0, 5.0])
 
@@ -28,3 +28,12 @@ def test_what_is_not_known_does_not_fit():
     assert not admitted(unknown, VALUES).any()
     assert unknown.shown(1.0) == "2.5, - ?"
     assert statement(lambda value: [9.0, np.nan]).shown(1.0) == "9, - x"
+
+
+def test_ends_that_cannot_be_told_are_open():
+    assert told_of(statement(lambda value: [value]), VALUES) == "2.00 to 3.00"
+    assert told_of(statement(lambda value: [value if value > 1.0 else np.nan]), VALUES) == (
+        "up to 3.00"
+    )
+    assert told_of(statement(lambda value: [0.5 * value]), VALUES) == "from 4.00"
+    assert told_of(statement(lambda value: [2.5]), VALUES) == "all told, 1.00 to 5.00"
