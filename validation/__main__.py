@@ -2,6 +2,7 @@
 
 from validation import (
     contact_rows,
+    convergence,
     critical_zones,
     deflation_rate,
     displacement,
@@ -12,11 +13,13 @@ from validation import (
     mode2_speed,
     propulsion_force,
     prototypes,
+    sleeve_stiffness,
 )
 from validation.command import command
 
 SCRIPTS = [
     inflation_radius.SCRIPT,
+    sleeve_stiffness.SCRIPT,
     mode1_speed.SCRIPT,
     mode2_speed.SCRIPT,
     propulsion_force.SCRIPT,
@@ -27,6 +30,7 @@ SCRIPTS = [
     inclination.SCRIPT,
     prototypes.SCRIPT,
     critical_zones.SCRIPT,
+    convergence.SCRIPT,
 ]
 
 if __name__ == "__main__":

@@ -1,0 +1,272 @@
+"""What the figures of motion owe to mesh, step and contact stiffness: numbers that must not matter.
+
+Displacement of one cycle of Mode 3, its onset and end pressure in the 36 mm pipe, the displacement
+of its first 0.4 s, and the speed of Mode 1 at 64 Hz, over
+- the element size: with Richardson's estimate, where the three close in on a value;
+- the time step: the share of the stable one;
+- the penalty stiffness: half and twice what "auto" is;
+- the stiffness of sticking friction over it.
+One of them at a time departs from REFERENCE. A result is a result where each stays within 5 % of
+that of the finest (smallest step, stiffest) one; the largest departure is the band of the figure.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from softsim.builder.assembly import build_model
+from softsim.report.style import BLUE, WALL, drawing
+from softsim.scene.loading import load_scene
+from validation.air import deflation
+from validation.cases import SCENES, THINNED, Case, Outcome, Outcomes
+from validation.command import command
+from validation.digitised import Points
+from validation.mode1_speed import BEST, SETTLED
+from validation.motion import MILLI, NAN, Fall, falls, speed_after
+from validation.richardson import estimate
+from validation.script import Listing, Script
+from validation.thesis import BEST_RATE, LOWEST
+from validation.verdicts import Finding, Row, judged, row, shown, shown_list
+
+NAME = "convergence"
+PIPE = 36  # mm
+TOLERANCE = 0.05
+RATIO = np.sqrt(2.0)  # between element sizes
+BEGINNING = 0.4  # s
+CYCLE, SHORT, MODE1 = "a cycle", "0.4 s", "Mode 1"
+SCENE_OF = {CYCLE: f"pfr_{PIPE}mm.yaml", SHORT: f"pfr_{PIPE}mm.yaml", MODE1: "pfr_mode1.yaml"}
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """What a result must not hang on: element_size [mm], step: over the stable one, penalty: over
+    the automatic one, tangential: over the penalty.
+    """
+
+    element_size: float = 0.5
+    step: float = 0.9
+    penalty: float = 1.0
+    tangential: float = 1.0
+
+    @property
+    def name(self) -> str:
+        """For people."""
+        return (
+            f"{self.element_size:g} mm, step {self.step:g}, penalty {self.penalty:g}, "
+            f"tangential {self.tangential:g}"
+        )
+
+    def overrides(self, scene: str) -> tuple[str, ...]:
+        """Of a scene."""
+        mesh = f"bodies.skin.mesh.element_size={self.element_size} mm"
+        found = [
+            mesh,
+            f"solver.safety_factor={self.step}",
+            f"contact.tangential_stiffness_ratio={self.tangential}",
+        ]
+        if self.penalty != 1.0:
+            stiffness = self.penalty * automatic_penalty(scene, mesh)
+            found.append(f"contact.penalty_stiffness={stiffness:.6g} N/m")
+        return tuple(found)
+
+
+REFERENCE = Numerics()
+
+
+@dataclass(frozen=True)
+class Series:
+    """Numerics of which one number varies, the finest last."""
+
+    name: str
+    settings: tuple[Numerics, ...]
+    values: tuple[float, ...]
+    unit: str = ""
+
+
+def series(name: str, key: str, values: tuple[float, ...], unit: str = "") -> Series:
+    """Of REFERENCE with other values of `key`."""
+    settings = tuple(replace(REFERENCE, **{key: value}) for value in values)
+    return Series(name, settings, values, unit)
+
+
+ALL = (
+    series("element size", "element_size", (0.7, 0.5, 0.35), "mm"),
+    series("step over the stable one", "step", (0.9, 0.67, 0.45)),
+    series("penalty over the automatic one", "penalty", (0.5, 1.0, 2.0)),
+    series("tangential stiffness over penalty", "tangential", (0.5, 1.0)),
+)
+DISTINCT = tuple(dict.fromkeys(setting for one in ALL for setting in one.settings))
+
+
+@cache
+def automatic_penalty(scene: str, mesh: str) -> float:
+    """Penalty stiffness [N/m] that the builder gives the spikes, which are what touches: the least
+    of all nodes, since the sector of the skin that a strip stands for is wider than its spikes.
+    """
+    contact = build_model(load_scene(SCENES / scene, (mesh,))).contact
+    return float(contact.penalty_stiffness.min())
+
+
+def label(what: str, numerics: Numerics) -> str:
+    """The name of a case."""
+    return f"{what}, {numerics.name}"
+
+
+def case(what: str, numerics: Numerics) -> Case:
+    """One run of CYCLE, SHORT or MODE1."""
+    scene = SCENE_OF[what]
+    of_kind = {
+        CYCLE: deflation(BEST_RATE, LOWEST[PIPE]),
+        SHORT: (f"time.end={BEGINNING} s",),
+        MODE1: (f"loads.motor.frequency={BEST} Hz", "time.end=2 s"),
+    }[what]
+    overrides = (*of_kind, *THINNED, *numerics.overrides(scene))
+    return Case(label(what, numerics), scene, overrides)
+
+
+def cases(quick: bool) -> list[Case]:
+    """All settings; the subset has their first 0.4 s."""
+    kinds = (SHORT,) if quick else (SHORT, MODE1, CYCLE)
+    return [case(what, numerics) for what in kinds for numerics in DISTINCT]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A figure that the validation rests on; `unit` of `measured`, of the run `what`."""
+
+    name: str
+    what: str
+    unit: str
+
+    def measured(self, outcomes: Outcomes, one: Series) -> list[float]:
+        """At each setting of a series; NaN of a run that failed, or without motion."""
+        found = (outcomes[label(self.what, numerics)] for numerics in one.settings)
+        return [_measure(self.name, outcome) for outcome in found]
+
+
+DISPLACEMENT, ONSET, END, FIRST, SPEED = (
+    "displacement of a cycle", "onset pressure", "end pressure", "displacement in 0.4 s",
+    "speed of Mode 1",
+)  # fmt: skip
+QUANTITIES = (
+    Quantity(DISPLACEMENT, CYCLE, "mm"),
+    Quantity(ONSET, CYCLE, "kPa"),
+    Quantity(END, CYCLE, "kPa"),
+    Quantity(FIRST, SHORT, "mm"),
+    Quantity(SPEED, MODE1, "mm/s"),
+)
+
+
+def _measure(name: str, outcome: Outcome) -> float:
+    if outcome.failure:
+        return NAN
+    if name == FIRST:
+        return MILLI * float(outcome.history["frame_x"][-1] - outcome.history["frame_x"][0])
+    if name == SPEED:
+        return MILLI * speed_after(outcome.history, SETTLED)
+    cycles = falls(outcome.history)
+    return _of_fall(name, cycles[0]) if cycles else NAN
+
+
+def _of_fall(name: str, fall: Fall) -> float:
+    return {
+        DISPLACEMENT: MILLI * fall.displacement,
+        ONSET: 1e-3 * fall.onset_pressure,
+        END: 1e-3 * fall.end_pressure,
+    }[name]
+
+
+def departures(found: Sequence[float]) -> np.ndarray:
+    """Share by which each result differs from the last, the finest (settings,)."""
+    values = np.array(found)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.abs(values / values[-1] - 1.0)
+
+
+def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
+    """Each quantity over each setting."""
+    for quantity in QUANTITIES:
+        for one in ALL:
+            found = quantity.measured(outcomes, one)
+            claim = f"{quantity.name} over {one.name}, {shown_list(one.values, one.unit)}"
+            reference = f"within {100.0 * TOLERANCE:g} % of the last"
+            behind = [outcomes[label(quantity.what, numerics)] for numerics in one.settings]
+            yield row(NAME, claim, reference, settled(found, quantity.unit), behind)
+
+
+def settled(found: Sequence[float], unit: str) -> Finding:
+    """Every result within TOLERANCE of the last."""
+    off = departures(found)
+    text = f"{shown_list(found, unit)}; off by {shown(100.0 * float(off.max()), '%')}"
+    return judged(bool((off < TOLERANCE).all()), text, *off)
+
+
+def band(outcomes: Outcomes, quantity: Quantity) -> float:
+    """The largest departure of REFERENCE from the finest of a series; NaN where a run lacks."""
+    found = [
+        departures(quantity.measured(outcomes, one))[one.settings.index(REFERENCE)] for one in ALL
+    ]
+    return float(np.max(found))
+
+
+def listings(outcomes: Outcomes) -> Iterator[Listing]:
+    """Richardson's estimate over the mesh, and the band."""
+    sizes = ALL[0]
+    lines = []
+    for quantity in QUANTITIES:
+        found = quantity.measured(outcomes, sizes)
+        if np.isnan(found).all():
+            continue
+        guess = estimate(found, RATIO)
+        told = ("-", "-") if guess is None else (f"{guess.order:.1f}", f"{guess.value:.3g}")
+        width = shown(100.0 * band(outcomes, quantity), "%")
+        cells = (f"{value:.4g}" for value in found)
+        lines.append((f"{quantity.name} [{quantity.unit}]", *cells, *told, width))
+    if lines:
+        yield Listing(
+            "Richardson's estimate over the element size; the band of the reference",
+            ("figure", *(f"{size:g} mm" for size in sizes.values), "order", "limit", "band"),
+            tuple(lines),
+        )
+
+
+def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
+    """Every result over its finest one, a panel a series."""
+    with drawing(path, 4.4) as figure:
+        panels = figure.subplots(len(QUANTITIES), len(ALL), sharey=True, sharex="col")
+        for quantity, line in zip(QUANTITIES, panels, strict=True):
+            for one, axes in zip(ALL, line, strict=True):
+                axes.axhspan(1.0 - TOLERANCE, 1.0 + TOLERANCE, color=WALL, zorder=0)
+                found = np.array(quantity.measured(outcomes, one))
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    axes.plot(one.values, found / found[-1], color=BLUE, marker="o")
+            line[0].set_ylabel(quantity.name.replace(" of ", "\nof ").replace(" in ", "\nin "),
+                               fontsize=6.5)  # fmt: skip
+        for one, axes in zip(ALL, panels[-1], strict=True):
+            axes.set_xlabel(f"{one.name}{f' [{one.unit}]' if one.unit else ''}", fontsize=7)
+        panels[0, 0].set_ylim(0.75, 1.25)
+
+
+SCRIPT = Script(
+    name=NAME,
+    figure="error bands",
+    about=(
+        f"Displacement of a cycle of Mode 3 in the {PIPE} mm pipe, its onset and end pressure, its "
+        "first 0.4 s, and the speed of Mode 1 at 64 Hz over the element size, the time step, the "
+        "penalty stiffness and the stiffness of sticking friction: none of them may matter. Shown: "
+        f"each result over that of the finest setting, the grey band {100.0 * TOLERANCE:g} %. The "
+        "reference has "
+        f"{REFERENCE.name}."
+    ),
+    cases=cases,
+    rows=rows,
+    draw=draw,
+    columns=(),
+    listings=listings,
+)
+
+if __name__ == "__main__":
+    command([SCRIPT])
