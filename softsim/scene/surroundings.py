@@ -114,8 +114,9 @@ class Contact(Part):
         default=1.0, gt=0.0, description="Stiffness while sticking, over penalty_stiffness."
     )
     damping_ratio: Number = Field(
-        default=0.03, ge=0.0, le=1.0, description="Of the normal contact, of critical damping."
-    )
+        default=0.1, ge=0.0, le=1.0, description="Of the normal contact, of critical damping. More "
+        "takes longer: a dashpot shortens the step of nodes that touch."
+    )  # fmt: skip
     tangential_damping_fraction: Number = Field(
         default=1.0, ge=0.0, le=1.0, description="Of the dashpot along the surface, over that of "
         "the normal contact; it resists elastic slip only. ABAQUS/Explicit's tangent fraction."
