@@ -28,7 +28,7 @@ from softsim.output.watch import Watch, ended_by, see_history
 from softsim.recording import Recording
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, Meter
-from softsim.solver.equilibrium import unbalanced_share
+from softsim.solver.equilibrium import moves, unbalanced_share
 from softsim.solver.guards import (
     refuse_broken_elements,
     refuse_crowding,
@@ -186,11 +186,7 @@ class Simulation:
             return True
         share = unbalanced_share(scenario)
         energies = self.meter.read(scenario.number)[0]
-        # At a turning point forces do not balance, on the way through equilibrium it moves: both
-        # must be small. Kinetic energy goes with the square of the distance from equilibrium.
-        tolerance = model.relaxation.tolerance
-        moving = energies.kinetic > tolerance**2 * energies.turnover
-        if share <= tolerance and not moving:
+        if share <= model.relaxation.tolerance and not moves(energies, model.relaxation):
             return True
         if scenario.time > model.end_time + model.relaxation.longest:
             refuse_no_equilibrium(share, model.relaxation)

@@ -156,6 +156,13 @@ class Meter:
                 readings[s, 9 + self.dimension + i] = moment[i]
 
 
+def weight_energy(model: Model) -> float:
+    """Weight of all bodies times the height of the meshed ones, m g h [J]."""
+    mass = model.mass.sum() + sum(body.mass for body in model.rigid_bodies)
+    along = np.concatenate([b.points for b in model.bodies]) @ model.gravity  # height times g
+    return float(mass * np.ptp(along))
+
+
 class EnergyBalance:
     """Error of the balance relative to the largest turnover so far."""
 
@@ -166,11 +173,15 @@ class EnergyBalance:
     def starting(cls, energies: Energies, model: Model) -> "EnergyBalance":
         """The books of a run that starts with these energies.
 
-        Where nothing happens, round-off of the stored energy is no error: the turnover counts as
-        at least 1e-12 of the energy that would double the bodies' volume.
+        Where nothing happens, a small difference of small energies is no error. The turnover counts
+        as at least what everything weighs times how high it is, which a body at rest has too; and,
+        without gravity, for the round-off of what is stored, as 1e-12 of the energy that would
+        double the bodies' volume.
         """
         stiffness = sum(b.material.bulk_modulus * float(b.volumes.sum()) for b in model.bodies)
-        return cls(energies.balance, max(energies.turnover, 1e-12 * stiffness))
+        return cls(
+            energies.balance, max(energies.turnover, weight_energy(model), 1e-12 * stiffness)
+        )
 
     def error(self, energies: Energies) -> float:
         """|balance - initial balance| / largest turnover [-]."""

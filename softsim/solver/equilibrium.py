@@ -1,8 +1,10 @@
-"""Whether forces balance: the end of a static procedure."""
+"""Whether forces balance and nothing moves: the end of a dynamic relaxation."""
 
 import numpy as np
 
 from softsim import fields
+from softsim.model import Relaxation
+from softsim.solver.energy import Energies
 from softsim.solver.scenario import Scenario
 
 
@@ -27,3 +29,12 @@ def unbalanced_share(scenario: Scenario) -> float:
         unbalanced += float((read(bodies.force) ** 2).sum())
         unbalanced += float((fields.read(bodies.mass) * turning).sum())
     return float(np.sqrt(unbalanced / inner)) if inner > 0.0 else 0.0
+
+
+def moves(energies: Energies, relaxation: Relaxation) -> bool:
+    """Whether a body on its way through equilibrium, where forces balance, still moves.
+
+    Kinetic energy goes with the square of the distance from equilibrium. At a turning point it is
+    forces that do not balance.
+    """
+    return energies.kinetic > relaxation.tolerance**2 * energies.turnover

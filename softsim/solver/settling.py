@@ -8,7 +8,7 @@ import numpy as np
 
 from softsim.model import LOCAL_DAMPING
 from softsim.solver.energy import Meter
-from softsim.solver.equilibrium import unbalanced_share
+from softsim.solver.equilibrium import moves, unbalanced_share
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.guards import refuse_broken_elements, refuse_unsettled
 from softsim.solver.scenario import Scenario
@@ -54,10 +54,8 @@ def is_settled(scenario: Scenario, meter: Meter) -> bool:
     model, settling = scenario.model, scenario.model.settling
     assert settling is not None
     refuse_broken_elements(model, scenario.positions(), scenario.time)
-    energies = meter.of(scenario.number)[0]
     share = unbalanced_share(scenario)
-    moves = energies.kinetic > settling.tolerance**2 * energies.turnover
-    if share <= settling.tolerance and not moves:
+    if share <= settling.tolerance and not moves(meter.of(scenario.number)[0], settling):
         return True
     if scenario.time >= 0.0:
         refuse_unsettled(share, settling)
