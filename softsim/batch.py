@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from softsim import backend
-from softsim.errors import Interrupted, SoftsimError
+from softsim.errors import Interrupted, SoftsimError, StabilityError
 from softsim.interruption import stop_signals
 from softsim.machine import Choice
 from softsim.output.checkpoint import Checkpoint
@@ -41,6 +41,7 @@ class Batch:
         checkpoint: Checkpoint | None = None,
     ) -> None:
         self.pace = Pace()
+        self.console = recordings[0].console
         elements = len(recordings) * recordings[0].model.element_count
         backend.start(choice.device, threads=choice.threads_for(elements))
         self.solver = ExplicitSolver([recording.model for recording in recordings])
@@ -49,6 +50,7 @@ class Batch:
             Simulation(Scenario(self.solver, s), self.meter, recording, self.pace, watching)
             for s, (recording, watching) in enumerate(zip(recordings, watches, strict=True))
         ]
+        self.unsettled: dict[int, StabilityError] = {}
         if checkpoint is None:
             self._begin()
         else:
@@ -58,7 +60,8 @@ class Batch:
 
     def _begin(self) -> None:
         steps = np.array([s.first_increment() for s in self.simulations])
-        settled = settle(self.solver, self.meter, steps)
+        with stop_signals() as asked, self.console.status("bodies come to rest before t = 0"):
+            settled, self.unsettled = settle(self.solver, self.meter, steps, asked)
         self.solver.begin(steps)
         self.meter.look()
         for simulation in self.simulations:
@@ -92,6 +95,9 @@ class Batch:
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
         last_checkpoint = time.monotonic()
         self.look()
+        for s, error in self.unsettled.items():
+            with self._attended(self.simulations[s]):
+                raise error
         while running := self.running:
             if asked:
                 self._interrupt(signal.Signals(asked[0]).name)

@@ -4,8 +4,12 @@ Weight, contact and friction act. Loads are off, as at all times before zero, an
 have relaxed, as those of a body that has lain there for long.
 """
 
+from collections.abc import Sequence
+from signal import Signals
+
 import numpy as np
 
+from softsim.errors import Interrupted, StabilityError
 from softsim.model import LOCAL_DAMPING
 from softsim.solver.energy import Meter
 from softsim.solver.equilibrium import moves, unbalanced_share
@@ -17,15 +21,20 @@ from softsim.solver.scenario import Scenario
 LOOK_EVERY = 512
 
 
-def settle(solver: ExplicitSolver, meter: Meter, steps: np.ndarray) -> dict[int, float]:
+def settle(
+    solver: ExplicitSolver, meter: Meter, steps: np.ndarray, asked_to_stop: Sequence[int]
+) -> tuple[dict[int, float], dict[int, StabilityError]]:
     """Let the scenarios whose models ask for it come to rest, before the solver begins.
 
-    steps: stable without local damping, (scenarios,) [s]. Returns the time [s] that relaxation
-    took, by scenario. Raises StabilityError where one is not in equilibrium within its limit.
+    steps: stable without local damping, (scenarios,) [s]. asked_to_stop: signals, as they come.
+    Returns, by scenario, the times [s] that relaxation took, and why others found no equilibrium.
+    Raises Interrupted.
     """
     limits = {s: m.settling.longest for s, m in enumerate(solver.models) if m.settling is not None}
+    took: dict[int, float] = {}
+    failed: dict[int, StabilityError] = {}
     if not limits:
-        return {}
+        return took, failed
     kept = solver.velocities()
     for s, longest in limits.items():
         solver.times[s] = -longest
@@ -34,16 +43,22 @@ def settle(solver: ExplicitSolver, meter: Meter, steps: np.ndarray) -> dict[int,
     for s in limits:
         solver.relax_branches(s)
         solver.damp(s, LOCAL_DAMPING)
-    took: dict[int, float] = {}
-    while len(took) < len(limits):
-        moving = [s for s in limits if s not in took]
+    while moving := [s for s in limits if s not in took and s not in failed]:
+        if asked_to_stop:
+            raise Interrupted(
+                f"stopped by {Signals(asked_to_stop[0]).name} before t = 0, while bodies settled",
+                hint="nothing is there to resume: start again",
+            )
         solver.advance(np.bincount(moving, minlength=solver.scenarios) * LOOK_EVERY)
         meter.look()
         for s in moving:
-            if is_settled(Scenario(solver, s), meter):
-                took[s] = solver.times[s] + limits[s]
+            try:
+                if is_settled(Scenario(solver, s), meter):
+                    took[s] = float(solver.times[s]) + limits[s]
+            except StabilityError as error:
+                failed[s] = error
     solver.start_clock(kept)
-    return took
+    return took, failed
 
 
 def is_settled(scenario: Scenario, meter: Meter) -> bool:
