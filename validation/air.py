@@ -1,7 +1,7 @@
 """Overrides of a pressure cycle, and how long a run of it lasts.
 
-The thesis gives no inflation rate. Little moves while the pressure rises or rests at its highest,
-so both are kept short: half a second from zero, and a hold in which the vibration settles.
+The thesis gives no inflation rate, and its claims are on the fall: rise and rest are kept short,
+half a second from zero, and a hold in which the vibration settles.
 """
 
 import math

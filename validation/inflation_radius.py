@@ -190,7 +190,8 @@ def remarks(outcomes: Outcomes) -> Iterable[str]:
         "What cannot be reconciled: a silicone skin with these constants and this size carries at "
         f"most {limit:.2f} kPa in free air. The thesis works at 20 to 26 kPa, "
         f"{np.mean(WORKING) / limit:.1f} times as much, and sees the spikes leave the wall at 9 to "
-        "13 kPa."
+        "13 kPa. All pressures here go as the stiffness of the skin: what a stiffer one would make "
+        "of these statements, `sleeve_stiffness` says."
     )
 
 

@@ -5,7 +5,7 @@ earlier. So one run a pipe, down to the lowest of its pressures, shows them all:
 - level (D to F), the runs of `deflation_rate`: displacement down to P_M3^S of Table 6.2, and to 2,
   4 and 6 kPa more;
 - vertical (G to I), down to 3 kPa below the pressure at which the thesis's robot just holds.
-Displacements count from where the pressure begins to fall, after the robot was put into the pipe.
+Displacements count from where the pressure begins to fall.
 Digitised points: pipe_mm, inclination_deg, lowest_kPa, displacement_mm.
 """
 

@@ -126,13 +126,13 @@ def write_html(path: Path, sections: Sequence[Section], everything: dict[str, An
         for key, value in everything.items()
         if isinstance(value, str | int | float)
     ]
-    headings = ("name", "value", "where", "fitted_on")
+    headings = ("name", "value", "where", "rests_on")
     constants = [[entry[key] for key in headings] for entry in everything["constants"]]
     page = TEMPLATE.substitute(
         counts=escape(counted(all_rows(sections))),
         about=escape("; ".join(facts)),
         sections="\n".join(_section(section) for section in sections),
-        constants=_table(("constant", "value", "written in", "fitted on"), map(_cells, constants)),
+        constants=_table(("constant", "value", "written in", "rests on"), map(_cells, constants)),
     )
     path.write_text(page, encoding="utf-8")
 

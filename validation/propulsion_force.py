@@ -3,8 +3,8 @@
 Three pipes, four frequencies, three highest pressures; a tendon holds the robot back while it is
 inflated and the air is let out down to P_M3^S of the pipe (4.2.4). How long that takes decides how
 far a free robot walks, but a held one stands: its pull follows the pressure. So the fall is quick,
-0.7 to 1.6 s, which is 45 periods of the slowest vibration at least. The robot starts where it lies,
-on the bottom: from the middle of the pipe it would fall, rebound and rattle on its tendon.
+0.7 to 1.6 s, which is 45 periods of the slowest vibration at least. The robot is meshed close above
+the bottom, where it settles before the start.
 
 A plane section has the vertical stiffness of the ring of spikes, sum(cos^2) = half of their number.
 Along the axis all of them push: the robot's pull is twice the section's.

@@ -1,8 +1,8 @@
 """Overrides of a robot that climbs: an inclined pipe, and how it gets into it.
 
-Nothing holds the robot before its spikes touch, and in a steep pipe it would be metres away by
-then. So it is inflated within 50 ms, in which it falls by 1 cm. A safety line catches it 20 cm
-further down once it has lost the wall.
+Nothing holds the robot before its spikes touch: it cannot settle, and in a steep pipe it would be
+metres away by the end of an inflation. So it starts as it is meshed and is inflated within 50 ms,
+in which it falls by 1 cm. A safety line catches it 20 cm further down once it has lost the wall.
 
 Along the axis all 14 spikes of a ring hold and push, of which the section has 7 (vertically a ring
 is as stiff as 7, see softsim/scene/library/pfr/section.yaml): it stands for half of the robot
@@ -27,6 +27,7 @@ def upwards(pipe: int, angle: int, lowest: float) -> tuple[str, ...]:
     """
     return (
         f"environment.inclination={angle} deg",
+        "time.settle=null",
         f"loads.line={LINE}",
         f"loads.relief={{kind: axial_relief, acts_on: frame, share: {1.0 - 1.0 / RING:g}}}",
         *deflation(EFFECTIVE_RATE[pipe], lowest, inflation_rate=AT_ONCE),

@@ -12,7 +12,6 @@ from softsim.scene.tree import entries, listed, plain
 from softsim.scene.yaml_reading import read_text
 
 PFR = Path(__file__).parents[2] / "scenes/pfr_36mm.yaml"
-ON_SKIN = "loads.air.on_skin=[[0 kPa, 0 kPa], [11 kPa, 8 kPa], [23 kPa, 10 kPa]]"
 
 
 @pytest.mark.parametrize(
@@ -25,16 +24,21 @@ ON_SKIN = "loads.air.on_skin=[[0 kPa, 0 kPa], [11 kPa, 8 kPa], [23 kPa, 10 kPa]]
         ("rigid_bodies.frame.center.1", "m", False),
         ("loads.air.profile.deflation_rate", "Pa/s", False),
         ("loads.air.on_skin.1.0", "Pa", False),
-        ("loads.tether.at.1", "m", False),
         ("loads.air.profile.count", None, True),
         ("contact.friction_coefficient", None, False),
         ("bodies.skin.material", None, False),
         ("materials.sleeve.spectrum.relaxation_time", "s", False),
+        ("materials.elastic.prony.0.relaxation_time", "s", False),
     ],
 )
 def test_what_is_due_at_a_key(path, unit, is_whole):
-    given = ["rigid_bodies.frame.center=[0 mm, 0 mm]", ON_SKIN]
-    tree = load_scene(PFR, given).tree
+    overrides = [
+        "rigid_bodies.frame.center=[0 mm, 0 mm]",
+        "loads.air.on_skin=[[0 kPa, 0 kPa], [23 kPa, 10 kPa]]",
+        "materials.elastic={law: neo_hooke, C10: 36 kPa, density: 1070 kg/m^3, "
+        "prony: [{g: 0.1, relaxation_time: 1 ms}]}",
+    ]
+    tree = load_scene(PFR, overrides).tree
     place = place_in(Scene, tree, keys_at(tree, path, tree.origin))
     assert place is not None
     assert (place.quantity and place.quantity.unit, place.is_whole) == (unit, is_whole)
@@ -45,9 +49,9 @@ def test_what_the_schema_does_not_have():
 
 
 def test_mappings_and_lists_at_keys():
-    tree = load_scene(PFR, [ON_SKIN]).tree
+    tree = read_scene(PFR)
     assert list(entries(tree, "environment", "walls")) == ["pipe"]
-    assert len(listed(tree, "loads", "air", "on_skin")) == 3
+    assert len(listed(tree, "rigid_bodies", "frame", "free")) == 2
     assert entries(tree, "loads", "none") == {} and listed(tree, "environment", "walls") == ()
 
 

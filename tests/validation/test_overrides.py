@@ -41,6 +41,10 @@ def test_a_run_ends_with_its_cycle(overrides, highest, lowest):
     assert profile.values[-1] == pytest.approx(lowest)
 
 
+def test_a_climbing_robot_does_not_settle_since_nothing_holds_it():
+    assert load_scene(SCENES / "pfr_41mm.yaml", upwards(41, 60, 12.5)).scene.time.settle is None
+
+
 def test_a_climbing_robot_may_fall_no_further_than_its_line():
     line = load_scene(SCENES / "pfr_41mm.yaml", upwards(41, 60, 12.5)).scene.loads["line"]
     assert line.direction[0] > 0.0 and line.slack == pytest.approx(0.2)

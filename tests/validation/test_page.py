@@ -29,7 +29,7 @@ def sections(tmp_path):
 
 def everything(sections):
     about = {"total_time_s": 1.5, "device": "cpu", "version": "0"}
-    constant = {"name": NASTY, "value": "1", "where": "a.yaml:3", "fitted_on": "onset"}
+    constant = {"name": NASTY, "value": "1", "where": "a.yaml:3", "rests_on": "onset"}
     return page.content(sections, about, [constant])
 
 
@@ -43,7 +43,7 @@ def test_json_has_every_row_and_count(sections, tmp_path):
     assert read["counts"] == {AGREES: 1, DISAGREES: 1, UNKNOWN: 1}
     assert read["scripts"]["s"]["digitised"] is False
     assert read["scripts"]["s"]["listings"][0]["rows"] == [["first", NASTY], ["second", ""]]
-    assert read["constants"][0]["fitted_on"] == "onset" and read["total_time_s"] == 1.5
+    assert read["constants"][0]["rests_on"] == "onset" and read["total_time_s"] == 1.5
 
 
 def test_html_holds_text_as_text_and_the_figure(sections, tmp_path):
