@@ -134,7 +134,7 @@ def begin(kernel_cache, tmp_path_factory):
     return begin_case
 
 
-@pytest.fixture(scope="module", params=PARAMETERS, ids=lambda p: f"{p[0]}, {p[1]:g} mm")
+@pytest.fixture(scope="module", params=PARAMETERS, ids=lambda p: f"{p[0]}, {p[1]:g}mm")
 def on_the_slope(request, begin):
     """Name of the case, histories of the block held, sliding and shaken."""
     from softsim import fields
@@ -174,7 +174,7 @@ def on_the_slope(request, begin):
     return f"{request.param[0]}, {request.param[1]:g} mm", histories
 
 
-@pytest.fixture(scope="module", params=PARAMETERS, ids=lambda p: f"{p[0]}, {p[1]:g} mm")
+@pytest.fixture(scope="module", params=PARAMETERS, ids=lambda p: f"{p[0]}, {p[1]:g}mm")
 def pulled(request, begin):
     """Name of the case, histories of the block pulled along a level plate by its front."""
     build = begin(*request.param)
@@ -387,23 +387,31 @@ def test_slides_above_it(build, start):
     assert acceleration == pytest.approx(exact, rel=0.01)
 
 
-@pytest.mark.parametrize("angle, slips", [(20, False), (35, True)])
-def test_slip_share(build, start, angle, slips):
-    """Of the normal impulse, a block that rests carries nothing in slip, one that slides all but
-    what nodes carry within their first increments after a hop, until the friction spring from where
-    they touched down is stretched to mu N: under a hundredth.
+def test_slip_share_of_a_block_that_slides(build, start):
+    """Of the normal impulse all is carried in slip, but what nodes carry within their first
+    increments after a hop, until the friction spring from where they touched down is stretched to
+    mu N: under a hundredth.
     """
     from softsim.solver.energy import Meter
 
-    solver = start(build(SMALL, f"environment.inclination={angle} deg"))
+    solver = start(build(SMALL, "environment.inclination=35 deg"))
     meter = Meter(solver)
     advance_to(solver, 0.3)
-    for walls in solver.terms.wall_contacts:
-        walls.clear_impulses(0)
+    solver.terms.wall_contacts[0].clear_impulses(0)
     assert meter.read()[1].slip_share == 0.0  # nothing yet, and no division by it
     advance_to(solver, 0.5)
-    share = meter.read()[1].slip_share
-    assert share > 0.99 if slips else share == 0.0
+    assert meter.read()[1].slip_share > 0.99
+
+
+def test_slip_share_of_a_block_that_rests(build, start_settled):
+    """Nothing. Settled: with its weight at once the slowest branch creeps for long, and the nodes
+    at the corners with it.
+    """
+    from softsim.solver.energy import Meter
+
+    solver = start_settled(build(SMALL, "time.settle=1 s"))
+    advance_to(solver, 0.2)
+    assert Meter(solver).read()[1].slip_share == 0.0
 
 
 def test_friction_dissipates_what_gravity_puts_in(build, start):
