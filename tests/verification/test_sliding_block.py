@@ -37,7 +37,7 @@ PARAMETERS = [
     for size in (2.0, 1.0, 0.5)
     for case in CASES
 ]
-G, ANGLE, FREQUENCY, EXCESS = 9.81, np.deg2rad(25.0), 2.0, 1.05
+G, ANGLE, FREQUENCY, EXCESS = 9.81, np.deg2rad(25.0), 1.0, 1.05
 MU_SHAKEN = {"shaken, level": 0.5, "shaken on the slope": 0.6}
 LIMITS = {
     "shaken, level": 0.5 * G,
@@ -45,13 +45,13 @@ LIMITS = {
 }
 # Mean friction coefficient and speed [m/s].
 PULLS = {"slowly": (0.5, 5e-3), "fast": (0.5, 20e-3), "with 0.8": (0.8, 20e-3)}
-# What falls short of its demand, and how far: sliding without memory, or with much friction on an
-# elastic block, excites the mesh, and mean friction is then below mu N.
+# What falls short of its demand, and how far on 2 and 1 mm: without memory, or with much friction
+# on an elastic block, the mesh excites itself, and mean friction is then below mu N.
 SHORT = {
-    ("dragon_skin_10, 2 mm", "shaken on the slope"): "slips 13.6 times as far",
-    ("dragon_skin_10, 2 mm", "slowly"): "T / mu N = 0.982",
-    ("dragon_skin_10, 2 mm", "with 0.8"): "T / mu N = 0.977",
-    ("elastic, 10 ms, 2 mm", "with 0.8"): "T / mu N = 0.742",
+    ("dragon_skin_10", "shaken on the slope"): "slips SLOPE2 and SLOPE1 times as far",
+    ("dragon_skin_10", "slowly"): "T / mu N = 0.982 and 0.863",
+    ("dragon_skin_10", "with 0.8"): "T / mu N = 0.977 and 0.978",
+    ("elastic, 10 ms", "with 0.8"): "T / mu N = 0.742 and 0.695",
 }
 
 
@@ -204,8 +204,8 @@ def demand(request):
     """Demand what a test checks of a case, or that it falls short where that is known."""
 
     def demand_of(case, what):
-        if (case, what) in SHORT:
-            reason = SHORT[case, what]
+        reason = SHORT.get((case.rsplit(", ", 1)[0], what))
+        if reason is not None:
             request.applymarker(pytest.mark.xfail(strict=True, reason=reason))
 
     return demand_of
@@ -305,22 +305,33 @@ def advance_to(solver, until):
         solver.advance(2000)
 
 
-@pytest.mark.parametrize("size", [2, pytest.param(1, marks=pytest.mark.slow),
-                                  pytest.param(0.5, marks=pytest.mark.slow)])  # fmt: skip
-def test_sticks_on_30_degrees(build, start, size, record_verification):
-    """Friction 0.6, tan(30 deg) = 0.577, its weight at once, default settings."""
+SIZES = [2.0, *(pytest.param(size, marks=pytest.mark.slow) for size in (1.0, 0.5))]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(
+    "memory",
+    [
+        pytest.param(0, marks=pytest.mark.xfail(strict=True, reason="creeps at 1 mm/s on 2 mm")),
+        10,
+    ],
+)
+def test_sticks_on_30_degrees(build, start, memory, size, record_verification):
+    """Friction 0.6, tan(30 deg) = 0.577, its weight at once; 0 ms of memory is the default."""
     solver = start(
         build(
             SMALL,
             f"bodies.block.mesh.element_size={size} mm",
             "environment.inclination=30 deg",
             "contact.friction_coefficient=0.6",
+            f"contact.friction_memory={memory} ms",
         )
     )
     first = centre_x(solver)
     advance_to(solver, 0.2)
     given = centre_x(solver) - first
-    record_verification(f"small block on 30 deg, {size:g} mm: drift in 0.2 s [m]", 0.0, given)
+    case = f"small block on 30 deg, {memory} ms, {size:g} mm"
+    record_verification(f"{case}: drift in 0.2 s [m]", 0.0, given)
     assert abs(given) < 0.5e-3
     advance_to(solver, 0.4)
     assert abs(centre_x(solver) - first - given) < 1e-6
