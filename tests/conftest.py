@@ -65,6 +65,26 @@ def start(cpu):
     return start_solver
 
 
+@pytest.fixture
+def start_settled(cpu):
+    """A solver at t = 0 with the stable step, whose models have settled."""
+    import numpy as np
+
+    from softsim.solver.energy import Meter
+    from softsim.solver.explicit import ExplicitSolver
+    from softsim.solver.settling import settle
+    from softsim.solver.time_step import stable_increment
+
+    def start_solver(*models):
+        solver = ExplicitSolver(list(models))
+        step = 0.9 * min(stable_increment(m, m.points).value for m in models)
+        settle(solver, Meter(solver), np.full(len(models), step))
+        solver.begin(step)
+        return solver
+
+    return start_solver
+
+
 # The table of verification results: each test records what it compared; pytest prints it last.
 # Under pytest-xdist every worker hands its rows to the process that reports, which has read this
 # conftest only.

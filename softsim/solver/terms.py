@@ -95,7 +95,7 @@ class Terms:
             model.is_free,
             np.stack([starting_gravity(m) for m in models]),
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
-            model.relaxation is not None or model.settling is not None,
+            any(m.relaxation is not None or m.settling is not None for m in models),
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.bodies = [

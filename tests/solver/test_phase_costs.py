@@ -42,7 +42,7 @@ def test_every_pass_has_its_cost(build, start):
     assert all(cost.seconds > 0.0 for cost in profile.passes)
     assert profile.passes[0].name == "Nodes.drift"
     shares = profile.shares()
-    assert set(shares) == {"integration", "elements", "contact", "energy"}
+    assert set(shares) == {"integration", "elements", "contact"}
     assert sum(shares.values()) == pytest.approx(1.0, rel=1e-12)
     whole = sum(cost.seconds for cost in profile.passes) + profile.unexplained
     assert whole == pytest.approx(profile.increment, rel=1e-12)
