@@ -22,7 +22,7 @@ LOOK_EVERY = 512
 
 
 def settle(
-    solver: ExplicitSolver, meter: Meter, steps: np.ndarray, asked_to_stop: Sequence[int]
+    solver: ExplicitSolver, meter: Meter, steps: np.ndarray, asked_to_stop: Sequence[int] = ()
 ) -> tuple[dict[int, float], dict[int, StabilityError]]:
     """Let the scenarios whose models ask for it come to rest, before the solver begins.
 
