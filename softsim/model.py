@@ -264,11 +264,11 @@ class Model:
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
     contact is counted. gravity (d,) [m/s^2]: times gravity_profile where there is one.
     end_time [s]: the latest; cycles: of the first chamber's pressure, with which the run ends, or
-    None. increment: the user's time step [s], or None for the stable one. friction_memory: time [s]
-    over which the limit of friction on walls and outlines follows the normal force. self_contact:
-    None where surfaces do not touch each other. relaxation: after the loads' time of a static
-    procedure, or None where inertia is real; settling: before t = 0, or None. passage: what a
-    layout asks, or None.
+    None. increment: the user's time step [s], or None for the stable one. friction_memory [s],
+    friction_slip_length [m]: within which the limit of friction on walls and outlines follows the
+    normal force (contact/friction.py). self_contact: None where surfaces do not touch each other.
+    relaxation: after the loads' time of a static procedure, or None where inertia is real;
+    settling: before t = 0, or None. passage: what a layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -281,6 +281,7 @@ class Model:
     walls: tuple[Wall, ...]
     contact: ContactData
     friction_memory: float
+    friction_slip_length: float
     self_contact: SelfContactData | None
     pressures: tuple[PressureData, ...]
     rotors: tuple[RotorLoad, ...]

@@ -79,6 +79,7 @@ def build_model(loaded: LoadedScene) -> Model:
         walls=fixed_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
         friction_memory=scene.contact.friction_memory,
+        friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
         pressures=pressures,
         rotors=loads.rotors(names),

@@ -11,8 +11,8 @@ slides steadily does not feel it.
 Sliding under a limit that follows N at once, an elastic body without damping excites itself: slip
 falls together with small N, and mesh and body swing ever more (Adams 1995; Renardy 1992). The cure
 is a limit with memory (Prakash and Clifton 1993; Cochard and Rice 2000; Rubin and Ampuero 2007),
-    dL/dt = (mu N - L) / t*   while in contact,  |T| <= L,
-here from the mean of mu N over the first t*. A material that damps at kHz does not need it.
+    dL/dt = (mu N - L) (1 / t* + |V| / d)   while in contact,  |T| <= L,
+of a time t* at rest and a slip d at the speed V; it begins as the mean of mu N.
 """
 
 import taichi as ti
@@ -41,8 +41,9 @@ def slip(stretch, before, stiffness, damping_rate, friction_limit):
 
 
 @ti.func
-def limit_with_memory(last, instant, age, memory, dt):
+def limit_with_memory(last, instant, age, memory, slip_length, speed, dt):
     """L [N] after an increment in which mu N is `instant`; `last`: before. age: time in contact
-    [s], this increment included; memory: t* [s], zero where L is mu N.
+    [s], this increment included; memory: t* [s], zero where L is mu N; slip_length: d [m].
     """
-    return last + (instant - last) * (dt / ti.max(dt, ti.min(memory, age)))
+    forgets_in = memory / (1.0 + memory * speed / slip_length)
+    return last + (instant - last) * (dt / ti.max(dt, ti.min(forgets_in, age)))

@@ -29,6 +29,7 @@ class SurfaceContact(Dissipation):
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
+    slip_length: d of its limit (scenarios,) [m].
     return_times: a node that comes back within this time has chattered (scenarios,) [s].
 
     Fields, (scenarios, k): normal_force [N] and force [N] now; since they were last cleared [N s]
@@ -48,6 +49,7 @@ class SurfaceContact(Dissipation):
         tangential_damping: np.ndarray,
         friction_coefficient: np.ndarray,
         friction_memory: np.ndarray,
+        slip_length: np.ndarray,
         return_times: np.ndarray,
     ) -> None:
         scenarios, d = nodes.scenarios, nodes.dimension
@@ -60,7 +62,7 @@ class SurfaceContact(Dissipation):
         self.damping = real_field(damping)
         self.tangential_damping = real_field(tangential_damping)
         self.friction_coefficient = real_field(friction_coefficient)
-        self.friction_memory = real_field(friction_memory)
+        self.friction_memory, self.slip_length = map(real_field, (friction_memory, slip_length))
         self.return_time = real_field(return_times)
         self.first_slot = nodes.corner_forces.claim(contact_nodes)
 
@@ -182,7 +184,10 @@ class SurfaceContact(Dissipation):
         stretch = tangential(q - self.anchor[s, i, w], n)
         age, last = self.age[s, i, w] + dt, self.friction_limit[s, i, w]
         instant = self.friction_coefficient[s] * N
-        limit = limit_with_memory(last, instant, age, self.friction_memory[s], dt)
+        limit = limit_with_memory(
+            last, instant, age, self.friction_memory[s], self.slip_length[s],
+            tangential(v, n).norm(), dt,
+        )  # fmt: skip
         self.age[s, i, w], self.friction_limit[s, i, w] = age, limit
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped

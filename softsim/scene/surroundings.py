@@ -104,8 +104,12 @@ class Contact(Part):
     friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
     friction_memory: NotNegativeTime = Field(
         default=written("0 s"), description="Time over which the limit of friction on walls and "
-        "outlines follows the normal force; 0 s: at once. Two periods of a body's slowest swing "
-        "keep one without damping from exciting itself as it slides."
+        "outlines follows the normal force at rest; 0 s: at once, Coulomb's law. Two periods of a "
+        "body's slowest swing keep it from exciting itself as it slides."
+    )  # fmt: skip
+    friction_slip_length: PositiveLength = Field(
+        default=written("30 um"), description="Slip over which a limit with a memory forgets: a "
+        "fast node follows the normal force sooner."
     )  # fmt: skip
     penalty_stiffness: AutoOrPositiveStiffness = Field(
         default="auto", description="Of a node; auto: bulk modulus times thickness."

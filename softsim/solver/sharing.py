@@ -36,7 +36,7 @@ WHOLLY = (
 PARTLY: dict[type, set[str]] = {
     Model: {
         "velocity", "gravity", "end_time", "increment", "safety_factor", "energy_error_limit",
-        "rows", "probes", "passage", "cycles", "friction_memory",
+        "rows", "probes", "passage", "cycles", "friction_memory", "friction_slip_length",
     },
     Body: {"node_sets", "facet_sets", "remarks"},
     ContactData: {"friction_coefficient", "effective_mass"},

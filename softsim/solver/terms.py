@@ -149,6 +149,7 @@ class Terms:
             for k, motion in enumerate(model.prescribed)
         ]  # fmt: skip
         self.friction_memory = np.array([m.friction_memory for m in models])
+        self.slip_length = np.array([m.friction_slip_length for m in models])
         self.return_times = np.array([return_time(m) for m in models])
         profiles = [m.gravity_profile for m in models if m.gravity_profile is not None]
         self.rising_gravity = [
@@ -167,7 +168,7 @@ class Terms:
         return SurfaceContact(
             self.nodes, data.nodes, obstacle, data.penalty_stiffness, data.tangential_stiffness,
             data.damping, data.tangential_damping, np.array(friction),
-            self.friction_memory, self.return_times,
+            self.friction_memory, self.slip_length, self.return_times,
         )  # fmt: skip
 
     def _pressure(self, models: list[Model], k: int) -> FollowerPressure:

@@ -31,9 +31,10 @@ def evaluate_force(
 
 @ti.kernel
 def evaluate_limit(
-    last: ti.f64, instant: ti.f64, age: ti.f64, memory: ti.f64, dt: ti.f64
+    last: ti.f64, instant: ti.f64, age: ti.f64, memory: ti.f64, speed: ti.f64, dt: ti.f64
 ) -> ti.f64:
-    return limit_with_memory(last, instant, age, memory, dt)
+    """With a slip length of 30 um."""
+    return limit_with_memory(last, instant, age, memory, 30e-6, speed, dt)
 
 
 def test_the_normal_force_pushes_and_never_pulls(cpu):
@@ -67,7 +68,7 @@ def test_slip_brings_spring_and_dashpot_together_back_to_the_limit(cpu):
 
 
 def test_without_memory_the_limit_follows_at_once(cpu):
-    assert evaluate_limit(0.7, 0.2, 1.0, 0.0, 1e-5) == pytest.approx(0.2, rel=1e-15)
+    assert evaluate_limit(0.7, 0.2, 1.0, 0.0, 1.0, 1e-5) == pytest.approx(0.2, rel=1e-15)
 
 
 def test_a_new_contact_has_the_mean_limit(cpu):
@@ -75,15 +76,16 @@ def test_a_new_contact_has_the_mean_limit(cpu):
     dt, instants = 1e-3, np.array([0.5, 0.1, 0.9, 0.3])
     limit = 0.0
     for k, instant in enumerate(instants):
-        limit = evaluate_limit(limit, instant, (k + 1) * dt, 10e-3, dt)
+        limit = evaluate_limit(limit, instant, (k + 1) * dt, 10e-3, 0.0, dt)
         assert limit == pytest.approx(instants[: k + 1].mean(), rel=1e-12)
 
 
-def test_the_limit_follows_a_step_of_the_normal_force_exponentially(cpu):
-    """From 1 to 0.2 it has come 1 - 1/e of the way after t*, to the first order of dt / t*."""
-    dt, memory = 1e-4, 10e-3
+@pytest.mark.parametrize(("speed", "time"), [(0.0, 10e-3), (3e-3, 5e-3), (0.3, 0.1e-3 / 1.01)])
+def test_the_limit_follows_a_step_of_the_normal_force_exponentially(cpu, speed, time):
+    """From 1 to 0.2, in the time of 1 / (1 / t* + |V| / d), to the first order of dt over it."""
+    dt = 0.01 * time
     limit = 1.0
     for _ in range(100):
-        limit = evaluate_limit(limit, 0.2, 1.0, memory, dt)
-    assert limit == pytest.approx(0.2 + 0.8 * (1.0 - dt / memory) ** 100, rel=1e-12)
-    assert limit == pytest.approx(0.2 + 0.8 * np.exp(-1.0), rel=0.5 * dt / memory)
+        limit = evaluate_limit(limit, 0.2, 1.0, 10e-3, speed, dt)
+    assert limit == pytest.approx(0.2 + 0.8 * 0.99**100, rel=1e-12)
+    assert limit == pytest.approx(0.2 + 0.8 * np.exp(-1.0), rel=0.005)

@@ -27,8 +27,9 @@ environment: {inclination: 25 deg, walls: {floor: {kind: plane}}}
 time: {end: 10 s, settle: 1 s}
 """
 MEMORY = "contact.friction_memory=10 ms"
+SLIP = "contact.friction_slip_length=1 m"
 CASES = {
-    "elastic, 10 ms": ["bodies.block.material=elastic", "contact.damping_ratio=0.1", MEMORY],
+    "elastic, 10 ms": ["bodies.block.material=elastic", "contact.damping_ratio=0.1", MEMORY, SLIP],
     "dragon_skin_10": ["bodies.block.material=dragon_skin_10"],
     "dragon_skin_10, 10 ms": ["bodies.block.material=dragon_skin_10", MEMORY],
 }
