@@ -4,7 +4,7 @@ Every contact force does its work by the trapezoidal rule, as central difference
 of friction over the way d of an increment, in which the elastic slip changes by e, the spring
 stores k_t s . e on the mean; what is left is exactly
     friction  T . (d - e),    dashpot  (T - k_t s) . e,
-T and s being means of the increment's ends. A node that leaves takes both to zero.
+T and s being means of the increment's ends, d - e the slip. A node that leaves takes both to zero.
 """
 
 import numpy as np
@@ -31,15 +31,13 @@ class Dissipation:
         self.damping_dissipation[s, i] = self.damping_dissipation[s, i] - work
 
     @ti.func
-    def book_tangential(self, s, i, force_before, force, before, stretch, stiffness, way):
-        """Forces T [N] and elastic slips s [m] at both ends of an increment in which the node went
-        `way` [m] along the surface.
+    def book_tangential(self, s, i, force_before, force, before, stretch, stiffness, slipped):
+        """Forces T [N] and elastic slips s [m] at both ends of an increment in which the node
+        `slipped` [m] along the surface.
         """
         mean_force, elastic_way = 0.5 * (force_before + force), stretch - before
         mean_dashpot = mean_force - 0.5 * stiffness * (before + stretch)
-        self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + mean_force.dot(
-            way - elastic_way
-        )
+        self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + mean_force.dot(slipped)
         self.damping_dissipation[s, i] = self.damping_dissipation[s, i] + mean_dashpot.dot(
             elastic_way
         )

@@ -159,12 +159,14 @@ class SelfContact(Dissipation):
         before = self.stretch[s, i] - across * n
         stretch = before + inside * sliding
         limit = self.friction_coefficient[s] * N
-        stretch -= slip(stretch, before, k_t, damping_rate, limit)
+        slipped = slip(stretch, before, k_t, damping_rate, limit)
+        stretch -= slipped
         friction = shear_force(stretch, before, k_t, damping_rate)
         damping_force = N + self.penalty_stiffness[i] * gap
         self.book_normal(s, i, self.dashpot[s, i], damping_force, dt * rate)
         self.book_tangential(
-            s, i, self.friction[s, i], friction, before, stretch, k_t, dt * sliding
+            s, i, self.friction[s, i], friction, before, stretch, k_t,
+            slipped + (dt - inside) * sliding,
         )  # fmt: skip
         self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + (
             0.5 * k_t * across * across
@@ -185,7 +187,7 @@ class SelfContact(Dissipation):
         before, friction = self.stretch[s, i], self.friction[s, i]
         self.book_normal(s, i, self.dashpot[s, i], 0.0, dt * rate)
         self.book_tangential(
-            s, i, friction, nothing, before, nothing, self.tangential_stiffness[i], nothing
+            s, i, friction, nothing, before, nothing, self.tangential_stiffness[i], before
         )
         self.force[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
         self.facet[s, i], self.gap[s, i], self.normal_force[s, i] = -1, 0.0, 0.0

@@ -132,16 +132,18 @@ class SurfaceContact(Dissipation):
             if gap < 0.0:
                 touched = 1
                 v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
-                before = ti.Vector.zero(backend.real, self.nodes.dimension)  # elastic slip
+                # Elastic slip an increment ago; time since then before it touched.
+                before = ti.Vector.zero(backend.real, self.nodes.dimension)
+                outside = ti.cast(0.0, backend.real)
                 if self.touching[s, i, w] == 0:
-                    self._meet(s, i, w, q, gap, n, v, t, dt)
+                    outside = dt - self._meet(s, i, w, q, gap, n, v, t, dt)
                 else:
                     before = tangential(q - dt * v - self.anchor[s, i, w], n)
                 N = normal_force(gap, v.dot(n), self.penalty_stiffness[i], self.damping[i])
                 damping_force = N + self.penalty_stiffness[i] * gap
                 self.book_normal(s, i, self.dashpot[s, i, w], damping_force, dt * v.dot(n))
                 self.dashpot[s, i, w] = damping_force
-                total += N * n - self._friction(s, i, w, q, n, v, N, before, dt)
+                total += N * n - self._friction(s, i, w, q, n, v, N, before, outside, dt)
                 normal_total += N
             elif self.touching[s, i, w] == 1:
                 touched = 1
@@ -159,7 +161,8 @@ class SurfaceContact(Dissipation):
 
     @ti.func
     def _meet(self, s, i, w, q, gap, n, v, t, dt):
-        """Node i, now at q inside surface w, was outside an increment ago.
+        """Node i, now at q inside surface w, was outside an increment ago; since when it is inside
+        [s].
 
         It is anchored where it crossed the surface: a node that chatters would else slide without
         friction at each first touch.
@@ -174,11 +177,12 @@ class SurfaceContact(Dissipation):
             self.age[s, i, w] = 0.0
         if away < self.return_time[s]:
             self.returns[s, i] = self.returns[s, i] + 1
+        return inside
 
     @ti.func
-    def _friction(self, s, i, w, q, n, v, N, before, dt):
+    def _friction(self, s, i, w, q, n, v, N, before, outside, dt):
         """Friction [N] on the anchor of node i at q, which surface w presses with N; before: its
-        elastic slip an increment ago.
+        elastic slip an increment ago; outside: the time [s] since then before it touched.
         """
         k_t, damping_rate = self.tangential_stiffness[i], self.tangential_damping[i] / dt
         stretch = tangential(q - self.anchor[s, i, w], n)
@@ -192,8 +196,8 @@ class SurfaceContact(Dissipation):
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
         force = shear_force(stretch, before, k_t, damping_rate)
-        way = dt * tangential(v, n)
-        self.book_tangential(s, i, self.friction[s, i, w], force, before, stretch, k_t, way)
+        slid = slipped + outside * tangential(v, n)
+        self.book_tangential(s, i, self.friction[s, i, w], force, before, stretch, k_t, slid)
         self.anchor[s, i, w], self.friction[s, i, w] = q - stretch, force
         if slipped.norm_sqr() > 0.0:  # at the friction limit
             self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
@@ -206,7 +210,7 @@ class SurfaceContact(Dissipation):
         before, way = tangential(q - dt * v - self.anchor[s, i, w], n), dt * tangential(v, n)
         k_t, force_before = self.tangential_stiffness[i], self.friction[s, i, w]
         self.book_normal(s, i, self.dashpot[s, i, w], 0.0, dt * v.dot(n))
-        self.book_tangential(s, i, force_before, nothing, before, nothing, k_t, way)
+        self.book_tangential(s, i, force_before, nothing, before, nothing, k_t, way + before)
         self.dashpot[s, i, w], self.friction[s, i, w] = 0.0, nothing
         self.touching[s, i, w], self.left_at[s, i, w] = 0, t
 

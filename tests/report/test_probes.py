@@ -114,7 +114,7 @@ bodies:
   b: {mesh: {generator: box, length: 3 mm, height: 3 mm, width: 3 mm, element_size: 3 mm},
       formulation: solid, material: ecoflex_00_30}
 rigid_bodies: {r: {mass: 1 g, inertia: 1 g*mm^2}}
-loads: {gauge: {kind: tendon, acts_on: r}}
+loads: {gauge: {kind: tendon, acts_on: r}, tail: {kind: tether, acts_on: r, drag: 1 mN}}
 time: {end: 1 s}
 """,
 }

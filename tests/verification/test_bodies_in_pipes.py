@@ -148,6 +148,11 @@ def test_a_stick_survives_the_joint(build, start, record_verification):
     )
     model = build(text, "contact.friction_coefficient=0.5", "contact.penalty_stiffness=10 kN/m")
     solver = start(model, share=0.5)
+    walls = solver.terms.wall_contacts[0]
+    while not walls.touching.to_numpy().any():
+        solver.advance(1)
+    # Friction's first force takes its share of the way that the particle came before it touched.
+    landed = walls.friction_dissipation.to_numpy().sum()
     while solver.time < 0.2:
         solver.advance(100)
     centre, _ = state(solver)
@@ -155,8 +160,7 @@ def test_a_stick_survives_the_joint(build, start, record_verification):
     assert centre[0] > 60e-3
     moved = centre[0] - place[0]
     assert moved == pytest.approx(exact, rel=0.02)
-    dissipated = solver.terms.wall_contacts[0].friction_dissipation.to_numpy().sum()
-    assert dissipated == 0.0
+    assert walls.friction_dissipation.to_numpy().sum() == landed
     record_verification("particle held across a joint: F / k_t [m]", exact, moved)
 
 

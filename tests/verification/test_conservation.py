@@ -57,12 +57,12 @@ def test_rings_in_free_flight_keep_their_momenta(build, start):
     """
     solver = start(build(RINGS.replace("20 rad/s", "60 rad/s") + STRUCK))
     linear, angular = momenta(solver)
-    solver.advance(1500)
+    solver.advance(3500)
     linear_after, angular_after = momenta(solver)
     w, _, _, z = solver.terms.rigid_bodies.orientation.to_numpy()[0, 0]
     assert 2.0 * np.arctan2(z, w) > 0.5
-    np.testing.assert_allclose(linear_after, linear, rtol=1500 * 1e-15)
-    assert angular_after == pytest.approx(angular, rel=1500 * 1e-15)
+    np.testing.assert_allclose(linear_after, linear, rtol=3500 * 1e-15)
+    assert angular_after == pytest.approx(angular, rel=3500 * 1e-15)
 
 
 @pytest.mark.parametrize("robot", [ROBOT, RINGS], ids=["plane_strain", "ring_section"])
