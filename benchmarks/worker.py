@@ -17,7 +17,7 @@ from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.time_step import stable_increment
 
-WARM_UP = 16  # increments: kernels are compiled, every pass has run, sampled ones too
+WARM_UP = 16  # increments: kernels are compiled, every pass has run
 
 
 def main(scene: str, device: str, threads: str, scenarios: str) -> None:
