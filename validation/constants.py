@@ -54,7 +54,7 @@ CONSTANTS = (
     ),
     Constant(
         "root of a spike", "pfr_36mm.yaml", "bodies.skin.mesh.root_thickness",
-        "half of a spike's height, as the drawings show it; the thesis gives no number; 2 to 3 mm",
+        "assumed: half of a spike's height, for the thesis gives no number; 2 to 3 mm",
     ),
     *(
         Constant(f"stiffness of the sleeve, {key}", "pfr_36mm.yaml", f"materials.sleeve.{key}",
