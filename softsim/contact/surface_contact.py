@@ -15,6 +15,10 @@ from softsim.nodes import Nodes
 NEVER = -1e30
 """A time before all others [s]."""
 
+RESTS = 1e-6
+"""Slip in an increment over elastic slip, below which a node at its friction limit counts as at
+rest: some um/s. A limit that creeps to its value lets a node creep, ever more slowly."""
+
 
 @ti.data_oriented
 class SurfaceContact(Dissipation):
@@ -199,7 +203,7 @@ class SurfaceContact(Dissipation):
         slid = slipped + outside * tangential(v, n)
         self.book_tangential(s, i, self.friction[s, i, w], force, before, stretch, k_t, slid)
         self.anchor[s, i, w], self.friction[s, i, w] = q - stretch, force
-        if slipped.norm_sqr() > 0.0:  # at the friction limit
+        if slipped.norm() > RESTS * stretch.norm():
             self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
         return force
 

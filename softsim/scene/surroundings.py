@@ -103,7 +103,7 @@ class Contact(Part):
 
     friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
     friction_memory: NotNegativeTime = Field(
-        default=written("0 s"), description="Time over which the limit of friction on walls and "
+        default=written("10 ms"), description="Time over which the limit of friction on walls and "
         "outlines follows the normal force at rest; 0 s: at once, Coulomb's law. Two periods of a "
         "body's slowest swing keep it from exciting itself as it slides."
     )  # fmt: skip

@@ -8,7 +8,8 @@ time t1 at which the amplitude A sin(w t) passes the limit a_f the speed
 grows, until it is back at zero. That holds for a soft block where w is far below its first mode,
 some 150 Hz: 5 % above the limit, a share e more force makes a share 40 e more slip.
 
-An elastic block excites itself as it slides unless the limit of friction has a memory.
+A block excites itself as it slides unless the limit of friction has a memory, as it has by default;
+an elastic one needs one that a slip does not shorten.
 """
 
 import dataclasses
@@ -26,12 +27,9 @@ materials: {elastic: {law: yeoh, C10: 60 kPa, density: 1070 kg/m^3}}
 environment: {inclination: 25 deg, walls: {floor: {kind: plane}}}
 time: {end: 10 s, settle: 1 s}
 """
-MEMORY = "contact.friction_memory=10 ms"
-SLIP = "contact.friction_slip_length=1 m"
 CASES = {
-    "elastic, 10 ms": ["bodies.block.material=elastic", "contact.damping_ratio=0.1", MEMORY, SLIP],
+    "elastic, any slip": ["bodies.block.material=elastic", "contact.friction_slip_length=1 m"],
     "dragon_skin_10": ["bodies.block.material=dragon_skin_10"],
-    "dragon_skin_10, 10 ms": ["bodies.block.material=dragon_skin_10", MEMORY],
 }
 PARAMETERS = [
     pytest.param((case, size), marks=[pytest.mark.slow] if size < 2.0 else [])
@@ -46,14 +44,9 @@ LIMITS = {
 }
 # Mean friction coefficient and speed [m/s].
 PULLS = {"slowly": (0.5, 5e-3), "fast": (0.5, 20e-3), "with 0.8": (0.8, 20e-3)}
-# What falls short of its demand, and how far on 2 and 1 mm: without memory, or with much friction
-# on an elastic block, the mesh excites itself, and mean friction is then below mu N.
-SHORT = {
-    ("dragon_skin_10", "shaken on the slope"): "slips 15.9 and 11.8 times as far",
-    ("dragon_skin_10", "slowly"): "T / mu N = 0.982 and 0.863",
-    ("dragon_skin_10", "with 0.8"): "T / mu N = 0.977 and 0.978",
-    ("elastic, 10 ms", "with 0.8"): "T / mu N = 0.742 and 0.695",
-}
+# What falls short of its demand, and how far on 2 and 1 mm: with much friction the mesh of an elastic
+# block excites itself all the same, and mean friction is then below mu N.
+SHORT = {("elastic, any slip", "with 0.8"): "T / mu N = 0.742 and 0.695"}
 
 
 def at_share(share):
@@ -310,28 +303,20 @@ SIZES = [2.0, *(pytest.param(size, marks=pytest.mark.slow) for size in (1.0, 0.5
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize(
-    "memory",
-    [
-        pytest.param(0, marks=pytest.mark.xfail(strict=True, reason="creeps at 1 mm/s on 2 mm")),
-        10,
-    ],
-)
-def test_sticks_on_30_degrees(build, start, memory, size, record_verification):
-    """Friction 0.6, tan(30 deg) = 0.577, its weight at once; 0 ms of memory is the default."""
+def test_sticks_on_30_degrees(build, start, size, record_verification):
+    """Friction 0.6, tan(30 deg) = 0.577, its weight at once."""
     solver = start(
         build(
             SMALL,
             f"bodies.block.mesh.element_size={size} mm",
             "environment.inclination=30 deg",
             "contact.friction_coefficient=0.6",
-            f"contact.friction_memory={memory} ms",
         )
     )
     first = centre_x(solver)
     advance_to(solver, 0.2)
     given = centre_x(solver) - first
-    case = f"small block on 30 deg, {memory} ms, {size:g} mm"
+    case = f"small block on 30 deg, {size:g} mm"
     record_verification(f"{case}: drift in 0.2 s [m]", 0.0, given)
     assert abs(given) < 0.5e-3
     advance_to(solver, 0.4)
@@ -416,12 +401,14 @@ def test_slip_share_of_a_block_that_slides(build, start):
 
 
 def test_slip_share_of_a_block_that_rests(build, start_settled):
-    """Nothing. Settled: with its weight at once the slowest branch creeps for long, and the nodes
-    at the corners with it.
+    """Nothing, when the limits of friction have followed for ten times their memory. Settled: with
+    its weight at once the slowest branch creeps for long, and the nodes at the corners with it.
     """
     from softsim.solver.energy import Meter
 
     solver = start_settled(build(SMALL, "time.settle=1 s"))
+    advance_to(solver, 0.1)
+    solver.terms.wall_contacts[0].clear_impulses(0)
     advance_to(solver, 0.2)
     assert Meter(solver).read()[1].slip_share == 0.0
 
