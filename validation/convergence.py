@@ -237,18 +237,27 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Every result over its finest one, a panel a series."""
     with drawing(path, 4.4) as figure:
-        panels = figure.subplots(len(QUANTITIES), len(ALL), sharey=True, sharex="col")
+        panels = figure.subplots(len(QUANTITIES), len(ALL), sharey="row", sharex="col")
         for quantity, line in zip(QUANTITIES, panels, strict=True):
+            shares = []
             for one, axes in zip(ALL, line, strict=True):
                 axes.axhspan(1.0 - TOLERANCE, 1.0 + TOLERANCE, color=WALL, zorder=0)
                 found = np.array(quantity.measured(outcomes, one))
                 with np.errstate(divide="ignore", invalid="ignore"):
-                    axes.plot(one.values, found / found[-1], color=BLUE, marker="o")
-            line[0].set_ylabel(quantity.name.replace(" of ", "\nof ").replace(" in ", "\nin "),
-                               fontsize=6.5)  # fmt: skip
+                    shares += list(found / found[-1])
+                axes.plot(one.values, shares[-len(found) :], color=BLUE, marker="o")
+            line[0].set_ylabel(wrapped(quantity.name), fontsize=6.5)
+            line[0].set_ylim(min(0.75, *shares) - 0.05, max(1.25, *shares) + 0.05)
         for one, axes in zip(ALL, panels[-1], strict=True):
-            axes.set_xlabel(f"{one.name}{f' [{one.unit}]' if one.unit else ''}", fontsize=7)
-        panels[0, 0].set_ylim(0.75, 1.25)
+            unit = f" [{one.unit}]" if one.unit else ""
+            axes.set_xlabel(wrapped(one.name) + unit, fontsize=7)
+
+
+def wrapped(name: str) -> str:
+    """A name on two lines."""
+    for word in (" of ", " in ", " over "):
+        name = name.replace(word, f"\n{word.lstrip()}")
+    return name
 
 
 SCRIPT = Script(
