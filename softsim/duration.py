@@ -13,7 +13,6 @@ import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeVar
 
 import psutil
 from rich.console import Console
@@ -22,14 +21,12 @@ from softsim import backend
 from softsim.batch import Batch
 from softsim.errors import OutputError, StabilityError
 from softsim.machine import Choice
-from softsim.model import Model, NodalLoad, RigidLoad
+from softsim.model import Model
 from softsim.output.folder import RunFolder
 from softsim.recording import Recording
 from softsim.scene.loading import LoadedScene
 from softsim.simulation import Simulation
 from softsim.solver.time_step import stable_increment
-
-Load = TypeVar("Load", NodalLoad, RigidLoad)
 
 PILOT_INCREMENTS = 20_000  # at the step of rest
 # A pilot gets so long [s]. A large model, or one whose step shrinks a lot, is then on its way
@@ -118,13 +115,7 @@ def hastened(model: Model, factor: float) -> Model:
     return replace(
         model,
         end_time=model.end_time / factor,
-        pressures=tuple(replace(p, drive=p.drive.hastened(factor)) for p in model.pressures),
-        nodal_loads=tuple(_faster_share(load, factor) for load in model.nodal_loads),
-        rigid_loads=tuple(_faster_share(load, factor) for load in model.rigid_loads),
-        prescribed=tuple(
-            replace(motion, profile=motion.profile.sooner(factor)) for motion in model.prescribed
-        ),
-        gravity_profile=model.gravity_profile and model.gravity_profile.sooner(factor),
+        loads=tuple(load.hastened(factor) for load in model.loads),
     )
 
 
@@ -189,7 +180,3 @@ def _is_done(pilot: Simulation) -> bool:
     model = pilot.model
     cycles_are_done = model.cycles is not None and pilot.loop.cycles_done() >= model.cycles
     return cycles_are_done or pilot.scenario.time >= model.end_time * (1.0 - 1e-12)
-
-
-def _faster_share(load: Load, factor: float) -> Load:
-    return replace(load, share=load.share.sooner(factor))

@@ -71,7 +71,7 @@ class ClosedLoop:
         decision = self.control.sense(sensed(row))
         if decision is None:
             return
-        source = self.scenario.terms.pressures[0].source
+        source = self.scenario.term_of(self.scenario.model.pressures[0]).source
         source.obey(self.scenario.number, decision.command)
         log.info(
             "t = %.6g s, cycle %d: %s at %.4g kPa, now %+.4g kPa/s",

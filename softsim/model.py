@@ -5,17 +5,20 @@ pipe) run side by side in one solver.
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
-from softsim.loads.drive import Drive
-from softsim.loads.profile import Profile
-from softsim.loads.vibration import RotorData
+from softsim.loads.load import Load, of_kind
+from softsim.loads.pressure import PressureData
 from softsim.materials.material import Material
 from softsim.rigid.body import RigidBodyData
+from softsim.sharing import Own, alike
+
+L = TypeVar("L", bound=Load)
 
 
 @dataclass(frozen=True)
@@ -32,9 +35,9 @@ class Body:
     cells: np.ndarray
     geometry: Geometry
     material: Material
-    node_sets: dict[str, np.ndarray]
-    facet_sets: dict[str, np.ndarray]
-    remarks: tuple[str, ...]
+    node_sets: Own[dict[str, np.ndarray]]
+    facet_sets: Own[dict[str, np.ndarray]]
+    remarks: Own[tuple[str, ...]]
 
     @property
     def nodes(self) -> slice:
@@ -58,8 +61,8 @@ class ContactData:
     tangential_stiffness: np.ndarray
     damping: np.ndarray
     tangential_damping: np.ndarray
-    effective_mass: np.ndarray
-    friction_coefficient: float
+    effective_mass: Own[np.ndarray]
+    friction_coefficient: Own[float]
 
 
 @dataclass(frozen=True)
@@ -117,97 +120,6 @@ class OutlineData:
 
 
 @dataclass(frozen=True)
-class PressureData:
-    """Follower pressure on `facets` (k, corners); `lids`: further facets that close the surface,
-    without pressure of their own. `body` closes the chamber, or is None. geometry: of the facets.
-    """
-
-    name: str
-    facets: np.ndarray
-    lids: np.ndarray
-    geometry: Geometry
-    drive: Drive
-    body: int | None
-
-    def volume(self, x: np.ndarray) -> float:
-        """Enclosed volume [m^3] with all nodes at x (n, d)."""
-        return self.geometry.enclosed_volume(x, np.concatenate([self.facets, self.lids]))
-
-
-@dataclass(frozen=True)
-class RotorLoad:
-    """A motor on rigid body number `body`."""
-
-    body: int
-    rotor: RotorData
-
-
-@dataclass(frozen=True)
-class NodalLoad:
-    """Total `force` (d,) [N] on `nodes`, times `share` over time."""
-
-    nodes: np.ndarray
-    force: np.ndarray
-    share: Profile
-
-
-@dataclass(frozen=True)
-class RigidLoad:
-    """`force` (d,) [N] at the centre of mass of rigid body number `body`, times `share`."""
-
-    body: int
-    force: np.ndarray
-    share: Profile
-
-
-@dataclass(frozen=True)
-class AxialReliefData:
-    """Takes the weight of `mass` [kg], as far as it lies along x of rigid body number `body`, off
-    it.
-    """
-
-    body: int
-    mass: float
-
-
-@dataclass(frozen=True)
-class TendonData:
-    """A tendon on rigid body number `body` towards the unit vector `direction` (d,), which pulls
-    with `stiffness` [N/m] once `slack` [m] is used up.
-    """
-
-    body: int
-    stiffness: float
-    direction: np.ndarray
-    slack: float
-
-
-@dataclass(frozen=True)
-class TetherData:
-    """A tether on rigid body number `body`, attached at `point` (d,) [m], in space at rest.
-
-    Along the body's own x a spring of `stiffness` [N/m] slides at `drag` [N]; `carried_mass` [kg]
-    hangs on the point; turning_stiffness (3,) [N m/rad] resists turning about x, y and z.
-    """
-
-    body: int
-    point: np.ndarray
-    stiffness: float
-    drag: float
-    carried_mass: float
-    turning_stiffness: np.ndarray
-
-
-@dataclass(frozen=True)
-class PrescribedData:
-    """Component `axis` of `nodes` is displaced by `profile` [m over s]."""
-
-    nodes: np.ndarray
-    axis: int
-    profile: Profile
-
-
-@dataclass(frozen=True)
 class Probe:
     """A quantity that the history records: `kind` names it, of `members`: nodes (k,) or, for an
     enclosed volume, facets (k, corners).
@@ -262,7 +174,8 @@ class Model:
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
-    contact is counted. gravity (d,) [m/s^2]: times gravity_profile where there is one.
+    contact is counted. loads: whatever acts from outside, prescribed motions too. gravity (d,)
+    [m/s^2]: all of it; starting_gravity: at t = 0, where it rises over a profile.
     end_time [s]: the latest; cycles: of the first chamber's pressure, with which the run ends, or
     None. increment: the user's time step [s], or None for the stable one. friction_memory [s],
     friction_slip_length [m]: within which the limit of friction on walls and outlines follows the
@@ -273,37 +186,30 @@ class Model:
 
     bodies: tuple[Body, ...]
     points: np.ndarray
-    velocity: np.ndarray
+    velocity: Own[np.ndarray]
     mass: np.ndarray
     is_free: np.ndarray
     rigid_bodies: tuple[RigidBodyData, ...]
     outlines: tuple[OutlineData, ...]
     walls: tuple[Wall, ...]
     contact: ContactData
-    friction_memory: float
-    friction_slip_length: float
+    friction_memory: Own[float]
+    friction_slip_length: Own[float]
     self_contact: SelfContactData | None
-    pressures: tuple[PressureData, ...]
-    rotors: tuple[RotorLoad, ...]
-    nodal_loads: tuple[NodalLoad, ...]
-    rigid_loads: tuple[RigidLoad, ...]
-    axial_reliefs: tuple[AxialReliefData, ...]
-    tendons: tuple[TendonData, ...]
-    tethers: tuple[TetherData, ...]
-    prescribed: tuple[PrescribedData, ...]
-    probes: tuple[Probe, ...]
-    gravity: np.ndarray
-    gravity_profile: Profile | None
-    rows: dict[str, np.ndarray]
-    end_time: float
-    cycles: int | None
-    increment: float | None
-    safety_factor: float
+    loads: tuple[Load, ...]
+    probes: Own[tuple[Probe, ...]]
+    gravity: Own[np.ndarray]
+    starting_gravity: Own[np.ndarray]
+    rows: Own[dict[str, np.ndarray]]
+    end_time: Own[float]
+    cycles: Own[int | None]
+    increment: Own[float | None]
+    safety_factor: Own[float]
     bulk_viscosity: float
-    energy_error_limit: float
+    energy_error_limit: Own[float]
     relaxation: Relaxation | None
     settling: Relaxation | None
-    passage: Passage | None
+    passage: Own[Passage | None]
 
     @property
     def dimension(self) -> int:
@@ -314,3 +220,19 @@ class Model:
     def element_count(self) -> int:
         """Elements of all bodies."""
         return sum(len(b.cells) for b in self.bodies)
+
+    @property
+    def pressures(self) -> tuple[PressureData, ...]:
+        """Of chambers, in the order of the scene."""
+        return self.of_kind(PressureData)
+
+    def of_kind(self, kind: type[L]) -> tuple[L, ...]:
+        """The loads of a kind, in the order of the scene."""
+        return of_kind(self.loads, kind)
+
+    def can_share(self, other: "Model") -> bool:
+        """Whether both can be scenarios of one solver. Not those of a static procedure, which ends
+        when it ends.
+        """
+        dynamic = self.relaxation is None and other.relaxation is None
+        return dynamic and alike(self, other)

@@ -18,7 +18,6 @@ from softsim.recording import Recording
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.simulation import Results
 from softsim.solver.footprint import refuse_too_large, scenarios_that_fit
-from softsim.solver.sharing import can_share
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
 # or two to trace, ten or twenty to compile the first time.
@@ -136,7 +135,7 @@ def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
     """Numbers of the models that are computed together: of one structure, no more than fit."""
     structures: list[list[int]] = []
     for k, model in models.items():
-        same = (group for group in structures if can_share(models[group[0]], model))
+        same = (group for group in structures if models[group[0]].can_share(model))
         group = next(same, None)
         if group is None:
             structures.append([k])

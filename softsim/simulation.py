@@ -248,8 +248,8 @@ class Simulation:
         progress.last_history = scenario.time
         progress.next_history = _next_multiple(self.output.history_interval, scenario.time)
         progress.largest_turnover = self.balance.largest_turnover
-        for gauge in scenario.terms.gauges:
-            gauge.clear_impulses(scenario.number)
+        for term in scenario.terms.everything:
+            term.clear_impulses(scenario.number)
         error = self.energy_error = seen.row["energy_error"]
         self.contact_count = int(seen.row["contact_count"])
         progress.largest_energy_error = max(progress.largest_energy_error, error)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from softsim.duration import Mark, extrapolated, hastened, predicted_duration
+from softsim.loads.nodal import NodalLoad
+from softsim.loads.prescribed import PrescribedData
 from softsim.machine import choose
 from softsim.scene.loading import load_scene
 
@@ -47,8 +49,8 @@ def test_hastened_loads_are_the_same_at_an_earlier_time(build):
     pairs = [
         (model.pressures[0].drive.profile, fast.pressures[0].drive.profile),
         (model.pressures[0].drive.section_profile, fast.pressures[0].drive.section_profile),
-        (model.prescribed[0].profile, fast.prescribed[0].profile),
-        (model.nodal_loads[0].share, fast.nodal_loads[0].share),
+        (model.of_kind(PrescribedData)[0].profile, fast.of_kind(PrescribedData)[0].profile),
+        (model.of_kind(NodalLoad)[0].share, fast.of_kind(NodalLoad)[0].share),
     ]
     for slow, sooner in pairs:
         assert np.ptp(slow.at(t)) > 0.0

@@ -45,20 +45,14 @@ OF_THE_STRUCTURE = [
 
 @pytest.mark.parametrize("override", OF_A_SCENARIO)
 def test_what_each_scenario_has_for_itself(build, override):
-    from softsim.solver.sharing import can_share
-
-    assert can_share(build(SCENE), build(SCENE, override))
+    assert build(SCENE).can_share(build(SCENE, override))
 
 
 @pytest.mark.parametrize("override", OF_THE_STRUCTURE)
 def test_what_all_have_in_common(build, override):
-    from softsim.solver.sharing import can_share
-
-    assert not can_share(build(SCENE), build(SCENE, override))
+    assert not build(SCENE).can_share(build(SCENE, override))
 
 
 def test_a_static_model_is_alone(build):
-    from softsim.solver.sharing import can_share
-
     static = build(SCENE, "time.procedure=static")
-    assert not can_share(static, static)
+    assert not static.can_share(static)

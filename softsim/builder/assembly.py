@@ -11,6 +11,9 @@ from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.builder.profiles import share_profile
 from softsim.elements.geometry import Axisymmetric
+from softsim.loads.gravity import GravityProfile
+from softsim.loads.load import of_kind
+from softsim.loads.pressure import PressureData
 from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
@@ -66,8 +69,14 @@ def build_model(loaded: LoadedScene) -> Model:
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
     fixed_walls = walls.walls(names)
     walls.refuse_penetration(names, fixed_walls, points[touching])
-    pressures = loads.pressures(names, bodies, points, mass, is_free, tied)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
+    acting = loads.built_loads(loads.Loaded(names, bodies, points, mass, is_free, tied, total_mass))
+    chambers = of_kind(acting, PressureData)
+    full_gravity, rise = gravity(names), gravity_share(names)
+    starting_gravity = full_gravity
+    if rise is not None:
+        starting_gravity = rise.at(0.0) * full_gravity
+        acting = (*acting, GravityProfile(full_gravity, rise))
     model = Model(
         bodies=bodies,
         points=points,
@@ -81,24 +90,17 @@ def build_model(loaded: LoadedScene) -> Model:
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
-        pressures=pressures,
-        rotors=loads.rotors(names),
-        nodal_loads=loads.nodal_loads(names, is_free),
-        rigid_loads=loads.rigid_loads(names),
-        axial_reliefs=loads.axial_reliefs(names, total_mass),
-        tendons=loads.tendons(names),
-        tethers=loads.tethers(names),
-        prescribed=motions,
+        loads=(*acting, *motions),
         probes=conditions.probes(names, points, is_free),
-        gravity=gravity(names),
-        gravity_profile=gravity_profile(names),
+        gravity=full_gravity,
+        starting_gravity=starting_gravity,
         rows={
             f"{b.name}.{name}": nodes
             for b in bodies
             for name, nodes in b.node_sets.items()
             if ROW_NAME.fullmatch(name)
         },
-        end_time=end_time(names, pressures),
+        end_time=end_time(names, chambers),
         cycles=scene.time.cycles,
         increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
@@ -106,7 +108,7 @@ def build_model(loaded: LoadedScene) -> Model:
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
         settling=settling(names),
-        passage=passage.passage(names, fixed_walls, outline_nodes, pressures),
+        passage=passage.passage(names, fixed_walls, outline_nodes, chambers),
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)
@@ -150,7 +152,7 @@ def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:
     return vector
 
 
-def gravity_profile(names: Names) -> Profile | None:
+def gravity_share(names: Names) -> Profile | None:
     """Share of gravity over time; None where all of it is there from the start."""
     given, time = names.scene.environment.gravity_profile, names.scene.time
     if given is not None and time.procedure == "dynamic" and time.settle is not None:

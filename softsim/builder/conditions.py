@@ -6,7 +6,8 @@ from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
 from softsim.builder.profiles import rising_profile
 from softsim.elements.geometry import Axisymmetric, PlaneStrain, RingSection, nodal_sums
-from softsim.model import Body, PrescribedData, Probe
+from softsim.loads.prescribed import PrescribedData
+from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
 from softsim.scene.tree import Keys
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from softsim.builder.names import Names
 from softsim.errors import SceneError
-from softsim.model import PressureData
+from softsim.loads.pressure import PressureData
 
 
 def end_time(names: Names, pressures: Sequence[PressureData]) -> float:

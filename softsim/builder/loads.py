@@ -1,5 +1,10 @@
 """Loads: pressures and chambers, motors, forces, tendons, tethers."""
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
 import numpy as np
 
 from softsim.builder.closure import (
@@ -11,20 +16,18 @@ from softsim.builder.closure import (
 from softsim.builder.names import Names
 from softsim.builder.profiles import pressure_profile, rising_profile
 from softsim.builder.rigid import freedom
+from softsim.loads.axial_relief import AxialReliefData
 from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Drive, GivenPressure
+from softsim.loads.load import Load
+from softsim.loads.nodal import NodalLoad
+from softsim.loads.pressure import PressureData
 from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import smooth_rise
-from softsim.loads.vibration import RotorData, eccentric_mass, sinusoidal_force
-from softsim.model import (
-    AxialReliefData,
-    Body,
-    NodalLoad,
-    PressureData,
-    RigidLoad,
-    RotorLoad,
-    TendonData,
-    TetherData,
-)
+from softsim.loads.rigid_force import RigidLoad
+from softsim.loads.rotor import RotorData, RotorLoad, eccentric_mass, sinusoidal_force
+from softsim.loads.tendon import TendonData
+from softsim.loads.tether import TetherData
+from softsim.model import Body
 from softsim.scene import loads as scene_loads
 from softsim.scene.profiles import EventCyclesProfile
 from softsim.scene.tree import Keys
@@ -41,42 +44,57 @@ ELASTIC_SLIP = 0.1e-3
 Chamber = scene_loads.FollowerPressure | scene_loads.AddedVolume | scene_loads.AddedGas
 
 
-def pressures(
-    names: Names,
-    bodies: tuple[Body, ...],
-    points: np.ndarray,
-    mass: np.ndarray,
-    is_free: np.ndarray,
-    tied: list[np.ndarray],
-) -> tuple[PressureData, ...]:
-    """All loads that are a pressure on facets."""
-    stiffest = max(float(element_frequencies(b, points[b.nodes]).max()) for b in bodies)
-    result = []
-    for name, load in names.scene.loads.items():
-        if not isinstance(load, Chamber):
-            continue
-        keys = ("loads", name)
-        facets = joined_facets(names, load.facets, keys)
-        geometry = names.bodies[load.facets[0].partition(".")[0]].geometry
-        body, remedy = None, "hold both ends (bodies.NAME.fixed)"
-        held = ~is_free
-        if load.reacts_on is not None:
-            body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
-            held = np.zeros_like(is_free)
-            remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
-            held[tied[body]] = True
-        asks_volume = not isinstance(load, scene_loads.FollowerPressure)
-        if asks_volume or body is not None:
-            refuse_open_chamber(names, facets, points, held, remedy, keys)
-        edges = lids(names, facets, points, held) if asks_volume else facets[:0]
-        first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
-        facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
-        volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
-        nothing = smallest_volume(geometry, facets, points)
-        yielding = volume_yield(geometry, facets, points, mass, is_free)
-        drive = built_drive(names, load, volume, nothing, stiffest, yielding, keys)
-        result.append(PressureData(name, facets, closing, geometry, drive, body))
-    return tuple(result)
+@dataclass(frozen=True)
+class Loaded:
+    """What loads act on: bodies, points (n, d) [m], mass (n,) [kg] and is_free (n, d) of all nodes,
+    tied: of each rigid body; total_mass [kg] of all that is there.
+    """
+
+    names: Names
+    bodies: tuple[Body, ...]
+    points: np.ndarray
+    mass: np.ndarray
+    is_free: np.ndarray
+    tied: list[np.ndarray]
+    total_mass: float
+
+    @cached_property
+    def stiffest(self) -> float:
+        """Largest omega^2 [1/s^2] of an element at rest."""
+        return max(float(element_frequencies(b, self.points[b.nodes]).max()) for b in self.bodies)
+
+
+def built_loads(loaded: Loaded) -> tuple[Load, ...]:
+    """All loads of a scene, in its order."""
+    return tuple(
+        BUILDERS[type(load)](loaded, load, ("loads", name))
+        for name, load in loaded.names.scene.loads.items()
+    )
+
+
+def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> PressureData:
+    """A pressure on facets."""
+    names, points, is_free = loaded.names, loaded.points, loaded.is_free
+    facets = joined_facets(names, load.facets, keys)
+    geometry = names.bodies[load.facets[0].partition(".")[0]].geometry
+    body, remedy = None, "hold both ends (bodies.NAME.fixed)"
+    held = ~is_free
+    if load.reacts_on is not None:
+        body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
+        held = np.zeros_like(is_free)
+        remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
+        held[loaded.tied[body]] = True
+    asks_volume = not isinstance(load, scene_loads.FollowerPressure)
+    if asks_volume or body is not None:
+        refuse_open_chamber(names, facets, points, held, remedy, keys)
+    edges = lids(names, facets, points, held) if asks_volume else facets[:0]
+    first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
+    facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
+    volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
+    nothing = smallest_volume(geometry, facets, points)
+    yielding = volume_yield(geometry, facets, points, loaded.mass, is_free)
+    drive = built_drive(names, load, volume, nothing, loaded.stiffest, yielding, keys)
+    return PressureData(str(keys[-1]), facets, closing, geometry, drive, body)
 
 
 def built_drive(
@@ -130,123 +148,96 @@ def built_drive(
     return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / yielding)
 
 
-def rotors(names: Names) -> tuple[RotorLoad, ...]:
-    """Motors and sinusoidal forces on rigid bodies."""
-    result = []
-    for name, load in names.scene.loads.items():
-        keys = ("loads", name)
-        if isinstance(load, scene_loads.EccentricMass):
-            rotor: RotorData = eccentric_mass(
-                load.factor * load.eccentric_mass, load.radius, load.frequency,
-                load.rotation_axis, load.spin_up, load.phase, names.dimension,
-            )  # fmt: skip
-        elif isinstance(load, scene_loads.SinusoidalForce):
-            direction = names.vector(load.direction, (*keys, "direction"))
-            rotor = sinusoidal_force(
-                load.amplitude, direction, load.frequency, load.spin_up, load.phase
-            )
-        else:
-            continue
-        if names.scene.time.procedure == "static":
-            raise names.loaded.error(
-                keys,
-                f"'{name}' vibrates: a static procedure seeks an equilibrium and finds none",
-                "leave the motor out, or write time.procedure: dynamic",
-            )
-        result.append(RotorLoad(names.rigid_number(load.acts_on, (*keys, "acts_on")), rotor))
-    return tuple(result)
+def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> RotorLoad:
+    """A vibration motor on a rigid body."""
+    rotor = eccentric_mass(
+        load.factor * load.eccentric_mass, load.radius, load.frequency, load.rotation_axis,
+        load.spin_up, load.phase, loaded.names.dimension,
+    )  # fmt: skip
+    return rotor_load(loaded, load.acts_on, rotor, keys)
 
 
-def nodal_loads(names: Names, is_free: np.ndarray) -> tuple[NodalLoad, ...]:
-    """Forces on node sets."""
-    result = []
-    for name, load in names.scene.loads.items():
-        if isinstance(load, scene_loads.NodalForce):
-            keys = ("loads", name)
-            nodes = names.node_set(load.nodes, (*keys, "nodes"))
-            if not is_free[nodes].any(axis=1).all():
-                raise names.loaded.error(
-                    (*keys, "nodes"),
-                    f"a node of '{load.nodes}' is fixed or tied: a force on it moves nothing",
-                    "load free nodes, or put the load on the rigid body",
-                )
-            force = names.vector(load.force, (*keys, "force"))
-            result.append(NodalLoad(nodes, force, smooth_rise(load.ramp)))
-    return tuple(result)
+def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> RotorLoad:
+    """A sinusoidal force on a rigid body."""
+    direction = loaded.names.vector(load.direction, (*keys, "direction"))
+    rotor = sinusoidal_force(load.amplitude, direction, load.frequency, load.spin_up, load.phase)
+    return rotor_load(loaded, load.acts_on, rotor, keys)
 
 
-def rigid_loads(names: Names) -> tuple[RigidLoad, ...]:
-    """Forces on rigid bodies."""
-    result = []
-    for name, load in names.scene.loads.items():
-        if isinstance(load, scene_loads.RigidForce):
-            keys = ("loads", name)
-            body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
-            force = names.vector(load.force, (*keys, "force"))
-            result.append(RigidLoad(body, force, smooth_rise(load.ramp)))
-    return tuple(result)
+def rotor_load(loaded: Loaded, acts_on: str, rotor: RotorData, keys: Keys) -> RotorLoad:
+    """What vibrates, on the rigid body that it acts on."""
+    names = loaded.names
+    if names.scene.time.procedure == "static":
+        raise names.loaded.error(
+            keys,
+            f"'{keys[-1]}' vibrates: a static procedure seeks an equilibrium and finds none",
+            "leave the motor out, or write time.procedure: dynamic",
+        )
+    return RotorLoad(names.rigid_number(acts_on, (*keys, "acts_on")), rotor)
 
 
-def axial_reliefs(names: Names, mass: float) -> tuple[AxialReliefData, ...]:
-    """What takes a share of the weight of all bodies, of `mass` [kg], off a rigid body along its
-    axis.
-    """
-    result = []
-    for name, load in names.scene.loads.items():
-        if isinstance(load, scene_loads.AxialRelief):
-            body = names.rigid_number(load.acts_on, ("loads", name, "acts_on"))
-            result.append(AxialReliefData(body, load.share * mass))
-    return tuple(result)
+def nodal_load(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> NodalLoad:
+    """A force on a node set."""
+    names = loaded.names
+    nodes = names.node_set(load.nodes, (*keys, "nodes"))
+    if not loaded.is_free[nodes].any(axis=1).all():
+        raise names.loaded.error(
+            (*keys, "nodes"),
+            f"a node of '{load.nodes}' is fixed or tied: a force on it moves nothing",
+            "load free nodes, or put the load on the rigid body",
+        )
+    return NodalLoad(nodes, names.vector(load.force, (*keys, "force")), smooth_rise(load.ramp))
 
 
-def tendons(names: Names) -> tuple[TendonData, ...]:
-    """Tendons that hold rigid bodies."""
-    result = []
-    for name, load in names.scene.loads.items():
-        if isinstance(load, scene_loads.Tendon):
-            keys = ("loads", name)
-            body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
-            direction = names.vector(load.direction, (*keys, "direction"))
-            free = np.array(freedom(names, load.acts_on)[: names.dimension])
-            if not direction[free].any():
-                raise names.loaded.error(
-                    (*keys, "direction"),
-                    f"'{load.acts_on}' cannot move along {list(load.direction)}: the tendon would "
-                    "never be taut",
-                    f"let it move that way (rigid_bodies.{load.acts_on}.free), or turn the tendon",
-                )
-            unit = direction / np.linalg.norm(direction)
-            result.append(TendonData(body, load.stiffness, unit, load.slack))
-    return tuple(result)
+def rigid_load(loaded: Loaded, load: scene_loads.RigidForce, keys: Keys) -> RigidLoad:
+    """A force on a rigid body."""
+    names = loaded.names
+    body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    return RigidLoad(body, names.vector(load.force, (*keys, "force")), smooth_rise(load.ramp))
 
 
-def tethers(names: Names) -> tuple[TetherData, ...]:
-    """Tethers that rigid bodies trail."""
-    result = []
+def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialReliefData:
+    """What takes a share of the weight of all bodies off a rigid body along its axis."""
+    body = loaded.names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    return AxialReliefData(body, load.share * loaded.total_mass)
+
+
+def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> TendonData:
+    """A tendon that holds a rigid body."""
+    names = loaded.names
+    body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    direction = names.vector(load.direction, (*keys, "direction"))
+    free = np.array(freedom(names, load.acts_on)[: names.dimension])
+    if not direction[free].any():
+        raise names.loaded.error(
+            (*keys, "direction"),
+            f"'{load.acts_on}' cannot move along {list(load.direction)}: the tendon would "
+            "never be taut",
+            f"let it move that way (rigid_bodies.{load.acts_on}.free), or turn the tendon",
+        )
+    return TendonData(body, load.stiffness, direction / np.linalg.norm(direction), load.slack)
+
+
+def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> TetherData:
+    """A tether that a rigid body trails."""
+    names = loaded.names
     strength = float(np.linalg.norm(names.scene.environment.gravity))
-    for name, load in names.scene.loads.items():
-        if isinstance(load, scene_loads.Tether):
-            keys = ("loads", name)
-            body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
-            if load.drag > 0.0 and not freedom(names, load.acts_on)[0]:
-                raise names.loaded.error(
-                    (*keys, "drag"),
-                    f"'{load.acts_on}' cannot move along x: the tether would never drag",
-                    f"let it move that way (rigid_bodies.{load.acts_on}.free), or write 0 N",
-                )
-            centre = names.vector(names.scene.rigid_bodies[load.acts_on].center, keys)
-            stiffness = load.drag / ELASTIC_SLIP if load.stiffness == "auto" else load.stiffness
-            result.append(
-                TetherData(
-                    body=body,
-                    point=centre + names.vector(load.at, (*keys, "at")),
-                    stiffness=stiffness,
-                    drag=load.drag,
-                    carried_mass=load.weight / strength if strength > 0.0 else 0.0,
-                    turning_stiffness=turning_stiffness(names, load, keys),
-                )
-            )
-    return tuple(result)
+    body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
+    if load.drag > 0.0 and not freedom(names, load.acts_on)[0]:
+        raise names.loaded.error(
+            (*keys, "drag"),
+            f"'{load.acts_on}' cannot move along x: the tether would never drag",
+            f"let it move that way (rigid_bodies.{load.acts_on}.free), or write 0 N",
+        )
+    centre = names.vector(names.scene.rigid_bodies[load.acts_on].center, keys)
+    return TetherData(
+        body=body,
+        point=centre + names.vector(load.at, (*keys, "at")),
+        stiffness=load.drag / ELASTIC_SLIP if load.stiffness == "auto" else load.stiffness,
+        drag=load.drag,
+        carried_mass=load.weight / strength if strength > 0.0 else 0.0,
+        turning_stiffness=turning_stiffness(names, load, keys),
+    )
 
 
 def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.ndarray:
@@ -260,3 +251,17 @@ def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.
                     f"leave {key}_stiffness out",
                 )
     return np.array([load.roll_stiffness, load.yaw_stiffness, load.pitch_stiffness])
+
+
+BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
+    scene_loads.FollowerPressure: pressure,
+    scene_loads.AddedVolume: pressure,
+    scene_loads.AddedGas: pressure,
+    scene_loads.EccentricMass: eccentric_motor,
+    scene_loads.SinusoidalForce: sinusoid,
+    scene_loads.NodalForce: nodal_load,
+    scene_loads.RigidForce: rigid_load,
+    scene_loads.AxialRelief: axial_relief,
+    scene_loads.Tendon: tendon,
+    scene_loads.Tether: tether,
+}

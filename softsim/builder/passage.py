@@ -7,7 +7,8 @@ import numpy as np
 from softsim.builder.names import Names, close_names
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
-from softsim.model import Passage, PressureData
+from softsim.loads.pressure import PressureData
+from softsim.model import Passage
 from softsim.scene.bodies import BallOutline, CylinderOutline
 from softsim.scene.layout import Layout
 from softsim.scene.tree import nearest

@@ -11,10 +11,11 @@ import numpy as np
 import taichi as ti
 
 from softsim.fields import real_field
+from softsim.term import Term
 
 
 @ti.data_oriented
-class Dissipation:
+class Dissipation(Term):
     """Of `count` nodes in so many scenarios. Fields, (scenarios, count): friction_dissipation and
     damping_dissipation [J].
     """

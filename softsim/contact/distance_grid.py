@@ -20,6 +20,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from softsim.errors import MeshError
+from softsim.sharing import Own
 
 # Distances are exact within so many spacings of the wall. More than a cell's diagonal, so that this
 # holds for all nodes of a cell that the wall passes: and no wall lies between a node outside the
@@ -76,12 +77,12 @@ class DistanceGrid:
     the nearest of all counts. picture: what `drawn` returns.
     """
 
-    name: str
-    origin: np.ndarray
-    spacing: float
-    values: np.ndarray
+    name: Own[str]
+    origin: Own[np.ndarray]
+    spacing: Own[float]
+    values: Own[np.ndarray]
     lines: Lines
-    picture: dict[str, np.ndarray]
+    picture: Own[dict[str, np.ndarray]]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.sharing import Own
+
 
 @dataclass(frozen=True)
 class HalfSpaces:
@@ -12,8 +14,8 @@ class HalfSpaces:
     """
 
     names: tuple[str, ...]
-    points: np.ndarray
-    normals: np.ndarray
+    points: Own[np.ndarray]
+    normals: Own[np.ndarray]
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Signed gap (n,) [m] of places x (n, d) to each half space, by its name."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from softsim.contact import pipe_drawing
 from softsim.contact.pipe_segment import BEND, TAPER, Segment
+from softsim.sharing import Own
 
 # How far the flat face reaches in which an open end lies [m]: it has no rim.
 FACE = 100.0
@@ -78,9 +79,9 @@ class PipePath:
     open end lies in a flat face and has nothing but free space before it.
     """
 
-    name: str
-    segments: tuple[Segment, ...]
-    closed: tuple[bool, bool]
+    name: Own[str]
+    segments: Own[tuple[Segment, ...]]
+    closed: Own[tuple[bool, bool]]
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.sharing import Own
+
 
 @dataclass(frozen=True)
 class RoundPipes:
@@ -12,9 +14,9 @@ class RoundPipes:
     """
 
     names: tuple[str, ...]
-    points: np.ndarray
-    axes: np.ndarray
-    radii: np.ndarray
+    points: Own[np.ndarray]
+    axes: Own[np.ndarray]
+    radii: Own[np.ndarray]
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Signed gap (n,) [m] of places x (n, 3) to each pipe, by its name."""

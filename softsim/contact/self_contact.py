@@ -20,6 +20,7 @@ from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.penalty import normal_force
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import PARTS
+from softsim.term import Pass, Stage
 
 
 @ti.data_oriented
@@ -70,6 +71,17 @@ class SelfContact(Dissipation):
         # Whether nodes of a part may touch facets, facets around them be touched; whether it is so.
         self.may_touch, self.may_bear = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
         self.loaded = index_field(np.zeros(shape))
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment; the lists are watched and made anew in between."""
+        lists = self.lists
+        return {
+            Stage.MOVE: [Pass("contact", PARTS, (lists.watch,))],
+            Stage.PRESS: [Pass("contact", 1, (lists.sort,))],
+            Stage.STRESS: [Pass("contact", PARTS, (lists.find_facets, self.push))],
+            Stage.LIST: [Pass("contact", 1, (lists.find_nodes,))],
+            Stage.BEAR: [Pass("contact", PARTS, (self.bear,))],
+        }
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps; lists are made anew."""

@@ -11,6 +11,7 @@ from softsim.contact.friction import limit_with_memory, shear_force, slip
 from softsim.contact.penalty import normal_force
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import Nodes
+from softsim.term import Pass, Stage
 
 NEVER = -1e30
 """A time before all others [s]."""
@@ -85,6 +86,10 @@ class SurfaceContact(Dissipation):
         self.normal_impulse, self.impulse = real_field(numbers), vector_field(vectors)
         self.slipping_impulse, self.contact_time = real_field(numbers), real_field(numbers)
         self.returns = index_field(numbers)
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {Stage.MOVE: [Pass("contact", self.count, (self.push,))]}
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""

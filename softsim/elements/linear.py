@@ -1,7 +1,6 @@
 """What all linear elements share: lanes of corners, one material point, averaged nodal pressure.
 
-An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`; before and after them
-for those of the `rings`, of elements that have some.
+An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`.
 Tensors are written in the basis of each element's edges, see elements/metric.py.
 """
 
@@ -11,7 +10,6 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.diameters import Diameters
 from softsim.elements.geometry import Geometry, nodal_sizes
 from softsim.elements.material import Material
 from softsim.elements.material_points import MaterialPoints
@@ -19,10 +17,11 @@ from softsim.elements.metric import inverse_cube_root
 from softsim.elements.nodal_pressure import NodalPressure
 from softsim.fields import index_field, lane_data, lane_field, real_field
 from softsim.nodes import Nodes, by_lane
+from softsim.term import Pass, Stage, Term
 
 
 @ti.data_oriented
-class LinearElements:
+class LinearElements(Term):
     """All elements of one body.
 
     Parameters
@@ -46,7 +45,6 @@ class LinearElements:
     ) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
         self.nodes, self.metric = nodes, metric
-        self.rings: tuple[Diameters, ...] = ()
         self.first_node, self.node_count = first_node, len(points)
         self.corners = cells.shape[1]
         self.blocks = backend.lane_blocks(len(cells))
@@ -81,6 +79,15 @@ class LinearElements:
         """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
         padding = self.blocks * backend.lanes() - len(values)
         return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        nodes = self.pressure.cells_of_node.blocks
+        return {
+            Stage.MOVE: [Pass("elements", self.blocks, (self.deform,))],
+            Stage.PRESS: [Pass("elements", nodes, (self.press_nodes,))],
+            Stage.STRESS: [Pass("elements", self.blocks, (self.stress_corners,))],
+        }
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -159,8 +166,10 @@ class LinearElements:
 
     @ti.func
     def dissipated_energy(self, s):
-        """Dissipated by Maxwell dashpots and bulk viscosity so far [J]."""
+        """Dissipated by friction, which is none, and by Maxwell dashpots and bulk viscosity so far
+        [J].
+        """
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks):
             in_elements += self.points.dissipation(s, b) * self.volume[b]
-        return in_elements.sum() + self.pressure.dissipated_energy(s)
+        return ti.Vector([0.0, in_elements.sum() + self.pressure.dissipated_energy(s)])

@@ -18,6 +18,7 @@ from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
 from softsim.fields import index_field, lane_data, lane_field
 from softsim.nodes import Nodes, by_lane
+from softsim.term import Pass, Stage
 
 
 @ti.data_oriented
@@ -45,7 +46,6 @@ class RingSection(Triangles):
         ends = first_node + np.stack([first, geometry.opposite[first]], axis=1)
         lanes = self.blocks * backend.lanes()
         self.diameters = Diameters(nodes, ends, number, np.flatnonzero(is_ring), lanes)
-        self.rings = (self.diameters,)
         place = np.full(cells.shape, self.diameters.nowhere)
         place[is_ring] = self.diameters.places[number]
         self.place = index_field(by_lane(self.padded(place)))
@@ -55,6 +55,15 @@ class RingSection(Triangles):
         slope = np.divide(1.0, at_rest, out=np.zeros(len(cells)), where=is_ring)
         self.hoop_slope = lane_data(self.padded(slope))
         self.single = lane_data(self.padded(np.where(is_ring, 0.0, 1.0)))
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment: diameters are measured before it, and pulled at after it."""
+        diameters = self.diameters
+        return {
+            Stage.MEASURE: [Pass("elements", diameters.blocks, (diameters.measure,))],
+            **super().passes(),
+            Stage.PULL: [Pass("elements", diameters.blocks, (diameters.pull,))],
+        }
 
     @ti.func
     def stretch_across(self, s, b, x_sum, y_sum):

@@ -7,26 +7,50 @@ The force -share (W.e) e follows the body: e is its axis, W = m g the present we
 robot.
 """
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend
 from softsim.fields import real_field
+from softsim.loads.load import Load
+from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Term
+
+
+@dataclass(frozen=True, eq=False)
+class AxialReliefData(Load):
+    """Takes the weight of `mass` [kg], as far as it lies along x of rigid body number `body`, off
+    it.
+    """
+
+    body: int
+    mass: Own[float]
+
+    def term(
+        self, alike: Sequence["AxialReliefData"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "AxialRelief":
+        """Its force on the body."""
+        return AxialRelief(rigid_bodies, self.body, np.array([relief.mass for relief in alike]))
 
 
 @ti.data_oriented
-class AxialRelief:
+class AxialRelief(Term):
     """On rigid body number `body`, whose axis is its own x. masses: share times the robot's mass
     (scenarios,) [kg].
     """
 
-    count = 1
-
-    def __init__(self, rigid_bodies: Any, body: int, masses: np.ndarray) -> None:
+    def __init__(self, rigid_bodies: RigidBodies, body: int, masses: np.ndarray) -> None:
         self.rigid_bodies, self.body = rigid_bodies, body
         self.mass = real_field(masses)
+
+    def pulls(self) -> list[Callable[..., None]]:
+        """On the body."""
+        return [self.pull]
 
     @ti.func
     def pull(self, s, i, t, dt):

@@ -12,6 +12,7 @@ from typing import TypeVar
 from softsim.loads.cycles import cycles_of
 from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import Profile
+from softsim.sharing import Own
 
 S = TypeVar("S", bound="_Scheduled")
 
@@ -22,7 +23,7 @@ AIR_GAS_CONSTANT = 287.05  # J/(kg K), dry air
 class _Scheduled:
     """A drive of which all is known beforehand."""
 
-    profile: Profile
+    profile: Own[Profile]
 
     @property
     def cycle_count(self) -> int:
@@ -46,7 +47,7 @@ class _Scheduled:
 class GivenPressure(_Scheduled):
     """profile: what a gauge shows; section_profile: what acts on the plane model [Pa over s]."""
 
-    section_profile: Profile
+    section_profile: Own[Profile]
 
     asks_volume = False
 
@@ -72,8 +73,8 @@ class AddedVolume(_Scheduled):
     initial_volume: V_0 [m^3].
     """
 
-    initial_volume: float
-    bulk_modulus: float
+    initial_volume: Own[float]
+    bulk_modulus: Own[float]
 
     asks_volume = True
 
@@ -91,10 +92,10 @@ class AddedGas(_Scheduled):
     what stands inside the chamber [m^3]. specific_energy: R T [J/kg]. ambient_pressure [Pa].
     """
 
-    initial_volume: float
-    side_volume: float
-    specific_energy: float
-    ambient_pressure: float
+    initial_volume: Own[float]
+    side_volume: Own[float]
+    specific_energy: Own[float]
+    ambient_pressure: Own[float]
 
     asks_volume = True
 
@@ -115,7 +116,7 @@ class AddedGas(_Scheduled):
 class ControlledPressure:
     """The pressure on the facets follows commands; see loads/pressure_control.py."""
 
-    settings: EventCycles
+    settings: Own[EventCycles]
 
     asks_volume = False
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.elements.geometry import Axisymmetric, PlaneStrain, RingSection, Solid
 from softsim.fields import index_field, real_field
 from softsim.nodes import Nodes
 
@@ -153,3 +154,11 @@ class TriangleFacets:
         b = self.nodes.position[s, self.node[i, 1]]
         c = self.nodes.position[s, self.node[i, 2]]
         return a.dot(c.cross(b)) / 6.0
+
+
+FACETS: dict[type, Any] = {
+    PlaneStrain: PlaneFacets,
+    Axisymmetric: RevolvedFacets,
+    RingSection: RingFacets,
+    Solid: TriangleFacets,
+}

@@ -7,19 +7,45 @@ u_1)/2. The last sum is the work that the present gravity would have done had it
 start; it grows only while gravity changes.
 """
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend
 from softsim.fields import real_field, vector_field
+from softsim.loads.load import Load
+from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
 from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Pass, Stage, Term
+
+
+@dataclass(frozen=True, eq=False)
+class GravityProfile(Load):
+    """Gravity `full` (d,) [m/s^2] times `share` over time."""
+
+    full: Own[np.ndarray]
+    share: Own[Profile]
+
+    def term(
+        self, alike: Sequence["GravityProfile"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "RisingGravity":
+        """What changes the gravity of everything."""
+        full = np.stack([gravity.full for gravity in alike])
+        table = ProfileTable([gravity.share for gravity in alike])
+        return RisingGravity(nodes, rigid_bodies, full, table)
+
+    def hastened(self, factor: float) -> "GravityProfile":
+        """Gravity rising `factor` times as fast."""
+        return replace(self, share=self.share.sooner(factor))
 
 
 @ti.data_oriented
-class RisingGravity:
+class RisingGravity(Term):
     """Sets the gravity of all nodes and rigid bodies to `table` times `full` (scenarios, d)
     [m/s^2]; before the table's first time to its first value.
 
@@ -28,13 +54,23 @@ class RisingGravity:
     """
 
     def __init__(
-        self, nodes: Nodes, rigid_bodies: Any, full: np.ndarray, table: ProfileTable
+        self, nodes: Nodes, rigid_bodies: RigidBodies, full: np.ndarray, table: ProfileTable
     ) -> None:
         self.nodes, self.rigid_bodies, self.table = nodes, rigid_bodies, table
         self.full = vector_field(full)
         self.increase = vector_field(np.zeros_like(full))
         self.missed_by_nodes = real_field(np.zeros((nodes.scenarios, nodes.count)))
         self.missed_by_bodies = real_field(np.zeros((nodes.scenarios, rigid_bodies.count)))
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {
+            Stage.MEASURE: [Pass("loads", 1, (self.follow,))],
+            Stage.MOVE: [
+                Pass("loads", self.nodes.count, (self.miss_nodes,)),
+                Pass("loads", self.rigid_bodies.count, (self.miss_bodies,)),
+            ],
+        }
 
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -71,11 +107,11 @@ class RisingGravity:
         self.missed_by_bodies[s, r] = self.missed_by_bodies[s, r] + work
 
     @ti.func
-    def missed_work(self, s):
-        """Of all weights so far [J]: to be taken off the work that the present gravity tells."""
+    def work_done(self, s, dt):
+        """Of all weights so far, less what the present gravity tells of them [J]."""
         work = ti.cast(0.0, backend.real)
         for a in range(self.nodes.count):
-            work += self.missed_by_nodes[s, a]
+            work -= self.missed_by_nodes[s, a]
         for r in range(self.rigid_bodies.count):
-            work += self.missed_by_bodies[s, r]
+            work -= self.missed_by_bodies[s, r]
         return work

@@ -1,40 +1,59 @@
 """A force on a set of nodes, shared by lumped mass, fixed in direction, over time a profile."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
 import taichi as ti
 
-from softsim import backend
 from softsim.fields import index_field, real_field, vector_field
+from softsim.loads.load import Load
+from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
 from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Pass, Stage, WorkingTerm
+
+
+@dataclass(frozen=True, eq=False)
+class NodalLoad(Load):
+    """Total `force` (d,) [N] on `nodes`, times `share` over time."""
+
+    nodes: np.ndarray
+    force: Own[np.ndarray]
+    share: Own[Profile]
+
+    def term(
+        self, alike: Sequence["NodalLoad"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "NodalForce":
+        """Its force on the nodes."""
+        forces = np.stack([load.force for load in alike])
+        return NodalForce(nodes, self.nodes, forces, ProfileTable([load.share for load in alike]))
+
+    def hastened(self, factor: float) -> "NodalLoad":
+        """The force rising `factor` times as fast."""
+        return replace(self, share=self.share.sooner(factor))
 
 
 @ti.data_oriented
-class NodalForce:
+class NodalForce(WorkingTerm):
     """Total `forces` (scenarios, d) [N] times `table` on `loaded` nodes (k,)."""
 
     def __init__(
         self, nodes: Nodes, loaded: np.ndarray, forces: np.ndarray, table: ProfileTable
     ) -> None:
-        self.nodes, self.count, self.table = nodes, len(loaded), table
+        super().__init__(nodes.scenarios, len(loaded))
+        self.nodes, self.table = nodes, table
         self.node = index_field(loaded)
         mass = nodes.lumped_mass[loaded]
         self.share = real_field(mass / mass.sum())
         self.total = vector_field(forces)
-        self.work = real_field(np.zeros((nodes.scenarios, self.count)))
         self.first_slot = nodes.corner_forces.claim(loaded)
 
-    def memory(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
-        return {"work": self.work}
-
-    @ti.func
-    def work_done(self, s, dt):
-        """Work so far [J]."""
-        total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
-            total += self.work[s, i]
-        return total
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {Stage.MOVE: [Pass("loads", self.count, (self.push,))]}
 
     @ti.func
     def push(self, s, i, t, dt):

@@ -1,16 +1,44 @@
 """Prescribed motion: one component of a set of nodes follows a profile."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.fields import index_field, real_field
+from softsim.fields import index_field
+from softsim.loads.load import Load
+from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
 from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Pass, Stage, WorkingTerm
+
+
+@dataclass(frozen=True, eq=False)
+class PrescribedData(Load):
+    """Component `axis` of `nodes` is displaced by `profile` [m over s]."""
+
+    nodes: np.ndarray
+    axis: int
+    profile: Own[Profile]
+
+    def term(
+        self, alike: Sequence["PrescribedData"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "PrescribedMotion":
+        """The motion of the nodes."""
+        profiles = [motion.profile for motion in alike]
+        return PrescribedMotion(nodes, self.nodes, self.axis, ProfileTable(profiles))
+
+    def hastened(self, factor: float) -> "PrescribedData":
+        """The motion, `factor` times as fast."""
+        return replace(self, profile=self.profile.sooner(factor))
 
 
 @ti.data_oriented
-class PrescribedMotion:
+class PrescribedMotion(WorkingTerm):
     """Component `axis` of the `moved` nodes (k,) is displaced by `table` [m over s].
 
     The velocity of a step is (u(t) - u(t - dt)) / dt, so positions follow the profile exactly. The
@@ -18,13 +46,13 @@ class PrescribedMotion:
     """
 
     def __init__(self, nodes: Nodes, moved: np.ndarray, axis: int, table: ProfileTable) -> None:
-        self.nodes, self.count, self.axis, self.table = nodes, len(moved), axis, table
+        super().__init__(nodes.scenarios, len(moved))
+        self.nodes, self.axis, self.table = nodes, axis, table
         self.node = index_field(moved)
-        self.work = real_field(np.zeros((nodes.scenarios, self.count)))
 
-    def memory(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
-        return {"work": self.work}
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {Stage.STEER: [Pass("loads", self.count, (self.steer,))]}
 
     @ti.func
     def steer(self, s, i, t, dt):

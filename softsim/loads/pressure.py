@@ -5,20 +5,62 @@ chamber force and moment add up to nothing; the body that closes it feels the op
 facets feel.
 """
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.elements.geometry import Geometry
 from softsim.fields import index_field, real_field
+from softsim.loads.chamber import SOURCES
+from softsim.loads.drive import Drive
+from softsim.loads.facets import FACETS
+from softsim.loads.load import Load
 from softsim.nodes import PARTS, Nodes, parts_of
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Pass, Stage, WorkingTerm
 
 OPEN = -1
 
 
+@dataclass(frozen=True, eq=False)
+class PressureData(Load):
+    """Follower pressure on `facets` (k, corners); `lids`: further facets that close the surface,
+    without pressure of their own. `body` closes the chamber, or is None. geometry: of the facets.
+    """
+
+    name: Own[str]
+    facets: np.ndarray
+    lids: np.ndarray
+    geometry: Geometry
+    drive: Drive
+    body: int | None
+
+    def term(
+        self, alike: Sequence["PressureData"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "FollowerPressure":
+        """The pressure on the facets."""
+        kind = FACETS[type(self.geometry)]
+        facets, lids = (kind(nodes, f, self.geometry) for f in (self.facets, self.lids))
+        source = SOURCES[type(self.drive)]([load.drive for load in alike])
+        body = OPEN if self.body is None else self.body
+        return FollowerPressure(nodes, rigid_bodies, facets, lids, source, body)
+
+    def hastened(self, factor: float) -> "PressureData":
+        """The pressure, or what drives it, `factor` times as fast."""
+        return replace(self, drive=self.drive.hastened(factor))
+
+    def volume(self, x: np.ndarray) -> float:
+        """Enclosed volume [m^3] with all nodes at x (n, d)."""
+        return self.geometry.enclosed_volume(x, np.concatenate([self.facets, self.lids]))
+
+
 @ti.data_oriented
-class FollowerPressure:
+class FollowerPressure(WorkingTerm):
     """Pressure on facets.
 
     Parameters
@@ -31,7 +73,7 @@ class FollowerPressure:
     def __init__(
         self,
         nodes: Nodes,
-        rigid_bodies: Any,
+        rigid_bodies: RigidBodies,
         facets: Any,
         lids: Any,
         source: Any,
@@ -39,29 +81,30 @@ class FollowerPressure:
     ) -> None:
         self.nodes, self.rigid_bodies, self.body = nodes, rigid_bodies, body
         self.facets, self.lids, self.source = facets, lids, source
-        self.count, self.corners = facets.count, facets.corners
+        super().__init__(nodes.scenarios, facets.count)
+        self.corners = facets.corners
         self.pressure = real_field(np.zeros(nodes.scenarios))
         self.volume = real_field(np.zeros(nodes.scenarios))
         self.volume_part = real_field(np.zeros((nodes.scenarios, PARTS)))
         self.facet_part = index_field(parts_of([facets.count]))
         self.lid_part = index_field(parts_of([lids.count]))
-        self.work = real_field(np.zeros((nodes.scenarios, self.count)))
         self.first_slot = nodes.corner_forces.claim(facets.corner_nodes)
         if body != OPEN:
             rigid_bodies.react(body, self.first_slot, facets.corner_nodes.ravel())
 
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        parts = PARTS if self.source.asks_volume else 0
+        return {
+            Stage.MOVE: [Pass("loads", parts, (self.measure_volume,))],
+            Stage.PRESS: [Pass("loads", 1, (self.follow_source,))],
+            Stage.STRESS: [Pass("loads", self.count, (self.push_facets,))],
+        }
+
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        own = {"work": self.work, "pressure": self.pressure, "volume": self.volume}
-        return own | self.source.memory()
-
-    @ti.func
-    def work_done(self, s, dt):
-        """Work so far [J]."""
-        total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
-            total += self.work[s, i]
-        return total
+        of_chamber = {"pressure": self.pressure, "volume": self.volume}
+        return super().memory() | of_chamber | self.source.memory()
 
     @ti.func
     def measure_volume(self, s, part, t, dt):

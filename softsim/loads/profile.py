@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.sharing import Own
+
 # Points a time constant on an exponential: the chord is off by at most 1/(8 n^2), 2e-5 of it.
 POINTS_PER_TIME_CONSTANT = 80
 # Points of a smooth rise: the chord is off by at most 6/(8 n^2), 1e-5 of it.
@@ -14,8 +16,8 @@ RISE_POINTS = 257
 class Profile:
     """times [s], increasing, and the values there."""
 
-    times: np.ndarray
-    values: np.ndarray
+    times: Own[np.ndarray]
+    values: Own[np.ndarray]
 
     def at(self, t: float | np.ndarray) -> np.ndarray:
         """Value at time t [s]."""

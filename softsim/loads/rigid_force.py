@@ -1,25 +1,55 @@
 """A force at the centre of mass of a rigid body, fixed in direction, over time a profile."""
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import taichi as ti
 
 from softsim.fields import vector_field
+from softsim.loads.load import Load
+from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
+from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Term
+
+
+@dataclass(frozen=True, eq=False)
+class RigidLoad(Load):
+    """`force` (d,) [N] at the centre of mass of rigid body number `body`, times `share`."""
+
+    body: int
+    force: Own[np.ndarray]
+    share: Own[Profile]
+
+    def term(
+        self, alike: Sequence["RigidLoad"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "RigidForce":
+        """Its force on the body."""
+        forces = np.stack([load.force for load in alike])
+        table = ProfileTable([load.share for load in alike])
+        return RigidForce(rigid_bodies, self.body, forces, table)
+
+    def hastened(self, factor: float) -> "RigidLoad":
+        """The force rising `factor` times as fast."""
+        return replace(self, share=self.share.sooner(factor))
 
 
 @ti.data_oriented
-class RigidForce:
+class RigidForce(Term):
     """`forces` (scenarios, d) [N] times `table` on rigid body number `body`."""
 
-    count = 1
-
     def __init__(
-        self, rigid_bodies: Any, body: int, forces: np.ndarray, table: ProfileTable
+        self, rigid_bodies: RigidBodies, body: int, forces: np.ndarray, table: ProfileTable
     ) -> None:
         self.rigid_bodies, self.body, self.table = rigid_bodies, body, table
         self.force = vector_field(forces)
+
+    def pulls(self) -> list[Callable[..., None]]:
+        """On the body."""
+        return [self.pull]
 
     @ti.func
     def pull(self, s, i, t, dt):

@@ -1,28 +1,99 @@
-"""The term that lets a vibration motor pull on a rigid body."""
+"""Forces of a vibration motor: an eccentric mass, or a sinusoid of given amplitude.
 
-from typing import Any
+An eccentric mass m_e at radius r_e pulls with m_e r_e omega^2 towards where it is. A motor that
+turns about the section's normal z shows its whole rotating vector, one that turns about the
+pipe's axis x (in the plane across the section) shows its y part only; in space both show all of
+it. Its weight m_e g belongs to the mass of the body.
+
+The speed rises smoothly: omega(t) = 2 pi f (3 u^2 - 2 u^3) with u = t / spin_up, whose integral
+gives the angle in closed form, and the force rises with omega^2.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend
 from softsim.fields import real_field, vector_field
-from softsim.loads.vibration import RotorData
+from softsim.loads.load import Load
+from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Term
+
+
+@dataclass(frozen=True)
+class RotorData:
+    """Force cos(angle) `cosine` + sin(angle) `sine`, both (d,) [N] at full speed.
+
+    frequency [Hz], spin_up [s], phase: the angle at t = 0 [rad].
+    """
+
+    cosine: Own[np.ndarray]
+    sine: Own[np.ndarray]
+    frequency: Own[float]
+    spin_up: Own[float]
+    phase: Own[float]
+
+
+def eccentric_mass(
+    mass: float,
+    radius: float,
+    frequency: float,
+    rotation_axis: str,
+    spin_up: float,
+    phase: float,
+    dimension: int,
+) -> RotorData:
+    """The rotor of an eccentric mass [kg] at a radius [m]; rotation_axis: "x" or "z".
+
+    A model of two dimensions sees the x and y parts of its force.
+    """
+    amplitude = mass * radius * (2.0 * np.pi * frequency) ** 2
+    x, y, z = np.eye(3)[:, :dimension]
+    cosine, sine = {"x": (y, z), "z": (x, y)}[rotation_axis]
+    return RotorData(amplitude * cosine, amplitude * sine, frequency, spin_up, phase)
+
+
+def sinusoidal_force(
+    amplitude: float, direction: np.ndarray, frequency: float, spin_up: float, phase: float
+) -> RotorData:
+    """amplitude [N] along `direction` times the sine of the angle."""
+    unit = np.asarray(direction) / np.linalg.norm(direction)
+    return RotorData(np.zeros(2), amplitude * unit, frequency, spin_up, phase)
+
+
+@dataclass(frozen=True, eq=False)
+class RotorLoad(Load):
+    """A motor on rigid body number `body`."""
+
+    body: int
+    rotor: RotorData
+
+    def term(
+        self, alike: Sequence["RotorLoad"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "Rotor":
+        """Its force on the body."""
+        return Rotor(rigid_bodies, self.body, [load.rotor for load in alike])
 
 
 @ti.data_oriented
-class Rotor:
+class Rotor(Term):
     """A motor on rigid body number `body`; one RotorData a scenario."""
 
-    count = 1
-
-    def __init__(self, rigid_bodies: Any, body: int, rotors: list[RotorData]) -> None:
+    def __init__(self, rigid_bodies: RigidBodies, body: int, rotors: list[RotorData]) -> None:
         self.rigid_bodies, self.body = rigid_bodies, body
         self.cosine = vector_field(np.array([r.cosine for r in rotors]))
         self.sine = vector_field(np.array([r.sine for r in rotors]))
         self.speed = real_field(np.array([2.0 * np.pi * r.frequency for r in rotors]))
         self.spin_up = real_field(np.array([r.spin_up for r in rotors]))
         self.phase = real_field(np.array([r.phase for r in rotors]))
+
+    def pulls(self) -> list[Callable[..., None]]:
+        """On the body."""
+        return [self.pull]
 
     @ti.func
     def pull(self, s, i, t, dt):

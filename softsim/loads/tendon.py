@@ -6,28 +6,63 @@ the tendon pulls the body with T = k e along d, else it hangs loose. Its energy 
 as ABAQUS counts that of springs: in the internal energy (ALLSE), not in the external work.
 """
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
 from softsim.fields import real_field, vector_field
+from softsim.loads.load import Load, RigidSpring
+from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Term
+
+
+@dataclass(frozen=True, eq=False)
+class TendonData(Load):
+    """A tendon on rigid body number `body` towards the unit vector `direction` (d,), which pulls
+    with `stiffness` [N/m] once `slack` [m] is used up.
+
+    The history gets its tension as `pull`, the mean over the interval: what the gauge shows.
+    """
+
+    columns: ClassVar[dict[str, str]] = {"pull": "N"}
+
+    body: int
+    stiffness: Own[float]
+    direction: Own[np.ndarray]
+    slack: Own[float]
+
+    def term(
+        self, alike: Sequence["TendonData"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "Tendon":
+        """The tendon on its body."""
+        return Tendon(
+            rigid_bodies, self.body, np.array([tendon.stiffness for tendon in alike]),
+            np.stack([tendon.direction for tendon in alike]),
+            np.array([tendon.slack for tendon in alike]),
+        )  # fmt: skip
+
+    def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
+        """Taut, it holds the centre of mass along a line, which adds nothing to turning."""
+        return [RigidSpring("tendon", self.body, self.stiffness, goes_taut=True)]
 
 
 @ti.data_oriented
-class Tendon:
+class Tendon(Term):
     """A tendon on rigid body number `body`.
 
     stiffness: k (scenarios,) [N/m]. directions: d (scenarios, dimension). slack: s (scenarios,)
     [m]. Its `impulse` (scenarios,) [N s] is the integral of T since it was last cleared.
     """
 
-    count = 1
-
     def __init__(
         self,
-        rigid_bodies: Any,
+        rigid_bodies: RigidBodies,
         body: int,
         stiffness: np.ndarray,
         directions: np.ndarray,
@@ -38,6 +73,10 @@ class Tendon:
         self.direction = vector_field(directions)
         self.impulse = real_field(np.zeros(len(stiffness)))
 
+    def pulls(self) -> list[Callable[..., None]]:
+        """On the body."""
+        return [self.pull]
+
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {"impulse": self.impulse}
@@ -45,6 +84,11 @@ class Tendon:
     def clear_impulses(self, scenario: int) -> None:
         """Start a new interval over which the tension in a scenario is averaged."""
         fields.write_row(self.impulse, scenario, 0.0)
+
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """The mean tension [N]."""
+        impulse = float(fields.read_row(self.impulse, scenario))
+        return {"pull": impulse / interval if interval > 0.0 else 0.0}
 
     @ti.func
     def elongation(self, s):

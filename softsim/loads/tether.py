@@ -16,17 +16,65 @@ Spring and turning energies are stored (ALLSE), sliding is dissipated by frictio
 weight's is external work (ALLWK). Nothing depends on time: before t = 0 the tether acts as after.
 """
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
 from softsim.fields import real_field, vector_field
+from softsim.loads.load import Load, RigidSpring
+from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Term
+
+
+@dataclass(frozen=True, eq=False)
+class TetherData(Load):
+    """A tether on rigid body number `body`, attached at `point` (d,) [m], in space at rest.
+
+    Along the body's own x a spring of `stiffness` [N/m] slides at `drag` [N]; `carried_mass` [kg]
+    hangs on the point; turning_stiffness (3,) [N m/rad] resists turning about x, y and z.
+    The history gets its drag against the way forward as `tether_drag`, the mean over the interval.
+    """
+
+    columns: ClassVar[dict[str, str]] = {"tether_drag": "N"}
+
+    body: int
+    point: Own[np.ndarray]
+    stiffness: Own[float]
+    drag: Own[float]
+    carried_mass: Own[float]
+    turning_stiffness: Own[np.ndarray]
+
+    def term(
+        self, alike: Sequence["TetherData"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "Tether":
+        """The tether on its body."""
+        return Tether(
+            rigid_bodies, self.body,
+            np.stack([tether.point for tether in alike]) - rigid_bodies.rest_centre[self.body],
+            np.array([tether.stiffness for tether in alike]),
+            np.array([tether.drag for tether in alike]),
+            np.array([tether.carried_mass for tether in alike]),
+            np.stack([tether.turning_stiffness for tether in alike]),
+        )  # fmt: skip
+
+    def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
+        """Sticking, it holds a point at the arm r along a line, and resists turning about its
+        stiffest axis with K; W being the weight that hangs on it, k r^2 + K + W r against turning.
+        """
+        arm = float(np.linalg.norm(self.point - centres[self.body]))
+        turning = self.stiffness * arm**2 + float(self.turning_stiffness.max())
+        turning += self.carried_mass * gravity * arm
+        return [RigidSpring("tether", self.body, self.stiffness, turning)]
 
 
 @ti.data_oriented
-class Tether:
+class Tether(Term):
     """A tether on rigid body number `body`.
 
     arms: of the attachment point from the centre of mass, in the body's axes (scenarios, d) [m].
@@ -38,11 +86,9 @@ class Tether:
     [N s] is the integral of k s since it was last cleared.
     """
 
-    count = 1
-
     def __init__(
         self,
-        rigid_bodies: Any,
+        rigid_bodies: RigidBodies,
         body: int,
         arms: np.ndarray,
         stiffness: np.ndarray,
@@ -66,6 +112,10 @@ class Tether:
             real_field(np.zeros(len(arms))) for _ in range(4)
         )
 
+    def pulls(self) -> list[Callable[..., None]]:
+        """On the body."""
+        return [self.pull]
+
     def memory(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         names = ("place", "axis", "weight", "stretch", "work", "dissipation", "impulse")
@@ -74,6 +124,15 @@ class Tether:
     def clear_impulses(self, scenario: int) -> None:
         """Start a new interval over which the drag in a scenario is averaged."""
         fields.write_row(self.impulse, scenario, 0.0)
+
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """The mean drag against the way forward [N]."""
+        impulse = float(fields.read_row(self.impulse, scenario))
+        return {"tether_drag": impulse / interval if interval > 0.0 else 0.0}
+
+    def forget_work(self) -> None:
+        """No work is done before the first increment."""
+        fields.write(self.work, 0.0)
 
     def forget_dissipation(self, scenario: int) -> None:
         """Begin the books anew in a scenario."""
@@ -133,6 +192,11 @@ class Tether:
         stretch, q = self.stretch[s], self.turn(s)
         turned = 2.0 * (self.turning_stiffness[s] * q).dot(q)
         return 0.5 * self.stiffness[s] * stretch * stretch + turned
+
+    @ti.func
+    def dissipated_energy(self, s):
+        """Dissipated so far by friction, and nothing else [J]."""
+        return ti.Vector([self.dissipation[s], 0.0])
 
     @ti.func
     def work_done(self, s, dt):

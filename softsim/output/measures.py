@@ -32,7 +32,7 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found |= cycle_measures(model, history)
     if model.passage is not None:
         found["layout"] = layout_report(model.passage, history)
-    if model.tendons:
+    if "pull" in history:
         found["peak_pull"] = float(history["pull"].max())
         found["mean_pull"] = mean_pull(history)
     if model.probes:

@@ -34,8 +34,7 @@ def columns(model: Model) -> dict[str, str]:
     if any(load.drive.asks_volume for load in model.pressures):
         first["chamber_volume"] = "m^3"  # enclosed by the first chamber's surface
     space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
-    pull = {"pull": "N"} if model.tendons else {}
-    tether = {"tether_drag": "N"} if model.tethers else {}
+    of_loads = {name: unit for load in model.loads for name, unit in load.columns.items()}
     last = {
         **{f"frame_{a}": "m" for a in axes},
         "frame_angle": "rad",  # about z
@@ -46,8 +45,7 @@ def columns(model: Model) -> dict[str, str]:
         **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
-        **pull,  # tension of the first tendon, mean of the interval: what the gauge shows
-        **tether,  # of the first tether against the way forward, mean of the interval
+        **of_loads,  # what their terms read
         "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons, tethers
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
@@ -114,12 +112,8 @@ def observe(
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
         row[f"wall_force_{axis}"] = grip.impulse[i] / interval if interval > 0.0 else 0.0
-    if model.tendons:
-        impulse = float(scenario.read(scenario.terms.tendons[0].impulse))
-        row["pull"] = impulse / interval if interval > 0.0 else 0.0
-    if model.tethers:
-        impulse = float(scenario.read(scenario.terms.tethers[0].impulse))
-        row["tether_drag"] = impulse / interval if interval > 0.0 else 0.0
+    for term in reversed(scenario.terms.loads):  # of a kind, the first load is told
+        row |= term.readings(scenario.number, interval)
     row["internal_energy"] = energies.internal
     row["kinetic_energy"] = energies.kinetic
     row["external_work"] = energies.external_work
@@ -143,7 +137,8 @@ def observe(
 def chamber_readings(scenario: Scenario) -> dict[str, float]:
     """Pressure of the first chamber, and its volume where one is driven by it."""
     model = scenario.model
-    load, term = model.pressures[0], scenario.terms.pressures[0]
+    load = model.pressures[0]
+    term = scenario.term_of(load)
     if isinstance(load.drive, GivenPressure):
         now = {
             "pressure": float(load.drive.profile.at(scenario.time)),

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import lombscargle
 
+from softsim.loads.rotor import RotorLoad
 from softsim.model import Model
 
 # What is looked at: so much of the end of the run [s], if the motor ran steadily all the time, and
@@ -66,9 +67,10 @@ def dominant_frequency(model: Model, history: dict[str, np.ndarray]) -> float | 
     None without a motor, where the body does not vibrate, where the motor has not run steadily for
     LEAST_TURNS, or with fewer than two rows a turn, of which no frequency can be told.
     """
-    if not model.rotors:
+    motors = model.of_kind(RotorLoad)
+    if not motors:
         return None
-    motor, t = model.rotors[0].rotor, history["time"]
+    motor, t = motors[0].rotor, history["time"]
     late = (t >= motor.spin_up) & (t >= t[-1] - LAST)
     t = t[late]
     if len(t) < 2 or (t[-1] - t[0]) * motor.frequency < LEAST_TURNS:

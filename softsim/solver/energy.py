@@ -108,25 +108,17 @@ class Meter:
             contact = ti.cast(0.0, backend.real)
             friction = ti.cast(0.0, backend.real)
             viscous = ti.cast(0.0, backend.real)
-            for body in ti.static(self.terms.bodies):
-                internal += body.stored_energy(s)
-                viscous += body.dissipated_energy(s)
-            for tendon in ti.static(self.terms.tendons):
-                internal += tendon.stored_energy(s)
-            for tether in ti.static(self.terms.tethers):
-                internal += tether.stored_energy(s)
-                friction += tether.dissipation[s]
-            for surface in ti.static(self.terms.contacts + self.terms.self_contacts):
-                contact += surface.stored_energy(s)
-                dissipated = surface.dissipated_energy(s)
+            work = self.terms.nodes.weight_work(s) + self.terms.rigid_bodies.weight_work(s)
+            work += self.terms.rigid_bodies.work_done(s, dt)
+            for term in ti.static(self.terms.inner):
+                internal += term.stored_energy(s)
+            for term in ti.static(self.terms.touching):
+                contact += term.stored_energy(s)
+            for term in ti.static(self.terms.everything):
+                dissipated = term.dissipated_energy(s)
                 friction += dissipated[0]
                 viscous += dissipated[1]
-            work = self.terms.nodes.weight_work(s) + self.terms.rigid_bodies.weight_work(s)
-            for gravity in ti.static(self.terms.rising_gravity):
-                work -= gravity.missed_work(s)
-            work += self.terms.rigid_bodies.work_done(s, dt)
-            for load in ti.static(self.terms.working_loads):
-                work += load.work_done(s, dt)
+                work += term.work_done(s, dt)
             if ti.static(self.terms.nodes.relaxes):
                 viscous += self.terms.nodes.damped_energy(s)
                 viscous += self.terms.rigid_bodies.damped_energy(s)

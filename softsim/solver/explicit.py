@@ -57,8 +57,8 @@ class ExplicitSolver:
         for s, increment in enumerate(np.broadcast_to(increments, self.scenarios)):
             self._take_increment(s, float(increment))
         self._stand(self.steps, kicks=0.5 * self.steps)
-        for load in self.terms.working_loads:
-            fields.write(load.work, 0.0)  # no work is done before the first increment
+        for term in self.terms.everything:
+            term.forget_work()
         fields.write(self.terms.rigid_bodies.applied_work, 0.0)
 
     # --- before the clock starts -----------------------------------------------------------------
@@ -98,10 +98,9 @@ class ExplicitSolver:
             fields.write(work, 0.0)
         for s in range(self.scenarios):
             self.damp(s, 0.0)
-            for term in self.terms.dissipators:
+            for term in self.terms.everything:
                 term.forget_dissipation(s)
-            for gauge in self.terms.gauges:
-                gauge.clear_impulses(s)
+                term.clear_impulses(s)
 
     # --- increments ------------------------------------------------------------------------------
 

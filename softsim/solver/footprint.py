@@ -13,6 +13,7 @@ import numpy as np
 from softsim.contact.list_sizes import MOST_FACETS, MOST_NODES, margin_and_room
 from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import DeviceError
+from softsim.loads.gravity import GravityProfile
 from softsim.machine import Place
 from softsim.model import ContactData, Model, SelfContactData
 
@@ -50,7 +51,7 @@ def footprint(model: Model) -> Footprint:
     shared = nodes * (REAL * (1 + 2 * d) + INTEGER)
     # Position, velocity, force; work of local damping.
     each = nodes * REAL * (3 * d + 1)
-    if model.gravity_profile is not None:
+    if model.of_kind(GravityProfile):
         each += nodes * REAL  # work that came too late
     for body in model.bodies:
         corners = body.cells.shape[1]

@@ -18,7 +18,8 @@ from softsim import backend
 from softsim.errors import DeviceError
 from softsim.fields import index_field, real_field, write
 from softsim.solver.crew import Crew
-from softsim.solver.terms import Pass, Stage, Terms
+from softsim.solver.terms import Passes, Terms
+from softsim.term import Pass
 
 # Increments in one call on a GPU: a call costs as much as a few launches, and each of these is
 # traced and compiled.
@@ -216,7 +217,7 @@ def work_at(stage: ti.template(), s, i, t, dt):  # type: ignore[valid-type]  # T
         first += p.count
 
 
-def size(stage: Stage) -> int:
+def size(stage: Passes) -> int:
     """Indices of all passes of a stage."""
     return sum(p.count for p in stage)
 

@@ -1,9 +1,12 @@
 """One scenario of a solver, as those see it who look at a run."""
 
+from typing import Any
+
 import numpy as np
 import taichi as ti
 
 from softsim import fields
+from softsim.loads.load import Load
 from softsim.model import Model
 from softsim.solver.chatter import Chatter, chatter
 from softsim.solver.explicit import ExplicitSolver
@@ -48,6 +51,10 @@ class Scenario:
     def read(self, field: ti.Field) -> np.ndarray:
         """What a field, whose first axis counts scenarios, holds of this one."""
         return fields.read_row(field, self.number)
+
+    def term_of(self, load: Load) -> Any:
+        """What computes one of the model's loads."""
+        return self.terms.loads[[one is load for one in self.model.loads].index(True)]
 
     def positions(self) -> np.ndarray:
         """x (nodes, d) [m]."""

@@ -1,11 +1,9 @@
-"""From the frozen model to Taichi: the stages of passes that make one increment.
+"""From the frozen model to Taichi: its terms, and the stages of passes that make one increment.
 
-A pass is a function of (scenario, index, time, increment) and how many indices it has. They
-come in stages; an increment is the stages read from top to bottom: drift, forces, kick.
+An increment is the stages read from top to bottom: drift, forces, kick. Stage says in which order
+forces come about (softsim/term.py).
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -28,35 +26,18 @@ from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.elements.tetrahedra import Tetrahedra
-from softsim.loads.axial_relief import AxialRelief
-from softsim.loads.chamber import SOURCES
-from softsim.loads.facets import PlaneFacets, RevolvedFacets, RingFacets, TriangleFacets
-from softsim.loads.gravity import RisingGravity
-from softsim.loads.nodal import NodalForce
-from softsim.loads.prescribed import PrescribedMotion
-from softsim.loads.pressure import OPEN, FollowerPressure
-from softsim.loads.rigid_force import RigidForce
-from softsim.loads.rotor import Rotor
-from softsim.loads.table import ProfileTable
-from softsim.loads.tendon import Tendon
-from softsim.loads.tether import Tether
 from softsim.model import LOCAL_DAMPING, BallShape, ContactData, CylinderShape, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import Ball, Cylinder
 from softsim.solver.chatter import return_time
+from softsim.term import Pass, Stage, Term
 
 ELEMENTS = {
     geometry.PlaneStrain: PlaneStrain,
     geometry.Axisymmetric: Axisymmetric,
     geometry.RingSection: RingSection,
     geometry.Solid: Tetrahedra,
-}
-FACETS: dict[type, Any] = {
-    geometry.PlaneStrain: PlaneFacets,
-    geometry.Axisymmetric: RevolvedFacets,
-    geometry.RingSection: RingFacets,
-    geometry.Solid: TriangleFacets,
 }
 WALLS: dict[type, Any] = {
     HalfSpaces: FlatObstacle,
@@ -66,21 +47,8 @@ WALLS: dict[type, Any] = {
 }
 OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 
-
-@dataclass(frozen=True)
-class Pass:
-    """Work on `count` indices: each of `functions` (s, i, t, dt), in order; `phase` names its cost.
-
-    What a function reads from an earlier one of its pass, it reads at its own index.
-    """
-
-    phase: str
-    count: int
-    functions: tuple[Callable[..., None], ...]
-
-
-Stage = list[Pass]
-"""Passes that do not need each other's results: they may run side by side."""
+Passes = list[Pass]
+"""Of one stage: they do not need each other's results, and may run side by side."""
 
 
 class Terms:
@@ -93,7 +61,7 @@ class Terms:
             np.stack([m.velocity for m in models]),
             model.mass,
             model.is_free,
-            np.stack([starting_gravity(m) for m in models]),
+            np.stack([m.starting_gravity for m in models]),
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
             any(m.relaxation is not None or m.settling is not None for m in models),
         )
@@ -105,59 +73,13 @@ class Terms:
             )
             for b in model.bodies
         ]  # fmt: skip
-        self.pressures = [self._pressure(models, k) for k in range(len(model.pressures))]
-        self.rotors = [
-            Rotor(self.rigid_bodies, load.body, [m.rotors[k].rotor for m in models])
-            for k, load in enumerate(model.rotors)
+        self.loads = [
+            alike[0].term(alike, self.nodes, self.rigid_bodies)
+            for alike in zip(*(m.loads for m in models), strict=True)
         ]
-        self.rigid_forces = [
-            RigidForce(
-                self.rigid_bodies, load.body, np.stack([m.rigid_loads[k].force for m in models]),
-                ProfileTable([m.rigid_loads[k].share for m in models]),
-            )
-            for k, load in enumerate(model.rigid_loads)
-        ]  # fmt: skip
-        self.axial_reliefs = [
-            AxialRelief(
-                self.rigid_bodies,
-                relief.body,
-                np.array([m.axial_reliefs[k].mass for m in models]),
-            )
-            for k, relief in enumerate(model.axial_reliefs)
-        ]
-        self.tendons = [
-            Tendon(
-                self.rigid_bodies, tendon.body, np.array([m.tendons[k].stiffness for m in models]),
-                np.stack([m.tendons[k].direction for m in models]),
-                np.array([m.tendons[k].slack for m in models]),
-            )
-            for k, tendon in enumerate(model.tendons)
-        ]  # fmt: skip
-        self.tethers = [self._tether(models, k) for k in range(len(model.tethers))]
-        self.nodal_forces = [
-            NodalForce(
-                self.nodes, load.nodes, np.stack([m.nodal_loads[k].force for m in models]),
-                ProfileTable([m.nodal_loads[k].share for m in models]),
-            )
-            for k, load in enumerate(model.nodal_loads)
-        ]  # fmt: skip
-        self.prescribed = [
-            PrescribedMotion(
-                self.nodes, motion.nodes, motion.axis,
-                ProfileTable([m.prescribed[k].profile for m in models]),
-            )
-            for k, motion in enumerate(model.prescribed)
-        ]  # fmt: skip
         self.friction_memory = np.array([m.friction_memory for m in models])
         self.slip_length = np.array([m.friction_slip_length for m in models])
         self.return_times = np.array([return_time(m) for m in models])
-        profiles = [m.gravity_profile for m in models if m.gravity_profile is not None]
-        self.rising_gravity = [
-            RisingGravity(
-                self.nodes, self.rigid_bodies, np.stack([m.gravity for m in models]),
-                ProfileTable(profiles),
-            )
-        ] if profiles else []  # fmt: skip
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
         self.self_contacts = self._self_contacts(models)
@@ -169,28 +91,6 @@ class Terms:
             self.nodes, data.nodes, obstacle, data.penalty_stiffness, data.tangential_stiffness,
             data.damping, data.tangential_damping, np.array(friction),
             self.friction_memory, self.slip_length, self.return_times,
-        )  # fmt: skip
-
-    def _pressure(self, models: list[Model], k: int) -> FollowerPressure:
-        load = models[0].pressures[k]
-        drives = [m.pressures[k].drive for m in models]
-        kind = FACETS[type(load.geometry)]
-        facets, lids = (kind(self.nodes, f, load.geometry) for f in (load.facets, load.lids))
-        return FollowerPressure(
-            self.nodes, self.rigid_bodies, facets, lids, SOURCES[type(drives[0])](drives),
-            OPEN if load.body is None else load.body,
-        )  # fmt: skip
-
-    def _tether(self, models: list[Model], k: int) -> Tether:
-        tethers = [m.tethers[k] for m in models]
-        body = tethers[0].body
-        return Tether(
-            self.rigid_bodies, body,
-            np.stack([one.point for one in tethers]) - self.rigid_bodies.rest_centre[body],
-            np.array([one.stiffness for one in tethers]),
-            np.array([one.drag for one in tethers]),
-            np.array([one.carried_mass for one in tethers]),
-            np.stack([one.turning_stiffness for one in tethers]),
         )  # fmt: skip
 
     def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
@@ -243,25 +143,25 @@ class Terms:
         return self.wall_contacts + self.supports
 
     @property
-    def working_loads(self) -> list[FollowerPressure | NodalForce | PrescribedMotion | Tether]:
-        """Loads that book their own work."""
-        return [*self.pressures, *self.nodal_forces, *self.prescribed, *self.tethers]
+    def inner(self) -> list[Term]:
+        """Elements and loads: what they store is internal energy."""
+        return [*self.bodies, *self.loads]
 
     @property
-    def dissipators(self) -> list[Any]:
-        """What books the energy that it dissipates."""
-        return [*self.bodies, *self.contacts, *self.self_contacts, *self.tethers]
+    def touching(self) -> list[Term]:
+        """Contact of all kinds: what it stores is contact energy."""
+        return [*self.contacts, *self.self_contacts]
 
     @property
-    def gauges(self) -> list[SurfaceContact | Tendon | Tether]:
-        """What sums its impulses up for the history, which clears them."""
-        return [*self.wall_contacts, *self.tendons, *self.tethers]
+    def everything(self) -> list[Term]:
+        """Whatever exerts force."""
+        return self.inner + self.touching
 
-    def drift_stages(self) -> list[Stage]:
+    def drift_stages(self) -> list[Passes]:
         """Everything moves by dt times its half-step velocity."""
         bodies = self.rigid_bodies
         return filled(
-            [Pass("loads", motion.count, (motion.steer,)) for motion in self.prescribed],
+            self._of_terms(Stage.STEER),
             [
                 Pass("integration", self.nodes.count, (self.nodes.drift,)),
                 Pass("integration", bodies.count, (bodies.drift,)),
@@ -269,47 +169,17 @@ class Terms:
             [Pass("integration", bodies.tied_count, (bodies.place_tied,))],
         )
 
-    def force_stages(self) -> list[Stage]:
-        """Every force at the new positions, each into slots of its own."""
-        rings = [rings for body in self.bodies for rings in body.rings]
-        measured = [Pass("elements", r.blocks, (r.measure,)) for r in rings]
-        pulled = [Pass("elements", r.blocks, (r.pull,)) for r in rings]
-        moved = [Pass("elements", body.blocks, (body.deform,)) for body in self.bodies]
-        pressed = [
-            Pass("elements", body.pressure.cells_of_node.blocks, (body.press_nodes,))
-            for body in self.bodies
-        ]
-        stressed = [Pass("elements", body.blocks, (body.stress_corners,)) for body in self.bodies]
-        for pressure in self.pressures:
-            if pressure.source.asks_volume:
-                moved.append(Pass("loads", PARTS, (pressure.measure_volume,)))
-            pressed.append(Pass("loads", 1, (pressure.follow_source,)))
-            stressed.append(Pass("loads", pressure.count, (pressure.push_facets,)))
-        for gravity in self.rising_gravity:
-            measured.append(Pass("loads", 1, (gravity.follow,)))
-            moved.append(Pass("loads", self.nodes.count, (gravity.miss_nodes,)))
-            moved.append(Pass("loads", self.rigid_bodies.count, (gravity.miss_bodies,)))
-        # Loads on rigid bodies add to each other, one after another.
-        pulls = [rotor.pull for rotor in self.rotors] + [load.pull for load in self.rigid_forces]
-        pulls += [load.pull for load in self.axial_reliefs]
-        pulls += [tendon.pull for tendon in self.tendons]
-        pulls += [tether.pull for tether in self.tethers]
+    def force_stages(self) -> list[Passes]:
+        """Every force at the new positions, each into slots of its own; loads on rigid bodies add
+        to each other, one after another.
+        """
+        stages = {stage: self._of_terms(stage) for stage in Stage if stage is not Stage.STEER}
+        pulls = tuple(pull for load in self.loads for pull in load.pulls())
         if pulls:
-            moved.append(Pass("loads", 1, tuple(pulls)))
-        moved += [Pass("loads", force.count, (force.push,)) for force in self.nodal_forces]
-        moved += [Pass("contact", contact.count, (contact.push,)) for contact in self.contacts]
-        listed: Stage = []
-        borne: Stage = []
-        for contact in self.self_contacts:
-            lists = contact.lists
-            moved.append(Pass("contact", PARTS, (lists.watch,)))
-            pressed.append(Pass("contact", 1, (lists.sort,)))
-            stressed.append(Pass("contact", PARTS, (lists.find_facets, contact.push)))
-            listed.append(Pass("contact", 1, (lists.find_nodes,)))
-            borne.append(Pass("contact", PARTS, (contact.bear,)))
-        return filled(measured, moved, pressed, stressed, listed, borne, pulled)
+            stages[Stage.MOVE].append(Pass("loads", 1, pulls))
+        return filled(*stages.values())
 
-    def kick_stages(self) -> list[Stage]:
+    def kick_stages(self) -> list[Passes]:
         """New half-step velocities from the summed forces."""
         bodies = self.rigid_bodies
         blocks = self.nodes.corner_forces.of_node.blocks
@@ -319,7 +189,7 @@ class Terms:
             [Pass("integration", bodies.count, (bodies.kick,))],
         )
 
-    def shift_stages(self) -> list[Stage]:
+    def shift_stages(self) -> list[Passes]:
         """Move half-step velocities by dt with the last forces: when the step changes."""
         return filled(
             [
@@ -328,11 +198,13 @@ class Terms:
             ]
         )
 
+    def _of_terms(self, stage: Stage) -> Passes:
+        return [p for term in self.everything for p in term.passes().get(stage, [])]
+
     def memory(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        listed = ("bodies", "pressures", "tendons", "tethers", "nodal_forces", "prescribed")
-        for name in (*listed, "rising_gravity", "contacts", "self_contacts"):
+        for name in ("bodies", "loads", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field
@@ -341,13 +213,7 @@ class Terms:
         }
 
 
-def starting_gravity(model: Model) -> np.ndarray:
-    """Gravity (d,) [m/s^2] at t = 0."""
-    profile = model.gravity_profile
-    return model.gravity if profile is None else profile.at(0.0) * model.gravity
-
-
-def filled(*stages: Stage) -> list[Stage]:
+def filled(*stages: Passes) -> list[Passes]:
     """The stages without empty passes, and without those that have no other."""
     kept = [[p for p in stage if p.count] for stage in stages]
     return [stage for stage in kept if stage]

@@ -20,7 +20,7 @@ from softsim.elements.measures import largest_eigenvalue
 from softsim.model import LOCAL_DAMPING, Body, Model
 from softsim.solver.element_stiffness import ElementStiffness
 from softsim.solver.lanczos import largest_eigenvalue_bound
-from softsim.solver.spring_stiffness import tendon_frequency, tether_frequency
+from softsim.solver.spring_stiffness import load_springs, spring_frequencies
 from softsim.solver.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
 
 # omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
@@ -103,7 +103,9 @@ class StableStep:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.stiffness = ModelStiffness(model)
-        self.tendons, self.tethers = tendon_frequency(model), tether_frequency(model)
+        springs = load_springs(model)
+        self.springs = spring_frequencies(model, springs)
+        self.going_taut = spring_frequencies(model, [one for one in springs if one.goes_taut])
         alone = [element_frequencies(b, model.points[b.nodes]) for b in model.bodies]
         stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
         self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(alone[stiffest].max())
@@ -117,7 +119,7 @@ class StableStep:
         undamped = self.stiffness.at(elements, x)
         bodies = self.stiffness.contact.of_bodies
         slowed = 1.0 if self.model.relaxation is None else 1.0 + LOCAL_DAMPING
-        springs = self.tendons + self.tethers
+        springs = sum(self.springs.values())
         held = springs + bodies(x, np.inf)
         guess = 2.0 / np.sqrt(slowed * (undamped.row_sum_bound() + held))
         matrix = self.stiffness.damped(undamped, x, guess)
@@ -130,16 +132,16 @@ class StableStep:
         stable = min(stable, stable**2 / guess)
         body, element = self._stiffest(elements, matrix, mode)
         shares = other_shares(matrix, mode)
-        shares |= {"contact of a rigid body": of_bodies, "the tendon of a rigid body": self.tendons}
-        shares["the tether of a rigid body"] = self.tethers
+        shares["contact of a rigid body"] = of_bodies
+        shares |= {f"the {kind} of a rigid body": k for kind, k in self.springs.items()}
         name = element_name(body, element, x)
         shares[name] = total - sum(shares.values())
         limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
         if hit > 0.0:
             limits["contact that would throw back"] = LONGEST_HIT / np.sqrt(hit)
-        if self.tendons > 0.0:
-            limits["a tendon that would throw back"] = LONGEST_HIT / np.sqrt(self.tendons)
+        for kind, frequency in self.going_taut.items():
+            limits[f"a {kind} that would throw back"] = LONGEST_HIT / np.sqrt(frequency)
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
             limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)

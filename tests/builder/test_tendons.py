@@ -17,7 +17,7 @@ time: {end: 1 s}
 
 def test_the_direction_becomes_a_unit_vector(build):
     model = build(SCENE.replace("DIRECTION", "direction: [3, 4], slack: 2 mm"))
-    (tendon,) = model.tendons
+    (tendon,) = model.loads
     np.testing.assert_allclose(tendon.direction, [0.6, 0.8], rtol=1e-15)
     assert (tendon.body, tendon.stiffness, tendon.slack) == (0, 2000.0, 2e-3)
 

@@ -19,7 +19,7 @@ PLANE = SCENE.replace("FREE", "free: [x, rotation]")
 def test_what_a_tether_is(build):
     given = "drag: 20 mN, weight: 4 mN, at: [-16 mm, 0 mm], pitch_stiffness: 0.5 N*mm/rad"
     model = build(PLANE.replace("GIVEN", given), "environment.inclination=30 deg")
-    (tether,) = model.tethers
+    (tether,) = model.loads
     assert (tether.body, tether.drag) == (0, 20e-3)
     assert tether.stiffness == pytest.approx(200.0)  # 0.1 mm at the limit
     np.testing.assert_allclose(tether.point, [-13e-3, 1e-3])
@@ -30,14 +30,14 @@ def test_what_a_tether_is(build):
 
 def test_a_section_on_its_side_feels_no_weight(build):
     model = build(PLANE.replace("GIVEN", "drag: 0 N, weight: 4 mN"), "environment.roll=90 deg")
-    (tether,) = model.tethers
+    (tether,) = model.loads
     np.testing.assert_allclose(tether.carried_mass * model.gravity, 0.0, atol=1e-18)
     assert tether.stiffness == 0.0
 
 
 def test_no_gravity_no_weight(build):
     model = build(PLANE.replace("GIVEN", "drag: 1 N, weight: 4 mN"), "environment.gravity=0 m/s^2")
-    assert model.tethers[0].carried_mass == 0.0
+    assert model.loads[0].carried_mass == 0.0
 
 
 @pytest.mark.parametrize(

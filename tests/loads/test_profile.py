@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softsim.loads.profile import Profile, constant, cycles, natural_deflation
-from softsim.loads.vibration import eccentric_mass, sinusoidal_force
+from softsim.loads.rotor import eccentric_mass, sinusoidal_force
 
 CYCLE = {
     "highest": 23e3, "inflation_rate": 23e3, "hold": 1.0, "deflation_rate": 1.3e3, "lowest": 11e3,

@@ -193,7 +193,7 @@ def test_follower_pressure_is_the_gradient_of_volume(build, start, formulation):
     freeze_metric(solver)
     x = alike(model, scattered(model, 3, 0.08e-3))
     with_pressure = forces_at(solver, x)
-    solver.terms.pressures[0].source.table.value.fill(0.0)
+    solver.terms.loads[0].source.table.value.fill(0.0)
     force = with_pressure - forces_at(solver, x)
     body = model.bodies[0]
 
@@ -226,7 +226,7 @@ def test_the_numpy_volume_gradient_is_that_of_the_kernels(build, start, formulat
     freeze_metric(solver)
     x = alike(model, scattered(model, 4, 0.08e-3))
     with_pressure = forces_at(solver, x)
-    solver.terms.pressures[0].source.table.value.fill(0.0)
+    solver.terms.loads[0].source.table.value.fill(0.0)
     force = with_pressure - forces_at(solver, x)
     load = model.pressures[0]
     expected = np.zeros_like(x)

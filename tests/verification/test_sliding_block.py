@@ -132,8 +132,8 @@ def begin(kernel_cache, tmp_path_factory):
 def on_the_slope(request, begin):
     """Name of the case, histories of the block held, sliding and shaken."""
     from softsim import fields
+    from softsim.loads.nodal import NodalLoad
     from softsim.loads.profile import Profile
-    from softsim.model import NodalLoad
 
     build = begin(*request.param)
     t = np.linspace(0.0, 20.0 / FREQUENCY, 8001)
@@ -143,7 +143,7 @@ def on_the_slope(request, begin):
         force = np.array([model.mass.sum() * amplitude, 0.0])
         swing = Profile(t, np.sin(2.0 * np.pi * FREQUENCY * t))
         load = NodalLoad(np.arange(len(model.points)), force, swing)
-        return dataclasses.replace(model, nodal_loads=(load,))
+        return dataclasses.replace(model, loads=(load,))
 
     held, sliding, at_once = build(at_share(0.97)), build(at_share(1.03)), "time.settle=null"
     scenarios = {

@@ -1,0 +1,115 @@
+"""A term: whatever exerts force, as the solver meets it.
+
+The solver asks all terms the same: the passes of an increment, the fields that a checkpoint keeps,
+energies and work, what the history reads. Term answers each with nothing; a term overrides what it
+has.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend, fields
+from softsim.fields import real_field
+
+
+class Stage(IntEnum):
+    """When a pass runs. Passes of a stage do not need each other's results and may run side by
+    side; each stage begins where the one before has ended.
+    """
+
+    STEER = 0  # velocities that are prescribed; then everything drifts
+    MEASURE = 1  # gravity of now, lengths that elements ask for
+    MOVE = 2  # deformation; forces that follow from places and velocities alone
+    PRESS = 3  # pressures, from volumes
+    STRESS = 4  # forces, from deformation and pressures
+    LIST = 5  # who touches whom among surfaces
+    BEAR = 6  # what surfaces feel of those who touch them
+    PULL = 7  # forces on what STRESS has strained beside the corners
+
+
+@dataclass(frozen=True)
+class Pass:
+    """Work on `count` indices: each of `functions` (s, i, t, dt), in order; `phase` names its cost.
+
+    What a function reads from an earlier one of its pass, it reads at its own index.
+    """
+
+    phase: str
+    count: int
+    functions: tuple[Callable[..., None], ...]
+
+
+@ti.data_oriented
+class Term:
+    """What exerts force."""
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {}
+
+    def pulls(self) -> list[Callable[..., None]]:
+        """Functions (s, i, t, dt) that add to the loads on rigid bodies, in stage MOVE, one after
+        another.
+        """
+        return []
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return {}
+
+    def forget_work(self) -> None:
+        """Begin the books of work anew."""
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books of dissipation anew in a scenario."""
+
+    def clear_impulses(self, scenario: int) -> None:
+        """Start a new interval over which the history averages."""
+
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """Columns of the history now, `interval` [s] after impulses were cleared."""
+        return {}
+
+    @ti.func
+    def stored_energy(self, s):
+        """Of springs and materials [J]."""
+        return ti.cast(0.0, backend.real)
+
+    @ti.func
+    def dissipated_energy(self, s):
+        """Dissipated so far by friction, and by viscosity and damping [J]."""
+        return ti.Vector([0.0, 0.0])
+
+    @ti.func
+    def work_done(self, s, dt):
+        """Work on the bodies so far [J], up to the time of their positions."""
+        return ti.cast(0.0, backend.real)
+
+
+@ti.data_oriented
+class WorkingTerm(Term):
+    """A term that books the `work` (scenarios, count) [J] of its own forces, index by index."""
+
+    def __init__(self, scenarios: int, count: int) -> None:
+        self.count = count
+        self.work = real_field(np.zeros((scenarios, count)))
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return {"work": self.work}
+
+    def forget_work(self) -> None:
+        """No work is done before the first increment."""
+        fields.write(self.work, 0.0)
+
+    @ti.func
+    def work_done(self, s, dt):
+        """Work so far [J]."""
+        total = ti.cast(0.0, backend.real)
+        for i in range(self.count):
+            total += self.work[s, i]
+        return total
