@@ -4,8 +4,13 @@
 runs many. Importing this package imports no Taichi: names load when they are asked for.
 """
 
+import os
 from importlib import import_module
 from typing import Any
+
+# Taichi reads these as it is imported.
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
+os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # no news from the network at each start
 
 _HOMES = {
     "load_scene": "softsim.scene.loading",

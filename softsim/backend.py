@@ -1,4 +1,4 @@
-"""The only module that imports and starts Taichi: device, precision, lanes, cache folder.
+"""Starts Taichi: device, precision, lanes, cache folder.
 
 A *lane vector* holds one number for each of `lanes()` neighbouring elements. LLVM vectorises
 arithmetic on it, which it does not do for loops over Taichi fields; on a GPU, where the threads
@@ -11,9 +11,6 @@ import os
 import time
 from dataclasses import dataclass
 from pathlib import Path
-
-os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")
-os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # no news from the network at each start
 
 import taichi as ti
 

@@ -79,6 +79,7 @@ KINDS = {
     "Hz": Kind("a frequency", "192 Hz", ("Hz", "kHz")),
     "N": Kind("a force", "0.5 N", ("uN", "mN", "N", "kN")),
     "Pa": Kind("a pressure", "36 kPa", ("Pa", "kPa", "MPa", "GPa")),
+    "N/m^3": Kind("a force per volume", "10 mN/mm^3", ("N/m^3", "kN/m^3", "mN/mm^3")),
     "1/Pa": Kind("an inverse pressure", "0.5 1/MPa", ("1/MPa", "1/kPa", "1/Pa")),
     "Pa/s": Kind("a pressure rate", "1.3 kPa/s", ("Pa/s", "kPa/s", "MPa/s")),
     "m/s": Kind("a speed", "5 mm/s", ("um/s", "mm/s", "m/s")),

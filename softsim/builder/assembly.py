@@ -161,7 +161,7 @@ def gravity_share(names: Names) -> Profile | None:
             "before t = 0 a body settles under its whole weight, which cannot rise afterwards",
             "leave gravity_profile or time.settle out",
         )
-    return None if given is None else share_profile(given)
+    return None if given is None else share_profile(given, time.end)
 
 
 def bulk_viscosity(names: Names) -> float:

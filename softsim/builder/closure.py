@@ -20,7 +20,7 @@ def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.n
         raise names.loaded.error(
             (*keys, "facets"),
             f"{int((counts > 1).sum())} facet(s) are in more than one of these sets: the "
-            "pressure would act on them twice",
+            "load would act on them twice",
             "name each part of the surface once",
         )
     owners = {f.partition(".")[0] for f in references}
@@ -34,7 +34,7 @@ def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.n
 
 
 def refuse_single_parts(names: Names, facets: np.ndarray, body: MeshedBody, keys: Keys) -> None:
-    """In a ring section a pressure acts on rings: only they enclose anything."""
+    """In a ring section pressure and traction act on rings: only they enclose anything."""
     if not isinstance(body.geometry, RingSection):
         return
     round_nodes = body.first_node + body.mesh.cells[body.geometry.is_ring]

@@ -1,4 +1,4 @@
-"""Loads: pressures and chambers, motors, forces, tendons, tethers."""
+"""Loads: pressures and chambers, motors, forces and tractions, tendons, tethers."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,15 +14,16 @@ from softsim.builder.closure import (
     smallest_volume,
 )
 from softsim.builder.names import Names
-from softsim.builder.profiles import pressure_profile, rising_profile
+from softsim.builder.profiles import pressure_profile, rising_profile, share_profile
 from softsim.builder.rigid import freedom
+from softsim.elements.geometry import nodal_sums
 from softsim.loads.axial_relief import AxialReliefData
 from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Drive, GivenPressure
 from softsim.loads.load import Load
 from softsim.loads.nodal import NodalLoad
 from softsim.loads.pressure import PressureData
 from softsim.loads.pressure_control import EventCycles
-from softsim.loads.profile import smooth_rise
+from softsim.loads.profile import Profile, smooth_rise
 from softsim.loads.rigid_force import RigidLoad
 from softsim.loads.rotor import RotorData, RotorLoad, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import TendonData
@@ -186,14 +187,60 @@ def nodal_load(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> Noda
             f"a node of '{load.nodes}' is fixed or tied: a force on it moves nothing",
             "load free nodes, or put the load on the rigid body",
         )
-    return NodalLoad(nodes, names.vector(load.force, (*keys, "force")), smooth_rise(load.ramp))
+    share = loaded.mass[nodes] / loaded.mass[nodes].sum()
+    force = names.vector(load.force, (*keys, "force"))
+    return NodalLoad(nodes, np.outer(share, force), over_time(loaded, load))
+
+
+def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Keys) -> NodalLoad:
+    """A force per area at rest on facets: on each corner int N_a t dA."""
+    names = loaded.names
+    facets = joined_facets(names, load.facets, keys)
+    body = names.bodies[load.facets[0].partition(".")[0]]
+    areas = body.geometry.corner_areas(body.mesh.points, facets - body.first_node)
+    traction = names.vector(load.traction, (*keys, "traction"))
+    return distributed(loaded, load, nodal_sums(facets, areas, len(loaded.points)), traction)
+
+
+def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> NodalLoad:
+    """A force per volume at rest on bodies, by their lumped volume."""
+    names = loaded.names
+    volumes = np.zeros(len(loaded.points))
+    for k, name in enumerate(load.bodies):
+        if name not in names.bodies:
+            known = ", ".join(names.bodies)
+            raise names.loaded.error(
+                (*keys, "bodies", k), f"there is no body '{name}'", f"there is {known}"
+            )
+        body = names.bodies[name]
+        points, cells, geometry = body.mesh.points, body.mesh.cells, body.geometry
+        shares = geometry.mass_shares(points, cells) * geometry.volumes(points, cells)[:, None]
+        nodes = slice(body.first_node, body.first_node + len(points))
+        volumes[nodes] += nodal_sums(cells, shares, len(points))
+    density = names.vector(load.density, (*keys, "density"))
+    return distributed(loaded, load, volumes, density)
+
+
+def distributed(
+    loaded: Loaded, load: scene_loads.OverTime, measure: np.ndarray, per_measure: np.ndarray
+) -> NodalLoad:
+    """A force per area or volume on the nodes that stand for some: `measure` (n,) [m^2, m^3]."""
+    nodes = np.flatnonzero(measure)
+    return NodalLoad(nodes, np.outer(measure[nodes], per_measure), over_time(loaded, load))
+
+
+def over_time(loaded: Loaded, load: scene_loads.OverTime) -> Profile:
+    """Share of a load over time."""
+    if load.profile is None:
+        return smooth_rise(load.ramp)
+    return share_profile(load.profile, loaded.names.scene.time.end)
 
 
 def rigid_load(loaded: Loaded, load: scene_loads.RigidForce, keys: Keys) -> RigidLoad:
     """A force on a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
-    return RigidLoad(body, names.vector(load.force, (*keys, "force")), smooth_rise(load.ramp))
+    return RigidLoad(body, names.vector(load.force, (*keys, "force")), over_time(loaded, load))
 
 
 def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialReliefData:
@@ -260,6 +307,8 @@ BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
     scene_loads.EccentricMass: eccentric_motor,
     scene_loads.SinusoidalForce: sinusoid,
     scene_loads.NodalForce: nodal_load,
+    scene_loads.SurfaceTraction: surface_traction,
+    scene_loads.BodyForce: body_force,
     scene_loads.RigidForce: rigid_load,
     scene_loads.AxialRelief: axial_relief,
     scene_loads.Tendon: tendon,

@@ -1,7 +1,6 @@
 """Profiles over time from what a scene says of them."""
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,12 +9,16 @@ from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
 from softsim.scene.profiles import (
     FixedProfile,
+    FullShare,
     Ramp,
     RampedShare,
+    SineShare,
     SmoothShare,
     SmoothStep,
     Table,
 )
+
+Share = FullShare | RampedShare | SmoothShare | SineShare | Table[float]
 
 CURVES: dict[str, Callable[..., Profile]] = {
     "cycles": profiles.cycles,
@@ -23,9 +26,11 @@ CURVES: dict[str, Callable[..., Profile]] = {
     "constant": profiles.constant,
 }
 
-SHARES: dict[str, Callable[[float], Profile]] = {
-    "ramp": partial(profiles.constant, 1.0),
-    "smooth_step": profiles.smooth_rise,
+SHARES: dict[str, Callable[..., Profile]] = {
+    "constant": lambda end: profiles.constant(1.0, 0.0),
+    "ramp": lambda end, duration: profiles.constant(1.0, duration),
+    "smooth_step": lambda end, duration: profiles.smooth_rise(duration),
+    "sine": profiles.sine,
 }
 
 
@@ -46,9 +51,11 @@ def rising_profile(data: Ramp[Any] | SmoothStep[Any] | Table[Any]) -> Profile:
     return profiles.constant(data.value, data.duration)
 
 
-def share_profile(data: RampedShare | SmoothShare) -> Profile:
-    """A share that rises from 0 to 1, over time [s]."""
-    return SHARES[data.kind](data.duration)
+def share_profile(data: Share, end: float) -> Profile:
+    """A share over time [s], up to the end of the run."""
+    if isinstance(data, Table):
+        return table_profile(data)
+    return SHARES[data.kind](end=end, **data.model_dump(exclude={"kind"}))
 
 
 def table_profile(data: Table[Any]) -> Profile:

@@ -98,6 +98,10 @@ class PlaneStrain(_Section):
         a, b = x[facets[:, 0]], x[facets[:, 1]]
         return 0.5 * self.thickness * float((a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]).sum())
 
+    def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Area (k, 2) [m^2] of edges (k, 2) that each of their ends stands for."""
+        return 0.5 * self.thickness * np.repeat(_lengths(x, edges)[:, None], 2, axis=1)
+
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
         """d(enclosed volume)/dx of the corners (k, 2, d) [m^2]: forces of a pressure of 1 Pa."""
         d = x[facets[:, 1]] - x[facets[:, 0]]
@@ -142,6 +146,12 @@ class Axisymmetric(_Section):
         a, b = x[facets[:, 0]], x[facets[:, 1]]
         squares = a[:, 0] ** 2 + a[:, 0] * b[:, 0] + b[:, 0] ** 2
         return np.pi / 3.0 * float(((a[:, 1] - b[:, 1]) * squares).sum())
+
+    def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Area (k, 2) [m^2] of edges (k, 2) that each of their ends stands for: int N_a 2 pi r
+        ds.
+        """
+        return np.pi / 3.0 * _lengths(x, edges)[:, None] * _weighted(2.0 * x[edges][:, :, 0])
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
         """d(enclosed volume)/dx of the corners (k, 2, d) [m^2]: forces of a pressure of 1 Pa."""
@@ -245,6 +255,13 @@ class RingSection(_Section):
         _, lengths, crossed = self._frusta(x, facets)
         return self.sector / 24.0 * float((crossed * _weighted(lengths)).sum())
 
+    def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Area (k, 2) [m^2] of rings' edges (k, 2) that each of their ends stands for: int N_a
+        sector r ds.
+        """
+        diameters = np.linalg.norm(x[edges] - x[self.opposite[edges]], axis=2)
+        return self.sector / 6.0 * _lengths(x, edges)[:, None] * _weighted(diameters)
+
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
         """d(enclosed volume)/dx of the nodes (k, 4, d) [m^2]: forces of a pressure of 1 Pa."""
         diameters, lengths, crossed = self._frusta(x, facets)
@@ -267,6 +284,11 @@ class RingSection(_Section):
         diameters = x[facets[:, :2]] - x[facets[:, 2:]]
         crossed = np.einsum("ki,kci->kc", edge, _across(diameters))
         return diameters, np.linalg.norm(diameters, axis=2), crossed
+
+
+def _lengths(x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Length (k,) [m] of edges (k, 2)."""
+    return np.linalg.norm(x[edges[:, 1]] - x[edges[:, 0]], axis=1)
 
 
 def _across(vectors: np.ndarray) -> np.ndarray:
@@ -322,6 +344,12 @@ class Solid:
         """Volume [m^3] on the free side of a closed surface of triangles (k, 3)."""
         a, b, c = x[facets].transpose(1, 0, 2)
         return float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
+
+    def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """Area (k, 3) [m^2] of triangles (k, 3) that each of their corners stands for."""
+        a, b, c = x[facets].transpose(1, 0, 2)
+        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        return np.repeat(area[:, None] / 3.0, 3, axis=1)
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
         """d(enclosed volume)/dx of the corners (k, 3, d) [m^2]: forces of a pressure of 1 Pa."""

@@ -1,4 +1,4 @@
-"""A force on a set of nodes, shared by lumped mass, fixed in direction, over time a profile."""
+"""Forces on nodes, fixed in direction, over time a profile: single, per area or per volume."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import taichi as ti
 
-from softsim.fields import index_field, real_field, vector_field
+from softsim.fields import index_field, vector_field
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
@@ -18,17 +18,17 @@ from softsim.term import Pass, Stage, WorkingTerm
 
 @dataclass(frozen=True, eq=False)
 class NodalLoad(Load):
-    """Total `force` (d,) [N] on `nodes`, times `share` over time."""
+    """`forces` (k, d) [N] on `nodes` (k,), times `share` over time."""
 
     nodes: np.ndarray
-    force: Own[np.ndarray]
+    forces: Own[np.ndarray]
     share: Own[Profile]
 
     def term(
         self, alike: Sequence["NodalLoad"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "NodalForce":
         """Its force on the nodes."""
-        forces = np.stack([load.force for load in alike])
+        forces = np.stack([load.forces for load in alike])
         return NodalForce(nodes, self.nodes, forces, ProfileTable([load.share for load in alike]))
 
     def hastened(self, factor: float) -> "NodalLoad":
@@ -38,7 +38,7 @@ class NodalLoad(Load):
 
 @ti.data_oriented
 class NodalForce(WorkingTerm):
-    """Total `forces` (scenarios, d) [N] times `table` on `loaded` nodes (k,)."""
+    """`forces` (scenarios, k, d) [N] times `table` on `loaded` nodes (k,)."""
 
     def __init__(
         self, nodes: Nodes, loaded: np.ndarray, forces: np.ndarray, table: ProfileTable
@@ -46,9 +46,7 @@ class NodalForce(WorkingTerm):
         super().__init__(nodes.scenarios, len(loaded))
         self.nodes, self.table = nodes, table
         self.node = index_field(loaded)
-        mass = nodes.lumped_mass[loaded]
-        self.share = real_field(mass / mass.sum())
-        self.total = vector_field(forces)
+        self.force = vector_field(forces)
         self.first_slot = nodes.corner_forces.claim(loaded)
 
     def passes(self) -> dict[Stage, list[Pass]]:
@@ -57,8 +55,8 @@ class NodalForce(WorkingTerm):
 
     @ti.func
     def push(self, s, i, t, dt):
-        """The node's share of the force at time t."""
-        force = self.table.at(s, t) * self.share[i] * self.total[s]
+        """The force on the node at time t."""
+        force = self.table.at(s, t) * self.force[s, i]
         # The slot still holds the force of the last increment: work by the trapezoidal rule.
         before = self.nodes.corner_forces.read(s, self.first_slot + i)
         self.nodes.corner_forces.write(s, self.first_slot + i, force)

@@ -8,6 +8,8 @@ from softsim.sharing import Own
 
 # Points a time constant on an exponential: the chord is off by at most 1/(8 n^2), 2e-5 of it.
 POINTS_PER_TIME_CONSTANT = 80
+# Points of a period: the chord is off by at most (2 pi/n)^2/8, 5e-5 of the amplitude.
+POINTS_PER_PERIOD = 320
 # Points of a smooth rise: the chord is off by at most 6/(8 n^2), 1e-5 of it.
 RISE_POINTS = 257
 
@@ -55,6 +57,12 @@ class Profile:
         values = np.concatenate([factor * np.maximum(excess, 0.0), np.zeros(len(crossings))])
         order = np.argsort(times, kind="stable")
         return Profile(times[order], values[order])
+
+
+def sine(frequency: float, phase: float, end: float) -> Profile:
+    """sin(2 pi f t + phase) up to `end` [s]; phase [rad]."""
+    t = np.linspace(0.0, end, 2 + int(POINTS_PER_PERIOD * frequency * end))
+    return Profile(t, np.sin(2.0 * np.pi * frequency * t + phase))
 
 
 def constant(value: float, ramp: float) -> Profile:

@@ -10,12 +10,14 @@ from softsim.scene.profiles import (
     EventCyclesProfile,
     MassProfile,
     PressureProfile,
+    ShareProfile,
     VolumeProfile,
 )
 from softsim.scene.quantities import (
     Angle,
     AutoOrPositiveStiffness,
     Direction,
+    ForceDensityVector,
     ForceVector,
     NotNegativeForce,
     NotNegativeLength,
@@ -32,6 +34,7 @@ from softsim.scene.quantities import (
     PositivePressure,
     PositiveStiffness,
     SetReference,
+    StressVector,
     Text,
     written,
 )
@@ -168,26 +171,57 @@ class SinusoidalForce(Part):
     phase: Angle = Field(default=written("0 deg"), description="Angle at the start.")
 
 
-class NodalForce(Part):
+class OverTime(Part):
+    """A load that may rise, or swing, over time."""
+
+    ramp: NotNegativeTime = Field(
+        default=written("0 s"), description="Time to the full load, smooth."
+    )
+    profile: ShareProfile | None = Field(
+        default=None, description="Share of the load over time, such as {kind: sine, frequency: "
+        "20 Hz}; instead of the ramp."
+    )  # fmt: skip
+
+    @field_validator("profile")
+    @classmethod
+    def _one_of_both(cls, profile: Any, info: ValidationInfo) -> Any:
+        if profile is not None and info.data.get("ramp", 0.0) != 0.0:
+            raise ValueError("does not go with ramp: both say how the load rises")
+        return profile
+
+
+class NodalForce(OverTime):
     """A force on a node set, shared by mass."""
 
     kind: Literal["nodal_force"] = Field(description="Kind of load.")
     nodes: SetReference = Field(description='Node set: "block.top".')
     force: ForceVector = Field(description="Total force on the set.")
-    ramp: NotNegativeTime = Field(
-        default=written("0 s"), description="Time to the full force, smooth."
-    )
 
 
-class RigidForce(Part):
+class SurfaceTraction(OverTime):
+    """A force per area at rest that keeps its direction and size, however the surface moves: a
+    dead load (ABAQUS: TRVEC without following).
+    """
+
+    kind: Literal["surface_traction"] = Field(description="Kind of load.")
+    facets: tuple[SetReference, ...] = Field(min_length=1, description='Facet sets: "block.top".')
+    traction: StressVector = Field(description="Force per area at rest.")
+
+
+class BodyForce(OverTime):
+    """A force per volume at rest that keeps its direction."""
+
+    kind: Literal["body_force"] = Field(description="Kind of load.")
+    bodies: tuple[Text, ...] = Field(min_length=1, description="Bodies, by name.")
+    density: ForceDensityVector = Field(description="Force per volume at rest.")
+
+
+class RigidForce(OverTime):
     """A force of constant direction on a rigid body, at its centre of mass."""
 
     kind: Literal["rigid_force"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body.")
     force: ForceVector = Field(description="The force.")
-    ramp: NotNegativeTime = Field(
-        default=written("0 s"), description="Time to the full force, smooth."
-    )
 
 
 class AxialRelief(Part):
@@ -267,6 +301,8 @@ Load = Annotated[
     | EccentricMass
     | SinusoidalForce
     | NodalForce
+    | SurfaceTraction
+    | BodyForce
     | RigidForce
     | AxialRelief
     | Tendon

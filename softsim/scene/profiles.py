@@ -8,11 +8,14 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from softsim.scene.part import Part
 from softsim.scene.quantities import (
+    Angle,
     Length,
     Mass,
     NotNegativePressure,
     NotNegativeTime,
+    Number,
     PositiveForce,
+    PositiveFrequency,
     PositivePressure,
     PositivePressureRate,
     PositiveTime,
@@ -84,7 +87,23 @@ class SmoothShare(Part):
     duration: PositiveTime = Field(description="Time of the rise.")
 
 
-ShareProfile = Annotated[RampedShare | SmoothShare, Field(discriminator="kind")]
+class FullShare(Part):
+    """All of it from the start."""
+
+    kind: Literal["constant"] = Field(description="Kind of profile.")
+
+
+class SineShare(Part):
+    """sin(2 pi f t + phase), for as long as the run lasts."""
+
+    kind: Literal["sine"] = Field(description="Kind of profile.")
+    frequency: PositiveFrequency = Field(description="f.")
+    phase: Angle = Field(default=written("0 deg"), description="At t = 0.")
+
+
+ShareProfile = Annotated[
+    FullShare | RampedShare | SmoothShare | SineShare | Table[Number], Field(discriminator="kind")
+]
 LengthProfile = Annotated[
     Ramp[Length] | SmoothStep[Length] | Table[Length], Field(discriminator="kind")
 ]

@@ -23,7 +23,7 @@ def test_a_vector_is_what_an_inclined_acceleration_is(build):
     components = ", ".join(f"{c!r} m/s^2" for c in inclined.tolist())
     vector = build(SPACE.replace("GIVEN", f"gravity: [{components}]"))
     np.testing.assert_array_equal(vector.gravity, inclined)
-    assert vector.gravity_profile is None
+    assert vector.loads == ()
 
 
 def test_two_components_in_space(build):
@@ -34,7 +34,7 @@ def test_two_components_in_space(build):
 def test_a_profile_rises_from_nothing_to_all(build):
     for kind, middle in (("ramp", 0.25), ("smooth_step", 0.15625)):
         given = f"gravity_profile: {{kind: {kind}, duration: 40 ms}}"
-        profile = build(PLANE.replace("GIVEN", given)).gravity_profile
+        profile = build(PLANE.replace("GIVEN", given)).loads[0].share
         assert profile.at(10e-3) == pytest.approx(middle, rel=1e-4)
         np.testing.assert_array_equal(profile.at(np.array([-1.0, 0.0, 40e-3, 1.0])), [0, 0, 1, 1])
 
@@ -50,7 +50,7 @@ def test_a_profile_rises_from_nothing_to_all(build):
         (PLANE, "gravity: -9.81 m/s^2", "must not be less than 0"),
         (ROUND, "gravity: [1 m/s^2, 0 m/s^2]", "along its axis only"),
         (PLANE, "gravity_profile: {kind: ramp}", "'duration' is missing"),
-        (PLANE, "gravity_profile: {kind: table, duration: 1 s}", "smooth_step"),
+        (PLANE, "gravity_profile: {kind: saw, duration: 1 s}", "smooth_step"),
     ],
 )
 def test_what_is_no_gravity_is_refused(build, text, given, said):

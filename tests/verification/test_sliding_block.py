@@ -140,7 +140,7 @@ def on_the_slope(request, begin):
 
     def shaken(model, amplitude=0.0):
         """With the force of the plate's acceleration, of so much [m/s^2], on all nodes."""
-        force = np.array([model.mass.sum() * amplitude, 0.0])
+        force = np.outer(model.mass * amplitude, [1.0, 0.0])
         swing = Profile(t, np.sin(2.0 * np.pi * FREQUENCY * t))
         load = NodalLoad(np.arange(len(model.points)), force, swing)
         return dataclasses.replace(model, loads=(load,))
