@@ -16,6 +16,7 @@ from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import PressureData
 from softsim.materials.material import Material
 from softsim.rigid.body import RigidBodyData
+from softsim.rigid.outline import Shape
 from softsim.sharing import Own, alike
 
 L = TypeVar("L", bound=Load)
@@ -81,32 +82,6 @@ class SelfContactData:
 
 
 @dataclass(frozen=True)
-class CylinderShape:
-    """A capped cylinder about coordinate number `axis`; in the plane a rectangle [m]."""
-
-    axis: int
-    half_length: float
-    radius: float
-
-    def gap(self, arms: np.ndarray) -> np.ndarray:
-        """Signed gap [m] of places (n, d) relative to its centre."""
-        across = np.delete(arms, self.axis, axis=1)
-        side = np.linalg.norm(across, axis=1) - self.radius
-        return np.maximum(side, np.abs(arms[:, self.axis]) - self.half_length)
-
-
-@dataclass(frozen=True)
-class BallShape:
-    """A ball; in the plane a disc [m]."""
-
-    radius: float
-
-    def gap(self, arms: np.ndarray) -> np.ndarray:
-        """Signed gap [m] of places (n, d) relative to its centre."""
-        return np.linalg.norm(arms, axis=1) - self.radius
-
-
-@dataclass(frozen=True)
 class OutlineData:
     """Shape of rigid body number `body`; centre (d,) in space at rest [m].
 
@@ -114,7 +89,7 @@ class OutlineData:
     """
 
     body: int
-    shape: CylinderShape | BallShape
+    shape: Shape
     centre: np.ndarray
     support: ContactData | None
 

@@ -5,8 +5,9 @@ import numpy as np
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, in_mm
 from softsim.elements.geometry import Axisymmetric
-from softsim.model import BallShape, CylinderShape, OutlineData
+from softsim.model import OutlineData
 from softsim.rigid.body import RigidBodyData
+from softsim.rigid.outline import BallShape, CylinderShape
 from softsim.scene.bodies import BallOutline, RigidBody
 from softsim.scene.surroundings import PipeWall, PlaneWall
 

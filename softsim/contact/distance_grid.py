@@ -11,7 +11,7 @@ sum up to no more. At an edge or a corner, which the grid rounds off, it is off 
 diagonal at most, as no distance changes by more than the way.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Protocol
@@ -19,6 +19,8 @@ from typing import Protocol
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from softsim.contact.gridded_walls import GriddedObstacle
+from softsim.contact.wall import Wall
 from softsim.errors import MeshError
 from softsim.sharing import Own
 
@@ -68,7 +70,7 @@ class Lines:
 
 
 @dataclass(frozen=True, eq=False)
-class DistanceGrid:
+class DistanceGrid(Wall):
     """Signed distances of one wall, `name`: values (nx, ny) or (nx, ny, nz) [m] at the nodes
     origin (d,) + spacing * (i, j, k) [m], negative in the wall.
 
@@ -115,6 +117,10 @@ class DistanceGrid:
             weight = np.where(corner, share, 1.0 - share).prod(axis=1)
             result += weight * self.values[tuple((cell + corner).T)]
         return result
+
+    def obstacle(self, alike: Sequence["DistanceGrid"], places: np.ndarray) -> GriddedObstacle:
+        """In kernels."""
+        return GriddedObstacle(alike)
 
     def touched_at_once(self) -> tuple[float, float]:
         """One surface, whose gap changes by up to `steepest` for each metre that a node moves."""

@@ -1,13 +1,13 @@
 """Walls on grids of distances in kernels: gap and normal by interpolation between the nodes."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.contact.distance_grid import DistanceGrid
-from softsim.contact.walls import FixedFrame
+from softsim.contact.wall import FixedFrame
 from softsim.fields import index_field, real_field, vector_field
 
 
@@ -15,12 +15,12 @@ from softsim.fields import index_field, real_field, vector_field
 class GriddedObstacle(FixedFrame):
     """One wall on a grid, as contact/distance_grid.py describes it; an entry of `walls` a scenario.
 
-    places: of the contact nodes at the start (k, d) [m]. Scenarios with the same grid share it.
+    Scenarios with the same grid share it.
     """
 
     count = 1
 
-    def __init__(self, walls: Sequence[DistanceGrid], places: np.ndarray) -> None:
+    def __init__(self, walls: Sequence[Any]) -> None:
         self.dimension = walls[0].values.ndim
         self.value, first = joined([w.values for w in walls])
         self.first = index_field(first)

@@ -1,21 +1,30 @@
 """Flat walls: half spaces, solid behind."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import taichi as ti
 
+from softsim.contact.wall import FixedFrame, Wall
+from softsim.fields import vector_field
 from softsim.sharing import Own
 
 
 @dataclass(frozen=True)
-class HalfSpaces:
-    """Half spaces, in a section half planes: names, points (w, d) [m] and unit normals (w, d) into
-    the free side.
+class HalfSpaces(Wall):
+    """Half spaces, in a section half planes: surfaces, their names; points (w, d) [m] and unit
+    normals (w, d) into the free side.
     """
 
-    names: tuple[str, ...]
+    surfaces: tuple[str, ...]
     points: Own[np.ndarray]
     normals: Own[np.ndarray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the surfaces."""
+        return self.surfaces
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Signed gap (n,) [m] of places x (n, d) to each half space, by its name."""
@@ -24,10 +33,9 @@ class HalfSpaces:
             for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
         }
 
-    @property
-    def stored_numbers(self) -> int:
-        """None in a table."""
-        return 0
+    def obstacle(self, alike: Sequence["HalfSpaces"], places: np.ndarray) -> "FlatObstacle":
+        """In kernels."""
+        return FlatObstacle(alike)
 
     def touched_at_once(self) -> tuple[float, float]:
         """Walls that face each other are not touched together."""
@@ -47,3 +55,21 @@ def facing_one_way(normals: np.ndarray) -> np.ndarray:
     alike, opposite = (cosines > 1.0 - 1e-9).sum(axis=1), (cosines < 1e-9 - 1.0).sum(axis=1)
     first = np.array([tuple(n) > tuple(-n) for n in normals], dtype=bool)
     return normals[(alike > opposite) | ((alike == opposite) & first)]
+
+
+@ti.data_oriented
+class FlatObstacle(FixedFrame):
+    """Half spaces (half planes in a section), solid behind; one entry of `walls` a scenario."""
+
+    def __init__(self, walls: Sequence[HalfSpaces]) -> None:
+        self.count = len(walls[0].names)
+        self.point = vector_field(np.stack([w.points for w in walls]))
+        self.normal = vector_field(np.stack([w.normals for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Signed gap [m] of contact node number i at x to wall w, negative inside, and the wall's
+        unit normal.
+        """
+        n = self.normal[s, w]
+        return (x - self.point[s, w]).dot(n), n

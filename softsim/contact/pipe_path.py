@@ -11,18 +11,17 @@ Of a bend's wall no place outside its two planes is nearer to the inside of it t
 wall across a joint matters only where it is a cone, a step or an end of the pipe.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from softsim.contact import pipe_drawing
-from softsim.contact.pipe_segment import BEND, TAPER, Segment
+from softsim.contact.path_obstacle import PathObstacle
+from softsim.contact.pipe_segment import BEND, FACE, TAPER, Segment
+from softsim.contact.wall import Wall
 from softsim.sharing import Own
-
-# How far the flat face reaches in which an open end lies [m]: it has no rim.
-FACE = 100.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +73,7 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class PipePath:
+class PipePath(Wall):
     """A pipe whose wall is free inside. closed: whether a flat wall closes its start, its end; an
     open end lies in a flat face and has nothing but free space before it.
     """
@@ -223,10 +222,9 @@ class PipePath:
         """Signed gap (n,) [m] of places x (n, d), by the path's name."""
         return {self.name: self.gap(x)}
 
-    @property
-    def stored_numbers(self) -> int:
-        """None in a table: a few a segment."""
-        return 0
+    def obstacle(self, alike: Sequence["PipePath"], places: np.ndarray) -> PathObstacle:
+        """In kernels."""
+        return PathObstacle(alike, places)
 
     def touched_at_once(self) -> tuple[float, float]:
         """In a corner only the nearest piece pushes."""

@@ -6,6 +6,9 @@ import numpy as np
 
 STRAIGHT, BEND, TAPER = "straight", "bend", "taper"
 
+# How far the flat face reaches in which an open end lies [m]: it has no rim.
+FACE = 100.0
+
 
 @dataclass(frozen=True, eq=False)
 class Segment:

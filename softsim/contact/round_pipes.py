@@ -1,22 +1,31 @@
 """Straight pipes of circular section in space."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import taichi as ti
 
+from softsim.contact.wall import FixedFrame, Wall
+from softsim.fields import real_field, vector_field
 from softsim.sharing import Own
 
 
 @dataclass(frozen=True)
-class RoundPipes:
-    """Round pipes, free inside: names, points on the axes (p, 3), unit axes (p, 3), radii (p,)
-    [m].
+class RoundPipes(Wall):
+    """Round pipes, free inside: surfaces, their names; points on the axes (p, 3), unit axes (p, 3),
+    radii (p,) [m].
     """
 
-    names: tuple[str, ...]
+    surfaces: tuple[str, ...]
     points: Own[np.ndarray]
     axes: Own[np.ndarray]
     radii: Own[np.ndarray]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the surfaces."""
+        return self.surfaces
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
         """Signed gap (n,) [m] of places x (n, 3) to each pipe, by its name."""
@@ -28,15 +37,31 @@ class RoundPipes:
             found[name] = radius - np.linalg.norm(across, axis=1)
         return found
 
-    @property
-    def stored_numbers(self) -> int:
-        """None in a table."""
-        return 0
-
-    def touched_at_once(self) -> tuple[float, float]:
-        """All of them, perhaps from the same side."""
-        return len(self.names), float(len(self.names))
+    def obstacle(self, alike: Sequence["RoundPipes"], places: np.ndarray) -> "RoundObstacle":
+        """In kernels."""
+        return RoundObstacle(alike)
 
     def drawn(self) -> dict[str, np.ndarray]:
         """A point on the axis, its direction and the radius of each."""
         return {"pipes": np.concatenate([self.points, self.axes, self.radii[:, None]], axis=1)}
+
+
+@ti.data_oriented
+class RoundObstacle(FixedFrame):
+    """Straight pipes of circular section in space, free inside; one entry of `walls` a scenario."""
+
+    def __init__(self, walls: Sequence[RoundPipes]) -> None:
+        self.count = len(walls[0].names)
+        self.point = vector_field(np.stack([w.points for w in walls]))
+        self.axis = vector_field(np.stack([w.axes for w in walls]))
+        self.radius = real_field(np.stack([w.radii for w in walls]))
+
+    @ti.func
+    def gap_and_normal(self, s, i, w, x):
+        """Signed gap [m] of contact node number i at x to pipe w, negative inside the wall, and the
+        unit normal towards the axis.
+        """
+        d = x - self.point[s, w]
+        d -= d.dot(self.axis[s, w]) * self.axis[s, w]
+        distance = d.norm()
+        return self.radius[s, w] - distance, -d / ti.max(distance, 1e-12)

@@ -3,15 +3,25 @@ added mass of gas.
 
 Under a given pressure an inflated skin runs away where its pressure curve falls with the volume.
 A chamber driven by volume or by mass stays stable there: its pressure falls as the skin gives way.
+
+Of each kind the data, and the source of pressure that kernels ask.
 """
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
+import numpy as np
+import taichi as ti
+
+from softsim import fields
+from softsim.fields import real_field
 from softsim.loads.cycles import cycles_of
-from softsim.loads.pressure_control import EventCycles
+from softsim.loads.pressure_control import Command, EventCycles
 from softsim.loads.profile import Profile
+from softsim.loads.table import ProfileTable
 from softsim.sharing import Own
 
 S = TypeVar("S", bound="_Scheduled")
@@ -63,6 +73,29 @@ class GivenPressure(_Scheduled):
             section_profile=self.section_profile.sooner(factor),
         )
 
+    def source(self, alike: Sequence["GivenPressure"]) -> "PressureFollowsProfile":
+        """In kernels; alike: this drive in every scenario, this one first."""
+        return PressureFollowsProfile(alike)
+
+
+@ti.data_oriented
+class PressureFollowsProfile:
+    """The pressure on the facets is given."""
+
+    asks_volume = False
+
+    def __init__(self, drives: Sequence[GivenPressure]) -> None:
+        self.table = ProfileTable([d.section_profile for d in drives])
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        return {}
+
+    @ti.func
+    def pressure(self, s, t, volume):
+        """Pressure [Pa] at time t."""
+        return self.table.at(s, t)
+
 
 @dataclass(frozen=True)
 class AddedVolume(_Scheduled):
@@ -81,6 +114,32 @@ class AddedVolume(_Scheduled):
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]."""
         return self.bulk_modulus / self.initial_volume
+
+    def source(self, alike: Sequence["AddedVolume"]) -> "PressureOfLiquid":
+        """In kernels; alike: this drive in every scenario, this one first."""
+        return PressureOfLiquid(alike)
+
+
+@ti.data_oriented
+class PressureOfLiquid:
+    """p = kappa_f (V_0 + added - V) / V_0."""
+
+    asks_volume = True
+
+    def __init__(self, drives: Sequence[AddedVolume]) -> None:
+        self.table = ProfileTable([d.profile for d in drives])
+        self.initial_volume = real_field(np.array([d.initial_volume for d in drives]))
+        self.bulk_modulus = real_field(np.array([d.bulk_modulus for d in drives]))
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        return {}
+
+    @ti.func
+    def pressure(self, s, t, volume):
+        """Pressure [Pa] at time t of a chamber of `volume` [m^3]."""
+        missing = self.initial_volume[s] + self.table.at(s, t) - volume
+        return self.bulk_modulus[s] * missing / self.initial_volume[s]
 
 
 @dataclass(frozen=True)
@@ -111,6 +170,34 @@ class AddedGas(_Scheduled):
         mass = self.initial_mass + float(self.profile.values.max())
         return mass * self.specific_energy / (volume + self.side_volume) ** 2
 
+    def source(self, alike: Sequence["AddedGas"]) -> "PressureOfGas":
+        """In kernels; alike: this drive in every scenario, this one first."""
+        return PressureOfGas(alike)
+
+
+@ti.data_oriented
+class PressureOfGas:
+    """p = m R T / (V + V_s) - p_a."""
+
+    asks_volume = True
+
+    def __init__(self, drives: Sequence[AddedGas]) -> None:
+        self.table = ProfileTable([d.profile for d in drives])
+        self.initial_mass = real_field(np.array([d.initial_mass for d in drives]))
+        self.side_volume = real_field(np.array([d.side_volume for d in drives]))
+        self.specific_energy = real_field(np.array([d.specific_energy for d in drives]))
+        self.ambient = real_field(np.array([d.ambient_pressure for d in drives]))
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        return {}
+
+    @ti.func
+    def pressure(self, s, t, volume):
+        """Pressure [Pa] over ambient at time t of a chamber of `volume` [m^3]."""
+        mass = self.initial_mass[s] + self.table.at(s, t)
+        return mass * self.specific_energy[s] / (volume + self.side_volume[s]) - self.ambient[s]
+
 
 @dataclass(frozen=True)
 class ControlledPressure:
@@ -136,6 +223,48 @@ class ControlledPressure:
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
         return 0.0
+
+    def source(self, alike: Sequence["ControlledPressure"]) -> "PressureFollowsCommands":
+        """In kernels; alike: this drive in every scenario, this one first."""
+        return PressureFollowsCommands(alike)
+
+
+@ti.data_oriented
+class PressureFollowsCommands:
+    """p(t) = p_0 + r (t - t_0), between p_0 and where the command ends.
+
+    One command a scenario; the host exchanges them between two blocks of increments.
+    """
+
+    asks_volume = False
+
+    def __init__(self, drives: Sequence[ControlledPressure]) -> None:
+        first = columns([d.settings.first_command() for d in drives])
+        self.in_force = {name: real_field(values) for name, values in first.items()}
+        self.begin_pressure, self.begin_time = self.in_force["pressure"], self.in_force["time"]
+        self.rate, self.target = self.in_force["rate"], self.in_force["target"]
+
+    def memory(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps: the commands in force."""
+        return self.in_force
+
+    def obey(self, scenario: int, command: Command) -> None:
+        """Take a new command in a scenario."""
+        for name, value in dataclasses.asdict(command).items():
+            fields.write_row(self.in_force[name], scenario, value)
+
+    @ti.func
+    def pressure(self, s, t, volume):
+        """Pressure [Pa] at time t."""
+        begin, target = self.begin_pressure[s], self.target[s]
+        value = begin + self.rate[s] * (t - self.begin_time[s])
+        return ti.min(ti.max(value, ti.min(begin, target)), ti.max(begin, target))
+
+
+def columns(commands: list[Command]) -> dict[str, np.ndarray]:
+    """What the commands say (scenarios,), by name."""
+    names = [f.name for f in dataclasses.fields(Command)]
+    return {name: np.array([getattr(c, name) for c in commands]) for name in names}
 
 
 Scheduled = GivenPressure | AddedVolume | AddedGas

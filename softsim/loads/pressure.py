@@ -15,7 +15,6 @@ import taichi as ti
 from softsim import backend
 from softsim.elements.geometry import Geometry
 from softsim.fields import index_field, real_field
-from softsim.loads.chamber import SOURCES
 from softsim.loads.drive import Drive
 from softsim.loads.facets import FACETS
 from softsim.loads.load import Load
@@ -46,7 +45,8 @@ class PressureData(Load):
         """The pressure on the facets."""
         kind = FACETS[type(self.geometry)]
         facets, lids = (kind(nodes, f, self.geometry) for f in (self.facets, self.lids))
-        source = SOURCES[type(self.drive)]([load.drive for load in alike])
+        drives: list[Any] = [load.drive for load in alike]
+        source = self.drive.source(drives)
         body = OPEN if self.body is None else self.body
         return FollowerPressure(nodes, rigid_bodies, facets, lids, source, body)
 
@@ -66,7 +66,7 @@ class FollowerPressure(WorkingTerm):
     Parameters
     ----------
     facets: of loads/facets.py. lids: further facets that close the surface to a volume without
-        carrying pressure themselves. source: of loads/chamber.py.
+        carrying pressure themselves. source: of loads/drive.py.
     body: number of the rigid body that closes the chamber, or `OPEN`.
     """
 

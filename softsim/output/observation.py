@@ -12,8 +12,9 @@ import numpy as np
 from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
-from softsim.model import CylinderShape, Model, Probe
+from softsim.model import Model, Probe
 from softsim.output import along_path
+from softsim.rigid.outline import CylinderShape
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, Meter
 from softsim.solver.equilibrium import unbalanced_share

@@ -1,6 +1,6 @@
 """Outlines of rigid bodies, which move with them: gap and normal seen from outside."""
 
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 import taichi as ti
@@ -45,15 +45,37 @@ class MovingFrame:
         return self.bodies.to_space(s, self.body, f)
 
 
+@dataclass(frozen=True)
+class CylinderShape:
+    """A capped cylinder about coordinate number `axis`; in the plane a rectangle [m]."""
+
+    axis: int
+    half_length: float
+    radius: float
+
+    def gap(self, arms: np.ndarray) -> np.ndarray:
+        """Signed gap [m] of places (n, d) relative to its centre."""
+        across = np.delete(arms, self.axis, axis=1)
+        side = np.linalg.norm(across, axis=1) - self.radius
+        return np.maximum(side, np.abs(arms[:, self.axis]) - self.half_length)
+
+    def obstacle(self, bodies: RigidBodies, body: int, centre: np.ndarray) -> "Cylinder":
+        """In kernels, on rigid body number `body`; centre: (d,) [m] in the body's own axes,
+        measured from its centre of mass.
+        """
+        return Cylinder(bodies, body, centre, self)
+
+
 @ti.data_oriented
 class Cylinder(MovingFrame):
     """A capped cylinder: in the plane a rectangle, in a half section too (axis y).
 
-    shape: has the number of the coordinate along it (axis), half_length and radius [m]. centre:
-    (d,) in the body's own axes, measured from its reference point [m].
+    centre: (d,) in the body's own axes, measured from its centre of mass [m].
     """
 
-    def __init__(self, bodies: RigidBodies, body: int, centre: np.ndarray, shape: Any) -> None:
+    def __init__(
+        self, bodies: RigidBodies, body: int, centre: np.ndarray, shape: CylinderShape
+    ) -> None:
         super().__init__(bodies, body, centre)
         self.axis = shape.axis
         self.half_length = real_field(np.array([shape.half_length]))
@@ -77,11 +99,30 @@ class Cylinder(MovingFrame):
         return gap, normal
 
 
+@dataclass(frozen=True)
+class BallShape:
+    """A ball; in the plane a disc [m]."""
+
+    radius: float
+
+    def gap(self, arms: np.ndarray) -> np.ndarray:
+        """Signed gap [m] of places (n, d) relative to its centre."""
+        return np.linalg.norm(arms, axis=1) - self.radius
+
+    def obstacle(self, bodies: RigidBodies, body: int, centre: np.ndarray) -> "Ball":
+        """In kernels, on rigid body number `body`; centre: (d,) [m] in the body's own axes,
+        measured from its centre of mass.
+        """
+        return Ball(bodies, body, centre, self)
+
+
 @ti.data_oriented
 class Ball(MovingFrame):
-    """A ball: in the plane a disc, in a half section a ball on the axis; shape: its radius [m]."""
+    """A ball: in the plane a disc, in a half section a ball on the axis."""
 
-    def __init__(self, bodies: RigidBodies, body: int, centre: np.ndarray, shape: Any) -> None:
+    def __init__(
+        self, bodies: RigidBodies, body: int, centre: np.ndarray, shape: BallShape
+    ) -> None:
         super().__init__(bodies, body, centre)
         self.radius = real_field(np.array([shape.radius]))
 
@@ -91,3 +132,6 @@ class Ball(MovingFrame):
         d = q - self.centre[0]
         distance = d.norm()
         return distance - self.radius[0], d / ti.max(distance, 1e-12)
+
+
+Shape = CylinderShape | BallShape

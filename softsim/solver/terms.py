@@ -10,26 +10,18 @@ import numpy as np
 import taichi as ti
 
 from softsim.contact.deformable_surface import DeformableSurface
-from softsim.contact.distance_grid import DistanceGrid
-from softsim.contact.gridded_walls import GriddedObstacle
-from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.list_sizes import margin_and_room
 from softsim.contact.neighbour_lists import NeighbourLists
-from softsim.contact.path_obstacle import PathObstacle
-from softsim.contact.pipe_path import PipePath
-from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.contact.walls import FlatObstacle, RoundObstacle
 from softsim.elements import geometry
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.elements.tetrahedra import Tetrahedra
-from softsim.model import LOCAL_DAMPING, BallShape, ContactData, CylinderShape, Model
+from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
-from softsim.rigid.outline import Ball, Cylinder
 from softsim.solver.chatter import return_time
 from softsim.term import Pass, Stage, Term
 
@@ -39,13 +31,6 @@ ELEMENTS = {
     geometry.RingSection: RingSection,
     geometry.Solid: Tetrahedra,
 }
-WALLS: dict[type, Any] = {
-    HalfSpaces: FlatObstacle,
-    RoundPipes: RoundObstacle,
-    PipePath: PathObstacle,
-    DistanceGrid: GriddedObstacle,
-}
-OUTLINES: dict[type, Any] = {CylinderShape: Cylinder, BallShape: Ball}
 
 Passes = list[Pass]
 """Of one stage: they do not need each other's results, and may run side by side."""
@@ -100,8 +85,7 @@ class Terms:
         places = models[0].points[contact.nodes]
         alike = zip(*(m.walls for m in models), strict=True)  # a wall of each scenario
         return [
-            self._contact(contact, WALLS[type(walls[0])](walls, places), friction)
-            for walls in alike
+            self._contact(contact, walls[0].obstacle(walls, places), friction) for walls in alike
         ]
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
@@ -112,8 +96,7 @@ class Terms:
                 continue
             friction = [o.support.friction_coefficient for o in outlines if o.support is not None]
             centre = outline.centre - self.rigid_bodies.rest_centre[outline.body]
-            kind = OUTLINES[type(outline.shape)]
-            obstacle = kind(self.rigid_bodies, outline.body, centre, outline.shape)
+            obstacle = outline.shape.obstacle(self.rigid_bodies, outline.body, centre)
             contact = self._contact(outline.support, obstacle, friction)
             self.rigid_bodies.react(outline.body, contact.first_slot, outline.support.nodes)
             supports.append(contact)

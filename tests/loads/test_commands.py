@@ -16,9 +16,8 @@ CYCLES = EventCycles(
 @pytest.fixture
 def source(cpu):
     """Of two scenarios."""
-    from softsim.loads.chamber import SOURCES
 
-    return SOURCES[ControlledPressure]([ControlledPressure(CYCLES)] * 2)
+    return ControlledPressure(CYCLES).source([ControlledPressure(CYCLES)] * 2)
 
 
 def pressures(source, scenario, times):

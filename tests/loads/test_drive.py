@@ -22,9 +22,8 @@ def pressures(drive, volumes, t):
     import taichi as ti
 
     from softsim import backend
-    from softsim.loads.chamber import SOURCES
 
-    source = SOURCES[type(drive)]([drive])
+    source = drive.source([drive])
 
     @ti.data_oriented
     class Reading:
