@@ -1,6 +1,7 @@
 """Walls of a scene, and bodies that start inside them."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,12 @@ from softsim.builder.names import Names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_paths
 from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.round_pipes import RoundPipes
+from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Axisymmetric
 from softsim.errors import SceneError
 from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
-from softsim.scene.surroundings import PipePathWall, PipeWall, PlaneWall
+from softsim.scene.surroundings import PipePathWall, PipeWall, PlaneWall, SphereWall
 
 APART = "move the wall or the body so that they do not overlap"
 
@@ -23,7 +25,8 @@ APART = "move the wall or the body so that they do not overlap"
 def walls(names: Names) -> tuple[Wall, ...]:
     """All walls of the scene; those of a kind that kernels take together are one."""
     return (
-        *flat_walls(names), *round_pipes(names), *pipe_paths(names), *gridded_walls(names),
+        *flat_walls(names), *round_pipes(names), *spheres(names), *pipe_paths(names),
+        *gridded_walls(names),
     )  # fmt: skip
 
 
@@ -77,6 +80,21 @@ def round_pipes(names: Names) -> list[RoundPipes]:
     ]
 
 
+def spheres(names: Names) -> list[Sphere]:
+    """Balls."""
+    found = []
+    for name, wall in names.scene.environment.walls.items():
+        if isinstance(wall, SphereWall):
+            keys = ("environment", "walls", name, "center")
+            centre = names.vector(wall.center, keys)
+            if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
+                raise names.loaded.error(
+                    keys, "a ball beside the axis would be a ring", "write 0 mm for x, the radius"
+                )
+            found.append(Sphere(name, centre, 0.5 * wall.diameter))
+    return found
+
+
 def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) -> None:
     """Nothing that may touch a wall, at places (n, d), starts inside it."""
     for wall in walls:
@@ -87,16 +105,10 @@ def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) 
                 raise OVERLAPS[type(scene_wall)](names, name, wall, places)
 
 
-def plane_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
-    """What is wrong where places (n, d) start behind the plane `name`."""
+def plain_overlap(key: str, names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
+    """What is wrong where places (n, d) start in the wall `name`, told at one of its keys."""
     problem = how_deep(name, wall, places)
-    return names.loaded.error(("environment", "walls", name, "point"), problem, APART)
-
-
-def gridded_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
-    """What is wrong where places (n, d) start in the polyline or the surface `name`."""
-    problem = how_deep(name, wall, places)
-    return names.loaded.error(("environment", "walls", name, "kind"), problem, APART)
+    return names.loaded.error(("environment", "walls", name, key), problem, APART)
 
 
 def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
@@ -129,9 +141,10 @@ def least_gap(name: str, wall: Wall, places: np.ndarray) -> np.ndarray:
 
 # What to say of bodies that start inside a wall, by the class of the wall in the scene.
 OVERLAPS: dict[type, Callable[[Names, str, Any, np.ndarray], SceneError]] = {
-    PlaneWall: plane_overlap,
+    PlaneWall: partial(plain_overlap, "point"),
+    SphereWall: partial(plain_overlap, "center"),
     PipeWall: pipe_overlap,
     PipePathWall: overlap,
-    PolylineWall: gridded_overlap,
-    SurfaceWall: gridded_overlap,
+    PolylineWall: partial(plain_overlap, "kind"),
+    SurfaceWall: partial(plain_overlap, "kind"),
 }

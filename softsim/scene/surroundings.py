@@ -46,6 +46,14 @@ class PlaneWall(Part):
     )
 
 
+class SphereWall(Part):
+    """A fixed ball, in a section a disc, in an axisymmetric model a ball on the axis."""
+
+    kind: Literal["sphere"] = Field(description="Kind of wall.")
+    center: Point = Field(default=ORIGIN, description="Its centre.")
+    diameter: PositiveLength = Field(description="Its diameter.")
+
+
 End = Literal["start", "end"]
 
 
@@ -70,7 +78,8 @@ class PipePathWall(Part):
 
 
 Wall = Annotated[
-    PipeWall | PlaneWall | PipePathWall | PolylineWall | SurfaceWall, Field(discriminator="kind")
+    PipeWall | PlaneWall | SphereWall | PipePathWall | PolylineWall | SurfaceWall,
+    Field(discriminator="kind"),
 ]
 
 

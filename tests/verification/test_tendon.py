@@ -201,7 +201,7 @@ def test_goes_on_to_the_same_bits(build, cpu):
     first.begin(dt)
     first.advance(900)
     kept = first.memory()
-    assert kept["tendons/0/impulse"][0] > 0.0
+    assert kept["loads/0/impulse"][0] > 0.0
     second.restore(kept, first.time, first.increments, dt)
     for solver in (first, second):
         solver.advance(150)
