@@ -236,8 +236,9 @@ FEELINGS = st.lists(
     st.tuples(
         st.integers(1, 60),
         st.integers(0, 5),
-        st.floats(0.0, 4.0),
-        st.floats(-1.0, 1.0),
+        # Kernels let the processor take subnormal numbers, 1e-308 N and less, for zero.
+        st.floats(0.0, 4.0, allow_subnormal=False),
+        st.floats(-1.0, 1.0, allow_subnormal=False),
     ),
     min_size=1,
     max_size=40,
