@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 from scipy.spatial.transform import Rotation
 
-from softsim.loads.drive import ControlledPressure, Scheduled
+from softsim.loads.drive import ControlledPressure, PressureFollowsCommands, Scheduled
 from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
 from softsim.solver.scenario import Scenario
 
@@ -18,16 +18,16 @@ log = logging.getLogger("softsim")
 
 
 class OpenLoop:
-    """Nothing is fed back: what drives the first chamber, if there is one, was written before."""
+    """Nothing is fed back: what drives the robot's chamber, if it has one, was written before."""
 
     state: ControlState | None = None
 
-    def __init__(self, scenario: Scenario, drives: list[Scheduled]) -> None:
-        self.scenario, self.drives = scenario, drives
+    def __init__(self, scenario: Scenario, drive: Scheduled | None) -> None:
+        self.scenario, self.drive = scenario, drive
 
     def cycles_done(self) -> int:
         """Pressure cycles that have ended; 0 without a pressure, or with one that never falls."""
-        return sum(drive.cycles_done(self.scenario.time) for drive in self.drives)
+        return 0 if self.drive is None else self.drive.cycles_done(self.scenario.time)
 
     def readings(self) -> dict[str, float]:
         """Columns of the history now."""
@@ -38,15 +38,19 @@ class OpenLoop:
 
 
 class ClosedLoop:
-    """The pressure of the first chamber follows what the robot feels.
+    """The pressure of the robot's chamber follows what the robot feels.
 
     state: of a run to go on with, changed in place; None: of a run that begins.
     """
 
     def __init__(
-        self, scenario: Scenario, settings: EventCycles, state: ControlState | None
+        self,
+        scenario: Scenario,
+        source: PressureFollowsCommands,
+        settings: EventCycles,
+        state: ControlState | None,
     ) -> None:
-        self.scenario = scenario
+        self.scenario, self.source = scenario, source
         self.control = PressureControl(settings, state)
 
     @property
@@ -71,8 +75,7 @@ class ClosedLoop:
         decision = self.control.sense(sensed(row))
         if decision is None:
             return
-        source = self.scenario.term_of(self.scenario.model.pressures[0]).source
-        source.obey(self.scenario.number, decision.command)
+        self.source.obey(self.scenario.number, decision.command)
         log.info(
             "t = %.6g s, cycle %d: %s at %.4g kPa, now %+.4g kPa/s",
             row["time"], row["cycle"], decision.reason, 1e-3 * row["pressure"],
@@ -81,13 +84,13 @@ class ClosedLoop:
 
 
 def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | ClosedLoop:
-    """The loop that the first chamber's drive asks for; state: of a run to go on with."""
-    scheduled: list[Scheduled] = []
-    for load in scenario.model.pressures[:1]:
-        if isinstance(load.drive, ControlledPressure):
-            return ClosedLoop(scenario, load.drive.settings, state)
-        scheduled.append(load.drive)
-    return OpenLoop(scenario, scheduled)
+    """The loop that the drive of the robot's chamber asks for; state: of a run to go on with."""
+    chamber = scenario.model.robot.chamber
+    if chamber is None:
+        return OpenLoop(scenario, None)
+    if isinstance(chamber.drive, ControlledPressure):
+        return ClosedLoop(scenario, scenario.term_of(chamber).source, chamber.drive.settings, state)
+    return OpenLoop(scenario, chamber.drive)
 
 
 def sensed(row: Mapping[str, float]) -> Sensed:

@@ -129,6 +129,17 @@ class Passage:
     least_progress: float
 
 
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """Parts of which a run tells: number of the rigid body `frame`, the pressure of `chamber`,
+    rows: node sets (k,) whose contact is counted. None, or no rows, where there is none.
+    """
+
+    frame: int | None
+    chamber: PressureData | None
+    rows: dict[str, np.ndarray]
+
+
 # Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.
 LOCAL_DAMPING = 0.8
 
@@ -148,15 +159,15 @@ class Model:
     """One scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
-    rigid body. The last nodes, without mass, are the corners of rigid outlines. rows: sets whose
-    contact is counted. loads: whatever acts from outside, prescribed motions too. gravity (d,)
-    [m/s^2]: all of it; starting_gravity: at t = 0, where it rises over a profile.
-    end_time [s]: the latest; cycles: of the first chamber's pressure, with which the run ends, or
-    None. increment: the user's time step [s], or None for the stable one. friction_memory [s],
-    friction_slip_length [m]: within which the limit of friction on walls and outlines follows the
-    normal force (contact/friction.py). self_contact: None where surfaces do not touch each other.
-    relaxation: after the loads' time of a static procedure, or None where inertia is real;
-    settling: before t = 0, or None. passage: what a layout asks, or None.
+    rigid body. The last nodes, without mass, are the corners of rigid outlines. loads: whatever
+    acts from outside, prescribed motions too. gravity (d,) [m/s^2]: all of it; starting_gravity: at
+    t = 0, where it rises over a profile. end_time [s]: the latest; cycles: of the pressure in the
+    robot's chamber, with which the run ends, or None. increment: the user's time step [s], or None
+    for the stable one. friction_memory [s], friction_slip_length [m]: within which the limit of
+    friction on walls and outlines follows the normal force (contact/friction.py). self_contact:
+    None where surfaces do not touch each other. relaxation: after the loads' time of a static
+    procedure, or None where inertia is real; settling: before t = 0, or None. passage: what a
+    layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -175,7 +186,7 @@ class Model:
     probes: Own[tuple[Probe, ...]]
     gravity: Own[np.ndarray]
     starting_gravity: Own[np.ndarray]
-    rows: Own[dict[str, np.ndarray]]
+    robot: Own[Robot]
     end_time: Own[float]
     cycles: Own[int | None]
     increment: Own[float | None]

@@ -48,12 +48,16 @@ def test_vertical_hold(tmp_path):
 
 @pytest.mark.slow
 def test_mode_3_in_the_36_mm_pipe(tmp_path):
-    """It stands at full pressure and moves forward while the pressure falls, in both cycles."""
+    """It stands at full pressure, at less than a hundredth of its mean speed while the pressure
+    falls, and moves forward in both cycles.
+    """
     from softsim.run import run
 
     results = run(SCENES / "pfr_36mm.yaml", out=tmp_path, device="cpu")
     t, x = results.history["time"], results.history["frame_x"]
     hold = (t > 1.2) & (t < 2.0)
-    assert np.ptp(x[hold]) < 0.1e-3
+    walked = results.summary["displacement_while_falling"][0]
+    falling = (23e3 - 11e3) / 1.3e3  # s
+    assert np.ptp(x[hold]) / np.ptp(t[hold]) < 0.01 * walked / falling
     assert min(results.summary["displacement_per_cycle"]) > 5e-3
     assert results.summary["energy_error"] < 0.01

@@ -1,10 +1,8 @@
 """The whole model of a scene, part by part."""
 
-import re
-
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, passage, rigid, self_contact, walls
+from softsim.builder import conditions, contact, loads, passage, rigid, roles, self_contact, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.ending import end_time
 from softsim.builder.names import Names
@@ -23,7 +21,6 @@ RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
 """Seconds that a static run may take after its loads' time where the scene says nothing."""
 ALONG_ITS_AXIS = "an axisymmetric model knows gravity along its axis only"
-ROW_NAME = re.compile(r"j\d+")
 
 
 def build_model(loaded: LoadedScene) -> Model:
@@ -71,7 +68,7 @@ def build_model(loaded: LoadedScene) -> Model:
     walls.refuse_penetration(names, fixed_walls, points[touching])
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     acting = loads.built_loads(loads.Loaded(names, bodies, points, mass, is_free, tied, total_mass))
-    chambers = of_kind(acting, PressureData)
+    played = roles.robot(names, bodies, of_kind(acting, PressureData))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity
     if rise is not None:
@@ -94,13 +91,8 @@ def build_model(loaded: LoadedScene) -> Model:
         probes=conditions.probes(names, points, is_free),
         gravity=full_gravity,
         starting_gravity=starting_gravity,
-        rows={
-            f"{b.name}.{name}": nodes
-            for b in bodies
-            for name, nodes in b.node_sets.items()
-            if ROW_NAME.fullmatch(name)
-        },
-        end_time=end_time(names, chambers),
+        robot=played,
+        end_time=end_time(names, played.chamber),
         cycles=scene.time.cycles,
         increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
@@ -108,7 +100,7 @@ def build_model(loaded: LoadedScene) -> Model:
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
         settling=settling(names),
-        passage=passage.passage(names, fixed_walls, outline_nodes, chambers),
+        passage=passage.passage(names, fixed_walls, outline_nodes, played.chamber),
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)

@@ -1,33 +1,30 @@
 """When a run ends: at its time, or with a pressure cycle before."""
 
-from collections.abc import Sequence
-
 from softsim.builder.names import Names
 from softsim.errors import SceneError
 from softsim.loads.pressure import PressureData
 
 
-def end_time(names: Names, pressures: Sequence[PressureData]) -> float:
+def end_time(names: Names, chamber: PressureData | None) -> float:
     """Latest end of the run [s]: its time, or the end of the last pressure cycle that it waits for,
     where a profile tells when that is.
     """
     time = names.scene.time
     if time.cycles is None:
         return time.end
-    refuse_missing_cycles(names, pressures, time.cycles)
-    return min(time.end, pressures[0].drive.cycle_end(time.cycles))
+    if chamber is None:
+        raise _refused(names, "there is no pressure whose cycles it could wait for")
+    refuse_missing_cycles(names, chamber, time.cycles)
+    return min(time.end, chamber.drive.cycle_end(time.cycles))
 
 
-def refuse_missing_cycles(names: Names, pressures: Sequence[PressureData], asked: int) -> None:
-    """More cycles than the first chamber ever makes; the history counts those of no other."""
-    most = pressures[0].drive.cycle_count if pressures else 0
+def refuse_missing_cycles(names: Names, chamber: PressureData, asked: int) -> None:
+    """More cycles than the robot's chamber ever makes; the history counts those of no other."""
+    most, name = chamber.drive.cycle_count, chamber.name
     if asked <= most:
         return
-    if not pressures:
-        raise _refused(names, "there is no pressure whose cycles it could wait for")
-    name = pressures[0].name
     if most == 0:
-        raise _refused(names, f"the pressure of '{name}', the first chamber, has no cycles")
+        raise _refused(names, f"the pressure of '{name}', the robot's chamber, has no cycles")
     raise names.loaded.error(
         ("time", "cycles"),
         f"the run waits for {asked} pressure cycles, and '{name}' makes {most:g}",

@@ -18,7 +18,7 @@ def passage(
     names: Names,
     walls: Sequence[Wall],
     outline_nodes: Sequence[np.ndarray],
-    pressures: Sequence[PressureData],
+    chamber: PressureData | None,
 ) -> Passage | None:
     """What the scene's layout asks; None without one. outline_nodes: of each rigid body (k,)."""
     layout = names.scene.layout
@@ -46,7 +46,7 @@ def passage(
         outline=outline_nodes[body],
         start=start,
         goal=goal(names, layout, path, start, length),
-        in_cycles=any(pressure.drive.cycle_count > 0 for pressure in pressures[:1]),
+        in_cycles=chamber is not None and chamber.drive.cycle_count > 0,
         patience=layout.patience,
         patience_time=layout.patience_time,
         least_progress=layout.least_progress,

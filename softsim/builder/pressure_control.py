@@ -29,18 +29,18 @@ def controls(model: Model) -> Iterator[tuple[Keys, EventCycles]]:
 
 
 def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:
-    """The history shows the pressure of one chamber, the first."""
-    first = model.pressures[0].name
-    if keys[1] != first:
+    """The history shows the pressure of one chamber, the robot's."""
+    chamber = model.robot.chamber
+    if chamber is not None and keys[1] != chamber.name:
         raise names.loaded.error(
             keys,
-            f"event_cycles drive the first chamber only, which is '{first}'",
-            "write this load before it",
+            f"event_cycles drive the robot's chamber only, which is '{chamber.name}'",
+            f"write robot: {{chamber: {keys[1]}}}",
         )
 
 
 def refuse_no_motion(names: Names, model: Model, keys: Keys) -> None:
-    """Motion is that of the first rigid body, in real time."""
+    """Motion is that of the frame, in real time."""
     if model.relaxation is not None:
         raise names.loaded.error(
             keys,
@@ -50,7 +50,7 @@ def refuse_no_motion(names: Names, model: Model, keys: Keys) -> None:
     if not model.rigid_bodies:
         raise names.loaded.error(
             keys,
-            "event_cycles follow the motion of the first rigid body: there is none",
+            "event_cycles follow the motion of the robot's frame: there is none",
             "add rigid_bodies, or write a profile of kind cycles",
         )
 
@@ -59,11 +59,11 @@ def refuse_missing_rows(names: Names, model: Model, settings: EventCycles, keys:
     """Rows that are not there never touch; contact that is lost was there before."""
     for key in ("contact_rows", "least_rows"):
         wanted = getattr(settings, key)
-        if wanted > len(model.rows):
+        if wanted > len(model.robot.rows):
             raise names.loaded.error(
                 (*keys, key),
-                f"{key} asks for {wanted}, the bodies have {len(model.rows)} rows of spikes",
-                "rows are node sets j1, j2 ...; with 0 rows do not count",
+                f"{key} asks for {wanted}, robot.rows names {len(model.robot.rows)}",
+                "name node sets there, such as [skin.j*]; with 0 rows do not count",
             )
 
 

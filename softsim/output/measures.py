@@ -24,11 +24,11 @@ def measures(model: Model, history: History) -> dict[str, Any]:
     found: dict[str, Any] = body_motion(history)
     found["rows_in_contact"] = float(history["rows_in_contact"].max())
     found["slip_share"] = slip_share(history)
-    if model.rigid_bodies:
+    if model.robot.frame is not None:
         found |= frame_motion(model, history)
         found["rows_at_highest"] = rows_at_highest(history)
         found["dominant_frequency"] = dominant_frequency(model, history)
-    if model.pressures:
+    if model.robot.chamber is not None:
         found |= cycle_measures(model, history)
     if model.passage is not None:
         found["layout"] = layout_report(model.passage, history)
@@ -52,7 +52,7 @@ def body_motion(history: History) -> dict[str, float | None]:
 
 
 def frame_motion(model: Model, history: History) -> dict[str, Any]:
-    """Of the first rigid body: displacements [m], speed [m/s], pressures of onset and end [Pa]."""
+    """Of the robot's frame: displacements [m], speed [m/s], pressures of onset and end [Pa]."""
     t, x = history["time"], history["frame_x"]
     cycles = whole_cycles(model, history)
     found: dict[str, Any] = {

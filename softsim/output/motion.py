@@ -20,14 +20,12 @@ BEGUN, ARRIVED = 0.05, 0.95
 
 
 def whole_cycles(model: Model, history: Mapping[str, np.ndarray]) -> list[Cycle]:
-    """The cycles of the first chamber's pressure that have ended within a history."""
-    for load in model.pressures[:1]:
-        if isinstance(load.drive, GivenPressure):
-            until = history["time"][-1]
-            return [c for c in cycles_of(load.drive.profile) if c.has_ended(until)]
-        if isinstance(load.drive, ControlledPressure):
-            return controlled_cycles(history)
-    return []
+    """The cycles of the pressure in the robot's chamber that have ended within a history."""
+    drive = None if model.robot.chamber is None else model.robot.chamber.drive
+    if isinstance(drive, GivenPressure):
+        until = history["time"][-1]
+        return [c for c in cycles_of(drive.profile) if c.has_ended(until)]
+    return controlled_cycles(history) if isinstance(drive, ControlledPressure) else []
 
 
 def controlled_cycles(history: Mapping[str, np.ndarray]) -> list[Cycle]:

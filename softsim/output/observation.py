@@ -12,6 +12,7 @@ import numpy as np
 from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
+from softsim.loads.pressure import PressureData
 from softsim.model import Model, Probe
 from softsim.output import along_path
 from softsim.rigid.outline import CylinderShape
@@ -26,14 +27,15 @@ def columns(model: Model) -> dict[str, str]:
     axes = "xyz"[: model.dimension]
     first = {
         "time": "s",
-        "pressure": "Pa",  # of the first chamber: what a gauge on the robot shows
+        "pressure": "Pa",  # of the robot's chamber: what its gauge shows
         "section_pressure": "Pa",  # what acts on the plane model
         "cycles_done": "-",  # cycles of the pressure that have ended
     }
-    if model.pressures and isinstance(model.pressures[0].drive, ControlledPressure):
+    chamber = model.robot.chamber
+    if chamber is not None and isinstance(chamber.drive, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
-    if any(load.drive.asks_volume for load in model.pressures):
-        first["chamber_volume"] = "m^3"  # enclosed by the first chamber's surface
+    if chamber is not None and chamber.drive.asks_volume:
+        first["chamber_volume"] = "m^3"  # enclosed by the surface of the robot's chamber
     space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
     of_loads = {name: unit for load in model.loads for name, unit in load.columns.items()}
     last = {
@@ -100,10 +102,10 @@ def observe(
     energies, grip, centre = meter.of(scenario.number)
     row = dict.fromkeys(columns(model), float("nan"))
     row["time"] = scenario.time
-    if model.pressures:
-        row |= chamber_readings(scenario)
-    if model.rigid_bodies:
-        row |= frame_readings(scenario)
+    if model.robot.chamber is not None:
+        row |= chamber_readings(scenario, model.robot.chamber)
+    if model.robot.frame is not None:
+        row |= frame_readings(scenario, model.robot.frame)
     row["contact_count"] = grip.contact_count
     row["slip_share"] = grip.slip_share
     row["rows_in_contact"] = row["wall_force_normal"] = 0.0
@@ -135,10 +137,8 @@ def observe(
     return Observation(row, energies)
 
 
-def chamber_readings(scenario: Scenario) -> dict[str, float]:
-    """Pressure of the first chamber, and its volume where one is driven by it."""
-    model = scenario.model
-    load = model.pressures[0]
+def chamber_readings(scenario: Scenario, load: PressureData) -> dict[str, float]:
+    """Pressure of a chamber, and its volume where it is driven by that."""
     term = scenario.term_of(load)
     if isinstance(load.drive, GivenPressure):
         now = {
@@ -147,7 +147,7 @@ def chamber_readings(scenario: Scenario) -> dict[str, float]:
         }
     else:
         now = dict.fromkeys(("pressure", "section_pressure"), float(scenario.read(term.pressure)))
-    if "chamber_volume" in columns(model):
+    if load.drive.asks_volume:
         now["chamber_volume"] = float(scenario.read(term.volume))
     return now
 
@@ -158,7 +158,7 @@ def rows_in_contact(scenario: Scenario) -> int:
     touched = np.zeros(len(model.points), dtype=bool)
     for walls in scenario.terms.wall_contacts:
         touched[model.contact.nodes] |= scenario.read(walls.normal_impulse) > 0.0
-    return sum(bool(touched[nodes].any()) for nodes in model.rows.values())
+    return sum(bool(touched[nodes].any()) for nodes in model.robot.rows.values())
 
 
 @dataclass(frozen=True)
@@ -195,9 +195,9 @@ def frame_pose(scenario: Scenario, body: int) -> Pose:
     return Pose(centre, scenario.read(bodies.orientation)[body])
 
 
-def frame_readings(scenario: Scenario) -> dict[str, float]:
-    """Place and turn of the first rigid body."""
-    pose = frame_pose(scenario, 0)
+def frame_readings(scenario: Scenario, body: int) -> dict[str, float]:
+    """Place and turn of the robot's frame, rigid body number `body`."""
+    pose = frame_pose(scenario, body)
     now = {f"frame_{a}": float(c) for a, c in zip("xyz", pose.centre, strict=False)}
     now["frame_angle"] = pose.angle
     if len(pose.centre) == 3:

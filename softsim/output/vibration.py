@@ -61,7 +61,7 @@ def strongest(t: np.ndarray, y: np.ndarray, slowest: float, fastest: float) -> P
 
 
 def dominant_frequency(model: Model, history: dict[str, np.ndarray]) -> float | None:
-    """Frequency [Hz] of the first rigid body's motion across the pipe at the end of the run: along
+    """Frequency [Hz] of the robot's frame as it moves across the pipe at the end of the run: along
     y, in space along y or z, whichever swings more.
 
     None without a motor, where the body does not vibrate, where the motor has not run steadily for

@@ -147,13 +147,13 @@ class Expect(Part):
         description="The verdict of the layout: true, passed; false, stuck.",
     )
     frame_displacement: LengthRange | None = Field(
-        default=None, description="Of the first rigid body along x, from start to end."
+        default=None, description="Of the robot's frame along x, from start to end."
     )
     displacement_per_cycle: LengthRange | None = Field(
         default=None, description="The same for every pressure cycle."
     )
     mean_speed: VelocityRange | None = Field(
-        default=None, description="Of the first rigid body along x, over the whole pressure cycles "
+        default=None, description="Of the robot's frame along x, over the whole pressure cycles "
         "(over the whole run without any)."
     )  # fmt: skip
     peak_pull: ForceRange | None = Field(

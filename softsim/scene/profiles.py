@@ -187,7 +187,7 @@ class EventCyclesProfile(_Swing):
     deflation_rate: PositivePressureRate = Field(description="Fall of pressure (Df_r^a).")
     motion_speed: PositiveVelocity = Field(
         default=written("20 mm/s"),
-        description="The robot moves when its first rigid body does so at this mean speed, forward "
+        description="The robot moves when its frame does so at this mean speed, forward "
         "along its own axis; deflation ends when it moved and no longer does. Choose it above the "
         "speed at which the robot creeps.",
     )

@@ -141,6 +141,13 @@ SetReference = Annotated[
 ]
 
 
+SetPattern = Annotated[
+    str,
+    StringConstraints(strict=True, pattern=rf"^{NAME}\.[A-Za-z0-9_*?-]+$"),
+    Field(examples=["skin.j*"]),
+]
+
+
 def _listed(value: Any) -> Any:
     """A value that is no list as a list of one."""
     return value if isinstance(value, list | tuple) else [value]

@@ -20,6 +20,7 @@ from softsim.scene.quantities import (
     Name,
     Number,
     PositiveTime,
+    SetPattern,
     Text,
     WholeNumber,
 )
@@ -32,7 +33,7 @@ class Time(Part):
     end: PositiveTime = Field(description="Simulated time at which the run ends.")
     cycles: Annotated[WholeNumber, Field(ge=1)] | None = Field(
         default=None, description="The run ends earlier than `end` where so many pressure cycles "
-        "of the first chamber are done by then; by default it does not wait for cycles."
+        "of the robot's chamber are done by then; by default it does not wait for cycles."
     )  # fmt: skip
     procedure: Literal["dynamic", "static"] = Field(
         default="dynamic", description="static: seeks equilibrium by dynamic relaxation. Loads "
@@ -72,6 +73,21 @@ class Solver(Part):
     )  # fmt: skip
 
 
+class Roles(Part):
+    """Which part plays which role in what a run tells of its robot."""
+
+    frame: Text | None = Field(
+        default=None, description="Rigid body whose place and turn are told; by default the first."
+    )
+    chamber: Text | None = Field(
+        default=None, description="Load whose pressure and cycles are told; by default the first "
+        "that is a pressure."
+    )  # fmt: skip
+    rows: tuple[SetPattern, ...] = Field(
+        default=(), description='Node sets of which it is told how many touch walls: "skin.j*".'
+    )
+
+
 class Scene(Part):
     """One simulation."""
 
@@ -92,6 +108,7 @@ class Scene(Part):
     loads: dict[Name, Load] = Field(default={}, description="Loads by name.")
     time: Time = Field(description="How long, in which steps.")
     solver: Solver = Field(default_factory=Solver, description="Settings of the integrator.")
+    robot: Roles = Field(default_factory=Roles, description="Roles of its parts.")
     layout: Layout | None = Field(
         default=None,
         description="Whether the robot gets through a pipe_path; no question by default.",

@@ -63,7 +63,7 @@ def test_other_chambers_may_follow(build):
         ("count", "    on_skin: [[0 Pa, 0 Pa], [2 Pa, 1 Pa]]\n", ":18:14", "on_skin: does not go"),
         ("count", "    factor: 0.5\n", ":18:13", "factor: does not go with event_cycles"),
         ("count", "    offset: 1 kPa\n", ":18:13", "offset: does not go with event_cycles"),
-        ("contact_rows: 0", "contact_rows: 5", ":16:21", "the bodies have 0 rows of spikes"),
+        ("contact_rows: 0", "contact_rows: 5", ":16:21", "robot.rows names 0"),
         ("rigid_bodies: {frame: {mass: 8 g, inertia: 1 kg*mm^2}}", "", ":10:7", "there is none"),
         ("end: 1 s", "end: 1 s, procedure: static", ":10:7", "a static procedure has none"),
     ],
@@ -78,11 +78,12 @@ def test_refusals_say_where(build, old, new, place, message):
     assert caught.value.hint
 
 
-def test_it_drives_the_first_chamber(build):
-    """The history shows one pressure, that of the first."""
+def test_it_drives_the_chamber_of_the_robot(build):
+    """The history shows one pressure, by default that of the first."""
     text = SCENE.replace("  air:\n", SECOND + "  air:\n")
-    with pytest.raises(SceneError, match="the first chamber only, which is 'later'"):
+    with pytest.raises(SceneError, match="the robot's chamber only, which is 'later'"):
         build(text)
+    assert build(text, "robot.chamber=air").robot.chamber.name == "air"
 
 
 def test_a_factor_that_changes_nothing_is_none(build):

@@ -116,7 +116,7 @@ def test_spikes_of_one_body_touch_each_other(build, cpu):
     thin[skin, 1] = np.sign(x[skin, 1]) * (0.5 * np.abs(x[skin, 1]) + 0.5 * 8.5e-3)
     assert not rig.place(thin).any()
 
-    moved, struck = (model.rows[f"robot.{row}"] for row in ("j2", "j3"))
+    moved, struck = (model.bodies[0].node_sets[row] for row in ("j2", "j3"))
     moved, struck = (row[x[row, 1] > 0.0] for row in (moved, struck))
     high = moved[x[moved, 1] > 10.5e-3]
     forces = np.zeros_like(x)

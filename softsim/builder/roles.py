@@ -1,0 +1,56 @@
+"""Which parts of a model play the roles that a scene names: frame, chamber, rows of spikes."""
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+
+import numpy as np
+
+from softsim.builder.names import Names, close_names
+from softsim.loads.pressure import PressureData
+from softsim.model import Body, Robot
+
+PLACE = ("robot",)
+
+
+def robot(names: Names, bodies: Sequence[Body], chambers: Sequence[PressureData]) -> Robot:
+    """What the scene says, or the first of each kind."""
+    return Robot(frame(names), chamber(names, chambers), rows(names, bodies))
+
+
+def frame(names: Names) -> int | None:
+    """Number of the rigid body; None where there is none."""
+    given = names.scene.robot.frame
+    if given is not None:
+        return names.rigid_number(given, (*PLACE, "frame"))
+    return 0 if names.scene.rigid_bodies else None
+
+
+def chamber(names: Names, chambers: Sequence[PressureData]) -> PressureData | None:
+    """The load that is a pressure; None where there is none."""
+    given = names.scene.robot.chamber
+    if given is None:
+        return chambers[0] if chambers else None
+    by_name = {one.name: one for one in chambers}
+    if given not in by_name:
+        raise names.loaded.error(
+            (*PLACE, "chamber"),
+            f"no load '{given}' is a pressure",
+            close_names(given, list(by_name), "chambers"),
+        )
+    return by_name[given]
+
+
+def rows(names: Names, bodies: Sequence[Body]) -> dict[str, np.ndarray]:
+    """Node sets (k,) by name, each pattern's in the order of the mesh."""
+    sets = {f"{b.name}.{name}": nodes for b in bodies for name, nodes in b.node_sets.items()}
+    found: dict[str, np.ndarray] = {}
+    for k, pattern in enumerate(names.scene.robot.rows):
+        named = {name: nodes for name, nodes in sets.items() if fnmatchcase(name, pattern)}
+        if not named:
+            raise names.loaded.error(
+                (*PLACE, "rows", k),
+                f"no node set is called '{pattern}'",
+                close_names(pattern, list(sets), "node sets"),
+            )
+        found |= named
+    return found

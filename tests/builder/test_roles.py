@@ -1,0 +1,48 @@
+"""Roles that a scene gives to its parts: frame, chamber, rows."""
+
+import pytest
+
+from softsim.errors import SceneError
+
+SCENE = """
+bodies:
+  skin: {mesh: {generator: pfr_section, element_size: 1 mm}, formulation: ring_section,
+         sector: 90 deg, rings: skin, thickness: 7 mm, material: dragon_skin_10}
+rigid_bodies:
+  frame: {mass: 8.5 g, inertia: 1 kg*mm^2, tied: [skin.knots]}
+  load: {mass: 1 g, inertia: 1 g*mm^2, center: [0 mm, 50 mm]}
+loads:
+  low: {kind: follower_pressure, facets: [skin.chamber_bottom],
+        profile: {kind: constant, value: 1 kPa}}
+  high: {kind: follower_pressure, facets: [skin.chamber_top],
+         profile: {kind: constant, value: 2 kPa}}
+time: {end: 1 s}
+"""
+
+
+def test_by_default_the_first_of_each(build):
+    robot = build(SCENE).robot
+    assert (robot.frame, robot.chamber.name, robot.rows) == (0, "low", {})
+
+
+def test_what_the_scene_says(build):
+    robot = build(
+        SCENE,
+        "robot={frame: load, chamber: high, rows: [skin.j?, skin.j4]}",
+    ).robot
+    assert (robot.frame, robot.chamber.name) == (1, "high")
+    assert list(robot.rows) == [f"skin.j{k}" for k in range(1, 6)]
+
+
+@pytest.mark.parametrize(
+    "given, said",
+    [
+        ("frame: skin", "no rigid body 'skin'"),
+        ("chamber: frame", "no load 'frame' is a pressure"),
+        ("rows: [skin.i*]", "no node set is called 'skin.i\\*'"),
+        ("rows: [j1]", "rows"),
+    ],
+)
+def test_what_plays_no_role_is_refused(build, given, said):
+    with pytest.raises(SceneError, match=said):
+        build(SCENE, f"robot={{{given}}}")
