@@ -185,7 +185,7 @@ class Nodes:
         self.damping_work = real_field(np.zeros((self.scenarios, self.count)))
         self.corner_forces = CornerForces(self.dimension)
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         kept = {
             "position": self.position,

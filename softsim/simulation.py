@@ -131,7 +131,7 @@ class Simulation:
         self.scenario.solver.restore(
             checkpoint.memory, progress.time, progress.increments, progress.increment
         )
-        self.balance = EnergyBalance(progress.initial_balance, progress.largest_turnover)
+        self.balance = EnergyBalance(progress.initial_balance, progress.largest_energy)
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increments)
         self._set_out(progress)
 
@@ -247,7 +247,7 @@ class Simulation:
             watch.see_row(row)
         progress.last_history = scenario.time
         progress.next_history = _next_multiple(self.output.history_interval, scenario.time)
-        progress.largest_turnover = self.balance.largest_turnover
+        progress.largest_energy = self.balance.largest_energy
         for term in scenario.terms.everything:
             term.clear_impulses(scenario.number)
         error = self.energy_error = seen.row["energy_error"]

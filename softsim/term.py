@@ -57,7 +57,7 @@ class Term:
         """
         return []
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {}
 
@@ -98,7 +98,7 @@ class WorkingTerm(Term):
         self.count = count
         self.work = real_field(np.zeros((scenarios, count)))
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {"work": self.work}
 

@@ -48,7 +48,7 @@ def drag_load(coefficients):
         def pulls(self):
             return [self.pull]
 
-        def memory(self):
+        def state_fields(self):
             return {"dissipation": self.dissipation, "force": self.force}
 
         def readings(self, scenario, interval):

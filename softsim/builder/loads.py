@@ -32,7 +32,7 @@ from softsim.model import Body
 from softsim.scene import loads as scene_loads
 from softsim.scene.profiles import EventCyclesProfile
 from softsim.scene.tree import Keys
-from softsim.solver.time_step import element_frequencies, volume_yield
+from softsim.solver.time_step import chamber_compliance, element_frequencies
 
 # A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
 # it costs a twentieth of the time step at most.
@@ -93,8 +93,8 @@ def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> PressureData:
     facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
     volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
     nothing = smallest_volume(geometry, facets, points)
-    yielding = volume_yield(geometry, facets, points, loaded.mass, is_free)
-    drive = built_drive(names, load, volume, nothing, loaded.stiffest, yielding, keys)
+    compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
+    drive = built_drive(names, load, volume, nothing, loaded.stiffest, compliance, keys)
     return PressureData(str(keys[-1]), facets, closing, geometry, drive, body)
 
 
@@ -104,13 +104,13 @@ def built_drive(
     volume: float,
     nothing: float,
     stiffest: float,
-    yielding: float,
+    compliance: float,
     keys: Keys,
 ) -> Drive:
     """What drives a chamber of this volume [m^3] at rest; up to `nothing` it counts as none.
 
-    A liquid adds LIQUID_SHARE to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber that
-    yields as `volume_yield` says.
+    A liquid adds LIQUID_SHARE to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of
+    this `compliance` [m^4/kg].
     """
     if isinstance(load, scene_loads.FollowerPressure):
         if isinstance(load.profile, EventCyclesProfile):
@@ -140,13 +140,13 @@ def built_drive(
             )
         specific_energy = load.gas_constant * load.temperature
         return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
-    if yielding == 0.0:
+    if compliance == 0.0:
         raise names.loaded.error(
             (*keys, "facets"),
             "no node of the chamber may move: nothing gives way to the liquid",
             "name facets of a body that is free to deform",
         )
-    return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / yielding)
+    return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
 
 
 def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> RotorLoad:

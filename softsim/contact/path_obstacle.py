@@ -65,7 +65,7 @@ class PathObstacle(FixedFrame):
         self.seen = vector_field(np.zeros((*near.shape, places.shape[1])))
         self.clearance = real_field(np.zeros(near.shape))
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {"near": self.near, "seen": self.seen, "clearance": self.clearance}
 

@@ -83,7 +83,7 @@ class SelfContact(Dissipation):
             Stage.BEAR: [Pass("contact", PARTS, (self.bear,))],
         }
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps; lists are made anew."""
         return {
             "facet": self.facet,

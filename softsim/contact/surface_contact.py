@@ -30,7 +30,7 @@ class SurfaceContact(Dissipation):
     nodes: the shared nodes. contact_nodes: their numbers (k,).
     obstacle: `count` surfaces with `gap_and_normal`, `local_position`, `relative_velocity` and
         `global_vector`. Anchors live in its own frame, so an obstacle that moves carries them. It
-        may know that a node is far away, and remember where it is (`may_touch`; `memory`).
+        may know that a node is far away, and remember where it is (`may_touch`; `state_fields`).
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
@@ -91,7 +91,7 @@ class SurfaceContact(Dissipation):
         """Of an increment."""
         return {Stage.MOVE: [Pass("contact", self.count, (self.push,))]}
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {
             "anchor": self.anchor,
@@ -110,7 +110,7 @@ class SurfaceContact(Dissipation):
             "impulse": self.impulse,
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
-            **self.obstacle.memory(),
+            **self.obstacle.state_fields(),
         }
 
     def forget_dissipation(self, scenario: int) -> None:

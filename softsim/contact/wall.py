@@ -51,7 +51,7 @@ class FixedFrame:
     `count` surfaces, each with `gap_and_normal(s, i, w, x)`.
     """
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none of a wall that remembers nothing."""
         return {}
 

@@ -89,9 +89,9 @@ class LinearElements(Term):
             Stage.STRESS: [Pass("elements", self.blocks, (self.stress_corners,))],
         }
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
-        return self.points.memory() | self.pressure.memory()
+        return self.points.state_fields() | self.pressure.state_fields()
 
     def set_increment(self, scenario: int, dt: float) -> None:
         """Take the time step [s] of a scenario; infinite: branches have relaxed."""
@@ -133,13 +133,13 @@ class LinearElements(Term):
 
     @ti.func
     def stress(self, s, b):
-        """V S with S = J^(-2/3) (M - (C : M) / 3 C^-1) + p J C^-1, M of `stress_metric`."""
+        """V S with S = J^(-2/3) (M - (C : M) / 3 C^-1) + p J C^-1, M of `fictitious_stress`."""
         C, J = self.stretch(s, b)
         r = inverse_cube_root(J)
         r2 = r * r
         r3 = r2 * r
         J2_inverse_C = self.points.cofactor(b, C)  # J^2 C^-1
-        M = self.points.stress_metric(s, b, C, J2_inverse_C, r2)
+        M = self.points.fictitious_stress(s, b, C, J2_inverse_C, r2)
         trace = self.metric.contraction(C, M) * (1.0 / 3.0)
         h = r3 * (self.average_pressure(s, b) - trace * (r3 * r2))
         volume = self.volume[b]

@@ -60,7 +60,7 @@ class MaterialPoints:
         each = np.repeat(components.T[:, None], scenarios, axis=1)
         return [lane_data(component) for component in each]
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         if not self.branch_count:
             return {}
@@ -92,7 +92,7 @@ class MaterialPoints:
         return self.metric.scaled(self._identity_determinant(b), adjugate)
 
     @ti.func
-    def stress_metric(self, s, b, C, J2_inverse_C, r2):
+    def fictitious_stress(self, s, b, C, J2_inverse_C, r2):
         """M = 2 dW/dI1_bar I + sum mu A, the branches having relaxed by one increment."""
         identity = self._identity(b)
         slope = self._slope(r2 * self.metric.contraction(C, identity))

@@ -53,7 +53,7 @@ class NodalPressure:
         self.dissipation = lane_field((scenarios, lists.blocks))
         self.pressure = real_field(np.zeros((scenarios, self.count)))
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {
             "nodal_J": self.J,

@@ -87,7 +87,7 @@ class PressureFollowsProfile:
     def __init__(self, drives: Sequence[GivenPressure]) -> None:
         self.table = ProfileTable([d.section_profile for d in drives])
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none, all is known beforehand."""
         return {}
 
@@ -131,7 +131,7 @@ class PressureOfLiquid:
         self.initial_volume = real_field(np.array([d.initial_volume for d in drives]))
         self.bulk_modulus = real_field(np.array([d.bulk_modulus for d in drives]))
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none, all is known beforehand."""
         return {}
 
@@ -188,7 +188,7 @@ class PressureOfGas:
         self.specific_energy = real_field(np.array([d.specific_energy for d in drives]))
         self.ambient = real_field(np.array([d.ambient_pressure for d in drives]))
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none, all is known beforehand."""
         return {}
 
@@ -244,7 +244,7 @@ class PressureFollowsCommands:
         self.begin_pressure, self.begin_time = self.in_force["pressure"], self.in_force["time"]
         self.rate, self.target = self.in_force["rate"], self.in_force["target"]
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: the commands in force."""
         return self.in_force
 

@@ -72,7 +72,7 @@ class RisingGravity(Term):
             ],
         }
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {
             "gravity": self.nodes.gravity,

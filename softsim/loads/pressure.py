@@ -101,10 +101,10 @@ class FollowerPressure(WorkingTerm):
             Stage.STRESS: [Pass("loads", self.count, (self.push_facets,))],
         }
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         of_chamber = {"pressure": self.pressure, "volume": self.volume}
-        return super().memory() | of_chamber | self.source.memory()
+        return super().state_fields() | of_chamber | self.source.state_fields()
 
     @ti.func
     def measure_volume(self, s, part, t, dt):

@@ -77,7 +77,7 @@ class Tendon(Term):
         """On the body."""
         return [self.pull]
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {"impulse": self.impulse}
 

@@ -116,7 +116,7 @@ class Tether(Term):
         """On the body."""
         return [self.pull]
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         names = ("place", "axis", "weight", "stretch", "work", "dissipation", "impulse")
         return {name: getattr(self, name) for name in names}

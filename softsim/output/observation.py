@@ -55,7 +55,7 @@ def columns(model: Model) -> dict[str, str]:
         "friction_dissipation": "J",  # ALLFD: contact, tethers
         "viscous_dissipation": "J",  # ALLVD + ALLCD: dashpots, bulk viscosity, relaxation's damping
         "contact_energy": "J",  # ALLPW: penalty springs
-        "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest turnover
+        "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest reference energy
     }
     if model.relaxation is not None:
         last["unbalanced_share"] = "-"  # of the forces, see solver/equilibrium.py

@@ -22,7 +22,7 @@ class Progress:
     next_frame: float = 0.0
     last_history: float = -1.0  # before the first row
     initial_balance: float = 0.0
-    largest_turnover: float = 0.0
+    largest_energy: float = 0.0
     largest_energy_error: float = 0.0
     wall_time: float = 0.0
     control: ControlState | None = None

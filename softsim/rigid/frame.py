@@ -85,7 +85,7 @@ class RigidBodies:
         self.reaction_slot = index_field(np.concatenate([none, *slots]))
         self.reaction_node = index_field(np.concatenate([none, *at]))
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         names = (
             "centre", "orientation", "rotation", "velocity", "angular_momentum",

@@ -20,7 +20,7 @@ class MovingFrame:
         self.bodies, self.body = bodies, body
         self.centre = vector_field(np.asarray(centre)[None])
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none, the body has its own."""
         return {}
 

@@ -40,7 +40,7 @@ class Energies:
         )
 
     @property
-    def turnover(self) -> float:
+    def reference_energy(self) -> float:
         """Size of the books [J], against which an error is measured."""
         accounted = self.balance + self.external_work
         return max(abs(accounted), abs(self.external_work), self.kinetic + self.internal)
@@ -156,26 +156,27 @@ def weight_energy(model: Model) -> float:
 
 
 class EnergyBalance:
-    """Error of the balance relative to the largest turnover so far."""
+    """Error of the balance relative to the largest reference energy so far."""
 
-    def __init__(self, initial: float, largest_turnover: float) -> None:
-        self.initial, self.largest_turnover = initial, largest_turnover
+    def __init__(self, initial: float, largest_energy: float) -> None:
+        self.initial, self.largest_energy = initial, largest_energy
 
     @classmethod
     def starting(cls, energies: Energies, model: Model) -> "EnergyBalance":
         """The books of a run that starts with these energies.
 
-        Where nothing happens, a small difference of small energies is no error. The turnover counts
-        as at least what everything weighs times how high it is, which a body at rest has too; and,
+        Where nothing happens, a small difference of small energies is no error. The reference
+        energy counts as at least what everything weighs times how high it is, which a body at rest has too; and,
         without gravity, for the round-off of what is stored, as 1e-12 of the energy that would
         double the bodies' volume.
         """
         stiffness = sum(b.material.bulk_modulus * float(b.volumes.sum()) for b in model.bodies)
         return cls(
-            energies.balance, max(energies.turnover, weight_energy(model), 1e-12 * stiffness)
+            energies.balance,
+            max(energies.reference_energy, weight_energy(model), 1e-12 * stiffness),
         )
 
     def error(self, energies: Energies) -> float:
-        """|balance - initial balance| / largest turnover [-]."""
-        self.largest_turnover = max(self.largest_turnover, energies.turnover)
-        return abs(energies.balance - self.initial) / self.largest_turnover
+        """|balance - initial balance| / largest reference energy [-]."""
+        self.largest_energy = max(self.largest_energy, energies.reference_energy)
+        return abs(energies.balance - self.initial) / self.largest_energy

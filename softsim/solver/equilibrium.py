@@ -37,4 +37,4 @@ def moves(energies: Energies, relaxation: Relaxation) -> bool:
     Kinetic energy goes with the square of the distance from equilibrium. At a turning point it is
     forces that do not balance.
     """
-    return energies.kinetic > relaxation.tolerance**2 * energies.turnover
+    return energies.kinetic > relaxation.tolerance**2 * energies.reference_energy

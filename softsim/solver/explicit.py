@@ -161,7 +161,7 @@ class ExplicitSolver:
 
     def memory(self) -> dict[str, np.ndarray]:
         """Everything that must be kept to continue to the same bits."""
-        return {name: fields.read(field) for name, field in self.terms.memory().items()}
+        return {name: fields.read(field) for name, field in self.terms.state_fields().items()}
 
     def restore(
         self, memory: dict[str, np.ndarray], time: float, increments: int, increment: float
@@ -170,7 +170,7 @@ class ExplicitSolver:
 
         Raises OutputError if it is the state of another model.
         """
-        kept = self.terms.memory()
+        kept = self.terms.state_fields()
         shapes = {name: fields.shape_of(field) for name, field in kept.items()}
         if shapes != {name: array.shape for name, array in memory.items()}:
             raise OutputError(

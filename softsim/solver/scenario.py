@@ -77,4 +77,4 @@ class Scenario:
         """Everything that must be kept to continue to the same bits, as the solver of a run of this
         scenario alone keeps it.
         """
-        return {name: self.read(field)[None] for name, field in self.terms.memory().items()}
+        return {name: self.read(field)[None] for name, field in self.terms.state_fields().items()}

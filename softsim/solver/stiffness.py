@@ -78,7 +78,7 @@ class ScaledStiffness:
 class ModelStiffness:
     """The stiffness of a model in any configuration: its pattern and its masses, once.
 
-    moving (n d,): which components move. root_yield (n d,): 1/sqrt(m) of them, else 0.
+    moving (n d,): which components move. inverse_sqrt_mass (n d,): 1/sqrt(m) of them, else 0.
     """
 
     def __init__(self, model: Model) -> None:
@@ -86,8 +86,8 @@ class ModelStiffness:
         self.bodies = [BodyStiffness(b, model.bulk_viscosity) for b in model.bodies]
         n, d = model.points.shape
         self.contact = ContactStiffness(model)
-        self.root_yield = root_yield(model).ravel()
-        self.moving = self.root_yield > 0.0
+        self.inverse_sqrt_mass = inverse_sqrt_mass(model).ravel()
+        self.moving = self.inverse_sqrt_mass > 0.0
         self.nodal_volumes, self.bulk_modulus, self.bulk_viscosity = np.ones((3, n))
         for b in self.bodies:
             nodes = b.body.nodes
@@ -108,14 +108,18 @@ class ModelStiffness:
             (n + n * d, n * d),
         )
         self.dilation = numbered(second_component, first, (n * d, n))
-        self.compression_scale = self.root_yield[second_component] / self.nodal_volumes[first]
-        self.shape_scale = self.root_yield[first_component] * self.root_yield[second_component]
+        self.compression_scale = (
+            self.inverse_sqrt_mass[second_component] / self.nodal_volumes[first]
+        )
+        self.shape_scale = (
+            self.inverse_sqrt_mass[first_component] * self.inverse_sqrt_mass[second_component]
+        )
 
         around = np.concatenate([b.movers[:, b.around] + b.body.first_node for b in self.bodies], 1)
         strained = around[:, None] * d + np.arange(d)[:, None]  # (movers, d, r)
         rows = np.broadcast_to(np.arange(around.shape[1]), strained.shape).ravel()
         self.hoops = numbered(rows, strained.ravel(), (around.shape[1], n * d))
-        self.hoop_scale = self.root_yield[strained.ravel()]
+        self.hoop_scale = self.inverse_sqrt_mass[strained.ravel()]
 
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
         """Of each body with all nodes at x (n, d) [m]."""
@@ -147,12 +151,12 @@ class ModelStiffness:
 
     def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Stiffness of contact over mass (n d,) [1/s^2]."""
-        return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.root_yield**2
+        return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.inverse_sqrt_mass**2
 
     def hardest_hit(self, x: np.ndarray, dt: float) -> float:
         """Largest omega^2 [1/s^2] of a node on what it may hit."""
         hits = self.contact.of_hits(x, dt)
-        return float((hits[:, None] * self.root_yield.reshape(x.shape) ** 2).max())
+        return float((hits[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
 
     def pair_sums(self, values: np.ndarray) -> np.ndarray:
         """Sum over the elements of the values (movers, movers, m) of each pair of nodes."""
@@ -190,7 +194,7 @@ def with_values(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
     return sp.csr_matrix(parts, shape=pattern.shape)
 
 
-def root_yield(model: Model) -> np.ndarray:
+def inverse_sqrt_mass(model: Model) -> np.ndarray:
     """1/sqrt(m) (n, d) of the components that move, 0 of the others; where none does, as if all
     did, for a step is wanted still.
     """
@@ -213,7 +217,7 @@ def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:
         stiffness = load.drive.stiffness(load.volume(x))
         if stiffness > 0.0:
             gradient = volume_gradient(load.geometry, load.facets, x)
-            vectors.append(np.sqrt(stiffness) * (gradient * root_yield(model)).ravel())
+            vectors.append(np.sqrt(stiffness) * (gradient * inverse_sqrt_mass(model)).ravel())
     return vectors
 
 

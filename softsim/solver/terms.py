@@ -184,7 +184,7 @@ class Terms:
     def _of_terms(self, stage: Stage) -> Passes:
         return [p for term in self.everything for p in term.passes().get(stage, [])]
 
-    def memory(self) -> dict[str, ti.Field]:
+    def state_fields(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
         for name in ("bodies", "loads", "contacts", "self_contacts"):
@@ -192,7 +192,7 @@ class Terms:
         return {
             f"{owner}/{name}": field
             for owner, term in owners.items()
-            for name, field in term.memory().items()
+            for name, field in term.state_fields().items()
         }
 
 

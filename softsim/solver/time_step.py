@@ -86,7 +86,7 @@ def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
     return stiffness / (material.density * smallest_share)
 
 
-def volume_yield(
+def chamber_compliance(
     geometry: Geometry, facets: np.ndarray, x: np.ndarray, mass: np.ndarray, is_free: np.ndarray
 ) -> float:
     """sum |dV/dx_a|^2 / m_a [m^4/kg] over free components: how fast a chamber's volume
@@ -155,7 +155,7 @@ class StableStep:
         self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray
     ) -> tuple[Body, int]:
         """The body and element that hold the largest share of a mode's energy."""
-        u = (self.stiffness.root_yield * mode).reshape(self.model.points.shape)
+        u = (self.stiffness.inverse_sqrt_mass * mode).reshape(self.model.points.shape)
         pressure = self.stiffness.bulk_modulus * matrix.dilations(mode)
         most = (-np.inf, self.model.bodies[0], 0)
         for b, stiffness in zip(self.stiffness.bodies, elements, strict=True):

@@ -28,7 +28,7 @@ def test_by_default_the_first_of_each(build):
 def test_what_the_scene_says(build):
     robot = build(
         SCENE,
-        "robot={frame: load, chamber: high, rows: [skin.j?, skin.j4]}",
+        "robot={frame: load, chamber: high, rows: ['skin.j?', skin.j4]}",
     ).robot
     assert (robot.frame, robot.chamber.name) == (1, "high")
     assert list(robot.rows) == [f"skin.j{k}" for k in range(1, 6)]

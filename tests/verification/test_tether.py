@@ -138,7 +138,7 @@ def test_the_robots(robots, record_verification):
         if name == "hanging":
             most = ((MASS * G + WEIGHT) * DT) ** 2 / MASS + (ARM * WEIGHT * DT) ** 2 / INERTIA
         error = energies[name].balance - start[name].balance
-        assert abs(error) < max(most, 1e-5 * energies[name].turnover), name
+        assert abs(error) < max(most, 1e-5 * energies[name].reference_energy), name
 
     # Where the drag is the only force, its books are the integrator's own to round-off: kinetic
     # energy changes by the trapezoidal work and (f_n^2 - f_0^2) dt^2 / 8 m, as at t = 0 f is 0.
