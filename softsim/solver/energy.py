@@ -166,9 +166,9 @@ class EnergyBalance:
         """The books of a run that starts with these energies.
 
         Where nothing happens, a small difference of small energies is no error. The reference
-        energy counts as at least what everything weighs times how high it is, which a body at rest has too; and,
-        without gravity, for the round-off of what is stored, as 1e-12 of the energy that would
-        double the bodies' volume.
+        energy counts as at least what everything weighs times how high it is, which a body at rest
+        has too; and, without gravity, for the round-off of what is stored, as 1e-12 of the energy
+        that would double the bodies' volume.
         """
         stiffness = sum(b.material.bulk_modulus * float(b.volumes.sum()) for b in model.bodies)
         return cls(
