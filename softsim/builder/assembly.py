@@ -87,7 +87,7 @@ def build_model(loaded: LoadedScene) -> Model:
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
-        loads=(*acting, *motions),
+        loads=(*acting, *motions, *rigid.rigid_motions(names)),
         probes=conditions.probes(names, points, is_free),
         gravity=full_gravity,
         starting_gravity=starting_gravity,

@@ -4,7 +4,7 @@ import numpy as np
 
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
-from softsim.builder.profiles import rising_profile
+from softsim.builder.profiles import displacement
 from softsim.elements.geometry import Axisymmetric, PlaneStrain, RingSection, nodal_sums
 from softsim.loads.prescribed import PrescribedData
 from softsim.model import Body, Probe
@@ -74,13 +74,7 @@ def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedData, ...]:
                 "a component follows one condition only",
             )
         taken[nodes, axis] = True
-        profile = rising_profile(condition.displacement)
-        if profile.values[0] != 0.0 or profile.times[0] != 0.0:
-            raise names.loaded.error(
-                (*keys, "displacement"),
-                "the displacement must start with [0 s, 0 mm]",
-                "a jump at the start would be an infinite velocity",
-            )
+        profile = displacement(names, condition.displacement, (*keys, "displacement"))
         result.append(PrescribedData(nodes, axis, profile))
     return tuple(result)
 

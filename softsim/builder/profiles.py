@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from softsim.builder.names import Names
 from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
 from softsim.scene.profiles import (
@@ -17,6 +18,7 @@ from softsim.scene.profiles import (
     SmoothStep,
     Table,
 )
+from softsim.scene.tree import Keys
 
 Share = FullShare | RampedShare | SmoothShare | SineShare | Table[float]
 
@@ -49,6 +51,20 @@ def rising_profile(data: Ramp[Any] | SmoothStep[Any] | Table[Any]) -> Profile:
         rise = profiles.smooth_rise(data.duration)
         return Profile(rise.times, data.value * rise.values)
     return profiles.constant(data.value, data.duration)
+
+
+def displacement(
+    names: Names, data: Ramp[Any] | SmoothStep[Any] | Table[Any], keys: Keys
+) -> Profile:
+    """A displacement [m over s], which starts from zero."""
+    profile = rising_profile(data)
+    if profile.values[0] != 0.0 or profile.times[0] != 0.0:
+        raise names.loaded.error(
+            keys,
+            "the displacement must start with [0 s, 0 mm]",
+            "a jump at the start would be an infinite velocity",
+        )
+    return profile
 
 
 def share_profile(data: Share, end: float) -> Profile:

@@ -4,11 +4,14 @@ import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, in_mm
+from softsim.builder.profiles import displacement
 from softsim.elements.geometry import Axisymmetric
+from softsim.loads.rigid_motion import RigidMotionData
 from softsim.model import OutlineData
 from softsim.rigid.body import RigidBodyData
 from softsim.rigid.outline import BallShape, CylinderShape
 from softsim.scene.bodies import BallOutline, RigidBody
+from softsim.scene.conditions import RigidMotion
 from softsim.scene.surroundings import PipeWall, PlaneWall
 
 # Of a model of each kind, in the order x, y, z, rotations about x, y, z.
@@ -52,6 +55,39 @@ def freedom(names: Names, name: str) -> tuple[bool, ...]:
     return tuple(d in named and yes for d, yes in zip(DIRECTIONS, possible, strict=True))
 
 
+def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
+    """Its degrees of freedom that follow from forces: those that no motion prescribes."""
+    moved = {
+        condition.direction
+        for condition in names.scene.conditions.values()
+        if isinstance(condition, RigidMotion) and condition.body == name
+    }
+    free = zip(DIRECTIONS, freedom(names, name), strict=True)
+    return tuple(yes and d not in moved for d, yes in free)
+
+
+def rigid_motions(names: Names) -> tuple[RigidMotionData, ...]:
+    """Prescribed motions of rigid bodies, each direction by one of them."""
+    result: list[RigidMotionData] = []
+    for key, condition in names.scene.conditions.items():
+        if not isinstance(condition, RigidMotion):
+            continue
+        keys = ("conditions", key)
+        body = names.rigid_number(condition.body, (*keys, "body"))
+        axis = names.axis(condition.direction, (*keys, "direction"))
+        if not freedom(names, condition.body)[axis] or (body, axis) in [
+            (motion.body, motion.axis) for motion in result
+        ]:
+            raise names.loaded.error(
+                (*keys, "direction"),
+                f"'{condition.body}' is held or moved along {condition.direction} already",
+                f"let it move that way (rigid_bodies.{condition.body}.free), by one condition",
+            )
+        profile = displacement(names, condition.displacement, (*keys, "displacement"))
+        result.append(RigidMotionData(body, axis, profile))
+    return tuple(result)
+
+
 def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
     """Soft nodes tied to each rigid body; a node belongs to one body and is not fixed."""
     taken = np.logical_not(is_free.all(axis=1))
@@ -79,7 +115,7 @@ def rigid_body(names: Names, name: str, tied: np.ndarray) -> RigidBodyData:
     """One rigid body; `tied`: its soft nodes and the corners of its outline."""
     data = names.scene.rigid_bodies[name]
     keys = ("rigid_bodies", name)
-    free = freedom(names, name)
+    free = free_to_move(names, name)
     velocity = names.vector(data.initial_velocity, (*keys, "initial_velocity"))
     started = dict(zip(DIRECTIONS, velocity, strict=False))
     started["rotation_z"] = data.initial_angular_velocity

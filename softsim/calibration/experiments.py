@@ -24,8 +24,9 @@ PUSH_DISTANCE = 0.05e-3
 """Displacement of the frame [m]: half of m_e r_e / m = 0.1 mm, by which its motor shakes a free
 robot."""
 
-MOVE_TIME, REST_TIME, SETTLING_TIME = 30e-3, 20e-3, 60e-3
-"""Seconds in which the frame moves, over which a force is read, and given to a force to settle."""
+MOVE_TIME, REST_TIME, SETTLING_TIME = 30e-3, 20e-3, 250e-3
+"""Seconds in which the frame moves, over which a force is read, and given to a force to settle:
+twice the slowest branch of the library's silicones, 0.12 s, by which an inflated skin creeps on."""
 
 Points = Sequence[tuple[float, float]]
 

@@ -23,9 +23,10 @@ class RigidBodies:
 
     Fields, (scenarios, bodies): centre (d) [m], orientation (quaternion w, x, y, z), rotation
     (3, 3), velocity (d) [m/s] and angular_momentum (3) [kg m^2/s] (half a step behind),
-    angular_velocity (3) [rad/s] of the last step, force (d) [N] and torque (3) [N m] (the last
-    ones summed), applied_force (what loads put on the body this increment), spring_force and
-    spring_torque (what springs do), applied_work and damping_work [J].
+    angular_velocity (3) [rad/s] of the last step, force (d) [N] and torque (3) [N m] (the last ones
+    summed, of what is free), held_force (d) [N] (of what is not), applied_force (what loads put on
+    the body this increment), spring_force and spring_torque (what springs do), applied_work and
+    damping_work [J].
     """
 
     def __init__(self, nodes: Nodes, bodies: list[RigidBodyData], points: np.ndarray) -> None:
@@ -52,8 +53,8 @@ class RigidBodies:
         self.velocity = vector_field(np.broadcast_to(velocities, (*shape, d)))
         self.angular_momentum = vector_field(np.broadcast_to(momenta, (*shape, 3)))
         self.angular_velocity = vector_field(np.broadcast_to(omega, (*shape, 3)))
-        self.force, self.applied_force, self.spring_force = (
-            vector_field(np.zeros((*shape, d))) for _ in range(3)
+        self.force, self.held_force, self.applied_force, self.spring_force = (
+            vector_field(np.zeros((*shape, d))) for _ in range(4)
         )
         self.torque, self.spring_torque = (vector_field(np.zeros((*shape, 3))) for _ in range(2))
         self.applied_work, self.damping_work = (real_field(np.zeros(shape)) for _ in range(2))
@@ -89,7 +90,7 @@ class RigidBodies:
         """Fields that a checkpoint keeps."""
         names = (
             "centre", "orientation", "rotation", "velocity", "angular_momentum",
-            "angular_velocity", "force", "torque", "applied_force", "spring_force",
+            "angular_velocity", "force", "held_force", "torque", "applied_force", "spring_force",
             "spring_torque", "applied_work", "damping_work",
         )  # fmt: skip
         return {name: getattr(self, name) for name in names}
@@ -223,6 +224,7 @@ class RigidBodies:
             torque += self.torque_part[s, i]
         force += self.mass[r] * self.nodes.gravity[s]
         self.force[s, r] = force * self.free[r]
+        self.held_force[s, r] = force - self.force[s, r]
         self.torque[s, r] = torque * self.free_rotation[r]
         v, omega = self.velocity[s, r], self.angular_velocity[s, r]
         self.shift(s, r, t, dt)

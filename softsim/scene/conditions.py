@@ -1,4 +1,4 @@
-"""Conditions on node sets."""
+"""Conditions on node sets and rigid bodies."""
 
 from typing import Annotated, Literal
 
@@ -6,7 +6,7 @@ from pydantic import Field
 
 from softsim.scene.part import Part
 from softsim.scene.profiles import LengthProfile
-from softsim.scene.quantities import PositiveMass, SetReference, VelocityVector
+from softsim.scene.quantities import PositiveMass, SetReference, Text, VelocityVector
 
 Axis = Literal["x", "y", "z"]
 
@@ -38,6 +38,17 @@ class Prescribed(Part):
     displacement: LengthProfile = Field(description="Displacement over time, from zero.")
 
 
+class RigidMotion(Part):
+    """A rigid body of which the centre follows a profile along one direction, such as a plate of a
+    press; it stays free otherwise.
+    """
+
+    kind: Literal["rigid_motion"] = Field(description="Kind of condition.")
+    body: Text = Field(description="Rigid body.")
+    direction: Axis = Field(description="Along which it is moved.")
+    displacement: LengthProfile = Field(description="Displacement over time, from zero.")
+
+
 class PointMass(Part):
     """A mass on nodes, shared equally, without inertia of its own against turning."""
 
@@ -55,5 +66,6 @@ class InitialVelocity(Part):
 
 
 Condition = Annotated[
-    Fixed | Symmetry | Prescribed | PointMass | InitialVelocity, Field(discriminator="kind")
+    Fixed | Symmetry | Prescribed | RigidMotion | PointMass | InitialVelocity,
+    Field(discriminator="kind"),
 ]
