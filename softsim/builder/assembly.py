@@ -49,7 +49,8 @@ def build_model(loaded: LoadedScene) -> Model:
     for nodes in tied:
         held[nodes] = True
     is_free = ~held
-    velocity = np.where(is_free, conditions.initial_velocity(names, bodies, points), 0.0)
+    starting = conditions.initial_velocity(names, bodies, points, mass)
+    velocity = np.where(is_free, starting, 0.0)
     outline_nodes = [
         soft_count + np.flatnonzero(corner_owner == r) for r in range(len(scene.rigid_bodies))
     ]

@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from softsim.builder.materials import material
 from softsim.builder.names import MeshedBody, Names, close_names, in_mm
+from softsim.builder.sets import with_defined_sets
 from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
 from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, transformed
@@ -45,6 +46,7 @@ def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
         refuse_other_formulation(loaded, name)
         mesh, remarks = placed_mesh(loaded, name, data)
         geometry = kinematics(loaded, name, data, mesh)
+        mesh = with_defined_sets(loaded, name, mesh)
         result[name] = MeshedBody(mesh, first_node, geometry, remarks)
         first_node += len(mesh.points)
     return result

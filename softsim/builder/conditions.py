@@ -79,8 +79,10 @@ def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedData, ...]:
     return tuple(result)
 
 
-def initial_velocity(names: Names, bodies: tuple[Body, ...], points: np.ndarray) -> np.ndarray:
-    """Velocity of each node at the start (n, d) [m/s]."""
+def initial_velocity(
+    names: Names, bodies: tuple[Body, ...], points: np.ndarray, mass: np.ndarray
+) -> np.ndarray:
+    """Velocity of each node at the start (n, d) [m/s]; points (n, d) [m], mass (n,) [kg]."""
     velocity = np.zeros_like(points)
     for b in bodies:
         given = names.scene.bodies[b.name].initial_velocity
@@ -89,8 +91,50 @@ def initial_velocity(names: Names, bodies: tuple[Body, ...], points: np.ndarray)
         if isinstance(condition, conditions.InitialVelocity):
             keys = ("conditions", name)
             nodes = names.node_set(condition.nodes, (*keys, "nodes"))
-            velocity[nodes] = names.vector(condition.velocity, (*keys, "velocity"))
+            translation = names.vector(condition.velocity, (*keys, "velocity"))
+            velocity[nodes] = translation + spin(names, condition, points[nodes], mass[nodes], keys)
     return velocity
+
+
+def spin(
+    names: Names,
+    condition: conditions.InitialVelocity,
+    points: np.ndarray,
+    mass: np.ndarray,
+    keys: Keys,
+) -> np.ndarray:
+    """omega x (x - c) (k, d) [m/s] of nodes at `points` (k, d) [m] with `mass` (k,) [kg]."""
+    given = condition.angular_velocity
+    if given is None:
+        return np.zeros_like(points)
+    if condition.about is None:
+        centre = mass @ points / mass.sum()
+    else:
+        centre = names.vector(condition.about, (*keys, "about"))
+    arms = np.zeros((len(points), 3))
+    arms[:, : names.dimension] = points - centre
+    omega = angular_velocity(names, given, (*keys, "angular_velocity"))
+    return np.cross(omega, arms)[:, : names.dimension]
+
+
+def angular_velocity(names: Names, given: float | tuple[float, ...], keys: Keys) -> np.ndarray:
+    """An angular velocity (3,) [rad/s], of which a section has the part about z alone."""
+    if isinstance(names.geometry, Axisymmetric):
+        raise names.loaded.error(
+            keys,
+            "an axisymmetric model does not turn: it stays a half section through its axis",
+            "leave angular_velocity out, or model the body in space (formulation solid)",
+        )
+    if not isinstance(given, tuple):
+        return np.array([0.0, 0.0, given])
+    if len(given) != 3 or names.dimension == 2:
+        raise names.loaded.error(
+            keys,
+            f"an angular velocity has no {len(given)} components in a model of {names.dimension} "
+            "dimensions",
+            "give one value, about z; or in space three, about x, y and z",
+        )
+    return np.array(given)
 
 
 def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe, ...]:

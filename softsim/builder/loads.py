@@ -116,8 +116,7 @@ def built_drive(
         if isinstance(load.profile, EventCyclesProfile):
             return ControlledPressure(EventCycles(**load.profile.model_dump(exclude={"kind"})))
         profile = pressure_profile(load.profile)
-        on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile
-        return GivenPressure(profile, on_skin.reduced(load.factor, load.offset))
+        return GivenPressure(profile, pressure_on_facets(load, profile))
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
     least = -nothing if isinstance(load, scene_loads.AddedGas) else nothing
     if volume < least:
@@ -147,6 +146,14 @@ def built_drive(
             "name facets of a body that is free to deform",
         )
     return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
+
+
+def pressure_on_facets(load: scene_loads.FollowerPressure, profile: Profile) -> Profile:
+    """What acts on the facets [Pa over s] while a gauge shows `profile`."""
+    if load.acts_as_given:
+        return profile
+    on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile
+    return on_skin.reduced(load.factor, load.offset)
 
 
 def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> RotorLoad:

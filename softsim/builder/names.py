@@ -47,13 +47,7 @@ class Names:
 
     def vector(self, components: Sequence[float], keys: Keys) -> np.ndarray:
         """A vector (d,) of the model's space; a z that is left out is zero."""
-        if len(components) > self.dimension:
-            raise self.loaded.error(
-                keys,
-                f"has {len(components)} components; this model has {self.dimension}",
-                "bodies of formulation solid live in space, the others in the x-y plane",
-            )
-        return np.array([*components, *[0.0] * (self.dimension - len(components))], dtype=float)
+        return model_vector(self.loaded, self.dimension, components, keys)
 
     def axis(self, letter: str, keys: Keys) -> int:
         """The number of the direction x, y or z."""
@@ -111,6 +105,19 @@ class Names:
                 close_names(name, names, "rigid bodies"),
             )
         return names.index(name)
+
+
+def model_vector(
+    loaded: LoadedScene, dimension: int, components: Sequence[float], keys: Keys
+) -> np.ndarray:
+    """A vector (d,) of a model of d dimensions; a z that is left out is zero."""
+    if len(components) > dimension:
+        raise loaded.error(
+            keys,
+            f"has {len(components)} components; this model has {dimension}",
+            "bodies of formulation solid live in space, the others in the x-y plane",
+        )
+    return np.array([*components, *[0.0] * (dimension - len(components))], dtype=float)
 
 
 def close_names(name: str, known: list[str], kind: str) -> str:

@@ -11,6 +11,7 @@ from softsim.scene.quantities import (
     Angle,
     AngularVelocity,
     Inertia,
+    Name,
     Number,
     Point,
     PositiveLength,
@@ -20,6 +21,7 @@ from softsim.scene.quantities import (
     VelocityVector,
     written,
 )
+from softsim.scene.sets import SetDefinition
 
 Formulation = Literal["plane_strain", "axisymmetric", "ring_section", "solid"]
 Freedom = Literal["x", "y", "z", "rotation", "rotation_x", "rotation_y", "rotation_z"]
@@ -58,6 +60,13 @@ class Body(Part):
         default=written("0 deg"), description="Turn about the mesh's origin, before that."
     )
     initial_velocity: VelocityVector = Field(default=AT_REST, description="Of all its nodes.")
+    sets: dict[Name, SetDefinition] = Field(
+        default={},
+        description="Further node and facet sets of the body, by name, for all that takes body.set:"
+        " {tips: {box: [[0 mm, 0 mm], [2 mm, 5 mm]]}}. A box or a side of a plane has the nodes "
+        "there, and the facets of the surface with all corners there; union, intersection and "
+        "difference act on the nodes of sets and on their facets.",
+    )
     fixed: tuple[Text, ...] = Field(
         default=(), description="Its node sets held in place, in every direction."
     )

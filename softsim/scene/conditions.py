@@ -2,11 +2,18 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from softsim.scene.part import Part
+from softsim.scene.part import AT_REST, Part
 from softsim.scene.profiles import LengthProfile
-from softsim.scene.quantities import PositiveMass, SetReference, Text, VelocityVector
+from softsim.scene.quantities import (
+    AngularVelocityOrVector,
+    Point,
+    PositiveMass,
+    SetReference,
+    Text,
+    VelocityVector,
+)
 
 Axis = Literal["x", "y", "z"]
 
@@ -58,11 +65,36 @@ class PointMass(Part):
 
 
 class InitialVelocity(Part):
-    """Nodes that start with a velocity; it replaces that of their body."""
+    """Nodes that start with the velocity v + omega x (x - c) of a rigid motion; it replaces that of
+    their body.
+    """
 
     kind: Literal["initial_velocity"] = Field(description="Kind of condition.")
     nodes: SetReference = Field(description='Node set: "bar.end".')
-    velocity: VelocityVector = Field(description="At the start.")
+    velocity: VelocityVector = Field(default=AT_REST, description="v, at the start.")
+    angular_velocity: AngularVelocityOrVector | None = Field(
+        default=None,
+        description="omega: about z, or in space a vector. Not in an axisymmetric model.",
+    )
+    about: Point | None = Field(
+        default=None,
+        description="c, the point that moves with v; by default the set's centre of mass.",
+    )
+
+    @field_validator("about")
+    @classmethod
+    def _turns_about_it(
+        cls, about: tuple[float, ...] | None, info: ValidationInfo
+    ) -> tuple[float, ...] | None:
+        if about is not None and info.data.get("angular_velocity", 0.0) is None:
+            raise ValueError("means nothing without angular_velocity")
+        return about
+
+    @model_validator(mode="after")
+    def _says_a_motion(self) -> "InitialVelocity":
+        if not self.model_fields_set & {"velocity", "angular_velocity"}:
+            raise ValueError("gives no motion: give velocity, angular_velocity or both")
+        return self
 
 
 Condition = Annotated[

@@ -12,6 +12,7 @@ from softsim.scene.profiles import (
     PressureProfile,
     ShareProfile,
     VolumeProfile,
+    is_ever_suction,
 )
 from softsim.scene.quantities import (
     Angle,
@@ -56,7 +57,8 @@ class FollowerPressure(Part):
         default=None, description="Rigid body that closes the chamber and feels the reaction."
     )
     profile: PressureProfile = Field(
-        description="Pressure over time, as a gauge shows it, or the rules that it follows."
+        description="Pressure over time, as a gauge shows it, or the rules that it follows. "
+        "Kinds constant and table may be negative: suction."
     )
     on_skin: tuple[tuple[NotNegativePressure, NotNegativePressure], ...] = Field(
         default=(),
@@ -87,11 +89,23 @@ class FollowerPressure(Part):
 
     @field_validator("on_skin", "factor", "offset")
     @classmethod
-    def _a_control_knows_one_pressure(cls, value: Q, info: ValidationInfo) -> Q:
-        controlled = isinstance(info.data.get("profile"), EventCyclesProfile)
-        if controlled and value != AS_GIVEN[info.field_name or ""]:
+    def _goes_with_the_profile(cls, value: Q, info: ValidationInfo) -> Q:
+        profile = info.data.get("profile")
+        if value == AS_GIVEN[info.field_name or ""]:
+            return value
+        if isinstance(profile, EventCyclesProfile):
             raise ValueError("does not go with event_cycles: its pressures are those on the skin")
+        if is_ever_suction(profile):
+            raise ValueError(
+                "does not go with a negative pressure, which acts on the facets as given: "
+                "what on_skin, factor and offset say holds for overpressure"
+            )
         return value
+
+    @property
+    def acts_as_given(self) -> bool:
+        """Whether the facets feel the pressure of the profile as it is."""
+        return all(getattr(self, key) == value for key, value in AS_GIVEN.items())
 
 
 class _Chamber(Part):

@@ -11,6 +11,7 @@ from softsim.scene.loads import FollowerPressure, Tendon
 from softsim.scene.outputs import probe_columns
 from softsim.scene.part import Part
 from softsim.scene.profiles import (
+    ConstantProfile,
     CyclesProfile,
     EventCyclesProfile,
     NaturalDeflationProfile,
@@ -115,6 +116,8 @@ def produced(scene: Scene) -> dict[str, Measure]:
 
 def has_cycles(profile: Part | None) -> bool:
     """Whether a pressure ever falls."""
+    if isinstance(profile, ConstantProfile):
+        return profile.value < 0.0 < profile.ramp
     if isinstance(profile, Table):
         return any(later[1] < earlier[1] for earlier, later in pairwise(profile.points))
     return isinstance(profile, CyclesProfile | NaturalDeflationProfile | EventCyclesProfile)

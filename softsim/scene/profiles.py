@@ -20,6 +20,7 @@ from softsim.scene.quantities import (
     PositivePressureRate,
     PositiveTime,
     PositiveVelocity,
+    Pressure,
     Volume,
     WholeNumber,
     written,
@@ -32,9 +33,9 @@ class ConstantProfile(Part):
     """A constant pressure."""
 
     kind: Literal["constant"] = Field(description="Kind of profile.")
-    value: NotNegativePressure = Field(description="The pressure.")
+    value: Pressure = Field(description="The pressure; negative: suction.")
     ramp: NotNegativeTime = Field(
-        default=written("0 s"), description="Time in which it rises from zero."
+        default=written("0 s"), description="Time in which it is reached from zero."
     )
 
 
@@ -245,7 +246,12 @@ def _duration(info: ValidationInfo, rate: str) -> float:
     return float((known["highest"] - known["lowest"]) / known[rate])
 
 
-FixedProfile = (
-    ConstantProfile | Table[NotNegativePressure] | CyclesProfile | NaturalDeflationProfile
-)
+FixedProfile = ConstantProfile | Table[Pressure] | CyclesProfile | NaturalDeflationProfile
 PressureProfile = Annotated[FixedProfile | EventCyclesProfile, Field(discriminator="kind")]
+
+
+def is_ever_suction(profile: Part | None) -> bool:
+    """Whether a pressure over time is negative at any time."""
+    if isinstance(profile, Table):
+        return any(value < 0.0 for _, value in profile.points)
+    return isinstance(profile, ConstantProfile) and profile.value < 0.0

@@ -101,6 +101,7 @@ PositiveInertia = Annotated[float, Quantity("kg*m^2", "positive")]
 PositiveDensity = Annotated[float, Quantity("kg/m^3", "positive")]
 Angle = Annotated[float, Quantity("rad")]
 AngularVelocity = Annotated[float, Quantity("rad/s")]
+AngularVelocityOrVector = Annotated[float | tuple[float, ...], QuantityOrVector("rad/s")]
 Velocity = Annotated[float, Quantity("m/s")]
 PositiveVelocity = Annotated[float, Quantity("m/s", "positive")]
 AccelerationOrVector = Annotated[

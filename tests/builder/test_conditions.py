@@ -52,6 +52,51 @@ def test_an_initial_velocity_of_a_set(build):
     assert model.velocity.sum() == len(right)
 
 
+START = "  a: {kind: initial_velocity, nodes: b.%s, %s}\n"
+SECTION = RING.replace("axisymmetric", "plane_strain, thickness: 1 mm") + "conditions:\n"
+
+
+def test_a_section_starts_to_turn_about_a_point(build):
+    """v + omega (-(y - c_y), x - c_x); other nodes stay at rest."""
+    motion = "velocity: [1 m/s, 2 m/s], angular_velocity: 20 rad/s, about: [4 mm, -1 mm]"
+    model = build(SECTION + START % ("surface", motion))
+    x, y = model.points.T
+    turning = np.column_stack([1.0 - 20.0 * (y + 1e-3), 2.0 + 20.0 * (x - 4e-3)])
+    on_surface = np.isin(np.arange(len(x)), model.bodies[0].node_sets["surface"])
+    assert not on_surface.all()
+    exact = np.where(on_surface[:, None], turning, 0.0)
+    np.testing.assert_allclose(model.velocity, exact, rtol=1e-12, atol=1e-15)
+
+
+def test_in_space_it_turns_about_any_axis(build):
+    """omega x r, written out; a number alone turns about z."""
+    motion = "angular_velocity: [1 rad/s, -2 rad/s, 3 rad/s], about: [1 mm, 2 mm, 3 mm]"
+    model = build(BODY + START % ("right", motion))
+    right = model.bodies[0].node_sets["right"]
+    x, y, z = model.points[right].T - np.array([[1e-3], [2e-3], [3e-3]])
+    exact = np.column_stack([-2.0 * z - 3.0 * y, 3.0 * x - z, y + 2.0 * x])
+    np.testing.assert_allclose(model.velocity[right], exact, rtol=1e-12, atol=1e-15)
+    about_z = build(BODY + START % ("right", "angular_velocity: 3 rad/s, about: [1 mm, 2 mm]"))
+    exact = np.column_stack([-3.0 * y, 3.0 * x, 0.0 * z])
+    np.testing.assert_allclose(about_z.velocity[right], exact, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "motion", "momentum"),
+    [(SECTION, "angular_velocity: 9 rad/s", [0.0, 0.0]),
+     (SECTION, "velocity: [1 m/s, 2 m/s], angular_velocity: 9 rad/s", [1.0, 2.0]),
+     (BODY, "angular_velocity: [9 rad/s, -8 rad/s, 7 rad/s]", [0.0, 0.0, 0.0])],
+)  # fmt: skip
+def test_by_default_it_turns_about_its_centre_of_mass(build, text, motion, momentum):
+    """Its momentum is that of v alone, and point masses count."""
+    heavy = "  m: {kind: point_mass, nodes: b.top, mass: 2 g}\n"
+    model = build(text + heavy + START % ("surface", motion))
+    nodes = model.bodies[0].node_sets["surface"]
+    speed = model.mass[nodes] @ model.velocity[nodes] / model.mass[nodes].sum()
+    np.testing.assert_allclose(speed, momentum, atol=1e-15)
+    assert np.ptp(model.velocity[nodes], axis=0).min() > 1e-3
+
+
 def test_nodes_on_the_axis_stay_on_it(build):
     model = build(RING)
     left = model.bodies[0].node_sets["left"]
@@ -85,6 +130,20 @@ def test_nodes_on_the_axis_stay_on_it(build):
         (RING.replace("axisymmetric", "plane_strain, thickness: 1 mm")
          + "output: {probes: {r: {kind: radius, nodes: b.left}}}\n",
          "no axis to measure a radius from", "displacement"),
+        (RING + "conditions:\n" + START % ("top", "angular_velocity: 1 rad/s"),
+         "does not turn", "in space"),
+        (SECTION + START % ("top", "angular_velocity: [0 rad/s, 0 rad/s, 1 rad/s]"),
+         "no 3 components in a model of 2", "about z"),
+        (BODY + START % ("top", "angular_velocity: [0 rad/s, 1 rad/s]"),
+         "no 2 components in a model of 3", "about x, y and z"),
+        (SECTION + START % ("top", "angular_velocity: 1 rad/s, about: [0 mm, 0 mm, 0 mm]"),
+         "has 3 components; this model has 2", "solid"),
+        (SECTION + START % ("top", "velocity: [1 m/s, 0 m/s], about: [0 mm, 0 mm]"),
+         "about: means nothing without angular_velocity", "centre of mass"),
+        (SECTION + "  a: {kind: initial_velocity, nodes: b.top}\n",
+         "gives no motion: give velocity, angular_velocity", ""),
+        (SECTION + START % ("top", "angular_velocity: 1 Hz"),
+         "an angular velocity is due", "20 rad/s"),
         (RING.replace("axisymmetric", "solid"), "solid needs tetrahedra", "linear tetrahedra"),
         (BODY.replace("conditions:\n", "").replace("end: 1 s", "end: 1 s, procedure: static")
          + "rigid_bodies: {r: {mass: 1 g, inertia: 1 kg*mm^2}}\n"

@@ -1,0 +1,190 @@
+"""Sets that a scene defines on a body: what lies in a box or on one side of a plane, and what is in
+any, in all, or in one but not the other, of further sets. Each may have nodes and facets.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import reduce
+from graphlib import CycleError, TopologicalSorter
+
+import numpy as np
+
+from softsim.builder.names import close_names, in_mm, model_vector
+from softsim.mesh.mesh import SURFACE, Mesh, find_rows
+from softsim.scene.loading import LoadedScene
+from softsim.scene.sets import BoxSet, PlaneSet, SetDefinition
+from softsim.scene.structure import first_key
+from softsim.scene.tree import Keys
+
+ON_IT = 1e-6
+"""How far off a plane or the side of a box a node counts as on it: this share of the body's extent,
+far below the size of an element, and above the round-off of the seven digits of a mesh file.
+"""
+
+OPERATIONS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    "union": np.logical_or,
+    "intersection": np.logical_and,
+    "difference": lambda one, other: one & ~other,
+}
+
+
+@dataclass(frozen=True)
+class Members:
+    """Whether each node (n,), and each facet of the surface (k,), is in a set; None where a set of
+    the mesh has no such members.
+    """
+
+    nodes: np.ndarray | None
+    facets: np.ndarray | None
+
+    def describe(self) -> str:
+        """How many there are, for people."""
+        counted = {"nodes": self.nodes, "facets": self.facets}
+        return " and ".join(f"{m.sum()} {kind}" for kind, m in counted.items() if m is not None)
+
+
+def with_defined_sets(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
+    """A body's mesh, placed, with the sets that the scene defines on it beside its own."""
+    defined = loaded.scene.bodies[body].sets
+    if not defined:
+        return mesh
+    keys = ("bodies", body, "sets")
+    known = sets_of(mesh)
+    refuse_taken_names(loaded, body, known)
+    for name in order_of_definition(loaded, body, known):
+        known[name] = members(loaded, mesh, defined[name], known, (*keys, name))
+    nodes, facets = mesh.node_sets.copy(), mesh.facet_sets.copy()
+    for name in defined:
+        found = known[name]
+        if found.nodes is not None and found.nodes.any():
+            nodes[name] = np.flatnonzero(found.nodes)
+        if found.facets is not None and found.facets.any():
+            facets[name] = mesh.facet_sets[SURFACE][found.facets]
+        if name not in nodes and name not in facets:
+            hint = why_empty(mesh, defined[name], known)
+            raise loaded.error((*keys, name), f"the set '{body}.{name}' is empty", hint)
+    return replace(mesh, node_sets=nodes, facet_sets=facets)
+
+
+def sets_of(mesh: Mesh) -> dict[str, Members]:
+    """The mesh's own sets, by name."""
+    surface = np.sort(mesh.facet_sets[SURFACE], axis=1)
+    nodes, facets = {}, {}
+    for name, numbers in mesh.node_sets.items():
+        nodes[name] = np.zeros(len(mesh.points), dtype=bool)
+        nodes[name][numbers] = True
+    for name, rows in mesh.facet_sets.items():
+        facets[name] = np.zeros(len(surface), dtype=bool)
+        facets[name][find_rows(np.sort(rows, axis=1), surface)] = True
+    return {name: Members(nodes.get(name), facets.get(name)) for name in {**nodes, **facets}}
+
+
+def refuse_taken_names(loaded: LoadedScene, body: str, of_mesh: Mapping[str, Members]) -> None:
+    """A defined set has a name of its own."""
+    for name in loaded.scene.bodies[body].sets:
+        if name in of_mesh:
+            raise loaded.error(
+                ("bodies", body, "sets", name),
+                f"the mesh of '{body}' has a set '{name}' already",
+                f"choose another name than {', '.join(of_mesh)}",
+            )
+
+
+def order_of_definition(
+    loaded: LoadedScene, body: str, of_mesh: Mapping[str, Members]
+) -> list[str]:
+    """Names of the defined sets, each after those that it is made of."""
+    defined, keys = loaded.scene.bodies[body].sets, ("bodies", body, "sets")
+    for name, data in defined.items():
+        for k, part in enumerate(parts(data)):
+            if part not in defined and part not in of_mesh:
+                raise loaded.error(
+                    (*keys, name, first_key(type(data)), k),
+                    f"there is no set '{part}' of '{body}'",
+                    close_names(part, [*of_mesh, *defined], "sets"),
+                )
+    graph = {name: parts(data) for name, data in defined.items()}
+    try:
+        return [name for name in TopologicalSorter(graph).static_order() if name in defined]
+    except CycleError as error:
+        circle = error.args[1][::-1]
+        raise loaded.error(
+            (*keys, circle[0]),
+            f"sets of '{body}' are made of each other in a circle",
+            " -> ".join(circle),
+        ) from None
+
+
+def parts(data: SetDefinition) -> tuple[str, ...]:
+    """Names of the sets that a set is made of; none of a geometric one."""
+    kind = first_key(type(data))
+    return getattr(data, kind) if kind in OPERATIONS else ()
+
+
+def members(
+    loaded: LoadedScene,
+    mesh: Mesh,
+    data: SetDefinition,
+    known: Mapping[str, Members],
+    keys: Keys,
+) -> Members:
+    """Who is in a set; `known`: at least the sets that it is made of."""
+    if isinstance(data, BoxSet):
+        return there(mesh, in_box(loaded, mesh, data, keys))
+    if isinstance(data, PlaneSet):
+        return there(mesh, beside_plane(loaded, mesh, data, keys))
+    operation, operands = OPERATIONS[first_key(type(data))], [known[p] for p in parts(data)]
+    return Members(
+        combined(operation, [one.nodes for one in operands]),
+        combined(operation, [one.facets for one in operands]),
+    )
+
+
+def there(mesh: Mesh, nodes: np.ndarray) -> Members:
+    """A set of nodes, a mask (n,), and the facets of the surface with all corners among them."""
+    return Members(nodes, nodes[mesh.facet_sets[SURFACE]].all(axis=1))
+
+
+def combined(
+    operation: Callable[[np.ndarray, np.ndarray], np.ndarray], masks: list[np.ndarray | None]
+) -> np.ndarray | None:
+    """Masks joined by an operation, from left to right; None where one is not there."""
+    given = [mask for mask in masks if mask is not None]
+    return reduce(operation, given) if len(given) == len(masks) else None
+
+
+def in_box(loaded: LoadedScene, mesh: Mesh, data: BoxSet, keys: Keys) -> np.ndarray:
+    """Which nodes (n,) lie in a box."""
+    for k, corner in enumerate(data.box):
+        # A z left out is not taken for zero: such a box would be flat.
+        if len(corner) != mesh.dimension:
+            raise loaded.error(
+                (*keys, "box", k),
+                f"has {len(corner)} coordinates; this model has {mesh.dimension}",
+                "give both corners of the box in full",
+            )
+    off = ON_IT * extent(mesh)
+    low, high = np.min(data.box, axis=0) - off, np.max(data.box, axis=0) + off
+    return ((mesh.points >= low) & (mesh.points <= high)).all(axis=1)
+
+
+def beside_plane(loaded: LoadedScene, mesh: Mesh, data: PlaneSet, keys: Keys) -> np.ndarray:
+    """Which nodes (n,) lie on the side of a plane that its normal points to."""
+    plane, keys = data.plane, (*keys, "plane")
+    point = model_vector(loaded, mesh.dimension, plane.point, (*keys, "point"))
+    normal = model_vector(loaded, mesh.dimension, plane.normal, (*keys, "normal"))
+    height = (mesh.points - point) @ (normal / np.linalg.norm(normal))
+    return height >= -ON_IT * extent(mesh)
+
+
+def extent(mesh: Mesh) -> float:
+    """Largest size [m] of a mesh along an axis."""
+    return float(np.ptp(mesh.points, axis=0).max())
+
+
+def why_empty(mesh: Mesh, data: SetDefinition, known: Mapping[str, Members]) -> str:
+    """A hint: where the body is, or what the set is made of."""
+    if parts(data):
+        return "; ".join(f"{part}: {known[part].describe()}" for part in parts(data))
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    return f"the body lies between {in_mm(low)} and {in_mm(high)}"
