@@ -61,19 +61,21 @@ def check(
 ) -> None:
     """Check a scene and say how large it is, its stable step, and how long it will take."""
     with explained() as console:
-        from softsim.builder import build_model
-        from softsim.commands.check import model_table
         from softsim.machine import choose, memory_of
         from softsim.scene.loading import load_scene
-        from softsim.solver.footprint import refuse_too_large
 
         choice = choose(device.value, threads)
         loaded = load_scene(scene, overrides or [])
+        # Taichi is imported from here on: an error before is told at once.
+        from softsim.builder import build_model
+        from softsim.commands.check import model_table
+        from softsim.solver.footprint import refuse_too_large
+
         model = build_model(loaded)
         refuse_too_large(model, choice.device, memory_of(choice.device))
         console.print(model_table(model))
         if duration:
-            from softsim.commands.duration import duration_table  # Taichi is imported here
+            from softsim.commands.duration import duration_table
 
             console.print(duration_table(loaded, model, choice))
         console.print(f"{scene}: fine")

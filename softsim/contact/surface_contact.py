@@ -152,7 +152,7 @@ class SurfaceContact(Dissipation):
                 damping_force = N + self.penalty_stiffness[i] * gap
                 self.book_normal(s, i, self.dashpot[s, i, w], damping_force, dt * v.dot(n))
                 self.dashpot[s, i, w] = damping_force
-                total += N * n - self._friction(s, i, w, q, n, v, N, before, outside, dt)
+                total += N * n - self._friction(s, i, w, q, n, v, N, before, outside, t, dt)
                 normal_total += N
             elif self.touching[s, i, w] == 1:
                 touched = 1
@@ -189,7 +189,7 @@ class SurfaceContact(Dissipation):
         return inside
 
     @ti.func
-    def _friction(self, s, i, w, q, n, v, N, before, outside, dt):
+    def _friction(self, s, i, w, q, n, v, N, before, outside, t, dt):
         """Friction [N] on the anchor of node i at q, which surface w presses with N; before: its
         elastic slip an increment ago; outside: the time [s] since then before it touched.
         """
@@ -197,10 +197,12 @@ class SurfaceContact(Dissipation):
         stretch = tangential(q - self.anchor[s, i, w], n)
         age, last = self.age[s, i, w] + dt, self.friction_limit[s, i, w]
         instant = self.friction_coefficient[s] * N
+        memory = self.friction_memory[s]
+        if t < 0.0:  # bodies settle, as if they lay there for long: the limit has followed
+            memory = 0.0
         limit = limit_with_memory(
-            last, instant, age, self.friction_memory[s], self.slip_length[s],
-            tangential(v, n).norm(), dt,
-        )  # fmt: skip
+            last, instant, age, memory, self.slip_length[s], tangential(v, n).norm(), dt
+        )
         self.age[s, i, w], self.friction_limit[s, i, w] = age, limit
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped

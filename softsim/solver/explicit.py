@@ -59,6 +59,8 @@ class ExplicitSolver:
         self._stand(self.steps, kicks=0.5 * self.steps)
         for term in self.terms.everything:
             term.forget_work()
+            for s in range(self.scenarios):
+                term.forget_dissipation(s)
         fields.write(self.terms.rigid_bodies.applied_work, 0.0)
 
     # --- before the clock starts -----------------------------------------------------------------

@@ -68,6 +68,6 @@ def test_the_pose_of_a_spinning_body(build, start):
     assert pose.angle == pytest.approx(turned, rel=1e-9)
     expected = [1.0, 2.0 * solver.time, 0.5 + solver.time]
     np.testing.assert_allclose(pose.centre, expected, rtol=1e-9)
-    readings = frame_readings(Scenario(solver, 0))
+    readings = frame_readings(Scenario(solver, 0), 0)
     assert readings["frame_rotation_z"] == pytest.approx(turned, rel=1e-9)
     assert readings["frame_rotation_x"] == readings["frame_rotation_y"] == 0.0

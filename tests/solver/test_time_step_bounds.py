@@ -158,7 +158,7 @@ def test_with_a_stiff_chamber(build, write_mesh, largest_energies, formulation):
     assert found.limit == "the swing of a chamber"
     assert found.stable == pytest.approx(2.5 * found.value, rel=0.1)
     bound = found.value
-    alone = stable_increment(dataclasses.replace(model, pressures=()), model.points).value
+    alone = stable_increment(dataclasses.replace(model, loads=()), model.points).value
     assert bound < 0.35 * alone
     energies = largest_energies(
         model, model.points, [0.99 * bound, 8.0 * bound, 0.99 * alone], 1e-6
