@@ -85,7 +85,7 @@ class ClosedLoop:
 
 def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | ClosedLoop:
     """The loop that the drive of the robot's chamber asks for; state: of a run to go on with."""
-    chamber = scenario.model.robot.chamber
+    chamber = scenario.model.chamber
     if chamber is None:
         return OpenLoop(scenario, None)
     if isinstance(chamber.drive, ControlledPressure):

@@ -131,12 +131,12 @@ class Passage:
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """Parts of which a run tells: number of the rigid body `frame`, the pressure of `chamber`,
-    rows: node sets (k,) whose contact is counted. None, or no rows, where there is none.
+    """Parts of which a run tells: number of the rigid body `frame`, name of the load `chamber`, a
+    pressure, rows: node sets (k,) whose contact is counted. None, or no rows, where there is none.
     """
 
     frame: int | None
-    chamber: PressureData | None
+    chamber: str | None
     rows: dict[str, np.ndarray]
 
 
@@ -211,6 +211,11 @@ class Model:
     def pressures(self) -> tuple[PressureData, ...]:
         """Of chambers, in the order of the scene."""
         return self.of_kind(PressureData)
+
+    @property
+    def chamber(self) -> PressureData | None:
+        """The pressure of the robot's chamber, if it has one."""
+        return next((p for p in self.pressures if p.name == self.robot.chamber), None)
 
     def of_kind(self, kind: type[L]) -> tuple[L, ...]:
         """The loads of a kind, in the order of the scene."""

@@ -45,6 +45,7 @@ def test_hastened_loads_are_the_same_at_an_earlier_time(build):
     model = build(BLOCK)
     fast = hastened(model, 10.0)
     assert fast.end_time == pytest.approx(5e-3)
+    assert fast.chamber is fast.pressures[0]
     t = np.linspace(0.0, 50e-3, 23)
     pairs = [
         (model.pressures[0].drive.profile, fast.pressures[0].drive.profile),

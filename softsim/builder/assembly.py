@@ -69,7 +69,7 @@ def build_model(loaded: LoadedScene) -> Model:
     walls.refuse_penetration(names, fixed_walls, points[touching])
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     acting = loads.built_loads(loads.Loaded(names, bodies, points, mass, is_free, tied, total_mass))
-    played = roles.robot(names, bodies, of_kind(acting, PressureData))
+    chamber = roles.chamber(names, of_kind(acting, PressureData))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity
     if rise is not None:
@@ -92,8 +92,8 @@ def build_model(loaded: LoadedScene) -> Model:
         probes=conditions.probes(names, points, is_free),
         gravity=full_gravity,
         starting_gravity=starting_gravity,
-        robot=played,
-        end_time=end_time(names, played.chamber),
+        robot=roles.robot(names, bodies, chamber),
+        end_time=end_time(names, chamber),
         cycles=scene.time.cycles,
         increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
@@ -101,7 +101,7 @@ def build_model(loaded: LoadedScene) -> Model:
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
         settling=settling(names),
-        passage=passage.passage(names, fixed_walls, outline_nodes, played.chamber),
+        passage=passage.passage(names, fixed_walls, outline_nodes, chamber),
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)

@@ -30,7 +30,7 @@ def controls(model: Model) -> Iterator[tuple[Keys, EventCycles]]:
 
 def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:
     """The history shows the pressure of one chamber, the robot's."""
-    chamber = model.robot.chamber
+    chamber = model.chamber
     if chamber is not None and keys[1] != chamber.name:
         raise names.loaded.error(
             keys,

@@ -12,9 +12,9 @@ from softsim.model import Body, Robot
 PLACE = ("robot",)
 
 
-def robot(names: Names, bodies: Sequence[Body], chambers: Sequence[PressureData]) -> Robot:
-    """What the scene says, or the first of each kind."""
-    return Robot(frame(names), chamber(names, chambers), rows(names, bodies))
+def robot(names: Names, bodies: Sequence[Body], chamber: PressureData | None) -> Robot:
+    """What the scene says, or the first of each kind; chamber: what `chamber` tells."""
+    return Robot(frame(names), None if chamber is None else chamber.name, rows(names, bodies))
 
 
 def frame(names: Names) -> int | None:

@@ -29,7 +29,7 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found |= frame_motion(model, history)
         found["rows_at_highest"] = rows_at_highest(history)
         found["dominant_frequency"] = dominant_frequency(model, history)
-    if model.robot.chamber is not None:
+    if model.chamber is not None:
         found |= cycle_measures(model, history)
     if model.passage is not None:
         found["layout"] = layout_report(model.passage, history)

@@ -31,7 +31,7 @@ def columns(model: Model) -> dict[str, str]:
         "section_pressure": "Pa",  # what acts on the plane model
         "cycles_done": "-",  # cycles of the pressure that have ended
     }
-    chamber = model.robot.chamber
+    chamber = model.chamber
     if chamber is not None and isinstance(chamber.drive, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
     if chamber is not None and chamber.drive.asks_volume:
@@ -102,8 +102,8 @@ def observe(
     energies, grip, centre = meter.of(scenario.number)
     row = dict.fromkeys(columns(model), float("nan"))
     row["time"] = scenario.time
-    if model.robot.chamber is not None:
-        row |= chamber_readings(scenario, model.robot.chamber)
+    if model.chamber is not None:
+        row |= chamber_readings(scenario, model.chamber)
     if model.robot.frame is not None:
         row |= frame_readings(scenario, model.robot.frame)
     row["contact_count"] = grip.contact_count

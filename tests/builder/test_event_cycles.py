@@ -83,7 +83,7 @@ def test_it_drives_the_chamber_of_the_robot(build):
     text = SCENE.replace("  air:\n", SECOND + "  air:\n")
     with pytest.raises(SceneError, match="the robot's chamber only, which is 'later'"):
         build(text)
-    assert build(text, "robot.chamber=air").robot.chamber.name == "air"
+    assert build(text, "robot.chamber=air").robot.chamber == "air"
 
 
 def test_a_factor_that_changes_nothing_is_none(build):

@@ -22,7 +22,7 @@ time: {end: 1 s}
 
 def test_by_default_the_first_of_each(build):
     robot = build(SCENE).robot
-    assert (robot.frame, robot.chamber.name, robot.rows) == (0, "low", {})
+    assert (robot.frame, robot.chamber, robot.rows) == (0, "low", {})
 
 
 def test_what_the_scene_says(build):
@@ -30,7 +30,7 @@ def test_what_the_scene_says(build):
         SCENE,
         "robot={frame: load, chamber: high, rows: ['skin.j?', skin.j4]}",
     ).robot
-    assert (robot.frame, robot.chamber.name) == (1, "high")
+    assert (robot.frame, robot.chamber) == (1, "high")
     assert list(robot.rows) == [f"skin.j{k}" for k in range(1, 6)]
 
 
