@@ -14,7 +14,7 @@ bodies:
          sector: 90 deg, rings: skin, thickness: 7 mm, material: dragon_skin_10}
 rigid_bodies: {frame: {mass: 8.5 g, inertia: 1 kg*mm^2, tied: [skin.knots], free: [x, y]}}
 environment: {walls: {pipe: {kind: pipe, diameter: 30 mm}}}
-robot: {rows: [skin.j*]}
+robot: {rows: ['skin.j*[0-9]']}
 loads:
   air:
     kind: follower_pressure

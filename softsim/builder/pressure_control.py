@@ -63,7 +63,7 @@ def refuse_missing_rows(names: Names, model: Model, settings: EventCycles, keys:
             raise names.loaded.error(
                 (*keys, key),
                 f"{key} asks for {wanted}, robot.rows names {len(model.robot.rows)}",
-                "name node sets there, such as [skin.j*]; with 0 rows do not count",
+                "name node sets there, such as ['skin.j*[0-9]']; with 0 rows do not count",
             )
 
 

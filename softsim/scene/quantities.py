@@ -144,8 +144,8 @@ SetReference = Annotated[
 
 SetPattern = Annotated[
     str,
-    StringConstraints(strict=True, pattern=rf"^{NAME}\.[A-Za-z0-9_*?-]+$"),
-    Field(examples=["skin.j*"]),
+    StringConstraints(strict=True, pattern=rf"^{NAME}\.[A-Za-z0-9_*?\[\]-]+$"),
+    Field(examples=["skin.j*[0-9]"]),
 ]
 
 

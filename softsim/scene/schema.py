@@ -84,7 +84,9 @@ class Roles(Part):
         "that is a pressure."
     )  # fmt: skip
     rows: tuple[SetPattern, ...] = Field(
-        default=(), description='Node sets of which it is told how many touch walls: "skin.j*".'
+        default=(),
+        description="Node sets of which it is told how many touch walls, by name or pattern: "
+        '"skin.j*[0-9]" is j1, j2 ...',
     )
 
 

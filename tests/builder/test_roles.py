@@ -1,8 +1,14 @@
 """Roles that a scene gives to its parts: frame, chamber, rows."""
 
+from pathlib import Path
+
 import pytest
 
+from softsim.builder import build_model
 from softsim.errors import SceneError
+from softsim.scene.loading import load_scene
+
+SCENES = Path(__file__).parents[2] / "scenes"
 
 SCENE = """
 bodies:
@@ -32,6 +38,13 @@ def test_what_the_scene_says(build):
     ).robot
     assert (robot.frame, robot.chamber) == (1, "high")
     assert list(robot.rows) == [f"skin.j{k}" for k in range(1, 6)]
+
+
+@pytest.mark.parametrize("name", ["pfr_36mm.yaml", "pfr_36mm_3d.yaml"])
+def test_the_rows_of_the_robot_are_its_rings_of_spikes(name):
+    """Not their upper and lower halves, which have sets of their own."""
+    rows = build_model(load_scene(SCENES / name)).robot.rows
+    assert list(rows) == [f"skin.j{k}" for k in range(1, 6)]
 
 
 @pytest.mark.parametrize(
