@@ -5,6 +5,7 @@ dissipated, m v0^2/2 (1 - exp(-2 c t / m)).
 """
 
 import dataclasses
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ def drag_load(coefficients):
     @dataclasses.dataclass(frozen=True, eq=False)
     class Drag(Load):
         coefficient: Own[float]
-        columns = {"drag": "N"}  # noqa: RUF012
+        columns: ClassVar[dict[str, str]] = {"drag": "N"}
 
         def term(self, alike, nodes, rigid_bodies):
             return DragTerm(rigid_bodies, np.array([load.coefficient for load in alike]))

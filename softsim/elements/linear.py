@@ -166,9 +166,7 @@ class LinearElements(Term):
 
     @ti.func
     def dissipated_energy(self, s):
-        """Dissipated by friction, which is none, and by Maxwell dashpots and bulk viscosity so far
-        [J].
-        """
+        """Dissipated so far [J]: nothing by friction; by Maxwell dashpots and bulk viscosity."""
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks):
             in_elements += self.points.dissipation(s, b) * self.volume[b]

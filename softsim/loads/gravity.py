@@ -108,7 +108,7 @@ class RisingGravity(Term):
 
     @ti.func
     def work_done(self, s, dt):
-        """Of all weights so far, less what the present gravity tells of them [J]."""
+        """Work of all weights so far, less what it would be under the present gravity [J]."""
         work = ti.cast(0.0, backend.real)
         for a in range(self.nodes.count):
             work -= self.missed_by_nodes[s, a]

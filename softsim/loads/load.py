@@ -1,5 +1,6 @@
 """A load as a model has it: what acts on bodies from outside, in numbers."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
@@ -28,7 +29,7 @@ class RigidSpring:
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
+class Load(ABC):
     """Of one scenario. Fields that are not the scenario's own (softsim/sharing.py) are alike in all
     scenarios of a solver. A load without a spring or a time course says nothing of them.
     """
@@ -36,9 +37,9 @@ class Load:
     columns: ClassVar[dict[str, str]] = {}
     """Columns that its term adds to the history -> unit; of several loads the first tells them."""
 
+    @abstractmethod
     def term(self, alike: Sequence[Any], nodes: Nodes, rigid_bodies: RigidBodies) -> Term:
         """What the solver computes it with; alike: this load in every scenario, this one first."""
-        raise NotImplementedError
 
     def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
         """How it stiffens rigid bodies, their centres of mass being at `centres` (bodies, d) [m] at
