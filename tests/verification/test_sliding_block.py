@@ -44,8 +44,8 @@ LIMITS = {
 }
 # Mean friction coefficient and speed [m/s].
 PULLS = {"slowly": (0.5, 5e-3), "fast": (0.5, 20e-3), "with 0.8": (0.8, 20e-3)}
-# What falls short of its demand, and how far on 2, 1 and 0.5 mm: with much friction an elastic block
-# excites itself all the same, and mean friction is then below mu N.
+# What falls short of its demand, and how far on 2, 1 and 0.5 mm: with much friction an elastic
+# block excites itself all the same, and mean friction is then below mu N.
 SHORT = {("elastic, any slip", "with 0.8"): "T / mu N = 0.752, 0.701, 0.624"}
 
 
