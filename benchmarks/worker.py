@@ -15,7 +15,7 @@ from softsim import backend
 from softsim.builder import build_model
 from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 WARM_UP = 16  # increments: kernels are compiled, every pass has run
 

@@ -26,7 +26,7 @@ from softsim.output.folder import RunFolder
 from softsim.recording import Recording
 from softsim.scene.loading import LoadedScene
 from softsim.simulation import Simulation
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 PILOT_INCREMENTS = 20_000  # at the step of rest
 # A pilot gets so long [s]. A large model, or one whose step shrinks a lot, is then on its way

@@ -37,9 +37,9 @@ from softsim.solver.guards import (
     refuse_unstable_step,
     step_warnings,
 )
-from softsim.solver.inspection import GROWTH, InspectionPlan
 from softsim.solver.scenario import Scenario
-from softsim.solver.time_step import StableStep
+from softsim.stability.inspection import GROWTH, InspectionPlan
+from softsim.stability.time_step import StableStep
 
 # Element updates between two stations (output, signals): 80 ms at 50 M/s. Of a million elements
 # the shortest takes 0.3 s. It depends on the model only, so that every run has the same stations.

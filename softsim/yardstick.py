@@ -13,7 +13,7 @@ from softsim.errors import DeviceError
 from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.rate import increment_time
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 
 @dataclass(frozen=True)

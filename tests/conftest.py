@@ -55,7 +55,7 @@ def build(write_scene):
 def start(cpu):
     """A solver at t = 0 with the stable step (or a given share of it)."""
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     def start_solver(*models, share: float = 0.9):
         solver = ExplicitSolver(list(models))
@@ -73,7 +73,7 @@ def start_settled(cpu):
     from softsim.solver.energy import Meter
     from softsim.solver.explicit import ExplicitSolver
     from softsim.solver.settling import settle
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     def start_solver(*models):
         solver = ExplicitSolver(list(models))

@@ -93,7 +93,7 @@ def test_the_first_inspection_comes_after_the_first_interval(
 ):
     """The step at the start is known from taking it."""
     from softsim.simulation import Simulation
-    from softsim.solver.inspection import FIRST_INTERVAL
+    from softsim.stability.inspection import FIRST_INTERVAL
 
     done_at, inspect = [], Simulation._inspect
 
@@ -111,7 +111,7 @@ STIFF = "contact.penalty_stiffness=1000 kN/m"
 
 def test_a_step_longer_than_advised_is_said_once(write_scene, tmp_path, run, build):
     """Contact asks for a shorter step than stability: a run goes on, and says it once."""
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     model = build(SCENE, STIFF)
     found = stable_increment(model, model.points)

@@ -15,7 +15,7 @@ from softsim.loads.pressure import PressureData
 from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0

@@ -32,7 +32,7 @@ from softsim.model import Body
 from softsim.scene import loads as scene_loads
 from softsim.scene.profiles import EventCyclesProfile
 from softsim.scene.tree import Keys
-from softsim.solver.time_step import chamber_compliance, element_frequencies
+from softsim.stability.time_step import chamber_compliance, element_frequencies
 
 # A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
 # it costs a twentieth of the time step at most.

@@ -6,7 +6,7 @@ from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.report.wording import degrees
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 
 def model_table(model: Model) -> Table:

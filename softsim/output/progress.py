@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softsim.loads.pressure_control import ControlState
-from softsim.solver.inspection import InspectionPlan
+from softsim.stability.inspection import InspectionPlan
 
 
 @dataclass

@@ -7,7 +7,7 @@ import numpy as np
 from softsim.elements.measures import measure_elements
 from softsim.errors import StabilityError
 from softsim.model import Model, Relaxation
-from softsim.solver.time_step import StableIncrement
+from softsim.stability.time_step import StableIncrement
 
 # Beyond these volume ratios the element's J^(-1/3) loses accuracy and the solid its meaning.
 SMALLEST_J = 0.3

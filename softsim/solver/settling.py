@@ -39,7 +39,7 @@ def settle(
     for s, longest in limits.items():
         solver.times[s] = -longest
         solver.halt(s)
-    solver.begin(steps / np.sqrt(1.0 + LOCAL_DAMPING))  # see solver/time_step.py
+    solver.begin(steps / np.sqrt(1.0 + LOCAL_DAMPING))  # see stability/time_step.py
     for s in limits:
         solver.relax_branches(s)
         solver.damp(s, LOCAL_DAMPING)

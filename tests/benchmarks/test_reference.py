@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.ceiling import Ceiling, compiled, compiler, write_problem
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 RUBBER = """
 materials:

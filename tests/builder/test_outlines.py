@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 BLOCK = "{mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 2 mm}, "
 BOX = BLOCK.replace("block", "box").replace("height", "width: 2 mm, height")

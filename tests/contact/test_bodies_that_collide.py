@@ -8,7 +8,7 @@ from surface_rig import PLANE
 
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.increments import Span
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 ASLANT = "bodies.upper.initial_velocity=[3 m/s, -8 m/s]"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softsim.solver.increments import Span
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 STRIP = """
 bodies:

@@ -7,7 +7,7 @@ import pytest
 
 from softsim.errors import StabilityError
 from softsim.solver.guards import refuse_unstable_step, step_warnings, strain_warnings
-from softsim.solver.time_step import StableIncrement
+from softsim.stability.time_step import StableIncrement
 
 BLOCK = """\
 bodies:

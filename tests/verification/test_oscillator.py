@@ -206,7 +206,7 @@ def test_inflation_does_not_depend_on_the_step(build, cpu, record_verification):
     strikes up vibrations through the thickness, which only steps of 1 us follow.
     """
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     model = build(
         "bodies: {ring: {mesh: {generator: block, length: 1 mm, height: 1 mm,"
@@ -246,7 +246,7 @@ def test_work_of_a_prescribed_motion(build, cpu, record_verification):
     """
     from softsim.solver.energy import Meter
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     s = np.linspace(0.0, 1.0, 65)
     rise = s * s * (3.0 - 2.0 * s)

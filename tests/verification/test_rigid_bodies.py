@@ -52,7 +52,7 @@ def flights(kernel_cache, tmp_path_factory):
     from softsim.builder import build_model
     from softsim.scene.loading import load_scene
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     scene = tmp_path_factory.mktemp("bodies") / "scene.yaml"
     scene.write_text(BODIES, encoding="utf-8")

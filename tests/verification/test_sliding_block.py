@@ -77,7 +77,7 @@ class Rig:
         from softsim.solver.energy import Meter
         from softsim.solver.explicit import ExplicitSolver
         from softsim.solver.settling import settle
-        from softsim.solver.time_step import stable_increment
+        from softsim.stability.time_step import stable_increment
 
         self.models = models
         self.solver = ExplicitSolver(models)

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from softsim.solver.lanczos import STEPS, shortfall
-from softsim.solver.time_step import StableStep, stable_increment
+from softsim.stability.lanczos import STEPS, shortfall
+from softsim.stability.time_step import StableStep, stable_increment
 
 BLOCK = "{generator: block, length: 3 mm, height: 2 mm, element_size: 1 mm}"
 # Two strips with a spike each: ring cells and single ones, 56 nodes; the axis at y = 3 mm.

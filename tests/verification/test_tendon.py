@@ -168,7 +168,7 @@ def test_a_stiff_tendon_on_a_light_body(build, start):
     tendon far stiffer than the rubber behind it: at 0.95 of the step no energy comes in.
     """
     from softsim.solver.energy import Meter
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     model = build(STIFF)
     limit = stable_increment(model, model.points)

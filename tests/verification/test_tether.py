@@ -205,7 +205,7 @@ def test_the_torque_is_the_gradient_of_the_energy(build, start):
 
 def test_the_stable_step_knows_it(build):
     """A tether far stiffer than all else: omega^2 = k/M + (k r^2 + K)/I, of 3/4 of M and I."""
-    from softsim.solver.time_step import stable_increment
+    from softsim.stability.time_step import stable_increment
 
     model = build(
         PLANE, "loads.tail.stiffness=10 kN/mm", f"loads.tail.at=[{-ARM} m, 0 m]",

@@ -7,7 +7,7 @@ import numpy as np
 
 from softsim.loads.load import RigidSpring
 from softsim.model import Model
-from softsim.solver.rigid_inertia import TIED_SHARE, least_inertia
+from softsim.stability.rigid_inertia import TIED_SHARE, least_inertia
 
 
 def load_springs(model: Model) -> list[RigidSpring]:
@@ -21,7 +21,7 @@ def load_springs(model: Model) -> list[RigidSpring]:
 
 def spring_frequencies(model: Model, springs: list[RigidSpring]) -> dict[str, float]:
     """Largest k/M + K/I [1/s^2] of the rigid bodies on their springs of each kind, by kind, with
-    the share of their inertia that their tied nodes leave them (solver/rigid_inertia.py).
+    the share of their inertia that their tied nodes leave them (stability/rigid_inertia.py).
     """
     stiffness: dict[str, np.ndarray] = {}
     for spring in springs:

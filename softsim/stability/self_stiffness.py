@@ -26,7 +26,7 @@ def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
 
 
 def stiffness_with_dashpots(contact: ContactData, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m] of each node, see solver/time_step.py."""
+    """k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m] of each node, see stability/time_step.py."""
     return (
         contact.penalty_stiffness + 2.0 * contact.damping / dt,
         contact.tangential_stiffness + 2.0 * contact.tangential_damping / dt,

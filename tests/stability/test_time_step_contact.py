@@ -6,7 +6,7 @@ import pytest
 from softsim.contact.half_spaces import facing_one_way
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 PRESSED = """
 bodies:

@@ -6,7 +6,7 @@ stable while M - (dt/2) C - (dt^2/4) K is positive definite (Belytschko, Liu, Mo
 Finite Elements, ch. 6, by the energy):
     dt < 2 / sqrt(lambda),  lambda the largest eigenvalue of M^-1 (K + (2 / dt) C);
 of one mode with the damping ratio z that is dt < 2/omega (sqrt(1 + z^2) - z). K is bounded from
-above in solver/stiffness.py, lambda in solver/lanczos.py. Maxwell branches count as springs.
+above in stability/stiffness.py, lambda in stability/lanczos.py. Maxwell branches count as springs.
 Local damping (Nodes.shift_damped) enlarges every force that slows its node down: at the limit,
 where nodes pass through their rest in each step, that is all of them.
 """
@@ -18,10 +18,10 @@ import numpy as np
 from softsim.elements.geometry import Geometry, shape_gradients
 from softsim.elements.measures import largest_eigenvalue
 from softsim.model import LOCAL_DAMPING, Body, Model
-from softsim.solver.element_stiffness import ElementStiffness
-from softsim.solver.lanczos import largest_eigenvalue_bound
-from softsim.solver.spring_stiffness import load_springs, spring_frequencies
-from softsim.solver.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
+from softsim.stability.element_stiffness import ElementStiffness
+from softsim.stability.lanczos import largest_eigenvalue_bound
+from softsim.stability.spring_stiffness import load_springs, spring_frequencies
+from softsim.stability.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
 
 # omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
 # deep as v dt and is thrown back with up to (omega^2 dt^2 - 1) v, which must not be more than it

@@ -19,9 +19,9 @@ import scipy.sparse as sp
 
 from softsim.elements.geometry import Geometry
 from softsim.model import Model
-from softsim.solver.contact_stiffness import ContactStiffness
-from softsim.solver.element_stiffness import BodyStiffness, ElementStiffness
-from softsim.solver.rigid_inertia import tied_mass
+from softsim.stability.contact_stiffness import ContactStiffness
+from softsim.stability.element_stiffness import BodyStiffness, ElementStiffness
+from softsim.stability.rigid_inertia import tied_mass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.solver.stiffness import ModelStiffness, node_pairs
+from softsim.stability.stiffness import ModelStiffness, node_pairs
 
 RINGS = """
 bodies:

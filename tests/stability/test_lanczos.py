@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.solver.lanczos import STEPS, largest_eigenvalue_bound, shortfall
+from softsim.stability.lanczos import STEPS, largest_eigenvalue_bound, shortfall
 
 
 def chain(count):

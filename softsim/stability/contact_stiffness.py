@@ -2,7 +2,7 @@
 
 A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
 dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring 2 c / dt
-(solver/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
+(stability/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
 most the sum of the squares of what each would have against something fixed. Surfaces against each
 other: self_stiffness.py.
 """
@@ -13,8 +13,8 @@ import numpy as np
 
 from softsim.contact.wall import Wall
 from softsim.model import ContactData, Model, OutlineData
-from softsim.solver.rigid_inertia import TIED_SHARE, least_inertia
-from softsim.solver.self_stiffness import (
+from softsim.stability.rigid_inertia import TIED_SHARE, least_inertia
+from softsim.stability.self_stiffness import (
     self_stiffness,
     stiffness_with_dashpots,
     surface_stiffness,

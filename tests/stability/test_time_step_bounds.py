@@ -14,7 +14,7 @@ import pytest
 from softsim.mesh.abaqus_elements import FACES
 from softsim.robots.block import block
 from softsim.robots.box import box
-from softsim.solver.time_step import stable_increment
+from softsim.stability.time_step import stable_increment
 
 TYPES = {"plane_strain": "CPE3", "axisymmetric": "CAX3", "solid": "C3D4"}
 SIZE = 0.5e-3

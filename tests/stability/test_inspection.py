@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.solver.inspection import (
+from softsim.stability.inspection import (
     ALLOWED_CHANGE,
     FIRST_INTERVAL,
     GROWTH,

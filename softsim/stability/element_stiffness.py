@@ -9,7 +9,7 @@ import numpy as np
 
 from softsim.elements.geometry import nodal_sizes, nodal_sums, shape_gradients
 from softsim.model import Body
-from softsim.solver.tangent import tangent_bound
+from softsim.stability.tangent import tangent_bound
 
 # Elements treated at a time: what is computed on the way would else take a kilobyte an element.
 BATCH = 16_384
@@ -103,7 +103,7 @@ class BodyStiffness:
 
         share (r,) [m^3]: of the present volume, a corner's. stiffness (r,) [J]: V (material F_zz^2
         + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
-        that is V tau_zz (Kirchhoff stress), at most V (2 W' b_bar_zz + |q|) of solver/tangent.py.
+        that is V tau_zz (Kirchhoff stress), at most V (2 W' b_bar_zz + |q|) of tangent.py.
         """
         geometry, cells = self.body.geometry, self.body.cells
         gradient, curvature = (
