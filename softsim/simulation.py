@@ -38,7 +38,7 @@ from softsim.solver.guards import (
     step_warnings,
 )
 from softsim.solver.scenario import Scenario
-from softsim.stability.inspection import GROWTH, InspectionPlan
+from softsim.stability.schedule import GROWTH, InspectionPlan
 from softsim.stability.time_step import StableStep
 
 # Element updates between two stations (output, signals): 80 ms at 50 M/s. Of a million elements

@@ -93,7 +93,7 @@ def test_the_first_inspection_comes_after_the_first_interval(
 ):
     """The step at the start is known from taking it."""
     from softsim.simulation import Simulation
-    from softsim.stability.inspection import FIRST_INTERVAL
+    from softsim.stability.schedule import FIRST_INTERVAL
 
     done_at, inspect = [], Simulation._inspect
 

@@ -81,7 +81,7 @@ def surface_against_surface(
     of_walls = stiffness.penalty[nodes]
     median = np.median(of_walls)
     evened = np.minimum(of_walls, median)
-    # What may add up at a corner (stability/self_stiffness.py) is then no more than a wall adds.
+    # What may add up at a corner (stability/contact_stiffness.py) is then no more than a wall adds.
     share = of_walls / (2.0 * (evened + median * nodes_borne(points, facets, nodes)))
     k_n = np.clip(share.min(), LEAST_SHARE, LARGEST_SHARE) * evened
     damping = 2.0 * settings.damping_ratio * np.sqrt(k_n * mass[nodes])

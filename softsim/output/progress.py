@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from softsim.loads.pressure_control import ControlState
-from softsim.stability.inspection import InspectionPlan
+from softsim.stability.schedule import InspectionPlan
 
 
 @dataclass

@@ -3,8 +3,14 @@
 A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
 dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring 2 c / dt
 (stability/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
-most the sum of the squares of what each would have against something fixed. Surfaces against each
-other: self_stiffness.py.
+most the sum of the squares of what each would have against something fixed.
+
+In self-contact a node against a facet feels k b b^T with b = (1, -w_c) along one direction, the
+weights w_c of the facet's corners adding up to 1. As
+(sum_j b_j u_j)^2 <= (sum_j |b_j|) (sum_j |b_j| u_j^2), that is at most 2 k at the node and 2 k w_c
+at the corners. (Two nodes that press each other from both sides attain it.) Left out: what
+friction's turning of the facet adds, some gap over its length. A corner bears the sum of w_c over
+all nodes on its facets (mesh/bearing.py).
 """
 
 from collections.abc import Sequence
@@ -12,13 +18,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from softsim.contact.wall import Wall
-from softsim.model import ContactData, Model, OutlineData
-from softsim.stability.rigid_inertia import TIED_SHARE, least_inertia
-from softsim.stability.self_stiffness import (
-    self_stiffness,
-    stiffness_with_dashpots,
-    surface_stiffness,
-)
+from softsim.mesh.bearing import nodes_borne
+from softsim.model import ContactData, Model, OutlineData, SelfContactData
+from softsim.stability.rigid_bodies import TIED_SHARE, least_inertia
 
 # Within the increments between two inspections nothing moves by more of the model's size.
 REACH = 0.1
@@ -130,3 +132,22 @@ def wall_stiffness(contact: ContactData, walls: Sequence[Wall], dt: float) -> np
     surfaces, alike = np.sum([wall.touched_at_once() for wall in walls], axis=0)
     k_n, k_t = stiffness_with_dashpots(contact, dt)
     return surfaces * k_t + alike * np.maximum(k_n - k_t, 0.0)
+
+
+def self_stiffness(data: SelfContactData, x: np.ndarray, dt: float) -> np.ndarray:
+    """Stiffness (k,) [N/m] of each node of the surfaces, all nodes at x (n, d), at the step dt."""
+    k = surface_stiffness(data.contact, dt)
+    return 2.0 * (k + k.max() * nodes_borne(x, data.facets, data.contact.nodes))
+
+
+def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:
+    """Largest stiffness (k,) [N/m] of each node against one surface."""
+    return np.maximum(*stiffness_with_dashpots(contact, dt))
+
+
+def stiffness_with_dashpots(contact: ContactData, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """k_n + 2 c_n / dt and k_t + 2 c_t / dt (k,) [N/m] of each node, see stability/time_step.py."""
+    return (
+        contact.penalty_stiffness + 2.0 * contact.damping / dt,
+        contact.tangential_stiffness + 2.0 * contact.tangential_damping / dt,
+    )

@@ -6,9 +6,9 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: averaged nodal pressure,
                                                 with d^2F_zz where elements go around
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
-Nodes that are tied to a rigid body count as free, with some of its mass (rigid_inertia.py); what
-holds the body itself is beside this matrix: its contacts, its springs (spring_stiffness.py). Fixed
-and prescribed components do not move.
+Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py); what
+holds the body itself, its contacts and springs, is beside this matrix. Fixed and prescribed
+components do not move.
 The load stiffness of a pressure p is left out: some p / kappa of what contact adds.
 """
 
@@ -21,7 +21,7 @@ from softsim.elements.geometry import Geometry
 from softsim.model import Model
 from softsim.stability.contact_stiffness import ContactStiffness
 from softsim.stability.element_stiffness import BodyStiffness, ElementStiffness
-from softsim.stability.rigid_inertia import tied_mass
+from softsim.stability.rigid_bodies import tied_mass
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from softsim.elements.measures import largest_eigenvalue
 from softsim.model import LOCAL_DAMPING, Body, Model
 from softsim.stability.element_stiffness import ElementStiffness
 from softsim.stability.lanczos import largest_eigenvalue_bound
-from softsim.stability.spring_stiffness import load_springs, spring_frequencies
+from softsim.stability.rigid_bodies import load_springs, spring_frequencies
 from softsim.stability.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
 
 # omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as

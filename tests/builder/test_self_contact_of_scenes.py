@@ -5,7 +5,7 @@ import pytest
 
 from softsim.builder.self_contact import LARGEST_SHARE, LEAST_SHARE
 from softsim.errors import SceneError
-from softsim.stability.self_stiffness import self_stiffness
+from softsim.stability.contact_stiffness import self_stiffness
 
 TWO = """\
 bodies:

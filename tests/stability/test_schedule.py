@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.stability.inspection import (
+from softsim.stability.schedule import (
     ALLOWED_CHANGE,
     FIRST_INTERVAL,
     GROWTH,
