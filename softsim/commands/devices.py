@@ -72,7 +72,7 @@ def _why_there_is_none() -> str:
 
 def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, dict[str, str]]:
     """Heading -> device -> rate, of a small mesh on one thread and a large one on all."""
-    from softsim.yardstick import LARGE, SECTION, measured_rate  # Taichi is imported here
+    from softsim.run.cost import LARGE, SECTION, measured_rate  # Taichi is imported here
 
     everything = processor().cores
     each = seconds / (2 * len(devices))

@@ -2,10 +2,10 @@
 
 from rich.table import Table
 
-from softsim.duration import predicted_duration
 from softsim.machine import Choice
 from softsim.model import Model
 from softsim.report.wording import duration
+from softsim.run.pilot import predicted_duration
 from softsim.scene.loading import LoadedScene
 
 

@@ -16,11 +16,11 @@ from softsim.machine import Choice
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.console import ProgressReport
 from softsim.output.watch import Watch
-from softsim.recording import Recording
-from softsim.simulation import Pace, Results, Simulation
+from softsim.run.cost import measured_profile
+from softsim.run.course import Pace, Results, Simulation
+from softsim.run.files import Recording
 from softsim.solver.energy import Meter
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.profile import measured_profile
 from softsim.solver.scenario import Scenario
 from softsim.solver.settling import settle
 

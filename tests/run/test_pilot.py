@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softsim.duration import Mark, extrapolated, hastened, predicted_duration
 from softsim.loads.nodal import NodalLoad
 from softsim.loads.prescribed import PrescribedData
 from softsim.machine import choose
+from softsim.run.pilot import Mark, extrapolated, hastened, predicted_duration
 from softsim.scene.loading import load_scene
 
-SCENES = Path(__file__).parents[1] / "scenes"
+SCENES = Path(__file__).parents[2] / "scenes"
 
 BLOCK = """
 bodies:

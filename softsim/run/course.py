@@ -15,7 +15,6 @@ import numpy as np
 
 from softsim import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
-from softsim.feedback import feedback
 from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.cycle_watch import CycleWatch
@@ -25,7 +24,8 @@ from softsim.output.observation import observe
 from softsim.output.passage import PassageWatch
 from softsim.output.progress import Progress
 from softsim.output.watch import Watch, ended_by, see_history
-from softsim.recording import Recording
+from softsim.run.control import feedback
+from softsim.run.files import Recording
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, Meter
 from softsim.solver.equilibrium import moves, unbalanced_share

@@ -18,14 +18,14 @@ import psutil
 from rich.console import Console
 
 from softsim import backend
-from softsim.batch import Batch
 from softsim.errors import OutputError, StabilityError
 from softsim.machine import Choice
 from softsim.model import Model
 from softsim.output.folder import RunFolder
-from softsim.recording import Recording
+from softsim.run.batch import Batch
+from softsim.run.course import Simulation
+from softsim.run.files import Recording
 from softsim.scene.loading import LoadedScene
-from softsim.simulation import Simulation
 from softsim.stability.time_step import stable_increment
 
 PILOT_INCREMENTS = 20_000  # at the step of rest

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from rich.console import Console
 
-from softsim.batch import Batch
 from softsim.builder import build_model
 from softsim.errors import OutputError, SoftsimError
 from softsim.machine import AUTO, Choice, choose, memory_of
@@ -14,9 +13,10 @@ from softsim.output import folder as files
 from softsim.output.checkpoint import Checkpoint, read_checkpoint
 from softsim.output.folder import RunFolder
 from softsim.output.watch import Watch
-from softsim.recording import Recording
+from softsim.run.batch import Batch
+from softsim.run.course import Results
+from softsim.run.files import Recording
 from softsim.scene.loading import LoadedScene, load_scene
-from softsim.simulation import Results
 from softsim.solver.footprint import refuse_too_large, scenarios_that_fit
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second

@@ -1,22 +1,34 @@
-"""Where an increment's time goes: each of its passes alone, many times over.
+"""What an increment costs: as a whole, pass by pass, and on a device that nobody has tried yet.
 
 Taichi has no clock inside a kernel, so a pass is repeated by itself until that takes long enough
 to measure. It then finds its data nearer than in a whole increment: the passes need not add up to
 one, and what is missing (or too much) is reported as such.
+
+A device is measured by element updates a second of a scene that softsim carries with it.
 """
 
+import multiprocessing
 import time
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from functools import partial
+from importlib import resources
+from pathlib import Path
 
+import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.builder import build_model
+from softsim.errors import DeviceError
+from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.increments import LARGEST_INDEX
-from softsim.solver.rate import increment_time
+from softsim.stability.time_step import stable_increment
 
+BLOCK_TIME = 0.02  # seconds of one measurement, so that the call itself does not count
 # A pass is repeated for so long [s], the best of so many times: ten passes take a second.
 MEASURED_TIME = 0.02
 TRIES = 4
@@ -62,6 +74,29 @@ class Profile:
         for cost in self.passes:
             shares[cost.phase] += cost.seconds / whole
         return dict(sorted(shares.items(), key=lambda item: -item[1]))
+
+
+def increment_time(solver: ExplicitSolver, seconds: float) -> float:
+    """Median time of an increment [s], of real ones done for about `seconds`.
+
+    The step stays what it is. The first increment, which compiles, is not among them.
+    """
+    _time_of(solver, 1)
+    count, elapsed = 1, _time_of(solver, 1)
+    while elapsed < 0.5 * BLOCK_TIME:
+        count = int(count * min(10.0, 1.0 + BLOCK_TIME / elapsed))
+        elapsed = _time_of(solver, count)
+    blocks = [elapsed]
+    while sum(blocks) < seconds:
+        blocks.append(_time_of(solver, count))
+    return float(np.median(blocks)) / count
+
+
+def _time_of(solver: ExplicitSolver, count: int) -> float:
+    began = time.perf_counter()
+    solver.advance(count)
+    ti.sync()
+    return time.perf_counter() - began
 
 
 def measured_profile(solver: ExplicitSolver) -> Profile:
@@ -137,3 +172,46 @@ class _RepeatedLoops:
         for _ in ti.static(range(UNROLLED)):
             for s, i in ti.ndrange(self.scenarios, self.loops[number][0]):
                 self.loops[number][1](s, i, t, dt)
+
+
+@dataclass(frozen=True)
+class Workload:
+    """A mesh of the reference scene: the size its elements aim at, and about how many there are."""
+
+    element_size: str
+    elements: int
+
+
+SECTION = Workload("0.35 mm", 1_700)  # of the PFR's own scenes
+LARGE = Workload("0.095 mm", 20_000)
+
+
+def measured_rate(device: str, threads: int, work: Workload, seconds: float) -> float:
+    """Element updates a second on a device, in a process of its own: if it dies, that is an answer.
+
+    device: "cpu" or "cuda". seconds: to measure, beside the start.
+
+    Raises DeviceError: the device fails; it says how.
+    """
+    fresh = multiprocessing.get_context("spawn")
+    try:
+        with ProcessPoolExecutor(1, fresh) as process:
+            return process.submit(_rate, device, threads, work, seconds).result()
+    except BrokenProcessPool:
+        raise DeviceError(f"the process that used {device} died") from None
+    except RuntimeError as fault:  # what Taichi and the CUDA driver raise
+        raise DeviceError(str(fault)) from fault
+
+
+def reference_scene(work: Workload) -> tuple[Path, list[str]]:
+    """The path of the reference scene and its overrides."""
+    scene = Path(str(resources.files("softsim").joinpath("run/reference_scene.yaml")))
+    return scene, [f"bodies.skin.mesh.element_size={work.element_size}"]
+
+
+def _rate(device: str, threads: int, work: Workload, seconds: float) -> float:
+    model = build_model(load_scene(*reference_scene(work)))
+    backend.start(device, threads=threads)
+    solver = ExplicitSolver([model])
+    solver.begin(model.safety_factor * stable_increment(model, model.points).value)
+    return model.element_count / increment_time(solver, seconds)

@@ -1,7 +1,12 @@
-"""Costs of passes: everything is measured, and the solver goes on as if nothing had been."""
+"""Costs of passes, and the rate of a device, measured in a process of its own."""
 
 import numpy as np
 import pytest
+
+from softsim.errors import DeviceError
+from softsim.machine import cuda_device_count
+from softsim.run.cost import LARGE, SECTION, measured_rate, reference_scene
+from softsim.scene.loading import load_scene
 
 STRIP = """
 bodies:
@@ -12,9 +17,32 @@ time: {end: 1 s}
 """
 
 
+def test_a_device_that_fails_says_why():
+    """The reason comes back from the other process."""
+    if cuda_device_count():
+        pytest.skip("this machine has a CUDA device")
+    with pytest.raises(DeviceError, match="no CUDA device answers"):
+        measured_rate("cuda", 1, SECTION, 0.1)
+
+
+@pytest.mark.parametrize("work", [SECTION, LARGE])
+def test_the_meshes_are_as_large_as_said(work):
+    from softsim.builder.bodies import meshed_bodies
+
+    cells = meshed_bodies(load_scene(*reference_scene(work)))["skin"].mesh.cells
+    assert len(cells) == pytest.approx(work.elements, rel=0.05)
+
+
+@pytest.mark.slow
+def test_the_rate_of_the_processor(kernel_cache, monkeypatch):
+    """Compiled and run; faster than an interpreter could be by far."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    assert measured_rate("cpu", 1, SECTION, 0.2) > 1e6
+
+
 def test_the_solver_goes_on_to_the_same_bits(build, start):
     """Everything a checkpoint keeps: contact anchors, branches, energies, half-step velocities."""
-    from softsim.solver.profile import measured_profile
+    from softsim.run.cost import measured_profile
 
     model = build(STRIP)
     undisturbed = start(model)
@@ -33,7 +61,7 @@ def test_the_solver_goes_on_to_the_same_bits(build, start):
 
 
 def test_every_pass_has_its_cost(build, start):
-    from softsim.solver.profile import measured_profile
+    from softsim.run.cost import measured_profile
 
     solver = start(build(STRIP))
     profile = measured_profile(solver)

@@ -31,12 +31,12 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
 
     def start(folder, *overrides, resume=False):
-        from softsim.batch import Batch
         from softsim.builder import build_model
         from softsim.machine import choose
         from softsim.output.folder import RunFolder
-        from softsim.recording import Recording
-        from softsim.run import resumed
+        from softsim.run.batch import Batch
+        from softsim.run.files import Recording
+        from softsim.run.scenes import resumed
         from softsim.scene.loading import load_scene
 
         loaded, target = load_scene(write_scene(SCENE), overrides), RunFolder(tmp_path / folder)

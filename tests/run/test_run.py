@@ -81,7 +81,7 @@ def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
 
 def test_stations_follow_the_size_of_the_model():
     """A million element updates lie between two, within 16 to 512 increments."""
-    from softsim.simulation import station_length
+    from softsim.run.course import station_length
 
     assert station_length(40) == 512
     assert station_length(10_000) == 400
@@ -92,7 +92,7 @@ def test_the_first_inspection_comes_after_the_first_interval(
     write_scene, tmp_path, run, monkeypatch
 ):
     """The step at the start is known from taking it."""
-    from softsim.simulation import Simulation
+    from softsim.run.course import Simulation
     from softsim.stability.schedule import FIRST_INTERVAL
 
     done_at, inspect = [], Simulation._inspect
