@@ -14,7 +14,7 @@ from benchmarks.solver_process import SolverProcess
 from benchmarks.table import Row, limit_row, ratio_row
 from softsim.builder import build_model
 from softsim.scene.loading import load_scene
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 MEGA = 1e6
 # Of a round [s]. Other processes interrupt every few milliseconds; the ceiling's pieces can be
@@ -26,7 +26,7 @@ CEILING_PIECE = 2e-3
 def bare_problem(scene: Path, folder: Path) -> Problem:
     """The bare work of a scene, at the time step its run begins with."""
     model = build_model(load_scene(scene))
-    increment = model.safety_factor * stable_increment(model, model.points).value
+    increment = model.safety_factor * stable_step(model, model.points).value
     return write_problem(folder / f"{scene.stem}.bin", model, increment)
 
 

@@ -15,7 +15,7 @@ from softsim import backend
 from softsim.builder import build_model
 from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 WARM_UP = 16  # increments: kernels are compiled, every pass has run
 
@@ -25,7 +25,7 @@ def main(scene: str, device: str, threads: str, scenarios: str) -> None:
     backend.start(device, threads=int(threads))
     model = build_model(load_scene(Path(scene)))
     solver = ExplicitSolver([model] * int(scenarios))
-    solver.begin(model.safety_factor * stable_increment(model, model.points).value)
+    solver.begin(model.safety_factor * stable_step(model, model.points).value)
     solver.advance(WARM_UP)
     backend.ti.sync()
     answer(element_count=model.element_count, peak_memory=peak_memory())

@@ -154,7 +154,7 @@ class Relaxation:
     tolerance: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """One scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
@@ -162,7 +162,7 @@ class Model:
     rigid body. The last nodes, without mass, are the corners of rigid outlines. loads: whatever
     acts from outside, prescribed motions too. gravity (d,) [m/s^2]: all of it; starting_gravity: at
     t = 0, where it rises over a profile. end_time [s]: the latest; cycles: of the pressure in the
-    robot's chamber, with which the run ends, or None. increment: the user's time step [s], or None
+    robot's chamber, with which the run ends, or None. time_increment: the user's step [s], or None
     for the stable one. friction_memory [s], friction_slip_length [m]: within which the limit of
     friction on walls and outlines follows the normal force (contact/friction.py). self_contact:
     None where surfaces do not touch each other. relaxation: after the loads' time of a static
@@ -189,7 +189,7 @@ class Model:
     robot: Own[Robot]
     end_time: Own[float]
     cycles: Own[int | None]
-    increment: Own[float | None]
+    time_increment: Own[float | None]
     safety_factor: Own[float]
     bulk_viscosity: float
     energy_error_limit: Own[float]

@@ -55,11 +55,11 @@ def build(write_scene):
 def start(cpu):
     """A solver at t = 0 with the stable step (or a given share of it)."""
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_increment
+    from softsim.stability.time_step import stable_step
 
     def start_solver(*models, share: float = 0.9):
         solver = ExplicitSolver(list(models))
-        solver.begin(share * min(stable_increment(m, m.points).value for m in models))
+        solver.begin(share * min(stable_step(m, m.points).value for m in models))
         return solver
 
     return start_solver
@@ -70,15 +70,15 @@ def start_settled(cpu):
     """A solver at t = 0 with the stable step, whose models have settled."""
     import numpy as np
 
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
     from softsim.solver.settling import settle
-    from softsim.stability.time_step import stable_increment
+    from softsim.stability.time_step import stable_step
 
     def start_solver(*models):
         solver = ExplicitSolver(list(models))
-        step = 0.9 * min(stable_increment(m, m.points).value for m in models)
-        settle(solver, Meter(solver), np.full(len(models), step))
+        step = 0.9 * min(stable_step(m, m.points).value for m in models)
+        settle(solver, EnergyReader(solver), np.full(len(models), step))
         solver.begin(step)
         return solver
 

@@ -73,9 +73,8 @@ def drag_load(coefficients):
 def test_a_load_of_ones_own(build, cpu):
     """In two scenarios; checkpoint, energy and history know it."""
     from softsim.output.observation import columns, observe
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.solver.scenario import Scenario
 
     plain, coefficients = build(SCENE), (0.01, 0.04)
     models = [dataclasses.replace(plain, loads=(load,)) for load in drag_load(coefficients)]
@@ -83,15 +82,15 @@ def test_a_load_of_ones_own(build, cpu):
     assert columns(models[0])["drag"] == "N"
     solver = ExplicitSolver(models)
     solver.begin(1e-5)
-    meter = Meter(solver)
-    balances = [EnergyBalance.starting(meter.read(s)[0], models[s]) for s in range(2)]
+    reader = EnergyReader(solver)
+    balances = [EnergyBalance.starting(reader.read(s)[0], models[s]) for s in range(2)]
     solver.advance(10_000)
-    meter.look()
+    reader.update()
     for s, c in enumerate(coefficients):
         decay = np.exp(-c * solver.times[s] / MASS)
-        seen = observe(Scenario(solver, s), meter, balances[s], 1e-2)
+        seen = observe(solver.scenario(s), reader, balances[s], 1e-2)
         assert seen.row["drag"] == pytest.approx(-c * SPEED * decay, rel=1e-3)
         lost = 0.5 * MASS * SPEED**2 * (1.0 - decay**2)
         assert seen.energies.viscous_dissipation == pytest.approx(lost, rel=1e-3)
         assert seen.row["energy_error"] < 1e-3
-    assert {"loads/0/dissipation", "loads/0/force"} <= solver.memory().keys()
+    assert {"loads/0/dissipation", "loads/0/force"} <= solver.state().keys()

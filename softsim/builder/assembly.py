@@ -15,7 +15,7 @@ from softsim.loads.pressure import PressureData
 from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import estimator
 
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
@@ -95,7 +95,7 @@ def build_model(loaded: LoadedScene) -> Model:
         robot=roles.robot(names, bodies, chamber),
         end_time=end_time(names, chamber),
         cycles=scene.time.cycles,
-        increment=None if scene.time.increment == "auto" else scene.time.increment,
+        time_increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
         bulk_viscosity=bulk_viscosity(names),
         energy_error_limit=scene.solver.energy_error_limit,
@@ -105,7 +105,7 @@ def build_model(loaded: LoadedScene) -> Model:
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)
-    refuse_unstable_increment(names, model)
+    refuse_unstable_step(names, model)
     return model
 
 
@@ -188,7 +188,7 @@ def refuse_instant_relaxation(names: Names, model: Model) -> None:
     """
     if not any(body.material.branches for body in model.bodies):
         return
-    step = stable_increment(model, model.points).value
+    step = estimator(model).at_rest.value
     for body in model.bodies:
         for branch in body.material.branches:
             if branch.relaxation_time < 0.01 * step:
@@ -201,15 +201,15 @@ def refuse_instant_relaxation(names: Names, model: Model) -> None:
                 )
 
 
-def refuse_unstable_increment(names: Names, model: Model) -> None:
+def refuse_unstable_step(names: Names, model: Model) -> None:
     """A step given by the user must be stable at the start."""
-    if model.increment is None:
+    if model.time_increment is None:
         return
-    stable = stable_increment(model, model.points)
-    if model.increment > stable.stable:
+    stable = estimator(model).at_rest
+    if model.time_increment > stable.stable:
         raise names.loaded.error(
             ("time", "increment"),
-            f"the time step {model.increment * 1e6:.3g} us is above the stable one: "
+            f"the time step {model.time_increment * 1e6:.3g} us is above the stable one: "
             f"{stable.describe()}",
             f'write "auto", or at most {np.floor(model.safety_factor * stable.value * 1e9):g} ns',
         )

@@ -6,7 +6,7 @@ from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.report.wording import degrees
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import estimator, first_time_increment
 
 
 def model_table(model: Model) -> Table:
@@ -20,12 +20,10 @@ def model_table(model: Model) -> Table:
         for kind, sets in (("node", body.node_sets), ("facet", body.facet_sets)):
             listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
             table.add_row(f"  {kind} sets", listed)
-    stable = stable_increment(model, model.points)
-    increment = model.increment or model.safety_factor * stable.value
+    stable = estimator(model).at_rest
+    dt = first_time_increment(model)
     table.add_row("stable step", stable.describe())
-    table.add_row(
-        "time step", f"{increment * 1e6:.3g} us, {model.end_time / increment:.3g} increments"
-    )
+    table.add_row("time step", f"{dt * 1e6:.3g} us, {model.end_time / dt:.3g} increments")
     if model.cycles is not None:
         table.add_row("ends", _ending(model.cycles, model.end_time))
     return table

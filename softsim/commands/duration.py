@@ -19,7 +19,7 @@ def duration_table(loaded: LoadedScene, model: Model, choice: Choice) -> Table:
     table.add_row(
         "expected",
         f"about {duration(predicted.total)}{settling}: start {duration(predicted.start)}, "
-        f"{predicted.increments:.3g} increments {duration(predicted.loop)}, figures "
+        f"{predicted.increment_count:.3g} increments {duration(predicted.loop)}, figures "
         f"{duration(predicted.figures)}",
     )
     seen = "all" if predicted.covered == 1.0 else f"the first {100.0 * predicted.covered:.0f} %"

@@ -93,9 +93,9 @@ class LinearElements(Term):
         """Fields that a checkpoint keeps."""
         return self.points.state_fields() | self.pressure.state_fields()
 
-    def set_increment(self, scenario: int, dt: float) -> None:
+    def set_time_increment(self, scenario: int, dt: float) -> None:
         """Take the time step [s] of a scenario; infinite: branches have relaxed."""
-        self.points.set_increment(scenario, dt)
+        self.points.set_time_increment(scenario, dt)
 
     def forget_dissipation(self, scenario: int) -> None:
         """Begin the books of dissipation anew in a scenario whose branches have relaxed."""

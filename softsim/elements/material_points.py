@@ -72,7 +72,7 @@ class MaterialPoints:
                 kept[f"{tensor}_{name}"] = component
         return kept
 
-    def set_increment(self, scenario: int, dt: float) -> None:
+    def set_time_increment(self, scenario: int, dt: float) -> None:
         """Take the time step [s] of a scenario: exp(-dt / tau) of each branch; dt may be infinite,
         for branches that have relaxed.
         """

@@ -48,9 +48,9 @@ class _Scheduled:
         """Cycles of the profile that have ended at `time` [s]; 0 of one that never falls."""
         return sum(cycle.has_ended(time) for cycle in cycles_of(self.profile))
 
-    def hastened(self: S, factor: float) -> S:
+    def time_scaled(self: S, factor: float) -> S:
         """The drive played `factor` times as fast."""
-        return replace(self, profile=self.profile.sooner(factor))
+        return replace(self, profile=self.profile.time_scaled(factor))
 
 
 @dataclass(frozen=True)
@@ -65,12 +65,12 @@ class GivenPressure(_Scheduled):
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
         return 0.0
 
-    def hastened(self, factor: float) -> "GivenPressure":
+    def time_scaled(self, factor: float) -> "GivenPressure":
         """The drive played `factor` times as fast."""
         return replace(
             self,
-            profile=self.profile.sooner(factor),
-            section_profile=self.section_profile.sooner(factor),
+            profile=self.profile.time_scaled(factor),
+            section_profile=self.section_profile.time_scaled(factor),
         )
 
     def source(self, alike: Sequence["GivenPressure"]) -> "PressureFollowsProfile":
@@ -216,9 +216,9 @@ class ControlledPressure:
         """Infinite: nobody knows beforehand when the robot ends its cycles."""
         return math.inf
 
-    def hastened(self, factor: float) -> "ControlledPressure":
+    def time_scaled(self, factor: float) -> "ControlledPressure":
         """The drive played `factor` times as fast."""
-        return ControlledPressure(self.settings.hastened(factor))
+        return ControlledPressure(self.settings.time_scaled(factor))
 
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""

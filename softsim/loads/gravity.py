@@ -39,9 +39,9 @@ class GravityProfile(Load):
         table = ProfileTable([gravity.share for gravity in alike])
         return RisingGravity(nodes, rigid_bodies, full, table)
 
-    def hastened(self, factor: float) -> "GravityProfile":
+    def time_scaled(self, factor: float) -> "GravityProfile":
         """Gravity rising `factor` times as fast."""
-        return replace(self, share=self.share.sooner(factor))
+        return replace(self, share=self.share.time_scaled(factor))
 
 
 @ti.data_oriented

@@ -47,7 +47,7 @@ class Load(ABC):
         """
         return []
 
-    def hastened(self, factor: float) -> "Load":
+    def time_scaled(self, factor: float) -> "Load":
         """The load with its time course played `factor` times as fast."""
         return self
 

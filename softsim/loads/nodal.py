@@ -31,9 +31,9 @@ class NodalLoad(Load):
         forces = np.stack([load.forces for load in alike])
         return NodalForce(nodes, self.nodes, forces, ProfileTable([load.share for load in alike]))
 
-    def hastened(self, factor: float) -> "NodalLoad":
+    def time_scaled(self, factor: float) -> "NodalLoad":
         """The force rising `factor` times as fast."""
-        return replace(self, share=self.share.sooner(factor))
+        return replace(self, share=self.share.time_scaled(factor))
 
 
 @ti.data_oriented

@@ -32,9 +32,9 @@ class PrescribedData(Load):
         profiles = [motion.profile for motion in alike]
         return PrescribedMotion(nodes, self.nodes, self.axis, ProfileTable(profiles))
 
-    def hastened(self, factor: float) -> "PrescribedData":
+    def time_scaled(self, factor: float) -> "PrescribedData":
         """The motion, `factor` times as fast."""
-        return replace(self, profile=self.profile.sooner(factor))
+        return replace(self, profile=self.profile.time_scaled(factor))
 
 
 @ti.data_oriented

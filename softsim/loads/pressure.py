@@ -50,9 +50,9 @@ class PressureData(Load):
         body = OPEN if self.body is None else self.body
         return FollowerPressure(nodes, rigid_bodies, facets, lids, source, body)
 
-    def hastened(self, factor: float) -> "PressureData":
+    def time_scaled(self, factor: float) -> "PressureData":
         """The pressure, or what drives it, `factor` times as fast."""
-        return replace(self, drive=self.drive.hastened(factor))
+        return replace(self, drive=self.drive.time_scaled(factor))
 
     def volume(self, x: np.ndarray) -> float:
         """Enclosed volume [m^3] with all nodes at x (n, d)."""

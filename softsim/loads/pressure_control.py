@@ -80,7 +80,7 @@ class EventCycles:
         """The first inflation, from 0 Pa."""
         return Command(0.0, self.start, self.inflation_rate, self.highest)
 
-    def hastened(self, factor: float) -> "EventCycles":
+    def time_scaled(self, factor: float) -> "EventCycles":
         """Everything `factor` times as fast, but for the robot: it walks as it can."""
         return replace(
             self,

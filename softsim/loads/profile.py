@@ -25,7 +25,7 @@ class Profile:
         """Value at time t [s]."""
         return np.interp(t, self.times, self.values)
 
-    def sooner(self, factor: float) -> "Profile":
+    def time_scaled(self, factor: float) -> "Profile":
         """The same values, each at a `factor`-th of its time."""
         return Profile(self.times / factor, self.values)
 

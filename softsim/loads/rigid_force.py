@@ -32,9 +32,9 @@ class RigidLoad(Load):
         table = ProfileTable([load.share for load in alike])
         return RigidForce(rigid_bodies, self.body, forces, table)
 
-    def hastened(self, factor: float) -> "RigidLoad":
+    def time_scaled(self, factor: float) -> "RigidLoad":
         """The force rising `factor` times as fast."""
-        return replace(self, share=self.share.sooner(factor))
+        return replace(self, share=self.share.time_scaled(factor))
 
 
 @ti.data_oriented

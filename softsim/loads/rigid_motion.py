@@ -38,9 +38,9 @@ class RigidMotionData(Load):
         table = ProfileTable([motion.profile for motion in alike])
         return RigidMotion(rigid_bodies, self.body, self.axis, table)
 
-    def hastened(self, factor: float) -> "RigidMotionData":
+    def time_scaled(self, factor: float) -> "RigidMotionData":
         """The motion, `factor` times as fast."""
-        return replace(self, profile=self.profile.sooner(factor))
+        return replace(self, profile=self.profile.time_scaled(factor))
 
 
 @ti.data_oriented

@@ -6,7 +6,7 @@ from softsim.contact.path_features import narrowings
 from softsim.contact.pipe_drawing import stations
 from softsim.contact.pipe_path import PipePath
 from softsim.model import Passage
-from softsim.solver.scenario import Scenario
+from softsim.solver.explicit import Scenario
 
 # A node this near [m] to a place where the pipe narrows touches what narrows it: the thickness of a
 # spike.

@@ -14,12 +14,12 @@ from softsim.output.folder import replacing
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """memory: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
+    """state: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
 
     scene: the scene it belongs to, as JSON. device: where it was computed.
     """
 
-    memory: dict[str, np.ndarray]
+    state: dict[str, np.ndarray]
     progress: dict[str, Any]
     scene: str
     device: str
@@ -31,8 +31,8 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     Raises OutputError if the disk refuses.
     """
     with replacing(path) as partial, h5py.File(partial, "w") as file:
-        for name, array in checkpoint.memory.items():
-            file[f"memory/{name}"] = array
+        for name, array in checkpoint.state.items():
+            file[f"state/{name}"] = array
         # Python's JSON writes floats so that reading gives the same bits. These may be longer than
         # the 64 kB that an attribute holds.
         file["progress"] = json.dumps(checkpoint.progress)
@@ -51,10 +51,10 @@ def read_checkpoint(path: Path) -> Checkpoint:
         )
     try:
         with h5py.File(path, "r") as file:
-            memory: dict[str, np.ndarray] = {}
-            file["memory"].visititems(
+            state: dict[str, np.ndarray] = {}
+            file["state"].visititems(
                 lambda name, item: (
-                    memory.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
+                    state.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
                 )
             )
             progress = json.loads(file["progress"].asstr()[()])
@@ -64,4 +64,4 @@ def read_checkpoint(path: Path) -> Checkpoint:
             f"{path} is not a readable checkpoint: {error}",
             hint="run without --resume to start from the beginning",
         ) from error
-    return Checkpoint(memory, progress, scene, device)
+    return Checkpoint(state, progress, scene, device)

@@ -36,14 +36,24 @@ OWN, EXTRA, SETS = "softsim", "softsim/frames", "softsim/sets"
 
 
 class FieldWriter:
-    """Writes results.vtkhdf, replacing a file that is there.
+    """Writes results.vtkhdf.
 
     points: (n, 2 or 3) reference positions [m]. cells: (m, 3 or 4) nodes of each cell: triangles,
-    or with four nodes quadrilaterals in the plane and tetrahedra in space.
-    Raises OutputError if the shapes are others or the disk refuses.
+    or with four nodes quadrilaterals in the plane and tetrahedra in space. resumed_at: time [s] at
+    which a stopped run of this mesh goes on, and after which frames are dropped; None: a file that
+    is there is replaced.
+
+    Raises OutputError if the shapes are others, the disk refuses, or there is no file of softsim's
+    to go on with.
     """
 
-    def __init__(self, path: Path | str, points: np.ndarray, cells: np.ndarray) -> None:
+    def __init__(
+        self,
+        path: Path | str,
+        points: np.ndarray,
+        cells: np.ndarray,
+        resumed_at: float | None = None,
+    ) -> None:
         points, cells = np.asarray(points, dtype=float), np.asarray(cells, dtype=np.int64)
         if (points.ndim, cells.ndim) != (2, 2) or (
             (points.shape[1], cells.shape[1]) not in CELL_TYPES
@@ -52,30 +62,20 @@ class FieldWriter:
                 f"{path}: points {points.shape} and cells {cells.shape} are no mesh; "
                 "points must be (n, 2 or 3) and cells (m, 3 or 4)"
             )
-        with replacing(Path(path)) as partial, h5py.File(partial, "w", libver=FORMAT) as file:
-            _write_mesh(file, points, cells)
-        self._continue(Path(path), False, -np.inf)
-
-    @classmethod
-    def resumed(cls, path: Path | str, time: float) -> "FieldWriter":
-        """Go on with the file of a stopped run, from `time` [s] on; later frames go.
-
-        Raises OutputError if there is no such file, it is not softsim's, or the disk refuses.
-        """
-        path = Path(path)
-        with _replaced(path) as file:
-            times = _times(file)
-            kept = int(np.searchsorted(times, time, side="right"))
-            _shorten(file, kept)
-            declared = TIMES in file
-        writer = cls.__new__(cls)
-        writer._continue(path, declared, times[kept - 1] if kept else -np.inf)
-        return writer
-
-    def _continue(self, path: Path, declared: bool, last_time: float) -> None:
-        self.path, self._declared = path, declared
-        self.last_time = float(last_time)
+        self.path, self._declared = Path(path), False
+        self.last_time = -np.inf
         """Time of the newest frame [s]; minus infinity before the first."""
+        if resumed_at is None:
+            with replacing(self.path) as partial, h5py.File(partial, "w", libver=FORMAT) as file:
+                _write_mesh(file, points, cells)
+            return
+        with _replaced(self.path) as file:
+            times = _times(file)
+            kept = int(np.searchsorted(times, resumed_at, side="right"))
+            _shorten(file, kept)
+            self._declared = TIMES in file
+        if kept:
+            self.last_time = float(times[kept - 1])
 
     def describe(self, **entries: np.ndarray | str | Arrays) -> None:
         """Store what holds for the whole run: arrays, texts, or `sets`, node-set name -> nodes.

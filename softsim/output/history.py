@@ -16,46 +16,25 @@ TIME = "time"
 class History:
     """Writes history.csv, a line a row; each line is with the operating system when written.
 
-    path: the file, replaced if there. units: column name -> unit, in the order of the columns;
-    "time" must be one of them. Numbers are written so that reading gives the same bits.
-    Raises OutputError if the disk refuses.
+    units: column name -> unit, in the order of the columns; "time" must be one of them. Numbers are
+    written so that reading gives the same bits. resumed_at: time [s] at which a stopped run goes
+    on, None: a file that is there is replaced. Later rows and a half-written last line go, so that
+    the resumed run leaves the file that an uninterrupted one would.
+
+    Raises OutputError if the disk refuses, or if there is no history to go on with, or one with
+    other columns or units.
     """
 
-    def __init__(self, path: Path | str, units: Mapping[str, str]) -> None:
-        with replacing(Path(path)) as partial:
-            partial.write_text(_header(units), encoding="utf-8", newline="\n")
-        self._continue(Path(path), units)
-
-    @classmethod
-    def resumed(cls, path: Path | str, units: Mapping[str, str], time: float) -> "History":
-        """Go on with the history of a stopped run, from `time` [s] on.
-
-        Rows later than `time` and a half-written last line go, so that the resumed run leaves the
-        file that an uninterrupted one would. Raises OutputError if there is no such file or its
-        columns or units are others.
-        """
-        path = Path(path)
-        lines = _whole_lines(path)
-        header = _header(units)
-        if "".join(lines[:2]) != header:
-            raise OutputError(
-                f"{path} has other columns than this run: it starts with {lines[0].strip()!r}, "
-                f"expected {header.splitlines()[0]!r}, or the units in its second line differ",
-                hint="resume with the scene that the run was started with",
-            )
-        column = list(units).index(TIME)
-        times = _numbers(path, lines[2:], len(units))[:, column]
-        kept = [line for line, t in zip(lines[2:], times, strict=True) if t <= time]
-        with replacing(path) as partial:
-            partial.write_text("".join([header, *kept]), encoding="utf-8", newline="\n")
-        history = cls.__new__(cls)
-        history._continue(path, units)
-        return history
-
-    def _continue(self, path: Path, units: Mapping[str, str]) -> None:
-        self.path, self.columns = path, tuple(units)
-        with explained(path):
-            self._stream: TextIO = path.open("a", encoding="utf-8", newline="\n", buffering=1)
+    def __init__(
+        self, path: Path | str, units: Mapping[str, str], resumed_at: float | None = None
+    ) -> None:
+        self.path, self.columns = Path(path), tuple(units)
+        kept = [] if resumed_at is None else _rows_until(self.path, units, resumed_at)
+        with replacing(self.path) as partial:
+            text = "".join([_header(units), *kept])
+            partial.write_text(text, encoding="utf-8", newline="\n")
+        with explained(self.path):
+            self._stream: TextIO = self.path.open("a", encoding="utf-8", newline="\n", buffering=1)
 
     def append(self, row: Mapping[str, float]) -> None:
         """Write one row: a number for each column, NaN where there is nothing to say.
@@ -109,6 +88,19 @@ def read_units(path: Path | str) -> dict[str, str]:
     """Units of the columns, column name -> unit. Raises OutputError as read_history does."""
     names, units = (line.strip().split(",") for line in _whole_lines(Path(path))[:2])
     return dict(zip(names, units, strict=True))
+
+
+def _rows_until(path: Path, units: Mapping[str, str], time: float) -> list[str]:
+    """The lines of a history's rows up to `time` [s]. Raises OutputError: its columns differ."""
+    lines, header = _whole_lines(path), _header(units)
+    if "".join(lines[:2]) != header:
+        raise OutputError(
+            f"{path} has other columns than this run: it starts with {lines[0].strip()!r}, "
+            f"expected {header.splitlines()[0]!r}, or the units in its second line differ",
+            hint="resume with the scene that the run was started with",
+        )
+    times = _numbers(path, lines[2:], len(units))[:, list(units).index(TIME)]
+    return [line for line, t in zip(lines[2:], times, strict=True) if t <= time]
 
 
 def _header(units: Mapping[str, str]) -> str:

@@ -17,9 +17,9 @@ from softsim.model import Model, Probe
 from softsim.output import along_path
 from softsim.rigid.outline import CylinderShape
 from softsim.scene.outputs import probe_columns
-from softsim.solver.energy import Energies, EnergyBalance, Meter
+from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
 from softsim.solver.equilibrium import unbalanced_share
-from softsim.solver.scenario import Scenario
+from softsim.solver.explicit import Scenario
 
 
 def columns(model: Model) -> dict[str, str]:
@@ -93,28 +93,28 @@ class Observation:
 
 
 def observe(
-    scenario: Scenario, meter: Meter, balance: EnergyBalance, interval: float
+    scenario: Scenario, reader: EnergyReader, balance: EnergyBalance, interval: float
 ) -> Observation:
-    """Measure a scenario, at which the meter has just looked; `interval` [s] since its contact
+    """Measure a scenario, for which the reader was just updated; `interval` [s] since its contact
     impulses were cleared.
     """
     model = scenario.model
-    energies, grip, centre = meter.of(scenario.number)
+    energies, walls, centre = reader.of_scenario(scenario.number)
     row = dict.fromkeys(columns(model), float("nan"))
     row["time"] = scenario.time
     if model.chamber is not None:
         row |= chamber_readings(scenario, model.chamber)
     if model.robot.frame is not None:
         row |= frame_readings(scenario, model.robot.frame)
-    row["contact_count"] = grip.contact_count
-    row["slip_share"] = grip.slip_share
+    row["contact_count"] = walls.contact_count
+    row["slip_share"] = walls.slip_share
     row["rows_in_contact"] = row["wall_force_normal"] = 0.0
-    if grip.normal_impulse > 0.0 and interval > 0.0:
+    if walls.normal_impulse > 0.0 and interval > 0.0:
         row["rows_in_contact"] = rows_in_contact(scenario)
-        row["wall_force_normal"] = grip.normal_impulse / interval
+        row["wall_force_normal"] = walls.normal_impulse / interval
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
-        row[f"wall_force_{axis}"] = grip.impulse[i] / interval if interval > 0.0 else 0.0
+        row[f"wall_force_{axis}"] = walls.impulse[i] / interval if interval > 0.0 else 0.0
     for term in reversed(scenario.terms.loads):  # of a kind, the first load is told
         row |= term.readings(scenario.number, interval)
     row["internal_energy"] = energies.internal

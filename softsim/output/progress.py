@@ -1,23 +1,23 @@
-"""Where a run is, in numbers that a checkpoint keeps."""
+"""The progress of a run, in numbers that a checkpoint keeps."""
 
 from dataclasses import dataclass
 from typing import Any
 
 from softsim.loads.pressure_control import ControlState
-from softsim.stability.schedule import InspectionPlan
+from softsim.stability.schedule import StableStepSchedule
 
 
 @dataclass
 class Progress:
-    """Where a run is, beside the solver's memory: times [s], energies [J], counts.
+    """The progress of a run, beside the solver's state: times [s], energies [J], counts.
 
-    control: what a controlled pressure remembers.
+    time_increment: the step in use [s]. control: state of a controlled pressure.
     """
 
-    inspections: InspectionPlan
+    schedule: StableStepSchedule
     time: float = 0.0
-    increments: int = 0
-    increment: float = 0.0
+    increment_count: int = 0
+    time_increment: float = 0.0
     next_history: float = 0.0
     next_frame: float = 0.0
     last_history: float = -1.0  # before the first row
@@ -29,8 +29,8 @@ class Progress:
 
     @classmethod
     def written(cls, numbers: dict[str, Any]) -> "Progress":
-        """As `dataclasses.asdict` wrote it."""
-        plan = InspectionPlan(**numbers["inspections"])
+        """The progress that `dataclasses.asdict` made into numbers."""
+        schedule = StableStepSchedule(**numbers["schedule"])
         control = numbers["control"]
         state = None if control is None else ControlState.written(control)
-        return cls(**{**numbers, "inspections": plan, "control": state})
+        return cls(**{**numbers, "schedule": schedule, "control": state})

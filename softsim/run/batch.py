@@ -1,4 +1,4 @@
-"""Scenarios of one structure computed side by side; a run is a batch of one."""
+"""Runs that share a solver, computed side by side; a single run is a batch of one."""
 
 import signal
 import time
@@ -17,67 +17,67 @@ from softsim.output.checkpoint import Checkpoint
 from softsim.output.console import ProgressReport
 from softsim.output.watch import Watch
 from softsim.run.cost import measured_profile
-from softsim.run.course import Pace, Results, Simulation
-from softsim.run.files import Recording
-from softsim.solver.energy import Meter
+from softsim.run.course import Results, Run, WallClock
+from softsim.run.files import RunFiles
+from softsim.solver.energy import EnergyReader
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.scenario import Scenario
 from softsim.solver.settling import settle
+from softsim.stability.time_step import first_time_increment
 
 
 class Batch:
-    """Simulations that share a solver, each at its own pace: one that has ended, or that a guard
+    """Runs that share a solver, each with its own step and end: one that has ended, or that a guard
     has stopped, rests while the others go on.
 
-    recordings: where each goes on record, and with it scene and model. watches: of each.
-    checkpoint: of a run of one that goes on.
+    files: those of each run, with its scene and model. watches: those of each run. checkpoint: from
+    which a batch of one is resumed.
     """
 
     def __init__(
         self,
-        recordings: Sequence[Recording],
+        files: Sequence[RunFiles],
         choice: Choice,
         watches: Sequence[Sequence[Watch]],
         checkpoint: Checkpoint | None = None,
     ) -> None:
-        self.pace = Pace()
-        self.console = recordings[0].console
-        elements = len(recordings) * recordings[0].model.element_count
+        self.clock = WallClock()
+        self.console = files[0].console
+        elements = len(files) * files[0].model.element_count
         backend.start(choice.device, threads=choice.threads_for(elements))
-        self.solver = ExplicitSolver([recording.model for recording in recordings])
-        self.meter = Meter(self.solver)
-        self.simulations = [
-            Simulation(Scenario(self.solver, s), self.meter, recording, self.pace, watching)
-            for s, (recording, watching) in enumerate(zip(recordings, watches, strict=True))
+        self.solver = ExplicitSolver([of_run.model for of_run in files])
+        self.reader = EnergyReader(self.solver)
+        self.runs = [
+            Run(of_run, self.solver.scenario(s), self.reader, self.clock, watching)
+            for s, (of_run, watching) in enumerate(zip(files, watches, strict=True))
         ]
         self.unsettled: dict[int, StabilityError] = {}
         if checkpoint is None:
             self._begin()
         else:
-            with recordings[0].logged():
-                self.simulations[0].resume(checkpoint)
-        self.pace.enter_loop(self.solver.done)
+            with files[0].logged():
+                self.runs[0].resume(checkpoint)
+        self.clock.enter_loop(self.solver.increment_counts)
 
     def _begin(self) -> None:
-        steps = np.array([s.first_increment() for s in self.simulations])
+        steps = np.array([first_time_increment(run.model) for run in self.runs])
         with stop_signals() as asked, self.console.status("bodies come to rest before t = 0"):
-            settled, self.unsettled = settle(self.solver, self.meter, steps, asked)
+            settled, self.unsettled = settle(self.solver, self.reader, steps, asked)
         self.solver.begin(steps)
-        self.meter.look()
-        for simulation in self.simulations:
-            with simulation.recording.logged():
-                simulation.begin(settled.get(simulation.scenario.number))
+        self.reader.update()
+        for run in self.runs:
+            with run.files.logged():
+                run.begin(settled.get(run.scenario.number))
 
     @property
-    def running(self) -> list[Simulation]:
-        """Those of which nothing has come out yet."""
-        return [s for s in self.simulations if s.outcome is None]
+    def running(self) -> list[Run]:
+        """The runs that have no outcome yet."""
+        return [run for run in self.runs if run.outcome is None]
 
     def run(self, console: Console) -> list[Results | SoftsimError]:
-        """The loop, and a summary whatever ends it: what came out of each scenario."""
-        for simulation in self.simulations:
-            simulation.write_summary("running")
-        end = max(s.model.end_time for s in self.simulations)
+        """Run the loop, and write a summary whatever ends it; returns the outcome of each run."""
+        for run in self.runs:
+            run.write_summary("running")
+        end = max(run.model.end_time for run in self.runs)
         report = ProgressReport(console, end, self.solver.time)
         status = "aborted"
         try:
@@ -88,88 +88,85 @@ class Batch:
             raise
         finally:
             report.close()
-            for simulation in self.running:
-                simulation.stop(status)
-        return [s.outcome for s in self.simulations if s.outcome is not None]
+            for run in self.running:
+                run.stop(status)
+        return [run.outcome for run in self.runs if run.outcome is not None]
 
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
         last_checkpoint = time.monotonic()
-        self.look()
+        self.write_due()
         for s, error in self.unsettled.items():
-            with self._attended(self.simulations[s]):
+            with self._attended(self.runs[s]):
                 raise error
         while running := self.running:
             if asked:
                 self._interrupt(signal.Signals(asked[0]).name)
-            self.go_to_stations()
-            slowest = min(running, key=lambda s: s.scenario.time)
+            self.do_blocks()
+            slowest = min(running, key=lambda run: run.scenario.time)
             report.update(slowest.scenario.time, slowest.energy_error, slowest.contact_count)
             since = time.monotonic() - last_checkpoint
-            if since >= min(s.output.checkpoint_interval for s in running):
+            if since >= min(run.output.checkpoint_interval for run in running):
                 self.checkpoint()
                 last_checkpoint = time.monotonic()
 
-    def go_to_stations(self) -> None:
-        """Advance each to its next station, and do what is due: guards, a history row, a frame."""
-        counts = np.zeros(len(self.simulations), dtype=int)
-        for simulation in self.running:
-            with self._attended(simulation):
-                counts[simulation.scenario.number] = simulation.next_station()
+    def do_blocks(self) -> None:
+        """Advance each run by a block of increments, with the guards, rows and frames due then."""
+        counts = np.zeros(len(self.runs), dtype=int)
+        for run in self.running:
+            with self._attended(run):
+                counts[run.scenario.number] = run.next_block()
         self.solver.advance(counts)
-        self.pace.note_station(self.solver.done)
-        for simulation in self.running:
-            with self._attended(simulation):
-                simulation.arrive()
-        self.look()
+        self.clock.note_block(self.solver.increment_counts)
+        for run in self.running:
+            with self._attended(run):
+                run.end_block()
+        self.write_due()
 
-    def look(self) -> None:
-        """Write what is due of each; one that is at its end is finished."""
-        if any(simulation.row_is_due for simulation in self.running):
-            self.meter.look()
-        for simulation in self.running:
-            with self._attended(simulation):
-                simulation.look()
-                if simulation.finished:
-                    simulation.finish()
+    def write_due(self) -> None:
+        """Write the rows and frames that are due, and finish the runs that are at their end."""
+        if any(run.row_is_due for run in self.running):
+            self.reader.update()
+        for run in self.running:
+            with self._attended(run):
+                run.write_due()
+                if run.finished:
+                    run.finish()
 
     def close(self) -> None:
-        """Let go of the files of those that run: nothing more will come of them."""
-        for simulation in self.running:
-            simulation.recording.close()
+        """Close the files of the runs that have no outcome: they are given up."""
+        for run in self.running:
+            run.files.close()
 
     def checkpoint(self) -> None:
-        """Write the full state of each that runs."""
-        for simulation in self.running:
-            simulation.checkpoint()
+        """Write the full state of each run that has no outcome yet."""
+        for run in self.running:
+            run.checkpoint()
 
     def _interrupt(self, name: str) -> None:
         self.checkpoint()
-        reached = min(s.scenario.time for s in self.running)
+        reached = min(run.scenario.time for run in self.running)
         raise Interrupted(
             f"stopped by {name} at t = {reached:.6g} s; checkpoint written",
             hint="continue with --resume",
         )
 
     @contextmanager
-    def _attended(self, simulation: Simulation) -> Iterator[None]:
-        """What the block logs is logged for this one; what goes wrong there ends this one only."""
-        with simulation.recording.logged():
+    def _attended(self, run: Run) -> Iterator[None]:
+        """Log into the log of this run, and let an error end this run only."""
+        with run.files.logged():
             try:
                 yield
             except SoftsimError as error:
-                simulation.fail(error)
+                run.fail(error)
 
     def add_profile(self, after: float) -> None:
-        """Of a run of one that is done and whose loop took longer than `after` [s], put into its
-        summary what an increment and its passes cost, and the share of each phase.
+        """Add the cost of an increment, of its passes and phases to the summary of a batch of one,
+        if its run is done and the loop took longer than `after` [s].
         """
-        recording = self.simulations[0].recording
-        took = time.monotonic() - self.pace.loop_began
-        if recording.summary["status"] != "done" or took <= after:
+        files = self.runs[0].files
+        took = time.monotonic() - self.clock.loop_began
+        if files.summary["status"] != "done" or took <= after:
             return
         profile = measured_profile(self.solver)
-        recording.summary |= {
-            "phases": profile.shares(),
-            "profile": asdict(profile) | {"unexplained": profile.unexplained},
-        }
-        recording.write_summary(recording.summary)
+        costs = asdict(profile) | {"unexplained": profile.unexplained}
+        files.write_summary(files.summary | {"phases": profile.shares(), "profile": costs})

@@ -1,5 +1,4 @@
-"""What a run feeds back to its pressure: a row of the history goes to the control, its command to
-the solver.
+"""Feedback: a row of the history goes to the pressure control, its command to the solver.
 
 Rows come at increments that depend on model and scene only, so a run decides the same whatever
 stops it in between.
@@ -12,13 +11,13 @@ from scipy.spatial.transform import Rotation
 
 from softsim.loads.drive import ControlledPressure, PressureFollowsCommands, Scheduled
 from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
-from softsim.solver.scenario import Scenario
+from softsim.solver.explicit import Scenario
 
 log = logging.getLogger("softsim")
 
 
 class OpenLoop:
-    """Nothing is fed back: what drives the robot's chamber, if it has one, was written before."""
+    """No feedback: the drive of the robot's chamber, if it has one, is a given course."""
 
     state: ControlState | None = None
 
@@ -30,7 +29,7 @@ class OpenLoop:
         return 0 if self.drive is None else self.drive.cycles_done(self.scenario.time)
 
     def readings(self) -> dict[str, float]:
-        """Columns of the history now."""
+        """Values of the columns `cycles_done` and, under control, `cycle` and `phase`."""
         return {"cycles_done": self.cycles_done()}
 
     def follow(self, row: Mapping[str, float]) -> None:
@@ -40,7 +39,7 @@ class OpenLoop:
 class ClosedLoop:
     """The pressure of the robot's chamber follows what the robot feels.
 
-    state: of a run to go on with, changed in place; None: of a run that begins.
+    state: of a resumed run, changed in place; None for a run that begins.
     """
 
     def __init__(
@@ -55,7 +54,7 @@ class ClosedLoop:
 
     @property
     def state(self) -> ControlState:
-        """What a checkpoint keeps; the command in force is in the solver's memory."""
+        """The part that a checkpoint keeps; the command in force is in the solver's state."""
         return self.control.state
 
     def cycles_done(self) -> int:
@@ -63,7 +62,7 @@ class ClosedLoop:
         return self.control.state.cycles_done
 
     def readings(self) -> dict[str, float]:
-        """Columns of the history now: the number of the cycle, and its phase, too."""
+        """Values of the columns `cycles_done`, `cycle` and `phase`."""
         return {
             "cycles_done": self.cycles_done(),
             "cycle": self.control.cycle,
@@ -71,7 +70,7 @@ class ClosedLoop:
         }
 
     def follow(self, row: Mapping[str, float]) -> None:
-        """Decide on what a row of the history shows, and have it done."""
+        """Let the control decide on a row of the history, and send its command to the solver."""
         decision = self.control.sense(sensed(row))
         if decision is None:
             return
@@ -84,7 +83,7 @@ class ClosedLoop:
 
 
 def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | ClosedLoop:
-    """The loop that the drive of the robot's chamber asks for; state: of a run to go on with."""
+    """The loop that the drive of the robot's chamber asks for; state: of a resumed run, or None."""
     chamber = scenario.model.chamber
     if chamber is None:
         return OpenLoop(scenario, None)
@@ -94,7 +93,7 @@ def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | Close
 
 
 def sensed(row: Mapping[str, float]) -> Sensed:
-    """What a row of the history lets the robot feel."""
+    """The quantities in a row of the history that the robot feels."""
     place = tuple(row[name] for name in ("frame_x", "frame_y", "frame_z") if name in row)
     turns = ("frame_rotation_x", "frame_rotation_y", "frame_rotation_z")
     turn = [row[name] for name in turns] if "frame_z" in row else [0.0, 0.0, row["frame_angle"]]

@@ -26,7 +26,7 @@ from softsim.errors import DeviceError
 from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.increments import LARGEST_INDEX
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import first_time_increment
 
 BLOCK_TIME = 0.02  # seconds of one measurement, so that the call itself does not count
 # A pass is repeated for so long [s], the best of so many times: ten passes take a second.
@@ -47,7 +47,7 @@ Loop = tuple[int, Callable[..., None]]
 
 @dataclass(frozen=True)
 class PassCost:
-    """What one pass costs: `seconds` an increment, `count` its indices."""
+    """The cost of one pass: `seconds` of wall time an increment, `count` indices."""
 
     phase: str
     name: str
@@ -57,14 +57,17 @@ class PassCost:
 
 @dataclass(frozen=True)
 class Profile:
-    """Passes in their order; `increment`: the time of a whole one, measured as such [s]."""
+    """Costs of the passes in their order.
+
+    increment: wall time of a whole increment, measured as such [s].
+    """
 
     passes: list[PassCost]
     increment: float
 
     @property
     def unexplained(self) -> float:
-        """What a whole increment takes beside its passes, each measured alone [s]; or less."""
+        """Wall time of a whole increment less that of its passes, each measured alone [s]."""
         return self.increment - sum(cost.seconds for cost in self.passes)
 
     def shares(self) -> dict[str, float]:
@@ -77,7 +80,7 @@ class Profile:
 
 
 def increment_time(solver: ExplicitSolver, seconds: float) -> float:
-    """Median time of an increment [s], of real ones done for about `seconds`.
+    """Median wall time of an increment [s], of real ones done for about `seconds`.
 
     The step stays what it is. The first increment, which compiles, is not among them.
     """
@@ -101,15 +104,15 @@ def _time_of(solver: ExplicitSolver, count: int) -> float:
 
 def measured_profile(solver: ExplicitSolver) -> Profile:
     """Time of an increment and of every pass; the solver goes on as if nothing had been."""
-    memory, then, increments = solver.memory(), solver.time, solver.increments
+    state, then, count = solver.state(), solver.time, solver.increment_count
     increment = increment_time(solver, INCREMENTS_TIME)
-    loops = [(p, f) for p in solver.work.passes for f in p.functions]
+    loops = [(p, f) for p in solver.kernels.passes for f in p.functions]
     repeat = _repetition(solver, [(p.count, f) for p, f in loops])
     passes = [
         PassCost(p.phase, _name(f), p.count, _seconds_each(partial(repeat, number)))
         for number, (p, f) in enumerate(loops)
     ]
-    solver.restore(memory, then, increments, solver.increment)
+    solver.restore(state, then, count, solver.time_increment)
     return Profile(passes, increment)
 
 
@@ -139,7 +142,7 @@ def _elapsed(repeat: Callable[[int], None], count: int) -> float:
 def _repetition(solver: ExplicitSolver, loops: list[Loop]) -> Callable[[int, int], None]:
     """repeat(number of the loop, count): on a CPU by one thread, on a GPU by launches."""
     repeated = _RepeatedLoops(loops, solver.scenarios)
-    t, dt = solver.time, REPEATED_STEP * solver.increment
+    t, dt = solver.time, REPEATED_STEP * solver.time_increment
     if backend.device().name == "cpu":
         return lambda number, count: repeated.serially(number, count, t, dt)
 
@@ -213,5 +216,5 @@ def _rate(device: str, threads: int, work: Workload, seconds: float) -> float:
     model = build_model(load_scene(*reference_scene(work)))
     backend.start(device, threads=threads)
     solver = ExplicitSolver([model])
-    solver.begin(model.safety_factor * stable_increment(model, model.points).value)
+    solver.begin(first_time_increment(model))
     return model.element_count / increment_time(solver, seconds)

@@ -1,7 +1,7 @@
-"""The course of one scenario, from station to station, and what is looked at there.
+"""The course of one run, from block to block of increments.
 
-Stations are where a history row, an inspection or the end is due. They depend on scene and model
-only, so a scenario takes the same course whatever is computed beside it and whatever stops it.
+A block ends where a history row, an inspection or the end of the run is due. That depends on scene
+and model only, so a run takes the same course whatever is computed beside it and whatever stops it.
 """
 
 import logging
@@ -25,10 +25,11 @@ from softsim.output.passage import PassageWatch
 from softsim.output.progress import Progress
 from softsim.output.watch import Watch, ended_by, see_history
 from softsim.run.control import feedback
-from softsim.run.files import Recording
+from softsim.run.files import RunFiles
 from softsim.solver.chatter import chatter_warnings
-from softsim.solver.energy import EnergyBalance, Meter
+from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.equilibrium import moves, unbalanced_share
+from softsim.solver.explicit import Scenario
 from softsim.solver.guards import (
     refuse_broken_elements,
     refuse_crowding,
@@ -37,14 +38,13 @@ from softsim.solver.guards import (
     refuse_unstable_step,
     step_warnings,
 )
-from softsim.solver.scenario import Scenario
-from softsim.stability.schedule import GROWTH, InspectionPlan
-from softsim.stability.time_step import StableStep
+from softsim.stability.schedule import GROWTH, StableStepSchedule
+from softsim.stability.time_step import estimator
 
-# Element updates between two stations (output, signals): 80 ms at 50 M/s. Of a million elements
-# the shortest takes 0.3 s. It depends on the model only, so that every run has the same stations.
-STATION_UPDATES = 4_000_000
-SHORTEST_STATION, LONGEST_STATION = 16, 512
+# Element updates of a block of increments (output, signals): 80 ms at 50 M/s. Of a million elements
+# the shortest takes 0.3 s. It depends on the model only, so that every run has the same blocks.
+BLOCK_UPDATES = 4_000_000
+SHORTEST_BLOCK, LONGEST_BLOCK = 16, 512
 
 log = logging.getLogger("softsim")
 
@@ -58,190 +58,195 @@ class Results:
     history: dict[str, np.ndarray]
 
 
-class Pace:
-    """Wall time of what is computed together: since it began, in the loop, and since the first
-    station, which compiles; the rate counts from there on.
+class WallClock:
+    """Wall time of runs that are computed together: since they began, since their loop began, and
+    since its first block, which compiles kernels; the rate counts from there on.
 
-    done_before: increments of each scenario (scenarios,) that do not count.
+    counts_before: increments of each run (scenarios,) done before the rate counts.
     """
 
     def __init__(self) -> None:
         self.began = time.monotonic()
         self.first_increment_after = 0.0
 
-    def enter_loop(self, done: np.ndarray) -> None:
-        """Everything is ready, with so many increments done of each scenario (scenarios,)."""
+    def enter_loop(self, increment_counts: np.ndarray) -> None:
+        """The loop begins, with so many increments done by each run (scenarios,)."""
         self.loop_began = self.steady_since = time.monotonic()
-        self.done_before = done.copy()
+        self.counts_before = increment_counts.copy()
 
-    def note_station(self, done: np.ndarray) -> None:
-        """A station is behind, with so many increments done."""
+    def note_block(self, increment_counts: np.ndarray) -> None:
+        """A block has ended, with so many increments done by each run (scenarios,)."""
         if self.first_increment_after == 0.0:
-            self.steady_since, self.done_before = time.monotonic(), done.copy()
+            self.steady_since, self.counts_before = time.monotonic(), increment_counts.copy()
             self.first_increment_after = self.steady_since - self.began
 
 
-class Simulation:
-    """One scenario on its way. outcome: what became of it, None as long as it runs."""
+class Run:
+    """The run of one scenario of a solver.
+
+    files: where it is recorded, with scene and model. finished: nothing is left to compute.
+    outcome: its Results, or the error that stopped it; None while it runs.
+    """
 
     def __init__(
         self,
+        files: RunFiles,
         scenario: Scenario,
-        meter: Meter,
-        recording: Recording,
-        pace: Pace,
+        reader: EnergyReader,
+        clock: WallClock,
         watches: Sequence[Watch],
     ) -> None:
-        self.scenario, self.meter, self.recording, self.pace = scenario, meter, recording, pace
-        self.model, self.loaded = recording.model, recording.loaded
-        self.output = self.loaded.scene.output
-        self.stable_step = StableStep(self.model)
+        self.files, self.scenario, self.reader, self.clock = files, scenario, reader, clock
+        self.model, self.output = files.model, files.loaded.scene.output
+        self.estimator = estimator(self.model)
         self.given_watches = watches
         self.finished = False
         self.energy_error, self.contact_count = 0.0, 0
         self.outcome: Results | SoftsimError | None = None
 
-    def first_increment(self) -> float:
-        """The step to begin with [s]."""
-        self.stable_at_rest = self.stable_step.at(self.model.points)
-        return self.model.increment or self.model.safety_factor * self.stable_at_rest.value
-
     def begin(self, settled: float | None) -> None:
-        """At t = 0; the meter has just looked. settled: time [s] that coming to rest has taken."""
-        stable = self.stable_at_rest
+        """Start at t = 0; the reader was just updated.
+
+        settled: simulated time [s] in which bodies came to rest before, None if they had not to.
+        """
+        stable = self.estimator.at_rest
         for body in self.model.bodies:
             log.info("material %s", body.material.describe())
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
             log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)
         log.info("stable increment %s", stable.describe())
-        self.recording.warn(step_warnings(self.model, stable))
-        self.balance = EnergyBalance.starting(self.meter.of(self.scenario.number)[0], self.model)
+        self.files.warn(step_warnings(self.model, stable))
+        energies = self.reader.of_scenario(self.scenario.number)[0]
+        self.balance = EnergyBalance.starting(energies, self.model)
         self._set_out(
             Progress(
-                InspectionPlan(stable.value),
-                increment=self.scenario.increment,
+                StableStepSchedule(stable.value),
+                time_increment=self.scenario.time_increment,
                 initial_balance=self.balance.initial,
             )
         )
 
     def resume(self, checkpoint: Checkpoint) -> None:
-        """Where a checkpoint was written."""
+        """Start where a checkpoint was written."""
         progress = Progress.written(checkpoint.progress)
         self.scenario.solver.restore(
-            checkpoint.memory, progress.time, progress.increments, progress.increment
+            checkpoint.state, progress.time, progress.increment_count, progress.time_increment
         )
         self.balance = EnergyBalance(progress.initial_balance, progress.largest_energy)
-        log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increments)
+        log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increment_count)
         self._set_out(progress)
 
     def _set_out(self, progress: Progress) -> None:
         self.progress = progress
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
-        self.watches = [*asked_watches(self.model), *self.given_watches]
-        see_history(self.watches, self.recording.rows())
+        self.watches = [*watches_of(self.model), *self.given_watches]
+        see_history(self.watches, self.files.rows())
         self.finished = self._is_done()
 
-    # --- stations --------------------------------------------------------------------------------
+    # --- blocks of increments --------------------------------------------------------------------
 
-    def next_station(self) -> int:
-        """Increments to the next station; looks at the elements before, if that is due."""
-        if self.scenario.increments >= self.progress.inspections.due:
+    def next_block(self) -> int:
+        """Increments of the next block; inspects the elements before, if that is due."""
+        if self.scenario.increment_count >= self.progress.schedule.due:
             self._inspect()
-        return self._increments_to_station()
+        return self._block_length()
 
-    def arrive(self) -> None:
-        """At a station: guards, and whether it is the last one."""
+    def end_block(self) -> None:
+        """Check what the block has done, and whether it was the last one."""
         progress, scenario = self.progress, self.scenario
-        progress.time, progress.increments = scenario.time, scenario.increments
-        if scenario.overfull():
+        progress.time, progress.increment_count = scenario.time, scenario.increment_count
+        if scenario.has_missed_contact():
             self._refuse_broken_elements()  # a cause says more than a symptom
             refuse_crowding(scenario.time)
         self.finished = self._is_done()
 
     @property
     def row_is_due(self) -> bool:
-        """Whether there is a row of the history to write now."""
+        """True if a row of the history is to be written now."""
         now, progress = self.scenario.time, self.progress
         is_time = self.finished or now >= progress.next_history
         return now > progress.last_history and is_time
 
-    def look(self) -> None:
-        """Write the history row and the frame that are due; the meter has just looked for a row."""
+    def write_due(self) -> None:
+        """Write the history row and the frame that are due; for a row the reader was updated."""
         now, progress = self.scenario.time, self.progress
         if self.row_is_due:
             self._write_row()
         self.finished = self.finished or any(watch.is_over for watch in self.watches)
         if now >= progress.next_frame or self.finished:
-            self.recording.write_frame(self.scenario)
+            self.files.write_frame(self.scenario)
             progress.next_frame = _next_multiple(self.output.frame_interval, now)
 
+    def has_reached_end(self) -> bool:
+        """True at the end time, with the round-off of the steps that led there."""
+        return self.scenario.time >= self.model.end_time * (1.0 - 1e-12)
+
     def _is_done(self) -> bool:
-        """At the end time; a static run goes on until forces balance, within its limit."""
+        """True at the end time; a static run goes on until forces balance, within its limit."""
         scenario, model = self.scenario, self.model
-        if scenario.time < model.end_time * (1.0 - 1e-12):
+        if not self.has_reached_end():
             return False
         if model.relaxation is None:
             return True
         share = unbalanced_share(scenario)
-        energies = self.meter.read(scenario.number)[0]
+        energies = self.reader.read(scenario.number)[0]
         if share <= model.relaxation.tolerance and not moves(energies, model.relaxation):
             return True
         if scenario.time > model.end_time + model.relaxation.longest:
             refuse_no_equilibrium(share, model.relaxation)
         return False
 
-    def _increments_to_station(self) -> int:
-        """Increments to the next station: as soon as a history row or an inspection is due, or at
-        the end.
+    def _block_length(self) -> int:
+        """Increments until a history row or an inspection is due, or until the end.
 
         The last ones are shortened so that the run ends exactly at its end time.
         """
-        scenario = self.scenario
+        scenario, dt = self.scenario, self.scenario.time_increment
         left = self.model.end_time - scenario.time
-        to_row = np.ceil((self.progress.next_history - scenario.time) / scenario.increment - 1e-9)
-        to_inspection = self.progress.inspections.due - scenario.increments
-        longest = station_length(self.model.element_count)
+        to_row = np.ceil((self.progress.next_history - scenario.time) / dt - 1e-9)
+        to_inspection = self.progress.schedule.due - scenario.increment_count
+        longest = longest_block(self.model.element_count)
         count = min(longest, to_inspection, max(1, int(to_row)))
         if left <= 0.0:  # a static run settles
             return count
-        to_end = max(1, int(np.ceil(left / scenario.increment - 1e-9)))
+        to_end = max(1, int(np.ceil(left / dt - 1e-9)))
         if to_end > count:
             return count
-        scenario.change_increment(left / to_end)
+        scenario.change_time_increment(left / to_end)
         return to_end
 
     def _inspect(self) -> None:
-        """Guards, and the stable increment, which changes as the elements deform."""
+        """Check the elements, and take the stable step, which changes as they deform."""
         scenario, model = self.scenario, self.model
         self._refuse_broken_elements()
-        stable = self.stable_step.at(scenario.positions())
-        run_length = model.end_time / scenario.increment
-        self.progress.inspections.go_on(stable.value, scenario.increments, run_length)
-        if model.increment is not None:
+        stable = self.estimator.at(scenario.positions())
+        run_length = model.end_time / scenario.time_increment
+        self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
+        if model.time_increment is not None:
             refuse_unstable_step(model, stable, scenario.time)
-            self.recording.warn(step_warnings(model, stable))
+            self.files.warn(step_warnings(model, stable))
             return
         allowed = model.safety_factor * stable.value
-        if scenario.increment > allowed or scenario.increment * GROWTH < allowed:
-            scenario.change_increment(allowed)
-            self.progress.increment = allowed
+        if scenario.time_increment > allowed or scenario.time_increment * GROWTH < allowed:
+            scenario.change_time_increment(allowed)
+            self.progress.time_increment = allowed
 
     def _refuse_broken_elements(self) -> None:
         """Stop at a broken element, with the failed frame kept."""
         try:
             refuse_broken_elements(self.model, self.scenario.positions(), self.scenario.time)
         except StabilityError:
-            self.recording.write_frame(self.scenario)
+            self.files.write_frame(self.scenario)
             raise
 
     def _write_row(self) -> None:
         scenario, progress = self.scenario, self.progress
         interval = scenario.time - max(progress.last_history, 0.0)
-        seen = observe(scenario, self.meter, self.balance, interval)
+        seen = observe(scenario, self.reader, self.balance, interval)
         row = seen.row | self.loop.readings()
-        self.recording.history.append(row)
+        self.files.history.append(row)
         self.loop.follow(row)
         for watch in self.watches:
             watch.see_row(row)
@@ -257,90 +262,88 @@ class Simulation:
             energies = asdict(seen.energies)
             largest = max(energies, key=lambda k: abs(energies[k]))
             self._refuse_broken_elements()  # a cause says more than a symptom
-            self.recording.write_frame(scenario)
+            self.files.write_frame(scenario)
             refuse_energy_error(self.model, error, scenario.time, largest)
 
     # --- the end ---------------------------------------------------------------------------------
 
     def finish(self) -> None:
-        """The run is at its end: a last inspection, and what it has found."""
+        """Inspect the elements a last time, and set the outcome."""
         self._inspect()
         self.checkpoint()
         failure = self._failed_expectations()
         self.stop("done", failure)
         if failure is None:
-            self.outcome = Results(
-                self.recording.path, self.recording.summary, self.recording.rows()
-            )
+            self.outcome = Results(self.files.path, self.files.summary, self.files.rows())
         else:
             self.outcome = ExpectationError(
-                failure, hint=f"the run itself is done: {self.recording.path}"
+                failure, hint=f"the run itself is done: {self.files.path}"
             )
 
     def fail(self, error: SoftsimError) -> None:
-        """Something has stopped this run, and none but this."""
+        """End this run, and no other, with an error as its outcome."""
         log.error("%s", error)
         self.outcome = error
         self.stop("aborted", str(error))
 
     def stop(self, status: str, failure: str | None = None) -> None:
-        """Write what was found so far, and let go of the files."""
+        """Write the summary, and close the files."""
         self.write_summary(status, failure)
-        self.recording.close()
+        self.files.close()
 
     def checkpoint(self) -> None:
-        """Write the full state, from which --resume goes on."""
+        """Write the full state, from which --resume continues."""
         self.progress.wall_time = self._wall_time()
-        self.progress.increment = self.scenario.increment
+        self.progress.time_increment = self.scenario.time_increment
         self.progress.control = self.loop.state
-        self.recording.write_checkpoint(self.scenario, self.progress)
+        self.files.write_checkpoint(self.scenario, self.progress)
 
     def _wall_time(self) -> float:
-        return self.wall_before + time.monotonic() - self.pace.began
+        return self.wall_before + time.monotonic() - self.clock.began
 
     def write_summary(self, status: str, failure: str | None = None) -> None:
-        """What is known of the run; what it found, too, unless it is running."""
+        """Write the summary; with measures and warnings, unless the run is running."""
         scenario, model, device = self.scenario, self.model, backend.device()
-        done = scenario.increments - int(self.pace.done_before[scenario.number])
-        rate = model.element_count * done / (time.monotonic() - self.pace.steady_since)
+        done = scenario.increment_count - int(self.clock.counts_before[scenario.number])
+        rate = model.element_count * done / (time.monotonic() - self.clock.steady_since)
         summary: dict[str, Any] = {
             "status": status,
-            "scene": str(self.loaded.path),
-            "title": self.loaded.scene.title,
+            "scene": str(self.files.loaded.path),
+            "title": self.files.loaded.scene.title,
             "snapshot_field": self.output.snapshot_field,
             "device": device.name,
             "threads": device.threads,
             "precision": device.precision,
             "node_count": len(model.points),
             "element_count": model.element_count,
-            "time_increment": scenario.increment,
-            "increments": scenario.increments,
+            "time_increment": scenario.time_increment,
+            "increments": scenario.increment_count,
             "simulated_time": scenario.time,
             "wall_time": self._wall_time(),
-            "first_increment_after": self.pace.first_increment_after,
+            "first_increment_after": self.clock.first_increment_after,
             "element_updates_per_second": rate if done else None,
             "energy_error": float(self.progress.largest_energy_error),
         }
         if status != "running":
-            summary |= measures(model, self.recording.rows())
+            summary |= measures(model, self.files.rows())
             chatter = scenario.chatter()
             summary["contact_chatter"] = chatter.returns
-            self.recording.warn(chatter_warnings(model, chatter))
+            self.files.warn(chatter_warnings(model, chatter))
             if (name := ended_by(self.watches)) is not None:
                 summary["ended_by"] = name
         if failure is not None:
             summary["failure"] = failure
-        self.recording.write_summary(summary)
+        self.files.write_summary(summary)
 
     def _failed_expectations(self) -> str | None:
-        """What the scene's `expect` block demands and the run did not do, or None."""
-        found = measures(self.model, self.recording.rows())
+        """Text of the demands in the scene's `expect` block that the run failed, or None."""
+        found = measures(self.model, self.files.rows())
         found |= {"energy_error": self.progress.largest_energy_error}
-        return failed_expectations(self.loaded.scene.expect, found)
+        return failed_expectations(self.files.loaded.scene.expect, found)
 
 
-def asked_watches(model: Model) -> list[Watch]:
-    """What may end a run before its time because its scene asks for it."""
+def watches_of(model: Model) -> list[Watch]:
+    """The watches with which a scene may end its run before its time."""
     watches: list[Watch] = []
     if model.passage is not None:
         watches.append(PassageWatch(model.passage))
@@ -349,10 +352,10 @@ def asked_watches(model: Model) -> list[Watch]:
     return watches
 
 
-def station_length(element_count: int) -> int:
-    """Increments between two stations at most, of a model of so many elements."""
-    wanted = STATION_UPDATES // max(1, element_count)
-    return min(max(SHORTEST_STATION, wanted), LONGEST_STATION)
+def longest_block(element_count: int) -> int:
+    """Largest number of increments of a block, of a model of so many elements."""
+    wanted = BLOCK_UPDATES // max(1, element_count)
+    return min(max(SHORTEST_BLOCK, wanted), LONGEST_BLOCK)
 
 
 def _next_multiple(interval: float, time: float) -> float:

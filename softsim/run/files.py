@@ -1,4 +1,4 @@
-"""What a run leaves in its folder while it goes on: log, history, frames, checkpoint, summary."""
+"""The files of a run: log, history, frames, checkpoint, summary."""
 
 import logging
 from collections.abc import Iterator, Mapping
@@ -10,64 +10,58 @@ import numpy as np
 from rich.console import Console
 
 from softsim import backend
+from softsim.errors import OutputError
 from softsim.model import Model
 from softsim.output import folder as files
-from softsim.output.checkpoint import Checkpoint, write_checkpoint
+from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
 from softsim.output.fields import FieldWriter
 from softsim.output.folder import RunFolder
 from softsim.output.history import History, read_history
 from softsim.output.observation import columns, description, frame, mesh_of
 from softsim.output.progress import Progress
 from softsim.scene.loading import LoadedScene
+from softsim.solver.explicit import Scenario
 from softsim.solver.guards import strain_warnings
-from softsim.solver.scenario import Scenario
 
 log = logging.getLogger("softsim")
 
 
-class Recording:
-    """The files of a run that begins; what an earlier one left in the folder goes.
+class RunFiles:
+    """The files of a run: log, history, frames, checkpoint, summary.
 
-    loaded, model: the scene and what was built from it. summary: as it was written last.
-    Raises OutputError if the disk refuses.
+    loaded, model: the scene and what was built from it. resumed_at: time [s] from which the files
+    of a stopped run are continued; None: what an earlier run left in the folder is removed.
+    summary: as it was written last.
+
+    Raises OutputError if the disk refuses, or if there are no files to continue.
     """
 
     def __init__(
-        self, loaded: LoadedScene, model: Model, target: RunFolder, console: Console
-    ) -> None:
-        self._belong_to(loaded, model, target, console)
-        for stale in (files.CHECKPOINT, files.SUMMARY, files.LOG):
-            (self.path / stale).unlink(missing_ok=True)
-        target.write_text_atomic(files.SCENE, loaded.resolved())
-        self.history = History(self.path / files.HISTORY, columns(model))
-        self.fields = FieldWriter(self.path / files.RESULTS, *mesh_of(model))
-        self.fields.describe(**description(model, loaded.scene.title))
-
-    @classmethod
-    def resumed(
-        cls, loaded: LoadedScene, model: Model, target: RunFolder, console: Console, time: float
-    ) -> "Recording":
-        """Go on with the files of a stopped run, from `time` [s] on."""
-        recording = cls.__new__(cls)
-        recording._belong_to(loaded, model, target, console)
-        path = target.path
-        recording.history = History.resumed(path / files.HISTORY, columns(model), time)
-        recording.fields = FieldWriter.resumed(path / files.RESULTS, time)
-        return recording
-
-    def _belong_to(
-        self, loaded: LoadedScene, model: Model, target: RunFolder, console: Console
+        self,
+        loaded: LoadedScene,
+        model: Model,
+        target: RunFolder,
+        console: Console,
+        resumed_at: float | None = None,
     ) -> None:
         self.loaded, self.model, self.target, self.console = loaded, model, target, console
         self.path = target.path
         self.summary: dict[str, Any] = {}
         self.warned: set[str] = set()
+        if resumed_at is None:
+            for stale in (files.CHECKPOINT, files.SUMMARY, files.LOG):
+                (self.path / stale).unlink(missing_ok=True)
+            target.write_text_atomic(files.SCENE, loaded.resolved())
+        self.history = History(self.path / files.HISTORY, columns(model), resumed_at)
+        self.fields = FieldWriter(self.path / files.RESULTS, *mesh_of(model), resumed_at)
+        if resumed_at is None:
+            self.fields.describe(**description(model, loaded.scene.title))
         self.log_file = logging.FileHandler(self.path / files.LOG, delay=True)
         self.log_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
 
     @contextmanager
     def logged(self) -> Iterator[None]:
-        """What is logged in the block goes into this run's log: others may run in between."""
+        """Write what is logged in the block into this run's log: others may run in between."""
         log.setLevel(logging.INFO)
         log.addHandler(self.log_file)
         try:
@@ -77,7 +71,7 @@ class Recording:
             self.log_file.close()
 
     def warn(self, warnings: Mapping[str, str]) -> None:
-        """Into the log and onto the console, each kind once."""
+        """Write warnings (kind -> text) into the log and onto the console, each kind once."""
         for kind, text in warnings.items():
             if kind not in self.warned:
                 self.warned.add(kind)
@@ -85,16 +79,16 @@ class Recording:
                 self.console.print(f"warning: {text}", highlight=False)
 
     def write_frame(self, scenario: Scenario) -> None:
-        """The fields of this moment, unless they are there, and what is doubtful about them."""
+        """Write the present fields, unless they are there, and warnings about their strains."""
         if scenario.time > self.fields.last_time:
             now = frame(scenario)
             self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
             self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
 
     def write_checkpoint(self, scenario: Scenario, progress: Progress) -> None:
-        """The full state, from which --resume goes on."""
+        """Write the full state, from which --resume continues."""
         scene, device = self.loaded.scene.model_dump_json(), backend.device().name
-        content = Checkpoint(scenario.memory(), asdict(progress), scene, device)
+        content = Checkpoint(scenario.state(), asdict(progress), scene, device)
         write_checkpoint(self.path / files.CHECKPOINT, content)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
@@ -103,9 +97,30 @@ class Recording:
         self.target.write_json_atomic(files.SUMMARY, summary)
 
     def rows(self) -> dict[str, np.ndarray]:
-        """The history so far (column -> array)."""
+        """The rows of the history so far (column -> array)."""
         return read_history(self.path / files.HISTORY)
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self.history.close()
+
+
+def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, device: str) -> Checkpoint:
+    """The checkpoint in a run folder.
+
+    Raises OutputError where there is none, or it is of another scene or device.
+    """
+    path = target.path
+    checkpoint = read_checkpoint(path / files.CHECKPOINT)
+    if checkpoint.scene != loaded.scene.model_dump_json():
+        raise OutputError(
+            f"the checkpoint in {path} belongs to another scene or other settings",
+            hint=f"compare with {path / files.SCENE}, or run without --resume",
+        )
+    if checkpoint.device != device:
+        raise OutputError(
+            f"the checkpoint in {path} was computed on {checkpoint.device}, this is "
+            f"{device}: the run would not go on to the same bits",
+            hint=f"resume with --device {checkpoint.device}",
+        )
+    return checkpoint

@@ -1,4 +1,4 @@
-"""How long a run will take, told by a pilot: the run itself with its loads played faster.
+"""The duration of a run, foretold by a pilot: the run itself with its loads played faster.
 
 The time step follows the deformation, so the step at rest says little about a skin that balloons:
 it may shrink tenfold. The pilot passes through the whole course of the loads in some 20,000
@@ -23,10 +23,10 @@ from softsim.machine import Choice
 from softsim.model import Model
 from softsim.output.folder import RunFolder
 from softsim.run.batch import Batch
-from softsim.run.course import Simulation
-from softsim.run.files import Recording
+from softsim.run.course import Run
+from softsim.run.files import RunFiles
 from softsim.scene.loading import LoadedScene
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import first_time_increment
 
 PILOT_INCREMENTS = 20_000  # at the step of rest
 # A pilot gets so long [s]. A large model, or one whose step shrinks a lot, is then on its way
@@ -43,42 +43,42 @@ FIGURES_TIME = 2.5  # [s]: matplotlib's import and some four pictures, measured
 class Duration:
     """The parts of a run [s]: `start` up to the first increment, `loop`, `figures`.
 
-    increments: to be done. rate: element updates a second in the loop. threads: CPU threads that
-    share them. covered: share of the loads' course that the pilot saw.
+    increment_count: increments to be done. rate: element updates a second in the loop. threads:
+    CPU threads that share them. covered: share of the loads' course that the pilot saw.
     """
 
     start: float
     loop: float
     figures: float
-    increments: float
+    increment_count: float
     rate: float
     threads: int
     covered: float
 
     @property
     def total(self) -> float:
-        """All of it [s]."""
+        """The whole duration [s]."""
         return self.start + self.loop + self.figures
 
 
 @dataclass(frozen=True)
 class Mark:
-    """Where a pilot is: wall time [s], simulated time [s], increments."""
+    """The state of a pilot: wall time [s], simulated time [s], increments done."""
 
     wall: float
     simulated: float
-    increments: int
+    increment_count: int
 
 
 def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Duration:
-    """Run the pilot in a folder that goes away again.
+    """Run the pilot in a temporary folder.
 
     Raises DeviceError where the device does not start, StabilityError where a guard stops the very
     first increments.
     """
     built_after = time.time() - psutil.Process().create_time()
-    factor = hastening(model)
-    pilot_model = hastened(model, factor)
+    factor = pilot_speed(model)
+    pilot_model = time_scaled(model, factor)
     with tempfile.TemporaryDirectory() as folder:
         target = RunFolder(Path(folder))
         pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
@@ -86,28 +86,25 @@ def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Dur
             pilot.close()
             pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
         marks = _marks(pilot)
-        end = pilot.solver.time if _is_done(pilot.simulations[0]) else pilot_model.end_time
-        loop, increments, covered = extrapolated(marks, end)
-        loop, increments = loop * factor, increments * factor
+        end = pilot.solver.time if _is_done(pilot.runs[0]) else pilot_model.end_time
+        loop, count, covered = extrapolated(marks, end)
+        loop, count = loop * factor, count * factor
         began = time.perf_counter()
-        pilot.simulations[0].checkpoint()
+        pilot.runs[0].checkpoint()
         checkpoint = time.perf_counter() - began
         pilot.close()
     loop += checkpoint * (1.0 + loop // loaded.scene.output.checkpoint_interval)
-    rate = increments * model.element_count / loop
+    rate = count * model.element_count / loop
     start = built_after + started_in
-    return Duration(start, loop, FIGURES_TIME, increments, rate, backend.device().threads, covered)
+    return Duration(start, loop, FIGURES_TIME, count, rate, backend.device().threads, covered)
 
 
-def hastening(model: Model) -> float:
-    """How much faster the pilot plays the loads: 1 for a run no longer than a pilot."""
-    increment = model.increment or (
-        model.safety_factor * stable_increment(model, model.points).value
-    )
-    return max(1.0, model.end_time / increment / PILOT_INCREMENTS)
+def pilot_speed(model: Model) -> float:
+    """The factor by which the pilot plays the loads faster: 1 for a run no longer than a pilot."""
+    return max(1.0, model.end_time / first_time_increment(model) / PILOT_INCREMENTS)
 
 
-def hastened(model: Model, factor: float) -> Model:
+def time_scaled(model: Model, factor: float) -> Model:
     """The model with its loads and prescribed motions played `factor` times as fast.
 
     Motors keep their frequency: it is the loads that deform the body most.
@@ -115,24 +112,24 @@ def hastened(model: Model, factor: float) -> Model:
     return replace(
         model,
         end_time=model.end_time / factor,
-        loads=tuple(load.hastened(factor) for load in model.loads),
+        loads=tuple(load.time_scaled(factor) for load in model.loads),
     )
 
 
 def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
     """Wall time [s] and increments of a whole pilot, and the share of its `end` [s] that it saw.
 
-    Its first station, which does much for the first time, is taken to be as fast as those that
-    follow. What is missing at the end goes on as the last LAST_PART of the wall time did.
+    Its first block of increments, which does much for the first time, is taken to be as fast as
+    those that follow. What is missing at the end goes on as the last LAST_PART of the wall time.
     """
     second, last = marks[min(1, len(marks) - 2)], marks[-1]
     wall = last.wall - second.wall
     late = next(m for m in reversed(marks[:-1]) if m.wall <= last.wall - LAST_PART * wall)
     missing = max(0.0, (end - last.simulated) / (last.simulated - late.simulated))
     return (
-        wall * last.increments / (last.increments - second.increments)
+        wall * last.increment_count / (last.increment_count - second.increment_count)
         + missing * (last.wall - late.wall),
-        last.increments + missing * (last.increments - late.increments),
+        last.increment_count + missing * (last.increment_count - late.increment_count),
         min(1.0, last.simulated / end),
     )
 
@@ -140,13 +137,13 @@ def extrapolated(marks: list[Mark], end: float) -> tuple[float, float, float]:
 def _first_increment(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice
 ) -> tuple[Batch, float]:
-    """The pilot after an increment, which compiles, and how long that took [s]."""
+    """The pilot after an increment, which compiles, and the wall time [s] that it took."""
     began = time.perf_counter()
-    recording = Recording(loaded, model, target, Console(quiet=True))
-    pilot = Batch([recording], choice, [()])
+    files = RunFiles(loaded, model, target, Console(quiet=True))
+    pilot = Batch([files], choice, [()])
     # A layout's verdict says nothing here: the loads are faster, the robot is not.
-    pilot.simulations[0].watches.clear()
-    pilot.look()
+    pilot.runs[0].watches.clear()
+    pilot.write_due()
     pilot.solver.advance(1)
     return pilot, time.perf_counter() - began
 
@@ -158,13 +155,13 @@ def _marks(pilot: Batch) -> list[Mark]:
     """
 
     def mark() -> Mark:
-        return Mark(time.perf_counter(), pilot.solver.time, pilot.solver.increments)
+        return Mark(time.perf_counter(), pilot.solver.time, pilot.solver.increment_count)
 
     marks = [mark()]
-    simulation = pilot.simulations[0]
-    while not _is_done(simulation):
-        pilot.go_to_stations()
-        stopped = simulation.outcome
+    run = pilot.runs[0]
+    while not _is_done(run):
+        pilot.do_blocks()
+        stopped = run.outcome
         if isinstance(stopped, StabilityError) and len(marks) > 1:
             break  # too fast for this body: the share that it saw says so
         if isinstance(stopped, StabilityError | OutputError):
@@ -175,8 +172,7 @@ def _marks(pilot: Batch) -> list[Mark]:
     return marks
 
 
-def _is_done(pilot: Simulation) -> bool:
-    """At the end time, or with the last cycle."""
-    model = pilot.model
-    cycles_are_done = model.cycles is not None and pilot.loop.cycles_done() >= model.cycles
-    return cycles_are_done or pilot.scenario.time >= model.end_time * (1.0 - 1e-12)
+def _is_done(run: Run) -> bool:
+    """True at the end time, or when the last cycle is over."""
+    cycles = run.model.cycles
+    return run.has_reached_end() or (cycles is not None and run.loop.cycles_done() >= cycles)

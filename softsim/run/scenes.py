@@ -1,4 +1,4 @@
-"""Build, loop, observe, verdict: `softsim run` without the command line."""
+"""Runs of scenes: one scene with its folder and console, or several that share a structure."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -6,16 +6,14 @@ from pathlib import Path
 from rich.console import Console
 
 from softsim.builder import build_model
-from softsim.errors import OutputError, SoftsimError
+from softsim.errors import SoftsimError
 from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
-from softsim.output import folder as files
-from softsim.output.checkpoint import Checkpoint, read_checkpoint
 from softsim.output.folder import RunFolder
 from softsim.output.watch import Watch
 from softsim.run.batch import Batch
 from softsim.run.course import Results
-from softsim.run.files import Recording
+from softsim.run.files import RunFiles, fitting_checkpoint
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.solver.footprint import refuse_too_large, scenarios_that_fit
 
@@ -35,13 +33,13 @@ def run(
     profile_after: float = PROFILE_AFTER,
     watches: Sequence[Watch] = (),
 ) -> Results:
-    """Run a scene to its end and return what it found.
+    """Run a scene to its end and return its results.
 
     Parameters
     ----------
     scene: path of a scene file, or a loaded scene. overrides: "a.b.c=value".
     out: run folder, `runs/<scene's name>` by default. device: auto, cpu, cuda.
-    resume: go on from the checkpoint in the run folder.
+    resume: continue from the checkpoint in the run folder.
     threads: CPU threads, a number or auto: one for a small model, else all processors.
     profile_after: a run whose loop took longer [s] ends with measuring what each pass costs.
     watches: see each row of the history, and may end the run early; the summary's `ended_by` names
@@ -62,7 +60,7 @@ def run(
     if resume:
         batch = resumed(loaded, model, target, choice, console, watches)
     else:
-        batch = Batch([Recording(loaded, model, target, console)], choice, [watches])
+        batch = Batch([RunFiles(loaded, model, target, console)], choice, [watches])
     [outcome] = batch.run(console)
     batch.add_profile(profile_after)
     if isinstance(outcome, SoftsimError):
@@ -74,14 +72,13 @@ def resumed(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice, console: Console,
     watches: Sequence[Watch] = (),
 ) -> Batch:  # fmt: skip
-    """A run that goes on from the checkpoint in its folder.
+    """A batch of one, resumed from the checkpoint in its folder.
 
     Raises OutputError where there is none, or it is of another scene or device.
     """
-    checkpoint = fitting_checkpoint(loaded, target, choice)
-    then = float(checkpoint.progress["time"])
-    recording = Recording.resumed(loaded, model, target, console, then)
-    return Batch([recording], choice, [watches], checkpoint)
+    checkpoint = fitting_checkpoint(loaded, target, choice.device)
+    files = RunFiles(loaded, model, target, console, float(checkpoint.progress["time"]))
+    return Batch([files], choice, [watches], checkpoint)
 
 
 def run_batch(
@@ -94,10 +91,10 @@ def run_batch(
     """Run several scenes in this process, each as `run` does, those of one structure side by side.
 
     Scenes that share mesh, materials and kinds of loads and walls are computed together, as many at
-    once as fit into memory; a static one is alone. What becomes of a scene does not depend on the
-    others. folders: of each. watches: those of each. Nothing is printed, no passes are measured.
+    once as fit into memory; a static one is alone. The results of a scene do not depend on the
+    others. folders, watches: those of each scene. Nothing is printed, no passes are measured.
 
-    Returns what came out of each: Results, or the error that stopped it.
+    Returns the outcome of each: Results, or the error that stopped it.
     Raises DeviceError where the device is not there, Interrupted for SIGINT and SIGTERM; each that
     was running has a checkpoint then, and goes on by `run(..., resume=True)`.
     """
@@ -111,28 +108,28 @@ def run_batch(
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):
-        recordings: dict[int, Recording] = {}
+        files: dict[int, RunFiles] = {}
         for k in group:
             try:
                 target = RunFolder(folders[k])
-                recordings[k] = Recording(scenes[k], models[k], target, console)
+                files[k] = RunFiles(scenes[k], models[k], target, console)
             except SoftsimError as error:
                 outcomes[k] = error
-        if recordings:
-            batch = Batch(list(recordings.values()), choice, [watches[k] for k in recordings])
-            outcomes |= dict(zip(recordings, batch.run(console), strict=True))
+        if files:
+            batch = Batch(list(files.values()), choice, [watches[k] for k in files])
+            outcomes |= dict(zip(files, batch.run(console), strict=True))
     return [outcomes[k] for k in range(len(scenes))]
 
 
 def fitting_model(loaded: LoadedScene, choice: Choice) -> Model:
-    """The model of a scene. Raises DeviceError too: it does not fit into memory."""
+    """The model of a scene. Raises DeviceError, too, if it does not fit into memory."""
     model = build_model(loaded)
     refuse_too_large(model, choice.device, memory_of(choice.device))
     return model
 
 
 def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
-    """Numbers of the models that are computed together: of one structure, no more than fit."""
+    """Groups of numbers of models that are computed together: of one structure, as many as fit."""
     structures: list[list[int]] = []
     for k, model in models.items():
         same = (group for group in structures if models[group[0]].can_share(model))
@@ -148,24 +145,3 @@ def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
         size = len(group) if fitting is None else max(1, fitting)
         parts += [group[k : k + size] for k in range(0, len(group), size)]
     return parts
-
-
-def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -> Checkpoint:
-    """The checkpoint in a run folder.
-
-    Raises OutputError where there is none, or it is of another scene or device.
-    """
-    path = target.path
-    checkpoint = read_checkpoint(path / files.CHECKPOINT)
-    if checkpoint.scene != loaded.scene.model_dump_json():
-        raise OutputError(
-            f"the checkpoint in {path} belongs to another scene or other settings",
-            hint=f"compare with {path / files.SCENE}, or run without --resume",
-        )
-    if checkpoint.device != choice.device:
-        raise OutputError(
-            f"the checkpoint in {path} was computed on {checkpoint.device}, this is "
-            f"{choice.device}: the run would not go on to the same bits",
-            hint=f"resume with --device {checkpoint.device}",
-        )
-    return checkpoint

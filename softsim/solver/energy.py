@@ -47,9 +47,12 @@ class Energies:
 
 
 @dataclass(frozen=True)
-class Grip:
-    """Contact with walls: nodes touching now, impulses [N s] since they were cleared: the sum of
-    the normal ones, the part of it that nodes carried while they slipped, and the vector (d,).
+class WallContactTotals:
+    """Sums over the nodes in contact with walls.
+
+    contact_count: nodes that touch now. Impulses [N s] since they were cleared: normal_impulse, the
+    sum of the normal ones; slipping_impulse, the part of it that nodes carried while they slipped;
+    impulse (d,), the vector.
     """
 
     contact_count: int
@@ -59,14 +62,14 @@ class Grip:
 
     @property
     def slip_share(self) -> float:
-        """Of the normal impulse that was carried in slip [-]; 0 without contact."""
+        """Share of the normal impulse that was carried in slip [-]; 0 without contact."""
         return self.slipping_impulse / self.normal_impulse if self.normal_impulse > 0.0 else 0.0
 
 
 @ti.data_oriented
-class Meter:
-    """Reads energies and grip of all scenarios in one kernel: copying every field out would cost
-    more than a hundred increments.
+class EnergyReader:
+    """Reads energies and wall contact of all scenarios in one kernel: copying every field out would
+    cost more than a hundred increments.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
@@ -76,23 +79,24 @@ class Meter:
         self.serially = backend.device().name == "cpu"
         self.readings = np.zeros((solver.scenarios, 9 + 2 * self.dimension))
 
-    def look(self) -> None:
-        """Read what there is now; `of` tells it."""
-        self._read(self.solver.steps, self.readings)
+    def update(self) -> None:
+        """Read the present values of all scenarios; `of_scenario` returns them."""
+        self._read(self.solver.time_increments, self.readings)
 
-    def of(self, scenario: int) -> tuple[Energies, Grip, np.ndarray]:
-        """Energies, grip, and the centre of mass of all nodes (d,) [m] of a scenario at the last
-        look.
+    def of_scenario(self, scenario: int) -> tuple[Energies, WallContactTotals, np.ndarray]:
+        """Energies, wall contact, and the centre of mass of all nodes (d,) [m] of a scenario at the
+        last update.
         """
         row = self.readings[scenario]
         mass = self.solver.models[scenario].mass.sum()
         impulse, moment = row[9 : 9 + self.dimension].copy(), row[9 + self.dimension :]
-        return Energies(*row[:6]), Grip(int(row[6]), row[7], row[8], impulse), moment / mass
+        walls = WallContactTotals(int(row[6]), row[7], row[8], impulse)
+        return Energies(*row[:6]), walls, moment / mass
 
-    def read(self, scenario: int = 0) -> tuple[Energies, Grip, np.ndarray]:
-        """Look, and tell what there is of a scenario."""
-        self.look()
-        return self.of(scenario)
+    def read(self, scenario: int = 0) -> tuple[Energies, WallContactTotals, np.ndarray]:
+        """Update, and return the values of a scenario."""
+        self.update()
+        return self.of_scenario(scenario)
 
     @ti.kernel
     def _read(

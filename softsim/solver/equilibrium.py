@@ -1,11 +1,11 @@
-"""Whether forces balance and nothing moves: the end of a dynamic relaxation."""
+"""Balance of forces and rest: the end of a dynamic relaxation."""
 
 import numpy as np
 
 from softsim import fields
 from softsim.model import Relaxation
 from softsim.solver.energy import Energies
-from softsim.solver.scenario import Scenario
+from softsim.solver.explicit import Scenario
 
 
 def unbalanced_share(scenario: Scenario) -> float:
@@ -32,7 +32,7 @@ def unbalanced_share(scenario: Scenario) -> float:
 
 
 def moves(energies: Energies, relaxation: Relaxation) -> bool:
-    """Whether a body on its way through equilibrium, where forces balance, still moves.
+    """True if a body on its way through equilibrium, where forces balance, still moves.
 
     Kinetic energy goes with the square of the distance from equilibrium. At a turning point it is
     forces that do not balance.

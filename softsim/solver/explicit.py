@@ -4,16 +4,21 @@ x(n+1) = x(n) + dt v(n+1/2);  forces at x(n+1);  v(n+3/2) = v(n+1/2) + dt f(n+1)
 After a block of increments positions and forces belong to the same time, and the velocity of that
 time is v(n+1/2) less half a kick.
 
-How the work is shared out is solver/increments.py's.
+solver/increments.py tells how the work of an increment is shared between threads.
 """
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import taichi as ti
 
 from softsim import fields
 from softsim.errors import OutputError
+from softsim.loads.load import Load
 from softsim.model import Model
-from softsim.solver.increments import Increments, Span, size, work_at
+from softsim.solver.chatter import Chatter, chatter
+from softsim.solver.increments import IncrementKernels, Span, size, work_at
 from softsim.solver.terms import Terms
 
 
@@ -22,7 +27,8 @@ class ExplicitSolver:
     """Advances one model, or several scenarios of it side by side, each at its own pace: what
     becomes of a scenario does not depend on what it is computed with.
 
-    times [s], done (increments), steps [s] in use: arrays (scenarios,).
+    times [s], increment_counts, time_increments [s]: simulated time, increments done and step in
+    use of each scenario, (scenarios,).
     """
 
     def __init__(self, models: list[Model]) -> None:
@@ -30,33 +36,34 @@ class ExplicitSolver:
         self.scenarios = len(models)
         with fields.together():
             self.terms = Terms(models)
-            self.work = Increments(self.terms, self.scenarios)
+            self.kernels = IncrementKernels(self.terms, self.scenarios)
         self.shift_stages = self.terms.shift_stages()
-        self.times, self.steps = np.zeros(self.scenarios), np.zeros(self.scenarios)
-        self.done = np.zeros(self.scenarios, dtype=int)
+        self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
+        self.increment_counts = np.zeros(self.scenarios, dtype=int)
 
     @property
     def time(self) -> float:
-        """Of the first scenario [s]."""
+        """Simulated time of the first scenario [s]."""
         return float(self.times[0])
 
     @property
-    def increments(self) -> int:
-        """Done by the first scenario."""
-        return int(self.done[0])
+    def increment_count(self) -> int:
+        """Number of increments that the first scenario has done."""
+        return int(self.increment_counts[0])
 
     @property
-    def increment(self) -> float:
+    def time_increment(self) -> float:
         """The step in use of the first scenario [s]."""
-        return float(self.steps[0])
+        return float(self.time_increments[0])
 
-    def begin(self, increments: float | np.ndarray) -> None:
-        """Forces at t = 0 and the first half kick; the steps to come [s]: one for all scenarios, or
-        (scenarios,).
+    def begin(self, dt: float | np.ndarray) -> None:
+        """Compute the forces at t = 0 and the first half kick.
+
+        dt: the steps to come [s], one for all scenarios, or (scenarios,).
         """
-        for s, increment in enumerate(np.broadcast_to(increments, self.scenarios)):
-            self._take_increment(s, float(increment))
-        self._stand(self.steps, kicks=0.5 * self.steps)
+        for s, step in enumerate(np.broadcast_to(dt, self.scenarios)):
+            self._set_time_increment(s, float(step))
+        self._stand(self.time_increments, kicks=0.5 * self.time_increments)
         for term in self.terms.everything:
             term.forget_work()
             for s in range(self.scenarios):
@@ -67,34 +74,34 @@ class ExplicitSolver:
 
     @property
     def _velocities(self) -> list[ti.Field]:
-        """Fields of all that moves by inertia."""
+        """The velocity fields of all that moves by inertia."""
         bodies = self.terms.rigid_bodies
         of_bodies = [bodies.velocity, bodies.angular_momentum, bodies.angular_velocity]
         return [self.terms.nodes.velocity, *(of_bodies if bodies.count else [])]
 
     def velocities(self) -> list[np.ndarray]:
-        """What moves now in all scenarios, as `start_clock` takes it."""
+        """The velocities of all scenarios, as `start_clock` takes them."""
         return [fields.read(field) for field in self._velocities]
 
     def halt(self, s: int) -> None:
-        """Take all motion from scenario s."""
+        """Set all velocities of scenario s to zero."""
         for field in self._velocities:
             fields.write_row(field, s, 0.0)
 
     def damp(self, s: int, share: float) -> None:
-        """Let this share of every unbalanced force in scenario s resist the motion from now on."""
+        """Let this share of every unbalanced force in scenario s resist its motion."""
         fields.write_row(self.terms.nodes.local_damping, s, share)
 
     def relax_branches(self, s: int) -> None:
-        """From now on Maxwell branches of scenario s relax at once, until its step is set."""
+        """Let the Maxwell branches of scenario s relax at once, until its step is set again."""
         for body in self.terms.bodies:
-            body.set_increment(s, np.inf)
+            body.set_time_increment(s, np.inf)
 
     def start_clock(self, velocities: list[np.ndarray]) -> None:
-        """What has relaxed stands at t = 0 and moves with these velocities; books are empty."""
+        """Start at t = 0 from the relaxed state with these velocities and empty energy books."""
         for field, values in zip(self._velocities, velocities, strict=True):
             fields.write(field, values)
-        self.times[:], self.done[:] = 0.0, 0
+        self.times[:], self.increment_counts[:] = 0.0, 0
         bodies = self.terms.rigid_bodies
         for work in (self.terms.nodes.damping_work, bodies.damping_work):
             fields.write(work, 0.0)
@@ -106,48 +113,49 @@ class ExplicitSolver:
 
     # --- increments ------------------------------------------------------------------------------
 
-    def find_forces(self, increment: float) -> None:
-        """Forces at the present places and velocities, as at the end of a step of `increment` [s];
-        nothing moves, branches relax by the step in use.
+    def find_forces(self, dt: float) -> None:
+        """Compute forces at the present places and velocities, as at the end of a step dt [s].
+
+        Nothing moves; branches relax by the step in use.
         """
-        self._stand(np.full(self.scenarios, increment), kicks=np.zeros(self.scenarios))
+        self._stand(np.full(self.scenarios, dt), kicks=np.zeros(self.scenarios))
 
-    def change_increment(self, increment: float) -> None:
-        """Go on with another step [s] in all scenarios."""
+    def change_time_increment(self, dt: float) -> None:
+        """Continue with another step [s] in all scenarios."""
         for s in range(self.scenarios):
-            self.change_increment_of(s, increment)
+            self.change_time_increment_of(s, dt)
 
-    def change_increment_of(self, s: int, increment: float) -> None:
-        """Go on with another step [s] in scenario s: half-step velocities move to its half step."""
-        self.shift_kernel(s, self.times[s], 0.5 * (increment - self.steps[s]))
-        self._take_increment(s, increment)
+    def change_time_increment_of(self, s: int, dt: float) -> None:
+        """Continue with another step [s] in scenario s, to whose half step its velocities move."""
+        self.shift_kernel(s, self.times[s], 0.5 * (dt - self.time_increments[s]))
+        self._set_time_increment(s, dt)
 
     def advance(self, counts: int | np.ndarray) -> None:
-        """Do so many increments: one number for all scenarios, or (scenarios,); 0: it rests."""
+        """Do `counts` increments: one number for all scenarios, or (scenarios,); 0: it rests."""
         each: np.ndarray = np.broadcast_to(counts, self.scenarios)
-        self.work.do(
+        self.kernels.run(
             [
                 Span(int(count), time, dt, drift=dt, kick=dt)
-                for count, time, dt in zip(each, self.times, self.steps, strict=True)
+                for count, time, dt in zip(each, self.times, self.time_increments, strict=True)
             ]
         )
-        self.done += each
-        self.times += each * self.steps
+        self.increment_counts += each
+        self.times += each * self.time_increments
 
     def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
-        """An increment of each scenario that ends now and in which nothing drifts."""
+        """Do an increment of each scenario that ends now and in which nothing drifts."""
         self.terms.rigid_bodies.forget_loads()  # which the drift would have done
-        self.work.do(
+        self.kernels.run(
             [
                 Span(1, time - dt, dt, drift=0.0, kick=kick)
                 for time, dt, kick in zip(self.times, steps, kicks, strict=True)
             ]
         )
 
-    def _take_increment(self, s: int, increment: float) -> None:
-        self.steps[s] = increment
+    def _set_time_increment(self, s: int, dt: float) -> None:
+        self.time_increments[s] = dt
         for body in self.terms.bodies:
-            body.set_increment(s, increment)
+            body.set_time_increment(s, dt)
 
     @ti.kernel
     def shift_kernel(self, s: ti.i32, t: ti.f64, dt: ti.f64):
@@ -155,32 +163,104 @@ class ExplicitSolver:
             for i in range(ti.static(size(stage))):
                 work_at(stage, s, i, t, dt)
 
-    # --- what observers ask; arrays over (scenarios, ...) at the present time --------------------
+    # --- what a checkpoint keeps -----------------------------------------------------------------
 
-    def positions(self) -> np.ndarray:
-        """x (scenarios, nodes, d) [m]."""
-        return fields.read(self.terms.nodes.position)
-
-    def memory(self) -> dict[str, np.ndarray]:
-        """Everything that must be kept to continue to the same bits."""
+    def state(self) -> dict[str, np.ndarray]:
+        """Every field that a run needs to go on to the same bits, by name."""
         return {name: fields.read(field) for name, field in self.terms.state_fields().items()}
 
     def restore(
-        self, memory: dict[str, np.ndarray], time: float, increments: int, increment: float
+        self, state: dict[str, np.ndarray], time: float, increment_count: int, dt: float
     ) -> None:
-        """Take the state of a checkpoint, with all scenarios at one time and step.
+        """Take the state of a checkpoint; all scenarios have the same time [s] and step dt [s].
 
         Raises OutputError if it is the state of another model.
         """
         kept = self.terms.state_fields()
         shapes = {name: fields.shape_of(field) for name, field in kept.items()}
-        if shapes != {name: array.shape for name, array in memory.items()}:
+        if shapes != {name: array.shape for name, array in state.items()}:
             raise OutputError(
                 "the checkpoint holds the state of another mesh or model",
                 hint="the mesh has changed since: run without --resume",
             )
         for name, field in kept.items():
-            fields.write(field, memory[name])
-        self.times[:], self.done[:] = time, increments
+            fields.write(field, state[name])
+        self.times[:], self.increment_counts[:] = time, increment_count
         for s in range(self.scenarios):
-            self._take_increment(s, increment)
+            self._set_time_increment(s, dt)
+
+    # --- what observers read; arrays (scenarios, ...) at the present time ------------------------
+
+    def positions(self) -> np.ndarray:
+        """x (scenarios, nodes, d) [m]."""
+        return fields.read(self.terms.nodes.position)
+
+    def scenario(self, number: int) -> "Scenario":
+        """The view of one scenario."""
+        return Scenario(self, number)
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A view of scenario `number` of a solver: its model, its clock, its part of the fields."""
+
+    solver: ExplicitSolver
+    number: int
+
+    @property
+    def model(self) -> Model:
+        """The model of this scenario."""
+        return self.solver.models[self.number]
+
+    @property
+    def terms(self) -> Terms:
+        """The Taichi objects, which all scenarios share."""
+        return self.solver.terms
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self.solver.times[self.number])
+
+    @property
+    def increment_count(self) -> int:
+        """Number of increments done."""
+        return int(self.solver.increment_counts[self.number])
+
+    @property
+    def time_increment(self) -> float:
+        """The step in use [s]."""
+        return float(self.solver.time_increments[self.number])
+
+    def change_time_increment(self, dt: float) -> None:
+        """Continue with another step [s]."""
+        self.solver.change_time_increment_of(self.number, dt)
+
+    def read(self, field: ti.Field) -> np.ndarray:
+        """This scenario's part of a field whose first axis counts scenarios."""
+        return fields.read_row(field, self.number)
+
+    def term_of(self, load: Load) -> Any:
+        """The term that computes one of the model's loads."""
+        return self.terms.loads[[one is load for one in self.model.loads].index(True)]
+
+    def positions(self) -> np.ndarray:
+        """x (nodes, d) [m]."""
+        return self.read(self.terms.nodes.position)
+
+    def has_missed_contact(self) -> bool:
+        """True if a neighbour list of self-contact had no room for all that came near."""
+        return any(self.read(c.lists.overfull).any() for c in self.terms.self_contacts)
+
+    def chatter(self) -> Chatter:
+        """Chatter of the nodes on walls since t = 0."""
+        count = len(self.model.contact.nodes)
+        returns, contact_time = np.zeros((2, count))
+        for walls in self.terms.wall_contacts:
+            returns += self.read(walls.returns)
+            contact_time += self.read(walls.contact_time)
+        return chatter(self.model, returns, contact_time)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Every field that a checkpoint keeps, as the solver of this scenario alone has it."""
+        return {name: self.read(field)[None] for name, field in self.terms.state_fields().items()}

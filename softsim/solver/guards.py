@@ -7,7 +7,7 @@ import numpy as np
 from softsim.elements.measures import measure_elements
 from softsim.errors import StabilityError
 from softsim.model import Model, Relaxation
-from softsim.stability.time_step import StableIncrement
+from softsim.stability.time_step import StableStep
 
 # Beyond these volume ratios the element's J^(-1/3) loses accuracy and the solid its meaning.
 SMALLEST_J = 0.3
@@ -85,24 +85,24 @@ def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
     return warnings
 
 
-def refuse_unstable_step(model: Model, stable: StableIncrement, time: float) -> None:
+def refuse_unstable_step(model: Model, stable: StableStep, time: float) -> None:
     """Stop at `time` [s] where the step given by the user is above the stable one.
 
     Raises StabilityError.
     """
-    if model.increment is not None and model.increment > stable.stable:
+    if model.time_increment is not None and model.time_increment > stable.stable:
         raise StabilityError(
-            f"the time step {model.increment * 1e6:.3g} us is no longer stable at "
+            f"the time step {model.time_increment * 1e6:.3g} us is no longer stable at "
             f"t = {time:.6g} s: {stable.describe()}",
             'write time.increment: "auto", or a smaller one',
         )
 
 
-def step_warnings(model: Model, stable: StableIncrement) -> dict[str, str]:
+def step_warnings(model: Model, stable: StableStep) -> dict[str, str]:
     """What is doubtful about the step given by the user: stable, but longer than `auto` takes."""
-    if model.increment is None or model.increment <= stable.value:
+    if model.time_increment is None or model.time_increment <= stable.value:
         return {}
-    step = f"the time step {model.increment * 1e6:.3g} us"
+    step = f"the time step {model.time_increment * 1e6:.3g} us"
     return {"time step": f"{step} is longer than advised: {stable.describe()}"}
 
 

@@ -17,8 +17,8 @@ import taichi as ti
 from softsim import backend
 from softsim.errors import DeviceError
 from softsim.fields import index_field, real_field, write
-from softsim.solver.crew import Crew
 from softsim.solver.terms import Passes, Terms
+from softsim.solver.threads import ThreadCount
 from softsim.term import Pass
 
 # Increments in one call on a GPU: a call costs as much as a few launches, and each of these is
@@ -50,12 +50,12 @@ class Span:
 
 
 COUNT, START, DT, DRIFT, KICK = range(5)
-"""Columns of Increments.spans, which launches read: what a Span says, a row a scenario."""
+"""Columns of IncrementKernels.spans, which launches read: the numbers of a Span, a row each."""
 
 
 @ti.data_oriented
-class Increments:
-    """The stages of an increment, and who does them. crew: the threads of a CPU."""
+class IncrementKernels:
+    """The kernels that run the stages of increments. threads: how many of a CPU take a call."""
 
     def __init__(self, terms: Terms, scenarios: int) -> None:
         self.scenarios = scenarios
@@ -64,7 +64,7 @@ class Increments:
         self.kick_stages = terms.kick_stages()
         if backend.device().name == "cpu":
             refuse_uncountable(self.passes)
-        self.crew = Crew(backend.device().threads)
+        self.threads = ThreadCount(backend.device().threads)
         self.spans = real_field(np.zeros((scenarios, KICK + 1)))
         self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
 
@@ -74,20 +74,20 @@ class Increments:
         stages = self.drift_stages + self.force_stages + self.kick_stages
         return [p for stage in stages for p in stage]
 
-    def do(self, spans: Sequence[Span]) -> None:
-        """Do them, a span a scenario, in the way that suits the device."""
+    def run(self, spans: Sequence[Span]) -> None:
+        """Run a span of each scenario in the way that suits the device."""
         if backend.device().name != "cpu":
             self.by_launches(spans)
             ti.sync()
             return
         for s, span in enumerate(spans):
-            if span.count and self.crew.size == 1:
+            if span.count and self.threads.size == 1:
                 self.alone(s, span)
             elif span.count:
                 began = time.perf_counter()
-                self.together(s, span, self.crew.workers)
+                self.together(s, span, self.threads.workers)
                 if span.drift > 0.0:  # the first call, which compiles, has none
-                    self.crew.note(span.count, time.perf_counter() - began)
+                    self.threads.note(span.count, time.perf_counter() - began)
 
     def alone(self, s: int, span: Span) -> None:
         """By the thread that calls: it has in its cache what it looks at between two calls. The
@@ -128,9 +128,9 @@ class Increments:
     ) -> ti.i32:  # fmt: skip
         self.arrived[0] = 0
         self.lost[0] = 0
-        # The crew's size is written into the kernel: Taichi's cache of kernels would else give one
-        # that was compiled for fewer threads, and these would wait for ever for the others.
-        for share in range(self.crew.size * SHARE):
+        # The number of threads is written into the kernel: Taichi's cache of kernels would else
+        # give one compiled for fewer threads, and these would wait for ever for the others.
+        for share in range(self.threads.size * SHARE):
             worker = share // SHARE
             if share % SHARE == 0 and worker < workers:
                 self._work_through(s, count, start, dt, drift, kick, worker, workers, zero)

@@ -11,24 +11,28 @@ import numpy as np
 
 from softsim.errors import Interrupted, StabilityError
 from softsim.model import LOCAL_DAMPING
-from softsim.solver.energy import Meter
+from softsim.solver.energy import EnergyReader
 from softsim.solver.equilibrium import moves, unbalanced_share
-from softsim.solver.explicit import ExplicitSolver
+from softsim.solver.explicit import ExplicitSolver, Scenario
 from softsim.solver.guards import refuse_broken_elements, refuse_unsettled
-from softsim.solver.scenario import Scenario
 
-# Increments between two looks at the forces.
-LOOK_EVERY = 512
+# Increments between two tests of equilibrium.
+BLOCK = 512
 
 
 def settle(
-    solver: ExplicitSolver, meter: Meter, steps: np.ndarray, asked_to_stop: Sequence[int] = ()
+    solver: ExplicitSolver,
+    reader: EnergyReader,
+    time_increments: np.ndarray,
+    asked_to_stop: Sequence[int] = (),
 ) -> tuple[dict[int, float], dict[int, StabilityError]]:
     """Let the scenarios whose models ask for it come to rest, before the solver begins.
 
-    steps: stable without local damping, (scenarios,) [s]. asked_to_stop: signals, as they come.
-    Returns, by scenario, the times [s] that relaxation took, and why others found no equilibrium.
-    Raises Interrupted.
+    time_increments: stable without local damping, (scenarios,) [s]. asked_to_stop: signals that
+    have arrived.
+
+    Returns the times [s] that relaxation took, and the errors of those that found no equilibrium,
+    by scenario. Raises Interrupted.
     """
     limits = {s: m.settling.longest for s, m in enumerate(solver.models) if m.settling is not None}
     took: dict[int, float] = {}
@@ -39,7 +43,7 @@ def settle(
     for s, longest in limits.items():
         solver.times[s] = -longest
         solver.halt(s)
-    solver.begin(steps / np.sqrt(1.0 + LOCAL_DAMPING))  # see stability/time_step.py
+    solver.begin(time_increments / np.sqrt(1.0 + LOCAL_DAMPING))  # see stability/time_step.py
     for s in limits:
         solver.relax_branches(s)
         solver.damp(s, LOCAL_DAMPING)
@@ -49,11 +53,11 @@ def settle(
                 f"stopped by {Signals(asked_to_stop[0]).name} before t = 0, while bodies settled",
                 hint="nothing is there to resume: start again",
             )
-        solver.advance(np.bincount(moving, minlength=solver.scenarios) * LOOK_EVERY)
-        meter.look()
+        solver.advance(np.bincount(moving, minlength=solver.scenarios) * BLOCK)
+        reader.update()
         for s in moving:
             try:
-                if is_settled(Scenario(solver, s), meter):
+                if is_settled(solver.scenario(s), reader):
                     took[s] = float(solver.times[s]) + limits[s]
             except StabilityError as error:
                 failed[s] = error
@@ -61,16 +65,16 @@ def settle(
     return took, failed
 
 
-def is_settled(scenario: Scenario, meter: Meter) -> bool:
-    """Whether forces balance and nothing moves; the meter has just looked.
+def is_settled(scenario: Scenario, reader: EnergyReader) -> bool:
+    """True if forces balance and nothing moves; the reader was just updated.
 
-    Raises StabilityError where an element is broken, or where they do not when time is up.
+    Raises StabilityError where an element is broken, or where the time is up before that.
     """
     model, settling = scenario.model, scenario.model.settling
     assert settling is not None
     refuse_broken_elements(model, scenario.positions(), scenario.time)
     share = unbalanced_share(scenario)
-    if share <= settling.tolerance and not moves(meter.of(scenario.number)[0], settling):
+    if share <= settling.tolerance and not moves(reader.of_scenario(scenario.number)[0], settling):
         return True
     if scenario.time >= 0.0:
         refuse_unsettled(share, settling)

@@ -1,4 +1,4 @@
-"""How soon the elements must be looked at again, because the stable step changes as they deform.
+"""How soon the stable step must be estimated again, because it changes as elements deform.
 
 The step in use leaves room below the stable one (solver.safety_factor, 0.9 unless given). A load
 that starts grows with the square or the cube of time, so from one interval to the next, twice as
@@ -19,24 +19,24 @@ GROWTH = 1.05
 
 
 @dataclass
-class InspectionPlan:
-    """When the elements are looked at next, of a run whose stable step is known at its start.
+class StableStepSchedule:
+    """When the stable step is estimated next, in a run whose first one is known.
 
-    lowest: the smallest stable increment [s] since it last grew by GROWTH. due: at so many
-    increments. interval: increments between the last inspection and that one.
+    lowest: the smallest stable step [s] since it last grew by GROWTH. due: the increment count at
+    which the next inspection is due. interval: increments between the last inspection and that one.
     """
 
     lowest: float
     due: int = FIRST_INTERVAL
     interval: int = FIRST_INTERVAL
 
-    def go_on(self, stable: float, increments: int, run_length: float) -> None:
-        """Plan the next inspection after one that found the stable increment `stable` [s].
+    def plan_next(self, stable: float, increment_count: int, run_length: float) -> None:
+        """Plan the next inspection after one that found the stable step `stable` [s].
 
-        increments: done so far. run_length: of the whole run, in increments.
+        increment_count: done so far. run_length: increments of the whole run.
         """
         self.interval = next_interval(self.interval, self.lowest, stable, run_length)
-        self.due = increments + self.interval
+        self.due = increment_count + self.interval
         grown = stable > GROWTH * self.lowest
         self.lowest = stable if grown else min(self.lowest, stable)
 
@@ -44,7 +44,7 @@ class InspectionPlan:
 def next_interval(interval: int, lowest: float, now: float, run_length: float) -> int:
     """Increments to the next inspection, after `interval` of them.
 
-    lowest: the smallest stable increment [s] lately, from which the step in use was taken; `now`:
+    lowest: the smallest stable step [s] lately, from which the step in use was taken; `now`:
     that of now. While a body only swings, the lowest is soon known and nothing falls below it.
     run_length: increments of the whole run.
     """

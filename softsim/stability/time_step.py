@@ -1,4 +1,4 @@
-"""The stable increment of central differences, and what limits it.
+"""The stable step of central differences, and what limits it.
 
 Velocities lag half a step: M (v+ - v-) = -dt (K x + C v-). As v- = (v+ + v-)/2 - (v+ - v-)/2, that
 is a central difference with the mass M - (dt/2) C and damping at the middle of the step. It is
@@ -12,6 +12,7 @@ where nodes pass through their rest in each step, that is all of them.
 """
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -36,8 +37,8 @@ LONGEST_OVER_ELEMENT = 4.0
 
 
 @dataclass(frozen=True)
-class StableIncrement:
-    """The increment to take [s], without safety factor, and what limits it.
+class StableStep:
+    """The step to take [s], without safety factor, and what limits it.
 
     value: what is taken, for accuracy less than stability asks where that is named in `limit`.
     stable: up to here no mode grows [s]. limit: what sets `value`, in words. element: the one that
@@ -97,8 +98,8 @@ def chamber_compliance(
     return float((gradient**2 * inverse_mass).sum())
 
 
-class StableStep:
-    """Finds the stable increment of one model, whatever its configuration."""
+class StableStepEstimator:
+    """Estimates the stable step of one model in any configuration."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -113,8 +114,13 @@ class StableStep:
         name = element_name(model.bodies[stiffest], element, model.points)
         self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the step that fits {name}"
 
-    def at(self, x: np.ndarray) -> StableIncrement:
-        """The stable increment with all nodes at x (n, d) [m]."""
+    @cached_property
+    def at_rest(self) -> StableStep:
+        """The stable step with all nodes at their reference positions."""
+        return self.at(self.model.points)
+
+    def at(self, x: np.ndarray) -> StableStep:
+        """The stable step with all nodes at x (n, d) [m]."""
         elements = self.stiffness.elements(x)
         undamped = self.stiffness.at(elements, x)
         bodies = self.stiffness.contact.of_bodies
@@ -147,7 +153,7 @@ class StableStep:
             limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)
         limits[self.longest_limit] = self.longest
         limit = min(limits, key=lambda cause: limits[cause])
-        return StableIncrement(
+        return StableStep(
             float(limits[limit]), float(stable), limit, element, altitude(body, element, x)
         )
 
@@ -194,6 +200,18 @@ def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
     }
 
 
-def stable_increment(model: Model, x: np.ndarray) -> StableIncrement:
-    """The stable increment with all nodes at x (n, d) [m]; many x of one model: a StableStep."""
-    return StableStep(model).at(x)
+# The build, the checks and the start of a run ask for the same model one after another.
+@lru_cache(maxsize=1)
+def estimator(model: Model) -> StableStepEstimator:
+    """The estimator of a model, kept until that of another model is asked for."""
+    return StableStepEstimator(model)
+
+
+def stable_step(model: Model, x: np.ndarray) -> StableStep:
+    """The stable step with all nodes at x (n, d) [m]."""
+    return estimator(model).at(x)
+
+
+def first_time_increment(model: Model) -> float:
+    """The step that a run begins with [s]: the user's, else a safe share of the stable one."""
+    return model.time_increment or model.safety_factor * estimator(model).at_rest.value

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.ceiling import Ceiling, compiled, compiler, write_problem
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 RUBBER = """
 materials:
@@ -57,7 +57,7 @@ def test_reference_computes_the_increment_of_softsim(block, start, program, tmp_
     modulus (20), hundred times over, is 2e-13 of a strain of order one; chaos does not set in.
     """
     solver = start(block)
-    dt = solver.increment
+    dt = solver.time_increment
     solver.advance(INCREMENTS)
     computed = solver.positions()[0]
     displacement = np.abs(computed - block.points).max()
@@ -75,6 +75,6 @@ def test_other_laws_are_refused(build, tmp_path):
     model = build((BLOCKS["triangles"] + RUBBER).replace("yeoh", "neo_hooke").replace(
         ", C20: 9 kPa, C30: 2 kPa", ""
     ))  # fmt: skip
-    dt = stable_increment(model, model.points).value
+    dt = stable_step(model, model.points).value
     with pytest.raises(ValueError, match="Yeoh"):
         write_problem(tmp_path / "block.bin", model, dt)

@@ -184,7 +184,7 @@ def test_a_pipe_just_as_wide_as_the_robot_is_accepted(build):
 def test_the_increment_that_is_offered_is_accepted(build, refused):
     text = CUBE.replace("end: 1 s", "end: 1 s, increment: %s")
     offered = refused(text % "1 s").hint.rpartition("at most ")[2]
-    assert build(text % offered).increment > 0.0
+    assert build(text % offered).time_increment > 0.0
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 BLOCK = "{mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 2 mm}, "
 BOX = BLOCK.replace("block", "box").replace("height", "width: 2 mm, height")
@@ -57,5 +57,5 @@ def test_points_do_not_shorten_the_step(build):
     fine = BLOCK.replace("element_size: 2 mm", "element_size: 0.5 mm")
     body = fine + "formulation: plane_strain, thickness: 7 mm,"
     straight, path = (outline(build, body, wall)[0] for wall in (STRAIGHT, PATH))
-    steps = [stable_increment(model, model.points).value for model in (straight, path)]
+    steps = [stable_step(model, model.points).value for model in (straight, path)]
     assert 0.9 * steps[0] < steps[1] < steps[0]

@@ -51,7 +51,7 @@ def test_the_forces_are_those_of_the_overpressure_reversed(build, start):
     np.testing.assert_allclose(inward, -outward, rtol=1e-9, atol=1e-12)
     load, force = sucked.pressures[0], np.zeros_like(sucked.points)
     np.add.at(force, load.facets, -3e3 * load.geometry.volume_gradient(sucked.points, load.facets))
-    kick = 0.5 * solver.increment * force / sucked.mass[:, None]
+    kick = 0.5 * solver.time_increment * force / sucked.mass[:, None]
     np.testing.assert_allclose(inward, np.where(sucked.is_free, kick, 0.0), rtol=1e-9, atol=1e-12)
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from surface_rig import PLANE
 
-from softsim.solver.energy import EnergyBalance, Meter
+from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.increments import Span
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 ASLANT = "bodies.upper.initial_velocity=[3 m/s, -8 m/s]"
 
@@ -31,20 +31,20 @@ def test_a_body_thrown_at_another_comes_back(build, start):
     """
     model = build(PLANE, "bodies.upper.initial_velocity=[2 m/s, -13 m/s]")
     solver = start(model)
-    meter = Meter(solver)
-    balance = EnergyBalance.starting(meter.read()[0], model)
+    reader = EnergyReader(solver)
+    balance = EnergyBalance.starting(reader.read()[0], model)
     before, touched, errors = momenta(solver), 0, []
     for _ in range(30):
         solver.advance(10)
-        errors.append(balance.error(meter.read()[0]))
+        errors.append(balance.error(reader.read()[0]))
         touched = max(touched, touching(solver))
     assert touched > 10
     x = solver.positions()[0]
     assert x[model.bodies[1].nodes, 1].min() > x[model.bodies[0].nodes, 1].max()
     assert max(errors) < model.energy_error_limit
-    energies = meter.read()[0]
+    energies = reader.read()[0]
     assert energies.friction_dissipation > 0.0
-    assert meter.read()[1].contact_count == 0  # of walls only
+    assert reader.read()[1].contact_count == 0  # of walls only
     scale = np.abs(model.mass[:, None] * model.velocity).sum() * np.array([1.0, 1.0, 8e-3])
     np.testing.assert_array_less(np.abs(momenta(solver) - before), 1e-12 * scale)
 
@@ -58,13 +58,13 @@ def test_a_resumed_run_goes_on_to_the_same_bits(build, start):
     while not touching(whole):
         whole.advance(1)
     whole.advance(3)
-    kept, then, done = whole.memory(), whole.time, whole.increments
+    kept, then, done = whole.state(), whole.time, whole.increment_count
     whole.advance(60)
-    expected = whole.memory()
+    expected = whole.state()
     resumed = start(model)
-    resumed.restore(kept, then, done, whole.increment)
+    resumed.restore(kept, then, done, whole.time_increment)
     resumed.advance(60)
-    after = resumed.memory()
+    after = resumed.state()
     for name, array in expected.items():
         np.testing.assert_array_equal(after[name], array, err_msg=name)
 
@@ -79,14 +79,14 @@ def test_workers_give_the_bits_of_one_in_self_contact(build, kernel_cache):
         pytest.skip("one processor")
     backend.start("cpu", cache=Path(kernel_cache), threads=2)
     model = build(PLANE, ASLANT)
-    dt = 0.9 * stable_increment(model, model.points).value
+    dt = 0.9 * stable_step(model, model.points).value
     solver = ExplicitSolver([model])
     solver.begin(dt)
-    rest, found = solver.memory(), []
+    rest, found = solver.state(), []
     for workers in (1, 2):
         solver.restore(rest, 0.0, 0, dt)
-        solver.work.together(0, Span(60, solver.time, dt, drift=dt, kick=dt), workers)
+        solver.kernels.together(0, Span(60, solver.time, dt, drift=dt, kick=dt), workers)
         assert solver.terms.self_contacts[0].friction_dissipation.to_numpy().any()
-        found.append(solver.memory())
+        found.append(solver.state())
     for name, array in found[0].items():
         np.testing.assert_array_equal(found[1][name], array, err_msg=name)

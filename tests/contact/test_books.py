@@ -36,19 +36,19 @@ time: {{end: 1 s, settle: 10 s}}
     ids=lambda given: given[0].removeprefix("contact.") if given else "default",
 )
 def test_friction_and_dashpots_are_booked_exactly(build, start_settled, overrides):
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     model = build(SCENE, *overrides)
     solver = start_settled(model)
-    solver.change_increment(0.3 * solver.increment)
-    meter, bodies = Meter(solver), solver.terms.rigid_bodies
+    solver.change_time_increment(0.3 * solver.time_increment)
+    reader, bodies = EnergyReader(solver), solver.terms.rigid_bodies
     walls = solver.terms.wall_contacts[0]
 
     def state():
-        return meter.read()[0], bodies.force.to_numpy()[0, 0]
+        return reader.read()[0], bodies.force.to_numpy()[0, 0]
 
     start, first_force = state()
-    factor = solver.increment**2 / (8.0 * MASS)
+    factor = solver.time_increment**2 / (8.0 * MASS)
     for _ in range(60):
         solver.advance(20)
         now, force = state()

@@ -68,5 +68,5 @@ def test_cycles_done():
     profile = cycles(10e3, 10e3, 0.0, 1e3, 5e3, 0.0, 2, 0.0)
     drive = GivenPressure(profile, profile.reduced(0.5, 0.0))
     assert [drive.cycles_done(t) for t in (0.0, 5.999, 6.0, 11.4, 11.5, 99.0)] == [0, 0, 1, 1, 2, 2]
-    assert [drive.hastened(4.0).cycles_done(t) for t in (1.49, 1.5, 2.875)] == [0, 1, 2]
+    assert [drive.time_scaled(4.0).cycles_done(t) for t in (1.49, 1.5, 2.875)] == [0, 1, 2]
     assert DRIVES["given"].cycles_done(99.0) == 0

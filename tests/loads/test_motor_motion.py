@@ -19,10 +19,10 @@ time: {end: 1 s}
 
 def test_the_frame_swings_with_m_r_over_M(build, start):
     """x = m_e r_e / M at any frequency; the work done is the kinetic energy gained."""
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     solver = start(build(SCENE))
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     track = []
     while solver.time < 80e-3:
         solver.advance(50)
@@ -36,5 +36,5 @@ def test_the_frame_swings_with_m_r_over_M(build, start):
     mass = solver.terms.rigid_bodies.mass.to_numpy()[0]
     assert swing == pytest.approx(0.572e-3 * 1.72e-3 / mass, rel=1e-3)
     assert np.abs(x).max() < 1e-12
-    energies = meter.read()[0]
+    energies = reader.read()[0]
     assert energies.external_work == pytest.approx(energies.kinetic, rel=1e-6)

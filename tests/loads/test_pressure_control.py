@@ -225,7 +225,7 @@ def test_the_speed_of_a_line_is_its_own_along_the_axis():
 
 
 def test_hastened_cycles_have_the_same_course_sooner():
-    fast = CYCLES.hastened(10.0)
+    fast = CYCLES.time_scaled(10.0)
     command, soon = CYCLES.first_command(), fast.first_command()
     assert pressure(soon, 0.05) == pytest.approx(pressure(command, 0.5))
     assert fast.hold == pytest.approx(0.01)

@@ -15,9 +15,9 @@ def test_round_trip_to_the_bit(tmp_path):
     read = read_checkpoint(tmp_path / "c.h5")
     assert read.progress == progress
     assert (read.scene, read.device) == ("scene: text\n", "cpu")
-    assert read.memory.keys() == memory.keys()
+    assert read.state.keys() == memory.keys()
     for name, array in memory.items():
-        np.testing.assert_array_equal(read.memory[name], array)
+        np.testing.assert_array_equal(read.state[name], array)
 
 
 def test_no_checkpoint(tmp_path):

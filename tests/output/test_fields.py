@@ -126,7 +126,7 @@ def test_a_file_without_a_frame_reads(path: Path) -> None:
 @pytest.mark.parametrize("kept", [0, 1, 3, 5])
 def test_a_resumed_run_has_the_frames_of_an_uninterrupted_one(path: Path, kept: int) -> None:
     written(path, 5)
-    writer = FieldWriter.resumed(path, frame(kept - 1)["time"])
+    writer = FieldWriter(path, POINTS, QUADS, frame(kept - 1)["time"])
     check_frames(path, kept)
     for k in range(kept, 7):
         writer.append(**frame(k))
@@ -182,7 +182,7 @@ def test_a_killed_run_leaves_every_frame_it_finished(path: Path, frames_before: 
     count = len(read_frames(path))
     assert count in (finished, finished + 1)
     check_frames(path, count)
-    FieldWriter.resumed(path, frame(count - 1)["time"]).append(**frame(count))
+    FieldWriter(path, POINTS, QUADS, frame(count - 1)["time"]).append(**frame(count))
     check_frames(path, count + 1)
     with h5py.File(path) as file:  # without single-writer mode, as ParaView opens it
         assert file["VTKHDF/Steps"].attrs["NSteps"] == count + 1
@@ -246,4 +246,4 @@ def test_a_file_that_is_not_there_or_another_is_named(path: Path) -> None:
         read_frames(path)
     h5py.File(path, "w").close()
     with pytest.raises(OutputError, match="is no result of softsim"):
-        FieldWriter.resumed(path, 0.0)
+        FieldWriter(path, POINTS, QUADS, 0.0)

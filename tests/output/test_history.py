@@ -79,7 +79,7 @@ def test_a_resumed_run_leaves_the_file_of_an_uninterrupted_one(
     checkpoint = min(checkpoint, stopped_after - 1)
     stopped = written(path, stopped_after) + whole.splitlines()[-1][:cut]
     path.write_bytes(stopped)
-    history = History.resumed(path, UNITS, row(checkpoint)["time"])
+    history = History(path, UNITS, row(checkpoint)["time"])
     for i in range(checkpoint + 1, 20):
         history.append(row(i))
     history.close()
@@ -93,7 +93,7 @@ def test_a_resumed_run_leaves_the_file_of_an_uninterrupted_one(
 def test_resuming_with_other_columns_is_refused(tmp_path: Path, units, said: str) -> None:
     before = written(tmp_path / "history.csv", 3)
     with pytest.raises(OutputError, match=said):
-        History.resumed(tmp_path / "history.csv", units, 0.1)
+        History(tmp_path / "history.csv", units, 0.1)
     assert (tmp_path / "history.csv").read_bytes() == before
 
 

@@ -57,17 +57,16 @@ time: {end: 1 s}
 def test_the_pose_of_a_spinning_body(build, start):
     """omega t about z; the angle goes on beyond half a turn, the rotation vector too."""
     from softsim.output.observation import frame_pose, frame_readings
-    from softsim.solver.scenario import Scenario
 
     solver = start(build(SPINNING))
     while solver.time < 13e-3:
         solver.advance(50)
-    pose = frame_pose(Scenario(solver, 0), 0)
+    pose = frame_pose(solver.scenario(0), 0)
     turned = 300.0 * solver.time
     assert np.pi < turned < 2.0 * np.pi
     assert pose.angle == pytest.approx(turned, rel=1e-9)
     expected = [1.0, 2.0 * solver.time, 0.5 + solver.time]
     np.testing.assert_allclose(pose.centre, expected, rtol=1e-9)
-    readings = frame_readings(Scenario(solver, 0), 0)
+    readings = frame_readings(solver.scenario(0), 0)
     assert readings["frame_rotation_z"] == pytest.approx(turned, rel=1e-9)
     assert readings["frame_rotation_x"] == readings["frame_rotation_y"] == 0.0

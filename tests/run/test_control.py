@@ -39,7 +39,7 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
         from softsim.machine import choose
         from softsim.output.folder import RunFolder
         from softsim.run.batch import Batch
-        from softsim.run.files import Recording
+        from softsim.run.files import RunFiles
         from softsim.run.scenes import resumed
         from softsim.scene.loading import load_scene
 
@@ -47,7 +47,7 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
         model, choice, quiet = build_model(loaded), choose("cpu", 1), Console(quiet=True)
         if resume:
             return resumed(loaded, model, target, choice, quiet)
-        return Batch([Recording(loaded, model, target, quiet)], choice, [()])
+        return Batch([RunFiles(loaded, model, target, quiet)], choice, [()])
 
     return start
 
@@ -71,10 +71,10 @@ def test_a_run_follows_the_wall_and_a_resumed_one_too(batch, tmp_path):
     # Stopped where the fall is commanded, but has not begun.
     stop = results.history["time"][results.history["phase"] == Phase.HOLD][2]
     stopped = batch("parts")
-    stopped.look()
+    stopped.write_due()
     while stopped.solver.time < stop:
-        stopped.go_to_stations()
-    assert stopped.simulations[0].loop.control.phase_at(stopped.solver.time) is Phase.HOLD
+        stopped.do_blocks()
+    assert stopped.runs[0].loop.control.phase_at(stopped.solver.time) is Phase.HOLD
     stopped.checkpoint()
     stopped.close()
     finished(batch("parts", resume=True))

@@ -51,12 +51,12 @@ def test_the_solver_goes_on_to_the_same_bits(build, start):
     solver = start(model)
     solver.advance(1500)
     measured_profile(solver)
-    assert solver.increments == 1500
+    assert solver.increment_count == 1500
     solver.advance(1500)
     assert solver.time == pytest.approx(undisturbed.time, rel=1e-12)
-    expected = undisturbed.memory()
+    expected = undisturbed.state()
     assert expected["contacts/0/damping_dissipation"].any()  # it has hit the floor
-    for name, array in solver.memory().items():
+    for name, array in solver.state().items():
         np.testing.assert_array_equal(array, expected[name], err_msg=name)
 
 
@@ -65,7 +65,7 @@ def test_every_pass_has_its_cost(build, start):
 
     solver = start(build(STRIP))
     profile = measured_profile(solver)
-    passes = solver.work.passes
+    passes = solver.kernels.passes
     assert len(profile.passes) == sum(len(p.functions) for p in passes)
     assert all(cost.seconds > 0.0 for cost in profile.passes)
     assert profile.passes[0].name == "Nodes.drift"

@@ -35,7 +35,7 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
         from softsim.machine import choose
         from softsim.output.folder import RunFolder
         from softsim.run.batch import Batch
-        from softsim.run.files import Recording
+        from softsim.run.files import RunFiles
         from softsim.run.scenes import resumed
         from softsim.scene.loading import load_scene
 
@@ -43,7 +43,7 @@ def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
         model, choice, quiet = build_model(loaded), choose("cpu", 1), Console(quiet=True)
         if resume:
             return resumed(loaded, model, target, choice, quiet)
-        return Batch([Recording(loaded, model, target, quiet)], choice, [()])
+        return Batch([RunFiles(loaded, model, target, quiet)], choice, [()])
 
     return start
 
@@ -81,7 +81,7 @@ def test_a_ball_that_is_not_pushed_is_stuck(batch):
     ) as caught:
         finished(idle)
     assert caught.value.exit_code == 5
-    summary = idle.simulations[0].recording.summary
+    summary = idle.runs[0].files.summary
     assert summary["layout"]["blocked_by"] == "no thrust"
     assert summary["simulated_time"] == pytest.approx(30e-3, abs=2.1e-3)
 
@@ -113,7 +113,7 @@ def test_a_frame_too_long_for_a_bend_is_wedged(batch):
     )
     with pytest.raises(ExpectationError, match="frame wedged"):
         finished(wedged)
-    layout = wedged.simulations[0].recording.summary["layout"]
+    layout = wedged.runs[0].files.summary["layout"]
     assert (layout["where"]["segment"], layout["blocked_by"]) == (2, "frame wedged")
 
 
@@ -136,9 +136,9 @@ def test_a_wall_pushes_across_the_path(batch):
 def test_an_interrupted_run_decides_alike(batch):
     whole = finished(batch("whole", "layout.goal=30 mm"))
     first = batch("parts", "layout.goal=30 mm")
-    first.look()
+    first.write_due()
     while first.solver.time < 0.02:
-        first.go_to_stations()
+        first.do_blocks()
     first.checkpoint()
     first.close()
     second = finished(batch("parts", "layout.goal=30 mm", resume=True))

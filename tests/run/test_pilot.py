@@ -9,7 +9,7 @@ import pytest
 from softsim.loads.nodal import NodalLoad
 from softsim.loads.prescribed import PrescribedData
 from softsim.machine import choose
-from softsim.run.pilot import Mark, extrapolated, hastened, predicted_duration
+from softsim.run.pilot import Mark, extrapolated, predicted_duration, time_scaled
 from softsim.scene.loading import load_scene
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -43,7 +43,7 @@ output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 m
 
 def test_hastened_loads_are_the_same_at_an_earlier_time(build):
     model = build(BLOCK)
-    fast = hastened(model, 10.0)
+    fast = time_scaled(model, 10.0)
     assert fast.end_time == pytest.approx(5e-3)
     assert fast.chamber is fast.pressures[0]
     t = np.linspace(0.0, 50e-3, 23)
@@ -59,12 +59,12 @@ def test_hastened_loads_are_the_same_at_an_earlier_time(build):
 
 
 def test_a_pilot_at_its_end_is_counted_as_it_was():
-    """But for its first station, which took 7 s for 100 increments: 900 took 3 s."""
+    """But for its first block, which took 7 s for 100 increments: 900 took 3 s."""
     marks = [Mark(90.0, 0.0, 0), Mark(97.0, 0.1, 100), Mark(99.0, 0.4, 300), Mark(100.0, 1.0, 1000)]
     assert extrapolated(marks, 1.0) == (pytest.approx(3.0 / 0.9), 1000, 1.0)
 
 
-def test_a_pilot_of_one_station_is_taken_as_it_is():
+def test_a_pilot_of_one_block_is_taken_as_it_is():
     assert extrapolated([Mark(5.0, 0.0, 0), Mark(7.0, 1.0, 40)], 1.0) == (2.0, 40, 1.0)
 
 
@@ -88,7 +88,7 @@ def test_increments_of_a_short_run_are_foreseen(write_scene, tmp_path, kernel_ca
     loaded = load_scene(write_scene(FALL))
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
     done = run(loaded, out=tmp_path / "out", device="cpu", threads=1).summary
-    assert foreseen.increments == pytest.approx(done["increments"], abs=2)
+    assert foreseen.increment_count == pytest.approx(done["increments"], abs=2)
     assert foreseen.covered == pytest.approx(1.0)
     assert foreseen.threads == done["threads"] == 1
 
@@ -106,4 +106,4 @@ def test_the_step_of_a_ballooning_skin_is_foreseen(tmp_path):
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
     run(loaded, out=tmp_path / "out", device="cpu", threads=1)
     done = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert foreseen.increments == pytest.approx(done["increments"], rel=0.1)
+    assert foreseen.increment_count == pytest.approx(done["increments"], rel=0.1)

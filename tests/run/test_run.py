@@ -79,29 +79,29 @@ def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
     assert {"phase", "name", "count", "seconds"} == set(written["profile"]["passes"][0])
 
 
-def test_stations_follow_the_size_of_the_model():
+def test_blocks_follow_the_size_of_the_model():
     """A million element updates lie between two, within 16 to 512 increments."""
-    from softsim.run.course import station_length
+    from softsim.run.course import longest_block
 
-    assert station_length(40) == 512
-    assert station_length(10_000) == 400
-    assert station_length(1_000_000) == 16
+    assert longest_block(40) == 512
+    assert longest_block(10_000) == 400
+    assert longest_block(1_000_000) == 16
 
 
 def test_the_first_inspection_comes_after_the_first_interval(
     write_scene, tmp_path, run, monkeypatch
 ):
     """The step at the start is known from taking it."""
-    from softsim.run.course import Simulation
+    from softsim.run.course import Run
     from softsim.stability.schedule import FIRST_INTERVAL
 
-    done_at, inspect = [], Simulation._inspect
+    done_at, inspect = [], Run._inspect
 
-    def watched(simulation):
-        done_at.append(simulation.scenario.increments)
-        inspect(simulation)
+    def watched(run_of_one):
+        done_at.append(run_of_one.scenario.increment_count)
+        inspect(run_of_one)
 
-    monkeypatch.setattr(Simulation, "_inspect", watched)
+    monkeypatch.setattr(Run, "_inspect", watched)
     run(write_scene(SCENE), "time.end=1 ms", out=tmp_path / "out")
     assert done_at[0] == FIRST_INTERVAL
 
@@ -111,10 +111,10 @@ STIFF = "contact.penalty_stiffness=1000 kN/m"
 
 def test_a_step_longer_than_advised_is_said_once(write_scene, tmp_path, run, build):
     """Contact asks for a shorter step than stability: a run goes on, and says it once."""
-    from softsim.stability.time_step import stable_increment
+    from softsim.stability.time_step import stable_step
 
     model = build(SCENE, STIFF)
-    found = stable_increment(model, model.points)
+    found = stable_step(model, model.points)
     step = 0.5 * (found.value + found.stable)
     assert step > found.value
     run(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softsim.solver.increments import Span
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 STRIP = """
 bodies:
@@ -100,8 +100,8 @@ def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
     serial.advance(163)
     x = serial.positions()
     launched = start(model)
-    dt = launched.increment
-    launched.work.by_launches([Span(163, launched.time, dt, drift=dt, kick=dt)])
+    dt = launched.time_increment
+    launched.kernels.by_launches([Span(163, launched.time, dt, drift=dt, kick=dt)])
     size = np.ptp(model.points, axis=0).max()
     np.testing.assert_allclose(x, launched.positions(), rtol=0.0, atol=1e-12 * size)
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
@@ -121,7 +121,7 @@ def test_scenarios_rest_when_they_have_done_their_own(build, cpu):
         Span(int(count), 0.0, dt, drift=dt, kick=dt)
         for count, dt in zip(counts, steps, strict=True)
     ]
-    launched.work.by_launches(spans)
+    launched.kernels.by_launches(spans)
     np.testing.assert_allclose(together.times, counts * steps)
     size = np.ptp(models[0].points, axis=0).max()
     x = together.positions()
@@ -144,17 +144,17 @@ def test_workers_give_the_bits_of_one(build, kernel_cache, text):
         pytest.skip("one processor")
     backend.start("cpu", cache=Path(kernel_cache), threads=2)
     model = build(text)
-    dt = 0.9 * stable_increment(model, model.points).value
+    dt = 0.9 * stable_step(model, model.points).value
     found = []
     for workers in (0, 1, 2):
         solver = ExplicitSolver([model])
         solver.begin(dt)
         span = Span(16, solver.time, dt, drift=dt, kick=dt)
         if workers:
-            solver.work.together(0, span, workers)
+            solver.kernels.together(0, span, workers)
         else:
-            solver.work.alone(0, span)
-        found.append(solver.memory())
+            solver.kernels.alone(0, span)
+        found.append(solver.state())
     for other in found[1:]:
         for name, array in found[0].items():
             np.testing.assert_array_equal(other[name], array, err_msg=name)
@@ -167,7 +167,7 @@ def test_period_error_is_of_second_order(build, start):
     from softsim.solver.explicit import ExplicitSolver
 
     span = 5e-3
-    coarse = 0.8 * stable_increment(model, model.points).value
+    coarse = 0.8 * stable_step(model, model.points).value
     count = int(np.ceil(span / coarse))
     for refinement in (1, 2, 8):
         solver = ExplicitSolver([model])
@@ -193,12 +193,12 @@ def test_a_changed_step_keeps_second_order(build, start):
     """Velocities move to the new half step: the answer stays that of a fixed small step."""
     model = build(STRIP, "environment.walls={}", "solver.bulk_viscosity=0")
     solver = start(model, share=0.8)
-    step = solver.increment
+    step = solver.time_increment
     solver.advance(500)
-    solver.change_increment(0.5 * step)
+    solver.change_time_increment(0.5 * step)
     solver.advance(1000)
     reference = start(model, share=0.1)
-    reference.advance(round(solver.time / reference.increment))
+    reference.advance(round(solver.time / reference.time_increment))
     fixed = start(model, share=0.8)
     fixed.advance(1000)
     changed_error = np.abs(solver.positions() - reference.positions()).max()

@@ -7,7 +7,7 @@ import pytest
 
 from softsim.errors import StabilityError
 from softsim.solver.guards import refuse_unstable_step, step_warnings, strain_warnings
-from softsim.stability.time_step import StableIncrement
+from softsim.stability.time_step import StableStep
 
 BLOCK = """\
 bodies:
@@ -46,7 +46,7 @@ def test_a_lost_stiffness_is_named(build):
     assert "has lost its stiffness: I1 = 6" in found["b unstable"]
 
 
-FOUND = StableIncrement(5e-6, 7e-6, "contact that would throw back", 0, 1e-3)
+FOUND = StableStep(5e-6, 7e-6, "contact that would throw back", 0, 1e-3)
 
 
 def test_a_step_is_refused_only_where_it_is_unstable(build):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from softsim.solver.increments import Span
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 STRIP = """
 bodies:
@@ -55,13 +55,13 @@ def test_workers_give_the_bits_of_one(build, kernel_cache):
         pytest.skip("one processor")
     backend.start("cpu", cache=Path(kernel_cache), threads=2)
     model = build(STRIP.replace("WALL", PATH))
-    dt = 0.9 * stable_increment(model, model.points).value
+    dt = 0.9 * stable_step(model, model.points).value
     found = []
     for workers in (1, 2):
         solver = ExplicitSolver([model])
         solver.begin(dt)
-        solver.work.together(0, Span(200, solver.time, dt, drift=dt, kick=dt), workers)
-        found.append(solver.memory())
+        solver.kernels.together(0, Span(200, solver.time, dt, drift=dt, kick=dt), workers)
+        found.append(solver.state())
     for name, array in found[0].items():
         np.testing.assert_array_equal(found[1][name], array, err_msg=name)
     assert found[0]["contacts/0/friction_dissipation"].sum() > 0.0
@@ -72,10 +72,10 @@ def test_goes_on_to_the_same_bits_from_what_it_remembers(build, start):
     solver = start(build(STRIP.replace("WALL", PATH)))
     while solver.time < 3e-3:
         solver.advance(100)
-    kept = solver.memory()
+    kept = solver.state()
     assert len(np.unique(kept["contacts/0/near"])) > 1
     solver.advance(300)
     again = start(solver.models[0])
-    again.restore(kept, solver.time - 300 * solver.increment, 0, solver.increment)
+    again.restore(kept, solver.time - 300 * solver.time_increment, 0, solver.time_increment)
     again.advance(300)
     np.testing.assert_array_equal(again.positions(), solver.positions())

@@ -34,18 +34,17 @@ def blocks(build, start_settled):
 
 def test_a_block_above_an_incline_settles(blocks):
     """At t = 0 forces balance, nothing moves, books are empty, and so it stays."""
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
     from softsim.solver.equilibrium import unbalanced_share
-    from softsim.solver.scenario import Scenario
 
-    solver, meter = blocks, Meter(blocks)
+    solver, reader = blocks, EnergyReader(blocks)
     model = solver.models[0]
     weight = model.mass.sum() * np.linalg.norm(model.gravity)
     assert solver.time == 0.0
-    assert unbalanced_share(Scenario(solver, 0)) <= 1e-6
+    assert unbalanced_share(solver.scenario(0)) <= 1e-6
     settled = solver.positions()[0]
     assert settled[model.bodies[0].node_sets["bottom"], 1].max() < 0.0
-    energies = meter.read()[0]
+    energies = reader.read()[0]
     assert energies.internal > 0.0
     assert energies.friction_dissipation == 0.0
     assert abs(energies.viscous_dissipation) < 1e-6 * energies.internal  # round-off of ln det A
@@ -54,28 +53,28 @@ def test_a_block_above_an_incline_settles(blocks):
     moving, still = [], np.array([1, 0, 0])
     for _ in range(50):
         solver.advance(100 * still)
-        moving.append(meter.read()[0].kinetic)
+        moving.append(reader.read()[0].kinetic)
     assert max(moving) < tiny
     assert np.abs(solver.positions()[0] - settled).max() < 1e-8
     # Branches have relaxed: they hold nothing that they could lose.
-    assert meter.read()[0].internal == pytest.approx(energies.internal, rel=1e-5)
+    assert reader.read()[0].internal == pytest.approx(energies.internal, rel=1e-5)
 
 
 def test_loads_have_done_nothing_before_zero(blocks):
     """The pushed block stands where the other one does, to the bit, and its load has done no work;
     then it acts, and its books close.
     """
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
-    solver, meter = blocks, Meter(blocks)
+    solver, reader = blocks, EnergyReader(blocks)
     x = solver.positions()
     np.testing.assert_array_equal(x[PUSHED], x[0])
-    weight_only, before = meter.read()[0], meter.read(PUSHED)[0]
+    weight_only, before = reader.read()[0], reader.read(PUSHED)[0]
     assert before.external_work == weight_only.external_work
     assert before.internal == weight_only.internal
     balance = EnergyBalance.starting(before, solver.models[PUSHED])
     solver.advance(np.array([0, 4000, 0]))
-    after = meter.read(PUSHED)[0]
+    after = reader.read(PUSHED)[0]
     assert after.external_work > before.external_work
     assert solver.positions()[PUSHED][:, 0].mean() > x[0, :, 0].mean()
     assert balance.error(after) < 0.005
@@ -117,7 +116,7 @@ def test_a_tether_on_a_settled_body_acts_once(build, start_settled):
     increments that follow.
     """
     solver = start_settled(build(ROBOT))
-    bodies, step = solver.terms.rigid_bodies, solver.increment
+    bodies, step = solver.terms.rigid_bodies, solver.time_increment
     spring, speed, kick = 20e-3 / 0.1e-3, 0.0, 0.5 * step
     for _ in range(3):
         force, velocity, centre, rest = (

@@ -8,7 +8,7 @@ from softsim.stability.schedule import (
     GROWTH,
     LEAST_INSPECTIONS,
     LONGEST_INTERVAL,
-    InspectionPlan,
+    StableStepSchedule,
     next_interval,
 )
 
@@ -39,14 +39,14 @@ def test_a_short_run_is_looked_at_often_enough():
 
 
 def test_the_plan_starts_from_the_step_found_at_the_start():
-    plan = InspectionPlan(5e-6)
+    plan = StableStepSchedule(5e-6)
     assert plan.due == FIRST_INTERVAL
-    plan.go_on(5e-6, FIRST_INTERVAL, LONG)
+    plan.plan_next(5e-6, FIRST_INTERVAL, LONG)
     assert plan.due == FIRST_INTERVAL + 2 * FIRST_INTERVAL
 
 
 def test_the_plan_keeps_the_lowest_step_until_it_has_grown():
-    plan = InspectionPlan(5e-6)
+    plan = StableStepSchedule(5e-6)
     for now, lowest in ((4e-6, 4e-6), (0.99 * GROWTH * 4e-6, 4e-6), (5e-6, 5e-6)):
-        plan.go_on(now, 100, LONG)
+        plan.plan_next(now, 100, LONG)
         assert plan.lowest == lowest

@@ -14,7 +14,7 @@ import pytest
 from softsim.mesh.abaqus_elements import FACES
 from softsim.robots.block import block
 from softsim.robots.box import box
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 TYPES = {"plane_strain": "CPE3", "axisymmetric": "CAX3", "solid": "C3D4"}
 SIZE = 0.5e-3
@@ -77,11 +77,11 @@ def largest_energies(cpu):
     """
 
     def vibrate(model, x, steps, speed):
-        from softsim.solver.energy import Meter
+        from softsim.solver.energy import EnergyReader
         from softsim.solver.explicit import ExplicitSolver
 
         solver = ExplicitSolver([model])
-        memory, meter = solver.memory(), Meter(solver)
+        memory, reader = solver.state(), EnergyReader(solver)
         memory["nodes/position"] = np.ascontiguousarray(x[None])
         noise = np.random.default_rng(1).standard_normal(x.shape)
         memory["nodes/velocity"] = (speed * noise * model.is_free)[None]
@@ -89,10 +89,10 @@ def largest_energies(cpu):
         for step in steps:
             solver.restore(memory, 0.0, 0, step)
             solver.begin(step)
-            before, largest = meter.read()[0], 0.0
+            before, largest = reader.read()[0], 0.0
             for _ in range(100):
                 solver.advance(30)
-                now = meter.read()[0]
+                now = reader.read()[0]
                 gain = now.kinetic / before.kinetic
                 largest = max(largest, gain if np.isfinite(gain) else np.inf)
             found.append(largest)
@@ -108,7 +108,7 @@ def test_at_rest(build, write_mesh, largest_energies, formulation):
     """
     write_mesh(formulation)
     model = build(scene(formulation, ""), "solver.bulk_viscosity=0.06")
-    bound = stable_increment(model, model.points).value
+    bound = stable_step(model, model.points).value
     steps = [0.99 * bound, 1.3 * bound]
     energies = largest_energies(model, model.points, steps, 1e-3)
     assert energies[0] < STABLE
@@ -131,8 +131,8 @@ def test_stretched(build, write_mesh, largest_energies, formulation):
     write_mesh(formulation)
     model = build(scene(formulation, "surface"), "solver.bulk_viscosity=0")
     x = model.points @ STRETCHES[formulation]
-    bound = stable_increment(model, x).value
-    assert bound < stable_increment(model, model.points).value
+    bound = stable_step(model, x).value
+    assert bound < stable_step(model, model.points).value
     assert largest_energies(model, x, [0.99 * bound], 1e-4)[0] < STABLE
 
 
@@ -154,11 +154,11 @@ def test_with_a_stiff_chamber(build, write_mesh, largest_energies, formulation):
         "        profile: {kind: ramp, value: 1e-12 kg, duration: 1 s}}}\n"
     )
     model = build(text, "solver.bulk_viscosity=0")
-    found = stable_increment(model, model.points)
+    found = stable_step(model, model.points)
     assert found.limit == "the swing of a chamber"
     assert found.stable == pytest.approx(2.5 * found.value, rel=0.1)
     bound = found.value
-    alone = stable_increment(dataclasses.replace(model, loads=()), model.points).value
+    alone = stable_step(dataclasses.replace(model, loads=()), model.points).value
     assert bound < 0.35 * alone
     energies = largest_energies(
         model, model.points, [0.99 * bound, 8.0 * bound, 0.99 * alone], 1e-6

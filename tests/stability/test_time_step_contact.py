@@ -6,7 +6,7 @@ import pytest
 from softsim.contact.half_spaces import facing_one_way
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
-from softsim.stability.time_step import stable_increment
+from softsim.stability.time_step import stable_step
 
 PRESSED = """
 bodies:
@@ -31,15 +31,15 @@ def test_pressed_on_a_floor(build, start, penalty):
     """Stick and slip under a load, at 0.9 of the bound, with the penalty stiffness that `auto`
     takes and with a hundredfold: all energy is accounted for.
     """
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     model = build(PRESSED.replace("PENALTY", penalty))
     solver = start(model, share=0.9)
-    meter = Meter(solver)
-    balance = EnergyBalance.starting(meter.read()[0], model)
+    reader = EnergyReader(solver)
+    balance = EnergyBalance.starting(reader.read()[0], model)
     for _ in range(8):
         solver.advance(500)
-        error = balance.error(meter.read()[0])
+        error = balance.error(reader.read()[0])
     assert solver.terms.wall_contacts[0].normal_force.to_numpy().sum() > 0.1
     assert error < 0.02
 
@@ -53,7 +53,7 @@ def test_contact_limits_the_step(build):
     expected = np.sqrt(2.0 * model.mass[model.contact.nodes].min() / stiff)
     # The dashpot counts as a spring 2 c / dt, at a step of at least 0.7 / omega: 2 * 2 * 0.3 / 0.7.
     least = expected / np.sqrt(1.0 + 1.8)
-    found = stable_increment(model, model.points)
+    found = stable_step(model, model.points)
     assert least < found.value < expected
     assert found.limit == "contact that would throw back"
     both = f"limited by {found.limit}; stable up to {found.stable * 1e6:.3g} us"
@@ -65,7 +65,7 @@ def test_a_light_rigid_body_in_a_static_run_is_named(build):
     """There stability asks for less than a hit does, and no element is to blame."""
     text = LIGHT.replace("MASS", "1 ug").replace("INERTIA", "1e-9 kg*mm^2")
     model = build(text.replace("end: 1 s", "end: 1 s, procedure: static"))
-    found = stable_increment(model, model.points)
+    found = stable_step(model, model.points)
     assert found.limit == "contact of a rigid body"
     assert found.value == found.stable
 
@@ -102,20 +102,20 @@ def test_a_light_plate_on_the_end(build, start, mass, inertia):
     """A rigid body much lighter than the nodes tied to it, and one much heavier, shaken against a
     floor that its corners strike: stable at 0.95 of the bound.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     model = build(LIGHT.replace("MASS", mass).replace("INERTIA", inertia))
     solver = start(model, share=0.95)
-    memory, meter = solver.memory(), Meter(solver)
+    memory, reader = solver.state(), EnergyReader(solver)
     noise = np.random.default_rng(1).standard_normal(model.points.shape)
     memory["nodes/velocity"] = (1e-2 * noise * model.is_free)[None]
     memory["rigid_bodies/velocity"] = np.array([[[0.0, -0.05]]])
-    step = solver.increment
+    step = solver.time_increment
     solver.restore(memory, 0.0, 0, step)
     solver.begin(step)
-    before = meter.read()[0].kinetic
+    before = reader.read()[0].kinetic
     solver.advance(round(min(4e-3 / step, 20_000)))
-    assert meter.read()[0].kinetic < 10.0 * before
+    assert reader.read()[0].kinetic < 10.0 * before
 
 
 ALONE = """
@@ -136,8 +136,8 @@ def test_nothing_can_move(build):
     """Every node is fixed or tied to a body that is held: the step is that of the free block."""
     free = build(ALONE.replace("FIXED", ""))
     held = build(ALONE.replace("FIXED", ", fixed: [left]") + HOLDER)
-    found = stable_increment(held, held.points)
-    assert found.value == stable_increment(free, free.points).value
+    found = stable_step(held, held.points)
+    assert found.value == stable_step(free, free.points).value
     assert found.value <= found.stable
 
 
@@ -150,7 +150,7 @@ def test_the_bad_element_is_named(build, write_mesh_with_a_sliver):
         "materials: {rubber: {law: yeoh, C10: 36 kPa, density: 1000 kg/m^3}}\n"
         "time: {end: 1 s}\n"
     )
-    found = stable_increment(model, model.points)
+    found = stable_step(model, model.points)
     corners = np.sort(model.points[model.bodies[0].cells[found.element]], axis=0)
     expected = write_mesh_with_a_sliver.points[write_mesh_with_a_sliver.cells[flattest]]
     np.testing.assert_allclose(corners, np.sort(expected, axis=0), atol=1e-12)

@@ -28,7 +28,7 @@ def test_velocity_follows_the_closed_form(build, start):
     gravity = 9.81
     ratio = SHARE * (model.mass.sum() + 5e-3) / 5e-3
     solver = start(model)
-    dt = solver.increment
+    dt = solver.time_increment
     count = int(np.ceil(END / dt))
     solver.advance(count)
     t = (count + 0.5) * dt  # velocities live at half steps

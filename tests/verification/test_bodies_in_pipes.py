@@ -85,7 +85,7 @@ def slide_through(solver, sample):
     path, contact = solver.models[0].walls[0], solver.terms.wall_contacts[0]
     forces, lengths = [], [0.0]
     while lengths[-1] < path.segments[2].start + 5e-3 and solver.time < 1.0:
-        solver.advance(round(sample / solver.increment))
+        solver.advance(round(sample / solver.time_increment))
         centre, velocity = state(solver)
         lengths.append(path.arc_length(centre[None])[0])
         forces.append(contact.normal_force.to_numpy().sum())
@@ -99,13 +99,13 @@ def test_nothing_is_felt_at_a_joint(build, start, record_verification, dimension
     no more than omega t of m v^2 / R; in the bend its mean over 20 periods is m v^2 / R, to less
     than a 20th of a period.
     """
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     model = build(sliding(dimension))
     solver = start(model, share=0.5)
-    meter = Meter(solver)
-    balance = EnergyBalance.starting(meter.read()[0], model)
-    sample = 2.0 * solver.increment
+    reader = EnergyReader(solver)
+    balance = EnergyBalance.starting(reader.read()[0], model)
+    sample = 2.0 * solver.time_increment
     lengths, forces, velocity = slide_through(solver, sample)
     first, last = model.walls[0].segments[1].start, model.walls[0].segments[1].end
     exact = MASS * SPEED**2 / OUTER
@@ -116,7 +116,7 @@ def test_nothing_is_felt_at_a_joint(build, start, record_verification, dimension
     mean = forces[(lengths > first) & (lengths < last)].mean()
     assert mean == pytest.approx(exact, rel=0.05)
     assert np.linalg.norm(velocity) == pytest.approx(SPEED, rel=1e-5)
-    assert balance.error(meter.read()[0]) < 1e-6
+    assert balance.error(reader.read()[0]) < 1e-6
     record_verification(f"particle in a bend, {dimension}D: m v^2 / R [N]", exact, mean)
 
 

@@ -104,7 +104,7 @@ def first_frequency(model, start, length, guess):
         time, before = solver.time, now
         solver.advance(64)
         now = speed()
-    rest = time + (solver.time - time) * before / (before - now) + 0.5 * solver.increment
+    rest = time + (solver.time - time) * before / (before - now) + 0.5 * solver.time_increment
     return 0.25 / rest
 
 

@@ -95,7 +95,7 @@ def test_pressure_in_a_closed_chamber_moves_nothing(build, start, robot):
 )
 def test_energy_balance_of_free_flight(build, start, robot):
     """The books close to the scheme's order: halving the step quarters what is left."""
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     errors = []
     for share in (0.8, 0.4):
@@ -104,12 +104,12 @@ def test_energy_balance_of_free_flight(build, start, robot):
         text = text.replace("supports: [skin.chamber_top, skin.chamber_bottom], ", "")
         model = build(text)
         solver = start(model, share=share)
-        meter = Meter(solver)
-        balance = EnergyBalance.starting(meter.read()[0], model)
+        reader = EnergyReader(solver)
+        balance = EnergyBalance.starting(reader.read()[0], model)
         worst = 0.0
         while solver.time < 6e-3:
             solver.advance(16)
-            worst = max(worst, balance.error(meter.read()[0]))
+            worst = max(worst, balance.error(reader.read()[0]))
         errors.append(worst)
     assert errors[0] < 1e-3
     assert errors[1] < 0.3 * errors[0]

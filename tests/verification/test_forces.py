@@ -111,16 +111,16 @@ def gradient(energy, x, nodes, step=1e-9):
 )
 def test_elements(build, start, formulation, overrides):
     """Law, averaged nodal pressure and Maxwell branch together."""
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     solver = start(build(soft(formulation), *overrides))
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     freeze_metric(solver)
     x = scattered(solver.models[0], 1, 0.08e-3)
 
     def energy(at):
         forces_at(solver, at)
-        return meter.read()[0].internal
+        return reader.read()[0].internal
 
     nodes = [0, 3, 7, 10, 15]
     exact = gradient(energy, x, nodes)
@@ -146,7 +146,7 @@ POINTS = {
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_contact_normal_and_sticking(build, start, formulation):
     """Penalty springs, normal and tangential, of nodes that stick."""
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     text = soft(formulation, "contact: {friction_coefficient: 1000, damping_ratio: 0}\n")
     text = text.replace(
@@ -156,7 +156,7 @@ def test_contact_normal_and_sticking(build, start, formulation):
     )
     model = build(text)
     solver = start(model)
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     freeze_metric(solver)
     down = np.zeros(model.dimension)
     down[1] = 2.0e-3
@@ -166,7 +166,7 @@ def test_contact_normal_and_sticking(build, start, formulation):
 
     def energy(at):
         forces_at(solver, at)
-        read = meter.read()[0]
+        read = reader.read()[0]
         return read.contact + read.internal
 
     touching = np.flatnonzero(solver.terms.wall_contacts[0].normal_force.to_numpy()[0] > 0.0)

@@ -117,9 +117,8 @@ class Pressed:
 def pressed(solver) -> Pressed:
     """Go on until forces balance, and look."""
     from softsim.solver.equilibrium import unbalanced_share
-    from softsim.solver.scenario import Scenario
 
-    model, scenario = solver.models[0], Scenario(solver, 0)
+    model, scenario = solver.models[0], solver.scenario(0)
     limit = solver.time + 0.1
     solver.advance(256)
     while solver.time < model.end_time or unbalanced_share(scenario) > model.relaxation.tolerance:

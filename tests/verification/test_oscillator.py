@@ -56,7 +56,7 @@ def test_period_of_a_mass_on_a_spring(build, cpu, record_verification):
     omega = np.sqrt(stiffness / model.mass[top].sum())
     exact = 2.0 * np.pi / omega
     solver = ExplicitSolver([model])
-    memory = solver.memory()
+    memory = solver.state()
     errors = []
     for angle in (0.6, 0.3, 0.15):
         step = angle / omega
@@ -97,16 +97,15 @@ def test_period_of_a_mass_on_a_bar(build, start, record_verification):
     crossings by 2e-3 rad, ten half periods by 2e-3 / (10 pi) of the time.
     """
     from softsim.solver.equilibrium import unbalanced_share
-    from softsim.solver.scenario import Scenario
 
     force = 4e-6
     load = f"loads: {{pull: {{kind: nodal_force, nodes: bar.right, force: [{force} N, 0 N]}}}}\n"
     model = build(BAR + load, "time.procedure=static", "solver.bulk_viscosity=0.06")
     solver = start(model)
-    scenario = Scenario(solver, 0)
+    scenario = solver.scenario(0)
     solver.advance(20000)
     while unbalanced_share(scenario) > 1e-8:
-        assert solver.increments < 100_000
+        assert solver.increment_count < 100_000
         solver.advance(2000)
     u = solver.positions()[0] - model.points
     right = model.bodies[0].node_sets["right"]
@@ -165,7 +164,7 @@ def test_energy_over_a_million_increments(build, start, record_verification):
     Central differences keep an energy near the true one for ever (they are symplectic), so early
     and late means agree to what a mean over a thousandth of the run leaves of the swing.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     model = build(
         "bodies: {b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},\n"
@@ -174,21 +173,21 @@ def test_energy_over_a_million_increments(build, start, record_verification):
     )
     assert model.element_count == 16
     solver = start(model)
-    meter = Meter(solver)
-    initial = meter.read()[0].balance
-    assert initial == pytest.approx(meter.read()[0].kinetic)
+    reader = EnergyReader(solver)
+    initial = reader.read()[0].balance
+    assert initial == pytest.approx(reader.read()[0].kinetic)
 
     def mean_energy():
         seen = []
         for _ in range(200):
             solver.advance(50)
-            seen.append(meter.read()[0].balance)
+            seen.append(reader.read()[0].balance)
         return np.mean(seen)
 
     early = mean_energy()
     solver.advance(980_000)
     late = mean_energy()
-    assert solver.increments == 1_000_000
+    assert solver.increment_count == 1_000_000
     assert np.isfinite(late)
     record_verification("energy [J] after a million increments", early, late)
     assert late == pytest.approx(early, rel=1e-3)
@@ -206,7 +205,7 @@ def test_inflation_does_not_depend_on_the_step(build, cpu, record_verification):
     strikes up vibrations through the thickness, which only steps of 1 us follow.
     """
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_increment
+    from softsim.stability.time_step import stable_step
 
     model = build(
         "bodies: {ring: {mesh: {generator: block, length: 1 mm, height: 1 mm,"
@@ -219,9 +218,9 @@ def test_inflation_does_not_depend_on_the_step(build, cpu, record_verification):
     )
     inner = model.bodies[0].node_sets["left"]
     assert model.points[inner, 0] == pytest.approx(5e-3)
-    count = int(1e-3 / (0.8 * stable_increment(model, model.points).value)) // 10 * 10 + 10
+    count = int(1e-3 / (0.8 * stable_step(model, model.points).value)) // 10 * 10 + 10
     solver = ExplicitSolver([model])
-    memory = solver.memory()
+    memory = solver.state()
     histories = []
     for refinement in (1, 8, 16, 64):
         begin_again(solver, memory, 1e-3 / (count * refinement))
@@ -244,9 +243,9 @@ def test_work_of_a_prescribed_motion(build, cpu, record_verification):
     """The end of a block is moved, faster than waves can follow quietly: the work of the support
     is what the block stores and what still moves in it, to the second order of the step.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_increment
+    from softsim.stability.time_step import stable_step
 
     s = np.linspace(0.0, 1.0, 65)
     rise = s * s * (3.0 - 2.0 * s)
@@ -260,15 +259,15 @@ def test_work_of_a_prescribed_motion(build, cpu, record_verification):
         f"  displacement: {{kind: table, points: [{points}]}}}}}}\n" + MATERIAL
     )
     solver = ExplicitSolver([model])
-    memory, meter = solver.memory(), Meter(solver)
+    memory, reader = solver.state(), EnergyReader(solver)
     # Stretched to 1.4 at the end, and more where the waves meet, it needs half the step of rest.
-    coarse = 0.45 * stable_increment(model, model.points).value
+    coarse = 0.45 * stable_step(model, model.points).value
     count = int(1e-3 / coarse) + 1
     errors = []
     for refinement in (1, 2, 4):
         begin_again(solver, memory, 1e-3 / count / refinement)
         solver.advance(count * refinement)
-        energies = meter.read()[0]
+        energies = reader.read()[0]
         stored = energies.internal + energies.kinetic
         errors.append(abs(stored / energies.external_work - 1.0))
     assert energies.kinetic > 1e-3 * energies.internal

@@ -40,22 +40,22 @@ def test_step_strain_relaxes_exponentially(build, start):
 
 def test_dissipation_is_what_the_branch_loses(build, start):
     """No work is done while it relaxes, so stored plus dissipated energy stays."""
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     model = build(SCENE)
     solver = start(model)
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     F = np.array([[1.3, 0.2], [0.0, 1.0 / 1.3]])
     solver.terms.nodes.position.from_numpy((model.points @ F.T)[None].copy())
     solver.advance(8)
-    before = meter.read()[0]
+    before = reader.read()[0]
     solver.advance(2000)
-    after = meter.read()[0]
+    after = reader.read()[0]
     lost = before.internal - after.internal
     gained = after.viscous_dissipation - before.viscous_dissipation
     assert lost > 0.0
     # Sampled every 8 increments at the right end: relative error 8 dt / tau at most.
-    assert abs(gained - lost) < 8.0 * solver.increment / 2e-3 * lost
+    assert abs(gained - lost) < 8.0 * solver.time_increment / 2e-3 * lost
 
 
 STRUCK = """
@@ -75,16 +75,16 @@ def books_after_a_blow(model, start, share):
     """Within 20 ms, with this share of the stable step [-]: the largest error of the balance in use
     [-], what is missing at most [J], and the last energies.
     """
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     solver = start(model, share=share)
-    meter = Meter(solver)
-    first = meter.read()[0]
+    reader = EnergyReader(solver)
+    first = reader.read()[0]
     balance = EnergyBalance.starting(first, model)
     errors, missing = [], []
     while solver.time < 20e-3:
         solver.advance(10)
-        energies = meter.read()[0]
+        energies = reader.read()[0]
         errors.append(balance.error(energies))
         missing.append(abs(energies.balance - first.balance))
     return max(errors), max(missing), energies
@@ -107,7 +107,7 @@ def test_books_of_a_short_branch(build, start, record_verification):
 def test_books_of_a_branch_that_relaxes_within_a_step(build, start):
     """A branch of a twentieth of a step carries next to nothing, and its books close."""
     model = build(STRUCK, "materials.m.prony=[{g: 0.4, relaxation_time: 1 us}]")
-    assert start(model).increment > 15e-6
+    assert start(model).time_increment > 15e-6
     error, _, energies = books_after_a_blow(model, start, 0.9)
     assert error < 0.005
     assert abs(energies.viscous_dissipation) < 1e-6 * energies.external_work

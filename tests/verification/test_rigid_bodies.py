@@ -52,17 +52,17 @@ def flights(kernel_cache, tmp_path_factory):
     from softsim.builder import build_model
     from softsim.scene.loading import load_scene
     from softsim.solver.explicit import ExplicitSolver
-    from softsim.stability.time_step import stable_increment
+    from softsim.stability.time_step import stable_step
 
     scene = tmp_path_factory.mktemp("bodies") / "scene.yaml"
     scene.write_text(BODIES, encoding="utf-8")
     model = build_model(load_scene(scene))
-    assert max(STEPS) < stable_increment(model, model.points).value
+    assert max(STEPS) < stable_step(model, model.points).value
     # A scene knows spins about z only.
     spun = tuple(replace(b, angular_velocity=SPINS[b.name]) for b in model.rigid_bodies)
     backend.start("cpu", cache=Path(kernel_cache))
     solver = ExplicitSolver([replace(model, rigid_bodies=spun)])
-    bodies, initial = solver.terms.rigid_bodies, solver.memory()
+    bodies, initial = solver.terms.rigid_bodies, solver.state()
     inverse_inertia = bodies.inverse_inertia.to_numpy()
     result = []
     for dt in STEPS:

@@ -28,21 +28,20 @@ WEIGHT = 1e-3 * 9.81  # along -x: upright
 def test_place_force_and_work(build, start, record_verification):
     """The slider is where the profile says; the tendon's force adds to its weight."""
     from softsim.output.observation import observe
-    from softsim.solver.energy import EnergyBalance, Meter
-    from softsim.solver.scenario import Scenario
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     model = build(SCENE)
     solver = start(model)
     (motion,) = model.of_kind(RigidMotionData)
-    meter, term = Meter(solver), Scenario(solver, 0).term_of(motion)
-    balance = EnergyBalance.starting(meter.read()[0], model)
+    reader, term = EnergyReader(solver), solver.scenario(0).term_of(motion)
+    balance = EnergyBalance.starting(reader.read()[0], model)
     while solver.time < 25e-3:
         solver.advance(100)
     term.clear_impulses(0)
     began = solver.time
     solver.advance(100)
-    meter.look()
-    seen = observe(Scenario(solver, 0), meter, balance, solver.time - began)
+    reader.update()
+    seen = observe(solver.scenario(0), reader, balance, solver.time - began)
     assert seen.row["frame_x"] == pytest.approx(WAY, rel=1e-12)
     force = STIFFNESS * WAY + WEIGHT
     record_verification("force that drives a slider [N]", force, seen.row["drive_force"])
@@ -58,11 +57,11 @@ def test_goes_on_to_the_same_bits(build, cpu):
     first, second = ExplicitSolver([model]), ExplicitSolver([model])
     first.begin(2e-6)
     first.advance(3000)
-    second.restore(first.memory(), first.time, first.increments, 2e-6)
+    second.restore(first.state(), first.time, first.increment_count, 2e-6)
     for solver in (first, second):
         solver.advance(500)
-    for name, array in first.memory().items():
-        np.testing.assert_array_equal(second.memory()[name], array, err_msg=name)
+    for name, array in first.state().items():
+        np.testing.assert_array_equal(second.state()[name], array, err_msg=name)
 
 
 @pytest.mark.parametrize(

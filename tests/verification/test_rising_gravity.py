@@ -32,12 +32,12 @@ def test_free_fall_under_a_ramp(build, cpu, record_verification):
     """Within the ramp and after it; the books miss m (dt g)^2 / 8, as of any force that changes
     within an increment (half a kick at either end), and go on from a checkpoint to the same bits.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
 
     model = build(SCENE)
     solver, other = ExplicitSolver([model]), ExplicitSolver([model])
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     dt = RAMP / 200
     solver.begin(dt)
     solver.advance(100)
@@ -45,15 +45,15 @@ def test_free_fall_under_a_ramp(build, cpu, record_verification):
     exact = G * (t**3 - t * dt**2) / (6.0 * RAMP)
     np.testing.assert_allclose(fallen(solver), exact, rtol=1e-9)
     mass = model.mass.sum() + 5e-3
-    energies = meter.read()[0]
+    energies = reader.read()[0]
     assert abs(energies.balance) == pytest.approx(mass * (0.5 * G * dt) ** 2 / 8.0, rel=1e-5)
-    kept = solver.memory()
-    other.restore(kept, solver.time, solver.increments, dt)
+    kept = solver.state()
+    other.restore(kept, solver.time, solver.increment_count, dt)
     for one in (solver, other):
         one.advance(300)
-    for name, array in solver.memory().items():
-        np.testing.assert_array_equal(other.memory()[name], array, err_msg=name)
-    energies, after = meter.read()[0], solver.time - RAMP
+    for name, array in solver.state().items():
+        np.testing.assert_array_equal(other.state()[name], array, err_msg=name)
+    energies, after = reader.read()[0], solver.time - RAMP
     way = G * (RAMP**2 / 6.0 + 0.5 * RAMP * after + 0.5 * after**2)
     speed = G * (0.5 * RAMP + after)
     # The end of the ramp lies on an increment: half a step of its slope is all that is rounded off.
@@ -74,7 +74,7 @@ def test_the_relief_follows(build, start):
         "loads={relief: {kind: axial_relief, acts_on: frame, share: 0.5}}",
     )
     solver = start(model)
-    solver.advance(int(0.5 * RAMP / solver.increment))
+    solver.advance(int(0.5 * RAMP / solver.time_increment))
     share = solver.time / RAMP
     assert 0.2 < share < 0.6
     mass = model.mass.sum() + 5e-3

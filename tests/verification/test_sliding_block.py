@@ -74,16 +74,16 @@ class Rig:
     """Scenarios of a block, settled, each followed for its own time."""
 
     def __init__(self, models):
-        from softsim.solver.energy import Meter
+        from softsim.solver.energy import EnergyReader
         from softsim.solver.explicit import ExplicitSolver
         from softsim.solver.settling import settle
-        from softsim.stability.time_step import stable_increment
+        from softsim.stability.time_step import stable_step
 
         self.models = models
         self.solver = ExplicitSolver(models)
-        self.meter = Meter(self.solver)
-        step = 0.9 * min(stable_increment(m, m.points).value for m in models)
-        settle(self.solver, self.meter, np.full(len(models), step))
+        self.reader = EnergyReader(self.solver)
+        step = 0.9 * min(stable_step(m, m.points).value for m in models)
+        settle(self.solver, self.reader, np.full(len(models), step))
         self.solver.begin(step)
 
     def follow(self, s, end):
@@ -91,17 +91,17 @@ class Rig:
         from softsim.solver.energy import EnergyBalance
 
         solver, walls = self.solver, self.solver.terms.wall_contacts[0]
-        energies, _, centre = self.meter.read(s)
+        energies, _, centre = self.reader.read(s)
         balance = EnergyBalance.starting(energies, self.models[s])
         times, places, worst = [0.0], [centre[0]], 0.0
         counts = np.zeros(len(self.models), dtype=int)
         rubbing_from = end - 0.4
         while solver.times[s] < end:
-            counts[s] = min(200, int(np.ceil((end - solver.times[s]) / solver.steps[s])))
+            counts[s] = min(200, int(np.ceil((end - solver.times[s]) / solver.time_increments[s])))
             if times[-1] < rubbing_from:
                 walls.clear_impulses(s)
             solver.advance(counts)
-            energies, grip, centre = self.meter.read(s)
+            energies, grip, centre = self.reader.read(s)
             times.append(solver.times[s])
             places.append(centre[0])
             worst = max(worst, balance.error(energies))
@@ -325,16 +325,16 @@ def test_sticks_on_30_degrees(build, start, size, record_verification):
 
 def test_contact_damped_critically(build, start):
     """contact.damping_ratio: 1.0 runs, and the books close."""
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     model = build(SMALL, "contact.damping_ratio=1.0", "environment.inclination=30 deg")
     solver = start(model)
-    meter = Meter(solver)
-    balance = EnergyBalance.starting(meter.read()[0], model)
+    reader = EnergyReader(solver)
+    balance = EnergyBalance.starting(reader.read()[0], model)
     worst = 0.0
     while solver.time < 0.3:
         solver.advance(50)
-        worst = max(worst, balance.error(meter.read()[0]))
+        worst = max(worst, balance.error(reader.read()[0]))
     assert worst < 0.005
 
 
@@ -389,40 +389,40 @@ def test_slip_share_of_a_block_that_slides(build, start):
     increments after a hop, until the friction spring from where they touched down is stretched to
     mu N: under a hundredth.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     solver = start(build(SMALL, "environment.inclination=35 deg"))
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     advance_to(solver, 0.3)
     solver.terms.wall_contacts[0].clear_impulses(0)
-    assert meter.read()[1].slip_share == 0.0  # nothing yet, and no division by it
+    assert reader.read()[1].slip_share == 0.0  # nothing yet, and no division by it
     advance_to(solver, 0.5)
-    assert meter.read()[1].slip_share > 0.99
+    assert reader.read()[1].slip_share > 0.99
 
 
 def test_slip_share_of_a_block_that_rests(build, start_settled):
     """Nothing, when the limits of friction have followed for ten times their memory. Settled: with
     its weight at once the slowest branch creeps for long, and the nodes at the corners with it.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     solver = start_settled(build(SMALL, "time.settle=1 s"))
     advance_to(solver, 0.1)
     solver.terms.wall_contacts[0].clear_impulses(0)
     advance_to(solver, 0.2)
-    assert Meter(solver).read()[1].slip_share == 0.0
+    assert EnergyReader(solver).read()[1].slip_share == 0.0
 
 
 def test_friction_dissipates_what_gravity_puts_in(build, start):
     """The books close while it slides: work of weight = kinetic + internal + friction."""
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     # A chattering contact lasts a few increments and is booked to first order: a smaller step.
     model = build(SMALL, "environment.inclination=35 deg")
     solver = start(model, share=0.3)
-    meter = Meter(solver)
-    balance = EnergyBalance.starting(meter.read()[0], model)
+    reader = EnergyReader(solver)
+    balance = EnergyBalance.starting(reader.read()[0], model)
     advance_to(solver, 0.4)
-    energies = meter.read()[0]
+    energies = reader.read()[0]
     assert energies.friction_dissipation > 0.5 * energies.external_work
     assert balance.error(energies) < 0.01

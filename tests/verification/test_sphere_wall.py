@@ -42,7 +42,7 @@ def test_a_particle_leaves_a_ball(build, start, record_verification, dimension):
     centre[:2] = 10e-3, 20e-3
     last = 0.0
     while True:
-        solver.advance(round(1e-4 / solver.increment))
+        solver.advance(round(1e-4 / solver.time_increment))
         arm = bodies.centre.to_numpy()[0, 0] - centre
         if np.linalg.norm(arm) > RADIUS + 1e-6:
             break

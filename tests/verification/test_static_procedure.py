@@ -178,7 +178,7 @@ time: {end: 100 ms, procedure: static}
     for viscosity in (0.06, 0.0):
         model = build(text, f"solver.bulk_viscosity={viscosity}")
         solver = start(model)
-        solver.advance(int(1.3 / solver.increment))
+        solver.advance(int(1.3 / solver.time_increment))
         tip = model.bodies[0].node_sets["right"]
         sags.append((model.points - solver.positions()[0])[tip, 1].mean())
     assert sags[0] > 5e-3

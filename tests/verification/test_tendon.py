@@ -66,7 +66,7 @@ def test_frequency_while_taut(build, cpu, record_verification):
     from softsim.solver.explicit import ExplicitSolver
 
     solver = ExplicitSolver([build(PULLED)])
-    memory, periods, errors = solver.memory(), [], []
+    memory, periods, errors = solver.state(), [], []
     for steps in (40, 80):  # a period
         dt = 2.0 * np.pi / OMEGA / steps
         solver.restore(memory, 0.0, 0, dt)
@@ -95,28 +95,28 @@ def test_thrown_into_a_slack_tendon(build, cpu, record_verification):
     The time on the tendon is off by a step at most, the tension by (omega dt)^2 / 8 where its
     peak lies between two steps; a hit within a step is off by (omega dt)^2 of the energy.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
     from softsim.solver.explicit import ExplicitSolver
 
     model = build(THROWN)
     solver, angle = ExplicitSolver([model]), 0.01
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     dt = angle / OMEGA
     solver.begin(dt)
-    before = meter.read()[0]
+    before = reader.read()[0]
     assert before.kinetic == pytest.approx(0.5 * MASS * SPEED**2, rel=1e-12)
     tension, way = [], []
     while solver.time < 2.0 * SLACK / SPEED + np.pi / OMEGA + 1e-3:
         solver.advance(1)
         way.append(displacement(solver) @ [0.6, 0.8])
-        stored = meter.read()[0].internal
+        stored = reader.read()[0].internal
         tension.append(np.sqrt(2.0 * STIFFNESS * max(stored, 0.0)))
     taut = np.array(tension) > 1e-9
     np.testing.assert_array_equal(taut, np.array(way) > SLACK)
     assert taut.sum() * dt == pytest.approx(np.pi / OMEGA, abs=dt)
     exact = SPEED * np.sqrt(STIFFNESS * MASS)
     assert max(tension) == pytest.approx(exact, rel=angle**2)
-    after = meter.read()[0]
+    after = reader.read()[0]
     assert after.kinetic == pytest.approx(before.kinetic, rel=angle**2)
     assert after.external_work == 0.0
     back = (way[-1] - way[-2]) / dt
@@ -130,17 +130,17 @@ def test_the_force_is_the_gradient_of_the_energy(build, start):
     """Central differences of k e^2/2, exact for a parabola but for eps E / h, about 1e-11 N here;
     beside the kink, where the tendon is slack, both are zero.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     solver = start(build(THROWN))
-    meter, memory, h = Meter(solver), solver.memory(), 1e-6
-    step, rest = solver.increment, memory["rigid_bodies/centre"].copy()
+    reader, memory, h = EnergyReader(solver), solver.state(), 1e-6
+    step, rest = solver.time_increment, memory["rigid_bodies/centre"].copy()
 
     def at(u):
         memory["rigid_bodies/centre"] = rest + u
         solver.restore(memory, 0.0, 0, step)
         solver.find_forces(step)
-        return meter.read()[0].internal, solver.terms.rigid_bodies.force.to_numpy()[0, 0]
+        return reader.read()[0].internal, solver.terms.rigid_bodies.force.to_numpy()[0, 0]
 
     for u, is_taut in (([4e-3, 5e-3], True), ([9e-3, -1e-3], True), ([-5e-3, 2e-3], False)):
         gradient = [(at(u + h * side)[0] - at(u - h * side)[0]) / (2.0 * h) for side in np.eye(2)]
@@ -167,27 +167,27 @@ def test_a_stiff_tendon_on_a_light_body(build, start):
     """A plate of a milligram, lighter than the nodes tied to it, thrown again and again into a
     tendon far stiffer than the rubber behind it: at 0.95 of the step no energy comes in.
     """
-    from softsim.solver.energy import Meter
-    from softsim.stability.time_step import stable_increment
+    from softsim.solver.energy import EnergyReader
+    from softsim.stability.time_step import stable_step
 
     model = build(STIFF)
-    limit = stable_increment(model, model.points)
+    limit = stable_step(model, model.points)
     assert limit.limit == "a tendon that would throw back"
     # The tied nodes may take a quarter of the milligram.
     assert limit.value == pytest.approx(np.sqrt(2.0 * 0.75e-6 / 100e6), rel=1e-9)
     assert limit.value < limit.stable
     solver = start(model, share=0.95)
-    memory, meter = solver.memory(), Meter(solver)
+    memory, reader = solver.state(), EnergyReader(solver)
     noise = np.random.default_rng(1).standard_normal(model.points.shape)
     memory["nodes/velocity"] = (1e-2 * noise * model.is_free)[None]
     memory["rigid_bodies/velocity"] = np.array([[[0.5, 0.0]]])
-    step = solver.increment
+    step = solver.time_increment
     solver.restore(memory, 0.0, 0, step)
     solver.begin(step)
-    before = meter.read()[0].kinetic
+    before = reader.read()[0].kinetic
     solver.advance(20_000)
     assert solver.terms.loads[0].impulse.to_numpy()[0] > 0.0
-    energies = meter.read()[0]
+    energies = reader.read()[0]
     assert 0.0 < energies.kinetic + energies.internal < 1.05 * before
 
 
@@ -200,13 +200,13 @@ def test_goes_on_to_the_same_bits(build, cpu):
     dt = 0.01 / OMEGA
     first.begin(dt)
     first.advance(900)
-    kept = first.memory()
+    kept = first.state()
     assert kept["loads/0/impulse"][0] > 0.0
-    second.restore(kept, first.time, first.increments, dt)
+    second.restore(kept, first.time, first.increment_count, dt)
     for solver in (first, second):
         solver.advance(150)
-    for name, array in first.memory().items():
-        np.testing.assert_array_equal(second.memory()[name], array, err_msg=name)
+    for name, array in first.state().items():
+        np.testing.assert_array_equal(second.state()[name], array, err_msg=name)
 
 
 def test_the_history_shows_the_mean_pull(write_scene, tmp_path, kernel_cache, monkeypatch):

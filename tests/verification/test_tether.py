@@ -67,7 +67,7 @@ def robots(build, cpu):
 
     solver = ExplicitSolver([build(PLANE, *overrides) for overrides in SCENARIOS.values()])
     number = {name: s for s, name in enumerate(SCENARIOS)}
-    memory = solver.memory()
+    memory = solver.state()
     memory["rigid_bodies/velocity"][number["thrown"]] = [[-THROWN, 0.0]]
     memory["rigid_bodies/velocity"][number["shaken"]] = [[0.0, SHAKEN]]
     spin = INERTIA * PITCH * TURNED
@@ -79,11 +79,11 @@ def robots(build, cpu):
 
 def test_the_robots(robots, record_verification):
     """One solver, 1.6 periods of the spring; then on from a checkpoint to the same bits."""
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     solver, number = robots
-    meter, bodies = Meter(solver), solver.terms.rigid_bodies
-    start = {name: meter.read(s)[0] for name, s in number.items()}
+    reader, bodies = EnergyReader(solver), solver.terms.rigid_bodies
+    start = {name: reader.read(s)[0] for name, s in number.items()}
 
     # Weight at an arm (-16, 2) mm: force and torque at rest.
     hanging = number["hanging"]
@@ -96,9 +96,9 @@ def test_the_robots(robots, record_verification):
         solver.advance(1)
         places.append(bodies.centre.to_numpy()[:, 0])
         turns.append(bodies.orientation.to_numpy()[number["pitching"], 0, 3])
-    kept, t = solver.memory(), DT * np.arange(1, LOOKS + 1)
+    kept, t = solver.state(), DT * np.arange(1, LOOKS + 1)
     way = dict(zip(SCENARIOS, np.moveaxis(places, 0, 1), strict=True))
-    energies = {name: meter.read(s)[0] for name, s in number.items()}
+    energies = {name: reader.read(s)[0] for name, s in number.items()}
 
     # Below the drag: the spring alone, to round-off, and nothing dissipated.
     elastic = 0.45 * DRAG / SPRING * swing(OMEGA, t)
@@ -147,10 +147,10 @@ def test_the_robots(robots, record_verification):
     assert error == pytest.approx((force * DT) ** 2 / (8.0 * MASS), rel=1e-5)
 
     solver.advance(300)
-    once = solver.memory()
+    once = solver.state()
     solver.restore(kept, LOOKS * DT, LOOKS, DT)
     solver.advance(300)
-    for name, array in solver.memory().items():
+    for name, array in solver.state().items():
         np.testing.assert_array_equal(once[name], array, err_msg=name)
 
 
@@ -161,7 +161,7 @@ def test_frequencies_of_turning(build, cpu, record_verification):
     inertia = np.array([0.5e-6, 1e-6, 2e-6])
     exact = np.sqrt([0.1e-3, 0.3e-3, 0.8e-3] / inertia)
     solver, dt = ExplicitSolver([build(SPACE)] * 3), 1e-3
-    memory = solver.memory()
+    memory = solver.state()
     memory["rigid_bodies/angular_momentum"] = TURNED * np.diag(inertia * exact)[:, None]
     solver.restore(memory, 0.0, 0, dt)
     solver.begin(dt)
@@ -184,10 +184,10 @@ def test_frequencies_of_turning(build, cpu, record_verification):
 def test_the_torque_is_the_gradient_of_the_energy(build, start):
     """At some turned orientation, by central differences of turns about fixed axes."""
     from softsim.rigid.body import in_space
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     solver = start(build(SPACE))
-    meter, memory, h = Meter(solver), solver.memory(), 1e-4
+    reader, memory, h = EnergyReader(solver), solver.state(), 1e-4
     q = np.array([0.7, 0.4, -0.5, 0.3])
     q /= np.linalg.norm(q)
 
@@ -195,9 +195,9 @@ def test_the_torque_is_the_gradient_of_the_energy(build, start):
         w, v = 1.0, 0.5 * in_space(np.asarray(turn))
         turned = np.array([w * q[0] - v @ q[1:], *(w * q[1:] + q[0] * v + np.cross(v, q[1:]))])
         memory["rigid_bodies/orientation"][0, 0] = turned / np.linalg.norm(turned)
-        solver.restore(memory, 0.0, 0, solver.increment)
-        solver.find_forces(solver.increment)
-        return meter.read()[0].internal, solver.terms.rigid_bodies.torque.to_numpy()[0, 0]
+        solver.restore(memory, 0.0, 0, solver.time_increment)
+        solver.find_forces(solver.time_increment)
+        return reader.read()[0].internal, solver.terms.rigid_bodies.torque.to_numpy()[0, 0]
 
     gradient = [(at(h * side)[0] - at(-h * side)[0]) / (2.0 * h) for side in np.eye(3)]
     np.testing.assert_allclose(at(np.zeros(3))[1], -np.array(gradient), rtol=1e-6)
@@ -205,13 +205,13 @@ def test_the_torque_is_the_gradient_of_the_energy(build, start):
 
 def test_the_stable_step_knows_it(build):
     """A tether far stiffer than all else: omega^2 = k/M + (k r^2 + K)/I, of 3/4 of M and I."""
-    from softsim.stability.time_step import stable_increment
+    from softsim.stability.time_step import stable_step
 
     model = build(
         PLANE, "loads.tail.stiffness=10 kN/mm", f"loads.tail.at=[{-ARM} m, 0 m]",
         "loads.tail.pitch_stiffness=300 N*m/rad",
     )  # fmt: skip
-    limit = stable_increment(model, model.points)
+    limit = stable_step(model, model.points)
     assert limit.limit == "the tether of a rigid body"
     omega = 1e7 / MASS + (1e7 * ARM**2 + 300.0) / INERTIA
     assert limit.value == pytest.approx(2.0 / np.sqrt(omega / 0.75), rel=1e-3)

@@ -113,17 +113,17 @@ def test_dropped_box_rests_on_two_edges(build, start, record_verification):
 
     Penetration and sag are below 1 um, which changes beta by 1 um / 3 mm.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     model = build(BOX, "contact.friction_coefficient=0", "bodies.box.position=[0 mm, -3 mm, -3 mm]")
     solver = start(model)
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     settle(solver, 0.3)
     before, began = centre(solver)[0], solver.time
     for walls in solver.terms.wall_contacts:
         walls.clear_impulses(0)
     settle(solver, 0.4)
-    _, grip, after = meter.read()
+    _, grip, after = reader.read()
     normal = grip.normal_impulse / (solver.time - began)
     force = grip.impulse / (solver.time - began)
     assert np.abs(after - before).max() < 1e-7
@@ -200,11 +200,11 @@ def test_cylinder_falls_flat(build, start, record_verification):
 
     It cannot roll: its outline meets walls with 24 points around, and would fall over from one.
     """
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     model = build(CYLINDER)
     solver = start(model)
-    meter = Meter(solver)
+    reader = EnergyReader(solver)
     weight = 10e-3 * 9.81
     bodies, steepest = solver.terms.rigid_bodies, 0.0
     while solver.time < 1.0:
@@ -215,7 +215,7 @@ def test_cylinder_falls_flat(build, start, record_verification):
         walls.clear_impulses(0)
     began = solver.time
     solver.advance(200)
-    _, grip, _ = meter.read()
+    _, grip, _ = reader.read()
     normal = grip.normal_impulse / (solver.time - began)
     # The dashpots have stopped it: what still moves is below a millionth.
     assert grip.contact_count == 2

@@ -63,19 +63,19 @@ def test_the_books_close_across_corners(build, start):
     """Down the slope into a valley and over a hump, 0.5 mm high: what is taken or given where the
     grid rounds off corners stays far below what moves.
     """
-    from softsim.solver.energy import EnergyBalance, Meter
+    from softsim.solver.energy import EnergyBalance, EnergyReader
 
     x, y = -7.0 * UP
     valley = [(x - 30.0, y), (x - 9.0, y), (x - 8.5, y + 0.5), (x - 8.0, y), (x, y)]
     model = build(BLOCK, ground(*valley, 20.0 * UP), "contact.friction_coefficient=0.1")
     # A chattering contact lasts a few increments and is booked to first order: a smaller step.
     solver = start(model, share=0.3)
-    meter = Meter(solver)
-    balance = EnergyBalance.starting(meter.read()[0], model)
+    reader = EnergyReader(solver)
+    balance = EnergyBalance.starting(reader.read()[0], model)
     largest = 0.0
     while solver.time < 0.15:
         solver.advance(500)
-        largest = max(largest, balance.error(meter.read()[0]))
+        largest = max(largest, balance.error(reader.read()[0]))
     assert solver.positions()[0][:, 0].min() < 1e-3 * (x - 12.0)  # its front is far over the hump
     assert largest < 0.01
 
@@ -118,7 +118,7 @@ WEIGHT = 1000.0 * 12e-3 * 3e-3 * 6e-3 * 9.81
 def test_a_box_rests_in_a_pipe_from_an_stl_as_in_a_pipe(
     build, start, tmp_path, record_verification
 ):
-    from softsim.solver.energy import Meter
+    from softsim.solver.energy import EnergyReader
 
     points, triangles = pipe_bore(RADIUS, 16.0, AROUND)
     meshio.write(tmp_path / "bore.stl", meshio.Mesh(points, [("triangle", triangles)]), binary=True)
@@ -127,13 +127,13 @@ def test_a_box_rests_in_a_pipe_from_an_stl_as_in_a_pipe(
     for overrides in ([], [f"environment.walls.pipe={bore}"]):
         model = build(BOX, *overrides)
         solver = start(model)
-        meter = Meter(solver)
+        reader = EnergyReader(solver)
         settle(solver, 0.1)
         for walls in solver.terms.wall_contacts:
             walls.clear_impulses(0)
         began = solver.time
         settle(solver, 0.15)
-        _, grip, centre = meter.read()
+        _, grip, centre = reader.read()
         heights.append(centre[1])
         normals.append(grip.normal_impulse / (solver.time - began))
     sagitta = RADIUS * (np.pi / AROUND) ** 2 / 2.0

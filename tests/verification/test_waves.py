@@ -85,7 +85,7 @@ def test_wave_speed(build, start, record_verification, formulation, sides):
     x = models[0].points[:, 0] - models[0].points[:, 0].min()
     stations = [np.flatnonzero(np.abs(x - place) < 1e-9) for place in STATIONS]
     solver = start(*models)
-    every = max(1, int(lengths.min() / exact / 100.0 / solver.increment))
+    every = max(1, int(lengths.min() / exact / 100.0 / solver.time_increment))
     seen = []
     # Until both pulses have passed; what the far end reflects is not back yet.
     while solver.time < (STATIONS[1] + 1.3 * lengths.max()) / exact:
@@ -94,7 +94,7 @@ def test_wave_speed(build, start, record_verification, formulation, sides):
         seen.append([moved[:, nodes].mean(axis=1) for nodes in stations])
     near, far = np.diff(np.array(seen), axis=0).transpose(1, 2, 0)
     passed = [delay(*signals) for signals in zip(near, far, strict=True)]
-    speeds = (STATIONS[1] - STATIONS[0]) / (np.array(passed) * every * solver.increment)
+    speeds = (STATIONS[1] - STATIONS[0]) / (np.array(passed) * every * solver.time_increment)
     errors = speeds / exact - 1.0
     k = 2.0 * np.pi / lengths
     assert (np.abs(errors) < inertia * k**2 + (k * ELEMENT_SIZE[formulation]) ** 2 / 6.0).all()

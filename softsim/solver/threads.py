@@ -1,6 +1,6 @@
-"""How many workers take the next increments: all of them, unless one alone was faster lately.
+"""How many threads take the next increments: all of them, unless one alone was faster lately.
 
-Workers wait for each other by looking again and again, many times an increment. That is quick while
+Threads wait for each other by looking again and again, many times an increment. That is quick while
 each has a core of its own; when another program takes one, the others wait for it to be scheduled,
 and together they can be many times slower than one alone. So both are timed, in turns.
 """
@@ -15,8 +15,8 @@ SLOW_TURNS = 3
 MUCH_SLOWER = 2.0
 
 
-class Crew:
-    """`size` workers. workers: how many take the next call."""
+class ThreadCount:
+    """Chooses between one and `size` threads. workers: how many take the next call."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -24,20 +24,20 @@ class Crew:
         self._turns_left = 1
         self._slow_turns = 0
         self._alone = 0.0  # seconds an increment of one worker, when last seen
-        self._increments, self._seconds = 0, 0.0  # of this turn
+        self._increment_count, self._seconds = 0, 0.0  # of this turn
 
-    def note(self, increments: int, seconds: float) -> None:
-        """The last call did so many increments in so many seconds."""
+    def note(self, increment_count: int, seconds: float) -> None:
+        """Take the wall time [s] that the last call took for its increments."""
         if self.size == 1:
             return
-        self._increments += increments
+        self._increment_count += increment_count
         self._seconds += seconds
         if self._seconds >= TURN:
-            self._end_turn(self._seconds / self._increments)
-            self._increments, self._seconds = 0, 0.0
+            self._end_turn(self._seconds / self._increment_count)
+            self._increment_count, self._seconds = 0, 0.0
 
     def _end_turn(self, pace: float) -> None:
-        """A turn at `pace` [s an increment] is over."""
+        """Choose the number of threads of the next turn after one at `pace` [s an increment]."""
         self._turns_left -= 1
         if self.workers == 1:
             self._alone = pace

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from softsim.stability.lanczos import STEPS, shortfall
-from softsim.stability.time_step import StableStep, stable_increment
+from softsim.stability.time_step import StableStepEstimator, stable_step
 
 BLOCK = "{generator: block, length: 3 mm, height: 2 mm, element_size: 1 mm}"
 # Two strips with a spike each: ring cells and single ones, 56 nodes; the axis at y = 3 mm.
@@ -64,7 +64,7 @@ def limits(build, cpu):
         model = build(text, *overrides)
         solver = ExplicitSolver([model])
         solver.begin(1e-9)
-        step, body = StableStep(model), model.bodies[0]
+        step, body = StableStepEstimator(model), model.bodies[0]
         points = solver.terms.bodies[0].points
         points.decay.fill(1.0)  # the metric stays
 
@@ -247,6 +247,6 @@ def test_rings_with_a_narrow_hole(limits, record_verification):
 def test_one_model_many_configurations(build):
     """An object that is kept answers as one made anew: nothing depends on what it saw before."""
     model = build(SCENE.replace("KIND", KINDS["plane_strain"]).replace("FACETS", "surface"))
-    step, x = StableStep(model), model.points * 1.1
+    step, x = StableStepEstimator(model), model.points * 1.1
     step.at(model.points)
-    assert step.at(x).value == stable_increment(model, x).value
+    assert step.at(x).value == stable_step(model, x).value
