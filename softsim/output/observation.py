@@ -1,4 +1,4 @@
-"""What is measured at a moment of a run: a row of the history, a frame of the fields.
+"""The measurements at a moment of a run: a row of the history, a frame of the fields.
 
 Contact quantities are averages over the interval since the last row, so that the vibration of the
 motor does not alias into them; a row of spikes is in contact if it touched within the interval.
@@ -18,8 +18,8 @@ from softsim.output import along_path
 from softsim.rigid.outline import CylinderShape
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
-from softsim.solver.equilibrium import unbalanced_share
 from softsim.solver.explicit import Scenario
+from softsim.solver.settling import unbalanced_share
 
 
 def columns(model: Model) -> dict[str, str]:
@@ -58,7 +58,7 @@ def columns(model: Model) -> dict[str, str]:
         "energy_error": "-",  # |ETOTAL - ETOTAL(0)| over the largest reference energy
     }
     if model.relaxation is not None:
-        last["unbalanced_share"] = "-"  # of the forces, see solver/equilibrium.py
+        last["unbalanced_share"] = "-"  # of the forces, see solver/settling.py
     if model.passage is not None:
         last |= along_path.COLUMNS
     for probe in model.probes:

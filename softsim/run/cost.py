@@ -1,4 +1,4 @@
-"""What an increment costs: as a whole, pass by pass, and on a device that nobody has tried yet.
+"""The cost of an increment: as a whole, pass by pass, and on a device that is not known yet.
 
 Taichi has no clock inside a kernel, so a pass is repeated by itself until that takes long enough
 to measure. It then finds its data nearer than in a whole increment: the passes need not add up to

@@ -28,7 +28,6 @@ from softsim.run.control import feedback
 from softsim.run.files import RunFiles
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
-from softsim.solver.equilibrium import moves, unbalanced_share
 from softsim.solver.explicit import Scenario
 from softsim.solver.guards import (
     refuse_broken_elements,
@@ -38,6 +37,7 @@ from softsim.solver.guards import (
     refuse_unstable_step,
     step_warnings,
 )
+from softsim.solver.settling import moves, unbalanced_share
 from softsim.stability.schedule import GROWTH, StableStepSchedule
 from softsim.stability.time_step import estimator
 

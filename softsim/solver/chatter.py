@@ -22,7 +22,9 @@ LEAST_CONTACT = 1.0
 
 @dataclass(frozen=True)
 class Chatter:
-    """returns: per oscillation of contact [-], of all nodes. worst, worst_returns: the node that
+    """Chatter of all nodes on walls.
+
+    returns: per oscillation of contact [-], of all nodes. worst, worst_returns: the node that
     chatters most, and how often; None where there was hardly any contact.
     """
 
@@ -50,7 +52,10 @@ def return_time(model: Model) -> float:
 
 
 def chatter(model: Model, returns: np.ndarray, contact_time: np.ndarray) -> Chatter:
-    """Of the nodes that may touch walls (k,): how often each chattered, its time in contact [s]."""
+    """The chatter of the nodes that may touch walls.
+
+    returns (k,): how often each came back at once; contact_time (k,): its time in contact [s].
+    """
     oscillations = contact_time / oscillation_period(model)
     long = np.flatnonzero(oscillations > LEAST_CONTACT)
     if len(long) == 0:
@@ -62,7 +67,7 @@ def chatter(model: Model, returns: np.ndarray, contact_time: np.ndarray) -> Chat
 
 
 def chatter_warnings(model: Model, found: Chatter) -> dict[str, str]:
-    """What is doubtful about contact with walls since t = 0, with place and remedy."""
+    """Warning of contact with walls that has chattered since t = 0, with place and remedy."""
     if found.worst is None or found.returns <= MOST_RETURNS:
         return {}
     place = ", ".join(f"{c * 1e3:.2f}" for c in model.points[found.worst])

@@ -61,8 +61,8 @@ def refuse_crowding(time: float) -> NoReturn:
 
 
 def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
-    """What is doubtful about the strain now: a law past the strain that it was fitted on, or past
-    the loss of its stiffness (dW/dI1 <= 0), by body and kind.
+    """Warnings, by body and kind, of a law past the strain that it was fitted on, or past the loss
+    of its stiffness (dW/dI1 <= 0).
     """
     warnings = {}
     for body in model.bodies:
@@ -99,7 +99,7 @@ def refuse_unstable_step(model: Model, stable: StableStep, time: float) -> None:
 
 
 def step_warnings(model: Model, stable: StableStep) -> dict[str, str]:
-    """What is doubtful about the step given by the user: stable, but longer than `auto` takes."""
+    """Warning of a step given by the user that is stable, but longer than `auto` takes."""
     if model.time_increment is None or model.time_increment <= stable.value:
         return {}
     step = f"the time step {model.time_increment * 1e6:.3g} us"

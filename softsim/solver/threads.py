@@ -1,4 +1,4 @@
-"""How many threads take the next increments: all of them, unless one alone was faster lately.
+"""The number of threads that take the next increments: all, unless one alone was faster lately.
 
 Threads wait for each other by looking again and again, many times an increment. That is quick while
 each has a core of its own; when another program takes one, the others wait for it to be scheduled,

@@ -1,4 +1,4 @@
-"""What contact adds to the stiffness at most: as if every node that may touch did.
+"""Upper bound of the stiffness of contact: as if every node that may touch did.
 
 A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
 dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring 2 c / dt
@@ -59,7 +59,7 @@ class ContactStiffness:
         return np.max([self._of_walls(dt), self._of_supports(dt), self._of_surfaces(x, dt)], axis=0)
 
     def _of_walls(self, dt: float) -> np.ndarray:
-        """Of nodes that are not tied, against all walls at once (n,)."""
+        """Stiffness (n,) [N/m] of nodes that are not tied, against all walls at once."""
         stiffness = np.zeros(len(self.model.points))
         if self.model.walls:
             contact = self.model.contact
@@ -67,14 +67,14 @@ class ContactStiffness:
         return np.where(self.tied, 0.0, stiffness)
 
     def _of_supports(self, dt: float) -> np.ndarray:
-        """Against the outlines of rigid bodies (n,)."""
+        """Stiffness (n,) [N/m] against the outlines of rigid bodies."""
         stiffness = np.zeros(len(self.model.points))
         for _, contact in self.supports:
             stiffness[contact.nodes] += surface_stiffness(contact, dt)
         return stiffness
 
     def _of_surfaces(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Of nodes that are not tied, against each other's surfaces (n,)."""
+        """Stiffness (n,) [N/m] of nodes that are not tied, against each other's surfaces."""
         stiffness = np.zeros(len(x))
         data = self.model.self_contact
         if data is not None:

@@ -1,4 +1,4 @@
-"""What rigid bodies add to the bound of the stable step: their inertia and the springs on them.
+"""Rigid bodies in the bound of the stable step: their inertia, and the springs on them.
 
 For the stable step the tie of nodes to a body is cut: nodes and body then move on their own, which
 takes nothing away (a constraint only removes motions). The body's inertia may go to either side. A

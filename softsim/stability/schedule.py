@@ -1,4 +1,4 @@
-"""How soon the stable step must be estimated again, because it changes as elements deform.
+"""The schedule of inspections: the stable step changes as elements deform.
 
 The step in use leaves room below the stable one (solver.safety_factor, 0.9 unless given). A load
 that starts grows with the square or the cube of time, so from one interval to the next, twice as
@@ -20,7 +20,7 @@ GROWTH = 1.05
 
 @dataclass
 class StableStepSchedule:
-    """When the stable step is estimated next, in a run whose first one is known.
+    """The next inspection, which estimates the stable step, of a run whose first one is known.
 
     lowest: the smallest stable step [s] since it last grew by GROWTH. due: the increment count at
     which the next inspection is due. interval: increments between the last inspection and that one.

@@ -122,7 +122,7 @@ class ModelStiffness:
         self.hoop_scale = self.inverse_sqrt_mass[strained.ravel()]
 
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
-        """Of each body with all nodes at x (n, d) [m]."""
+        """Element stiffness of each body with all nodes at x (n, d) [m]."""
         return [b.at(x[b.body.nodes]) for b in self.bodies]
 
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:

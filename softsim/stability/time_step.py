@@ -191,7 +191,7 @@ def altitude(body: Body, element: int, x: np.ndarray) -> float:
 
 
 def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
-    """What contact and chambers add to omega^2 [1/s^2] of a unit mode (n d,), by name."""
+    """Shares of contact and chambers in omega^2 [1/s^2] of a unit mode (n d,), by name."""
     return {
         "contact": float((matrix.contact * mode**2).sum()),
         "the content of a chamber": float(

@@ -35,7 +35,7 @@ def blocks(build, start_settled):
 def test_a_block_above_an_incline_settles(blocks):
     """At t = 0 forces balance, nothing moves, books are empty, and so it stays."""
     from softsim.solver.energy import EnergyReader
-    from softsim.solver.equilibrium import unbalanced_share
+    from softsim.solver.settling import unbalanced_share
 
     solver, reader = blocks, EnergyReader(blocks)
     model = solver.models[0]

@@ -116,7 +116,7 @@ class Pressed:
 
 def pressed(solver) -> Pressed:
     """Go on until forces balance, and look."""
-    from softsim.solver.equilibrium import unbalanced_share
+    from softsim.solver.settling import unbalanced_share
 
     model, scenario = solver.models[0], solver.scenario(0)
     limit = solver.time + 0.1

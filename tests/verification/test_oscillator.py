@@ -96,7 +96,7 @@ def test_period_of_a_mass_on_a_bar(build, start, record_verification):
     shape of the mode, adds faster vibrations of a hundredth of the amplitude, which shift single
     crossings by 2e-3 rad, ten half periods by 2e-3 / (10 pi) of the time.
     """
-    from softsim.solver.equilibrium import unbalanced_share
+    from softsim.solver.settling import unbalanced_share
 
     force = 4e-6
     load = f"loads: {{pull: {{kind: nodal_force, nodes: bar.right, force: [{force} N, 0 N]}}}}\n"
