@@ -31,7 +31,7 @@ class CornerForces:
 
     Component by component, because LLVM vectorises the elements' arithmetic back from stores of
     neighbouring lanes into neighbouring slots: with vectors in the slots it does not at all.
-    Terms claim slots while the model is built; `allocate` then makes the field and the lists that
+    Terms reserve slots while the model is built; `allocate` then makes the field and the lists that
     tell each node its slots.
     """
 
@@ -40,8 +40,8 @@ class CornerForces:
         self._owners: list[np.ndarray] = []
         self.count = 0
 
-    def claim(self, owners: np.ndarray) -> int:
-        """Claim a slot for each entry of `owners`: the node it acts on, -1 for none.
+    def reserve(self, owners: np.ndarray) -> int:
+        """Reserve a slot for each entry of `owners`: the node it acts on, -1 for none.
 
         Returns the number of the first slot; they follow each other as the entries do.
         """
@@ -52,11 +52,11 @@ class CornerForces:
 
     def allocate(self, scenarios: int, node_count: int) -> None:
         """Make the fields, and the lists that tell each node its slots."""
-        nothing = self.claim(np.array([-1]))
+        pad_entry = self.reserve(np.array([-1]))
         zeros = np.zeros((scenarios, self.count))
         self.component = [real_field(zeros) for _ in range(self.dimension)]
         owner = np.concatenate(self._owners)
-        self.of_node = NodeLists(owner, np.arange(len(owner)), node_count, nothing)
+        self.of_node = NodeLists(owner, np.arange(len(owner)), node_count, pad_entry)
 
     @ti.func
     def total(self, s, b):
@@ -88,7 +88,7 @@ class CornerForces:
 class NodeLists:
     """Which entries belong to each node, `lanes` nodes side by side.
 
-    The nodes of a block sum their entries in lock step, padded by the entry `nothing`. So that
+    The nodes of a block sum their entries in lock step, padded by the entry `pad_entry`. So that
     little is padded, nodes are sorted by their number of entries within windows of `WINDOW`
     neighbours; a loop that ends elsewhere for each node would mispredict once a node.
 
@@ -98,8 +98,10 @@ class NodeLists:
 
     WINDOW = 64  # longer ones pad less but read farther apart: 256 is 1 % slower
 
-    def __init__(self, owner: np.ndarray, entry: np.ndarray, node_count: int, nothing: int) -> None:
-        """Node owner[k] (-1: none) gets entry[k]; `nothing` is an entry whose value is zero."""
+    def __init__(
+        self, owner: np.ndarray, entry: np.ndarray, node_count: int, pad_entry: int
+    ) -> None:
+        """Node owner[k] (-1: none) gets entry[k]; `pad_entry` is one whose value is zero."""
         lanes, self.lane = backend.lanes(), backend.lane_vector()
         order = np.argsort(owner, kind="stable")
         first = np.searchsorted(owner[order], np.arange(node_count))
@@ -117,7 +119,7 @@ class NodeLists:
         place = np.where(listed, first[member[block]] + step, 0)
         self.node = index_field(member)
         self.start = index_field(start)
-        self.entry = index_field(np.where(listed, entry[order[place]], nothing))
+        self.entry = index_field(np.where(listed, entry[order[place]], pad_entry))
 
     @ti.func
     def sum(self, values: ti.template(), s, b):  # type: ignore[valid-type]  # Taichi wants an instance

@@ -17,7 +17,7 @@ def test_nodes_sum_their_entries(cpu):
     owner = random.integers(-1, node_count - 2, count)
     entry = random.permutation(count)
     values = np.append(random.standard_normal(count), 0.0)
-    lists = NodeLists(owner, entry, node_count, nothing=count)
+    lists = NodeLists(owner, entry, node_count, pad_entry=count)
     field, found = real_field(values[None]), real_field(np.full((1, node_count), -1.0))
 
     @ti.kernel

@@ -60,7 +60,7 @@ class SelfContact(Dissipation):
         self.damping = real_field(damping)
         self.tangential_damping = real_field(tangential_damping)
         self.friction_coefficient = real_field(friction_coefficient)
-        self.first_slot = nodes.corner_forces.claim(members)
+        self.first_slot = nodes.corner_forces.reserve(members)
 
         shape = (scenarios, self.count)
         self.facet = index_field(np.full(shape, -1))

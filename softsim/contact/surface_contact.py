@@ -69,7 +69,7 @@ class SurfaceContact(Dissipation):
         self.friction_coefficient = real_field(friction_coefficient)
         self.friction_memory, self.slip_length = map(real_field, (friction_memory, slip_length))
         self.return_time = real_field(return_times)
-        self.first_slot = nodes.corner_forces.claim(contact_nodes)
+        self.first_slot = nodes.corner_forces.reserve(contact_nodes)
 
         shape = (scenarios, self.count, self.surfaces)
         # The tangential stretch is zero while a node is away: its anchor follows it.

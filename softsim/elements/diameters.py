@@ -39,15 +39,15 @@ class Diameters:
         # Spare lanes measure the last diameter once more and pull at nothing.
         self.end = index_field(by_lane(ends[listed]))
         owners = np.where(listed[:, None] >= 0, ends[listed], -1)
-        self.first_slot = nodes.corner_forces.claim(by_lane(owners))
+        self.first_slot = nodes.corner_forces.reserve(by_lane(owners))
         size = self.blocks * lanes
         self.length = real_field(np.zeros((nodes.scenarios, size + 1)))
         self.direction = [lane_field((nodes.scenarios, self.blocks)) for _ in range(2)]
         self.tension = real_field(np.zeros((nodes.scenarios, cell_count + 1)))
 
     @property
-    def nowhere(self) -> int:
-        """The place of a length that is zero."""
+    def pad_slot(self) -> int:
+        """The slot of a length that is zero."""
         return self.blocks * backend.lanes()
 
     @ti.func

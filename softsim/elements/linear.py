@@ -61,7 +61,7 @@ class LinearElements(Term):
         self.volume = lane_data(padded_volume)
         owner = np.where(np.arange(len(padded))[:, None] < len(cells), padded + first_node, -1)
         # Slots of a block: its lanes for corner 0, for corner 1, ...
-        self.first_slot = nodes.corner_forces.claim(by_lane(owner))
+        self.first_slot = nodes.corner_forces.reserve(by_lane(owner))
 
         self.points = MaterialPoints(material, metric, rest_edges, scenarios)
         size = nodal_sizes(points, cells)

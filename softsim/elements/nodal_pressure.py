@@ -38,7 +38,7 @@ class NodalPressure:
         self.count, corners = len(size), cells.shape[1]
         cell_of_corner = np.repeat(np.arange(len(cells)), corners)
         self.cells_of_node = lists = NodeLists(
-            cells.ravel(), cell_of_corner, self.count, nothing=element_count
+            cells.ravel(), cell_of_corner, self.count, pad_entry=element_count
         )
         node_volume = np.bincount(
             cells.ravel(), np.repeat(volume / corners, corners), minlength=self.count

@@ -46,7 +46,7 @@ class RingSection(Triangles):
         ends = first_node + np.stack([first, geometry.opposite[first]], axis=1)
         lanes = self.blocks * backend.lanes()
         self.diameters = Diameters(nodes, ends, number, np.flatnonzero(is_ring), lanes)
-        place = np.full(cells.shape, self.diameters.nowhere)
+        place = np.full(cells.shape, self.diameters.pad_slot)
         place[is_ring] = self.diameters.places[number]
         self.place = index_field(by_lane(self.padded(place)))
         self.hoop = lane_field((nodes.scenarios, self.blocks))

@@ -47,7 +47,7 @@ class NodalForce(WorkingTerm):
         self.nodes, self.table = nodes, table
         self.node = index_field(loaded)
         self.force = vector_field(forces)
-        self.first_slot = nodes.corner_forces.claim(loaded)
+        self.first_slot = nodes.corner_forces.reserve(loaded)
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""

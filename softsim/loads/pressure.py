@@ -88,7 +88,7 @@ class FollowerPressure(WorkingTerm):
         self.volume_part = real_field(np.zeros((nodes.scenarios, PARTS)))
         self.facet_part = index_field(parts_of([facets.count]))
         self.lid_part = index_field(parts_of([lids.count]))
-        self.first_slot = nodes.corner_forces.claim(facets.corner_nodes)
+        self.first_slot = nodes.corner_forces.reserve(facets.corner_nodes)
         if body != OPEN:
             rigid_bodies.react(body, self.first_slot, facets.corner_nodes.ravel())
 
