@@ -27,7 +27,7 @@ class Stage(IntEnum):
     PRESS = 3  # pressures, from volumes
     STRESS = 4  # forces, from deformation and pressures
     LIST = 5  # who touches whom among surfaces
-    BEAR = 6  # what surfaces feel of those who touch them
+    GATHER = 6  # forces on facets, from the nodes that touch them
     PULL = 7  # forces on what STRESS has strained beside the corners
 
 

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.elements.geometry import shape_gradients
-from softsim.mesh.bearing import nodes_borne
+from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, ContactData, SelfContactData
 
@@ -82,7 +82,7 @@ def surface_against_surface(
     median = np.median(of_walls)
     evened = np.minimum(of_walls, median)
     # What may add up at a corner (stability/contact_stiffness.py) is then no more than a wall adds.
-    share = of_walls / (2.0 * (evened + median * nodes_borne(points, facets, nodes)))
+    share = of_walls / (2.0 * (evened + median * nodes_per_facet_bound(points, facets, nodes)))
     k_n = np.clip(share.min(), LEAST_SHARE, LARGEST_SHARE) * evened
     damping = 2.0 * settings.damping_ratio * np.sqrt(k_n * mass[nodes])
     friction = settings.self_friction_coefficient

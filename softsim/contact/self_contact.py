@@ -69,7 +69,7 @@ class SelfContact(Dissipation):
         self.on_corner = vector_field(np.zeros((*shape, d, d)))  # forces on the facet's corners
         self.force = vector_field(np.zeros((*shape, d)))  # on the node itself
         # Whether nodes of a part may touch facets, facets around them be touched; whether it is so.
-        self.may_touch, self.may_bear = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
+        self.may_touch, self.may_react = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
         self.loaded = index_field(np.zeros(shape))
 
     def passes(self) -> dict[Stage, list[Pass]]:
@@ -80,7 +80,7 @@ class SelfContact(Dissipation):
             Stage.PRESS: [Pass("contact", 1, (lists.sort,))],
             Stage.STRESS: [Pass("contact", PARTS, (lists.find_facets, self.push))],
             Stage.LIST: [Pass("contact", 1, (lists.find_nodes,))],
-            Stage.BEAR: [Pass("contact", PARTS, (self.bear,))],
+            Stage.GATHER: [Pass("contact", PARTS, (self.gather_facet_reactions,))],
         }
 
     def state_fields(self) -> dict[str, ti.Field]:
@@ -206,17 +206,17 @@ class SelfContact(Dissipation):
         self.dashpot[s, i] = 0.0
 
     @ti.func
-    def bear(self, s, p, t, dt):
+    def gather_facet_reactions(self, s, p, t, dt):
         """All contact forces on the nodes of part p, into their slots."""
         first, end = part_of(self.count, p)
         if self.lists.renewed[s] == 1:
-            self.may_bear[s, p] = self.may_touch[s, p]
+            self.may_react[s, p] = self.may_touch[s, p]
             for i in range(first, end):
                 if self._nodes_around(s, i) > 0 or self.loaded[s, i] == 1:
-                    self.may_bear[s, p] = 1
-        if self.may_bear[s, p] == 1:
+                    self.may_react[s, p] = 1
+        if self.may_react[s, p] == 1:
             for i in range(first, end):
-                self._bear_node(s, i)
+                self._gather_node(s, i)
 
     @ti.func
     def _nodes_around(self, s, i):
@@ -228,7 +228,7 @@ class SelfContact(Dissipation):
         return count
 
     @ti.func
-    def _bear_node(self, s, i):
+    def _gather_node(self, s, i):
         """What node i gets from its own facet and from the nodes on the facets around it."""
         a = self.surface.member[i]
         total = self.force[s, i]

@@ -1,17 +1,17 @@
-"""How many nodes of a surface the corner of a facet can bear at most.
+"""Upper bound of the nodes of a surface that a corner of a facet carries in self-contact.
 
-A node on a facet weighs on its corners by its barycentric weights. A corner's weight falls to zero
-over its reach, h; of nodes that lie s apart on a line no more than
-    1 + 2 sum_j max(0, 1 - j s/h)
-is borne, with one of them on the corner, and in space the square of that. One if s = h.
+A node on a facet is carried by its corners with its barycentric weights. A corner's weight falls to
+zero over its reach, h; of nodes that lie s apart on a line it carries no more than
+    1 + 2 sum_j max(0, 1 - j s/h),
+with one of them on the corner, and in space the square of that. One if s = h.
 """
 
 import numpy as np
 
 
-def nodes_borne(x: np.ndarray, facets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """The most (k,) that each of `nodes` (k,), which are the corners of the facets (f, d), bears of
-    the densest of them, all nodes at x (n, d).
+def nodes_per_facet_bound(x: np.ndarray, facets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Upper bound (k,) of the sum of weights that each of `nodes` (k,), the corners of the facets
+    (f, d), carries where the nodes are densest, all nodes at x (n, d).
     """
     extent = nodal_extents(x, facets)[nodes]
     ratio = extent / extent.min()

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softsim.contact.wall import Wall
-from softsim.mesh.bearing import nodes_borne
+from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.model import ContactData, Model, OutlineData, SelfContactData
 from softsim.stability.rigid_bodies import TIED_SHARE, least_inertia
 
@@ -137,7 +137,7 @@ def wall_stiffness(contact: ContactData, walls: Sequence[Wall], dt: float) -> np
 def self_stiffness(data: SelfContactData, x: np.ndarray, dt: float) -> np.ndarray:
     """Stiffness (k,) [N/m] of each node of the surfaces, all nodes at x (n, d), at the step dt."""
     k = surface_stiffness(data.contact, dt)
-    return 2.0 * (k + k.max() * nodes_borne(x, data.facets, data.contact.nodes))
+    return 2.0 * (k + k.max() * nodes_per_facet_bound(x, data.facets, data.contact.nodes))
 
 
 def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:

@@ -75,7 +75,7 @@ class SurfaceRig:
         for p in range(1):
             self.lists.find_nodes(0, p, 0.0, dt)
         for p in range(PARTS):
-            self.contact.bear(0, p, 0.0, dt)
+            self.contact.gather_facet_reactions(0, p, 0.0, dt)
 
 
 def pressed_together(model, depth):
