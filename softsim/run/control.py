@@ -33,7 +33,7 @@ class OpenLoop:
         return {"cycles_done": self.cycles_done()}
 
     def follow(self, row: Mapping[str, float]) -> None:
-        """A row of the history changes nothing."""
+        """Take a row of the history, which changes nothing."""
 
 
 class ClosedLoop:

@@ -38,8 +38,8 @@ MOST_LOOKS = 500_000_000
 class Span:
     """`count` increments of dt [s] of a scenario from its time `start` [s] on; 0: it rests.
 
-    drift, kick: how far places and velocities are moved in each [s]. Without drift the forces are
-    those at the places where everything is.
+    drift, kick: times [s] by which positions and velocities are moved in each. Without drift the
+    forces are those at the present positions.
     """
 
     count: int
@@ -90,13 +90,14 @@ class IncrementKernels:
                     self.threads.note(span.count, time.perf_counter() - began)
 
     def alone(self, s: int, span: Span) -> None:
-        """By the thread that calls: it has in its cache what it looks at between two calls. The
-        number of workers is an argument so that the compiler treats both kernels alike.
+        """Run a span in the calling thread, which has in its cache what it reads between two calls.
+
+        The number of workers is an argument so that the compiler treats both kernels alike.
         """
         self._alone(s, span.count, span.start, span.dt, span.drift, span.kick, 1)
 
     def together(self, s: int, span: Span, workers: int) -> None:
-        """By so many of Taichi's threads side by side."""
+        """Run a span by so many of Taichi's threads side by side. Raises DeviceError."""
         lost = self._together(s, span.count, span.start, span.dt, span.drift, span.kick, workers, 0)
         if lost:
             raise DeviceError(
@@ -105,8 +106,8 @@ class IncrementKernels:
             )
 
     def by_launches(self, spans: Sequence[Span]) -> None:
-        """A launch a stage: what a GPU does, on any device. A scenario that has done its own
-        increments rests while others go on.
+        """Run spans with a launch for each stage, as on a GPU, on any device. A scenario that has
+        done its own increments rests while others go on.
         """
         write(self.spans, np.array([astuple(span) for span in spans]))
         for k in range(0, max(span.count for span in spans), LAUNCHED_TOGETHER):
