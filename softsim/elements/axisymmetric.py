@@ -35,7 +35,7 @@ class Axisymmetric(Triangles):
         )
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # d(hoop stretch)/d(radius of a corner): 1 / (3 R).
-        self.hoop_gradient = lane_data(self.padded(geometry.hoop_gradient(points, cells)[:, 0, 0]))
+        self.hoop_gradient = lane_data(self.padded(geometry.hoop.gradient(points, cells)[:, 0, 0]))
 
     @ti.func
     def stretch_across(self, s, b, x_sum, y_sum):

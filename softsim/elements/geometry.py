@@ -6,6 +6,7 @@ guards and figures, which must answer without Taichi, ask here.
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,60 +23,81 @@ def shape_gradients(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
 
 
-def _nothing(*shape: int) -> np.ndarray:
-    """Zeros that take no memory; not to be written to."""
-    return np.broadcast_to(0.0, shape)
-
-
-def _embedded(F: np.ndarray, out_of_plane: np.ndarray) -> np.ndarray:
-    """Plane gradients (m, 2, 2) and F_zz (m,) as (m, 3, 3)."""
-    result = np.zeros((len(F), 3, 3))
-    result[:, :2, :2] = F
-    result[:, 2, 2] = out_of_plane
-    return result
-
-
-class _Section(ABC):
-    """What sections share. A geometry says what is stretched around (`hoop_stretch`) and how its
-    nodes' motion does that, and which nodes a pressure on an edge acts on.
-    """
-
-    dimension = 2
+class Hoop(ABC):
+    """What of a section goes around: F_zz of its elements, and how nodes that move change it."""
 
     @abstractmethod
-    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+    def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F_zz (m,) of the elements with their nodes now at x."""
 
-    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F (m, 3, 3) of the elements with their nodes now at x; zz lies across the section."""
-        plane = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
-        return _embedded(plane, self.hoop_stretch(points, cells, x))
-
-    def strained_by(self, cells: np.ndarray) -> np.ndarray:
+    @abstractmethod
+    def stencil(self, cells: np.ndarray) -> np.ndarray:
         """Nodes (m, movers) whose motion strains each cell, its corners first: no others."""
-        return cells
 
     @abstractmethod
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    def gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """dF_zz/dx / F_zz (m, movers, d) [1/m] of these nodes, now at x."""
 
-    def hoop_curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    @abstractmethod
+    def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Of d^2F_zz/dx^2 / F_zz an upper bound (m, movers, movers) [1/m^2] that is the same for
-        every component: none where F_zz is linear in x.
+        every component.
         """
-        return _nothing(len(cells), cells.shape[1], cells.shape[1])
 
-    def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
-        """Nodes (k, corners) that a pressure on edges (k, 2) acts on: their ends."""
-        return edges
+
+class Geometry(ABC):
+    """Kinematics of the elements of one formulation."""
+
+    name: ClassVar[str]
+    dimension: ClassVar[int]
+
+    @property
+    def hoop(self) -> Hoop | None:
+        """What goes around, of a section in which something does."""
+        return None
+
+    @abstractmethod
+    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Volume of each element (m,) [m^3]."""
+
+    @abstractmethod
+    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Share (m, corners) of an element's mass that each corner carries."""
+
+    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F (m, 3, 3) of the elements with their nodes now at x; zz lies across a section."""
+        d = self.dimension
+        F = np.zeros((len(cells), 3, 3))
+        F[:, 2, 2] = 1.0 if self.hoop is None else self.hoop.stretch(points, cells, x)
+        F[:, :d, :d] = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
+        return F
+
+    def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
+        """Nodes (k, corners) that a pressure on facets acts on; first_node: the body's."""
+        return facets
+
+    @abstractmethod
+    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
+        """Volume [m^3] on the free side of a closed surface of facets, as `pressed` gives them."""
+
+    @abstractmethod
+    def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """Area (k, corners) [m^2] of facets (k, corners) that each of their corners stands for."""
+
+    @abstractmethod
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """d(enclosed volume)/dx of the nodes of facets, as `pressed` gives them, (k, nodes, d)
+        [m^2]: forces of a pressure of 1 Pa.
+        """
 
 
 @dataclass(frozen=True)
-class PlaneStrain(_Section):
+class PlaneStrain(Geometry):
     """Triangles of a plate of given thickness [m] that cannot strain across it."""
 
     thickness: float
     name = "plane_strain"
+    dimension = 2
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]."""
@@ -84,14 +106,6 @@ class PlaneStrain(_Section):
     def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Share (m, corners) of an element's mass that each corner carries."""
         return np.full(cells.shape, 1.0 / 3.0)
-
-    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F_zz (m,): one."""
-        return np.ones(len(cells))
-
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, 3, 2) [1/m]: none here."""
-        return _nothing(*cells.shape, 2)
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] on the free side of a closed chain of edges (k, 2)."""
@@ -109,14 +123,44 @@ class PlaneStrain(_Section):
         return np.stack([half, half], axis=1)
 
 
+class RevolvedHoop(Hoop):
+    """Of triangles revolved about the y axis: F_zz = r / R of the centroid, whose radius is the
+    mean of the corners'.
+    """
+
+    def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F_zz (m,): present over reference radius."""
+        return x[cells][:, :, 0].sum(axis=1) / points[cells][:, :, 0].sum(axis=1)
+
+    def stencil(self, cells: np.ndarray) -> np.ndarray:
+        """The corners (m, 3)."""
+        return cells
+
+    def gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """dF_zz/dx / F_zz (m, 3, 2) [1/m]: 1 / (3 r) along the radius."""
+        gradient = np.zeros((*cells.shape, 2))
+        gradient[:, :, 0] = 1.0 / x[cells][:, :, 0].sum(axis=1, keepdims=True)
+        return gradient
+
+    def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """None (m, 3, 3): F_zz is linear in x."""
+        return np.zeros((len(cells), 3, 3))
+
+
 @dataclass(frozen=True)
-class Axisymmetric(_Section):
+class Axisymmetric(Geometry):
     """Triangles revolved about the y axis: x is the radius. Whole rings, 2 pi around.
 
     One integration point, the centroid, whose radius is the mean of the corners'.
     """
 
     name = "axisymmetric"
+    dimension = 2
+
+    @property
+    def hoop(self) -> RevolvedHoop:
+        """Every element goes around."""
+        return RevolvedHoop()
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each ring (m,) [m^3], exact (Pappus): 2 pi r A."""
@@ -130,16 +174,6 @@ class Axisymmetric(_Section):
         radius = points[cells][:, :, 0]
         total = radius.sum(axis=1, keepdims=True)
         return (radius + total) / (4.0 * total)
-
-    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F_zz (m,): present over reference radius."""
-        return x[cells][:, :, 0].sum(axis=1) / points[cells][:, :, 0].sum(axis=1)
-
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, 3, 2) [1/m]: 1 / (3 r) along the radius."""
-        gradient = np.zeros((*cells.shape, 2))
-        gradient[:, :, 0] = 1.0 / x[cells][:, :, 0].sum(axis=1, keepdims=True)
-        return gradient
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] between a chain of edges (k, 2), revolved, and the axis."""
@@ -163,7 +197,56 @@ class Axisymmetric(_Section):
 
 
 @dataclass(frozen=True, eq=False)
-class RingSection(_Section):
+class PairedHoop(Hoop):
+    """Of ring cells, whose corners c have the nodes c' opposite them; single parts have F_zz = 1.
+    opposite (n,), is_ring (m,) and the equation of F_zz: see RingSection.
+    """
+
+    opposite: np.ndarray
+    is_ring: np.ndarray
+
+    def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F_zz (m,): present over reference diameter; of single parts one."""
+        now, before = (self.diameters(at, cells).sum(axis=1) for at in (x, points))
+        return now / before
+
+    def stencil(self, cells: np.ndarray) -> np.ndarray:
+        """Nodes (m, 6) whose motion strains each cell: its corners, and of a ring cell the nodes
+        opposite them; of single parts the corners once more, to no effect.
+        """
+        return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
+
+    def gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """dF_zz/dx / F_zz (m, 6, 2) [1/m] of these nodes: with the unit vector n_c from c' to c
+        n_c / sum |x_c - x_c'| on c, the opposite on c'.
+        """
+        diameters = self.diameters(x, cells)
+        direction = (x[cells] - x[self.opposite[cells]]) / diameters[:, :, None]
+        gradient = direction / diameters.sum(axis=1)[:, None, None]
+        gradient[~self.is_ring] = 0.0
+        return np.concatenate([gradient, -gradient], axis=1)
+
+    def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Bound of d^2F_zz/dx^2 / F_zz (m, 6, 6) [1/m^2]: what turns a diameter lengthens it, by
+            d^2 |x_c - x_c'| = |t_c . (u_c - u_c')|^2 / |x_c - x_c'|,  t_c across the diameter;
+        taken for every direction.
+        """
+        diameters = self.diameters(x, cells)
+        turning = 1.0 / (diameters * diameters.sum(axis=1, keepdims=True))
+        turning[~self.is_ring] = 0.0
+        each = turning[:, :, None] * np.eye(3)
+        return np.block([[each, -each], [-each, each]])
+
+    def diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """|x_c - x_c'| of the corners (m, 3) [m]; of single parts, which may lie on the axis, one
+        metre.
+        """
+        lengths = np.linalg.norm(x[cells] - x[self.opposite[cells]], axis=2)
+        return np.where(self.is_ring[:, None], lengths, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class RingSection(Geometry):
     """A section of a robot that is round about its axis: two strips, opposite sides of the same
     rings of skin, with single fins on them. At rest the axis is parallel to x.
 
@@ -184,14 +267,16 @@ class RingSection(_Section):
     opposite: np.ndarray
     is_ring: np.ndarray
     name = "ring_section"
+    dimension = 2
 
-    def diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """|x_c - x_c'| of the corners (m, 3) [m]."""
-        return np.linalg.norm(x[cells] - x[self.opposite[cells]], axis=2)
+    @property
+    def hoop(self) -> PairedHoop:
+        """Of the ring cells."""
+        return PairedHoop(self.opposite, self.is_ring)
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]: sector r A (Pappus), or thickness A."""
-        radius = self.diameters(points, cells).sum(axis=1) / 6.0
+        radius = self.hoop.diameters(points, cells).sum(axis=1) / 6.0
         depth = np.where(self.is_ring, self.sector * radius, self.thickness)
         return depth * signed_volumes(points, cells)
 
@@ -199,45 +284,9 @@ class RingSection(_Section):
         """Share (m, corners) of an element's mass that each corner carries: of a ring cell as
         `Axisymmetric` has it.
         """
-        diameters = self._ring_diameters(points, cells)
+        diameters = self.hoop.diameters(points, cells)
         total = diameters.sum(axis=1, keepdims=True)
         return np.where(self.is_ring[:, None], (diameters + total) / (4.0 * total), 1.0 / 3.0)
-
-    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F_zz (m,): present over reference diameter; of single parts one."""
-        now, before = (self._ring_diameters(at, cells).sum(axis=1) for at in (x, points))
-        return now / before
-
-    def strained_by(self, cells: np.ndarray) -> np.ndarray:
-        """Nodes (m, 6) whose motion strains each cell: its corners, and of a ring cell the nodes
-        opposite them; of single parts the corners once more, to no effect.
-        """
-        return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
-
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, 6, 2) [1/m] of these nodes: with the unit vector n_c from c' to c
-        n_c / sum |x_c - x_c'| on c, the opposite on c'.
-        """
-        diameters = self._ring_diameters(x, cells)
-        direction = (x[cells] - x[self.opposite[cells]]) / diameters[:, :, None]
-        gradient = direction / diameters.sum(axis=1)[:, None, None]
-        gradient[~self.is_ring] = 0.0
-        return np.concatenate([gradient, -gradient], axis=1)
-
-    def hoop_curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Bound of d^2F_zz/dx^2 / F_zz (m, 6, 6) [1/m^2]: what turns a diameter lengthens it, by
-            d^2 |x_c - x_c'| = |t_c . (u_c - u_c')|^2 / |x_c - x_c'|,  t_c across the diameter;
-        taken for every direction.
-        """
-        diameters = self._ring_diameters(x, cells)
-        turning = 1.0 / (diameters * diameters.sum(axis=1, keepdims=True))
-        turning[~self.is_ring] = 0.0
-        each = turning[:, :, None] * np.eye(3)
-        return np.block([[each, -each], [-each, each]])
-
-    def _ring_diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """As `diameters`; of single parts, which may lie on the axis, one metre."""
-        return np.where(self.is_ring[:, None], self.diameters(x, cells), 1.0)
 
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the opposite ones,
@@ -302,7 +351,7 @@ def _weighted(ends: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Solid:
+class Solid(Geometry):
     """Tetrahedra in space."""
 
     name = "solid"
@@ -315,30 +364,6 @@ class Solid:
     def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Share (m, corners) of an element's mass that each corner carries."""
         return np.full(cells.shape, 0.25)
-
-    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F (m, 3, 3) of the elements with their nodes now at x."""
-        return np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
-
-    def hoop_stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Nothing goes around here (m,): one."""
-        return np.ones(len(cells))
-
-    def strained_by(self, cells: np.ndarray) -> np.ndarray:
-        """Nodes (m, 4) whose motion strains each cell: its corners."""
-        return cells
-
-    def hoop_gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Nothing goes around here (m, 4, 3)."""
-        return _nothing(*cells.shape, 3)
-
-    def hoop_curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Nothing goes around here (m, 4, 4)."""
-        return _nothing(len(cells), 4, 4)
-
-    def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
-        """Nodes (k, 3) that a pressure on facets acts on: their corners."""
-        return facets
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] on the free side of a closed surface of triangles (k, 3)."""
@@ -355,9 +380,6 @@ class Solid:
         """d(enclosed volume)/dx of the corners (k, 3, d) [m^2]: forces of a pressure of 1 Pa."""
         a, b, c = x[facets].transpose(1, 0, 2)
         return np.repeat(np.cross(c - a, b - a)[:, None] / 6.0, 3, axis=1)
-
-
-Geometry = PlaneStrain | Axisymmetric | RingSection | Solid
 
 
 def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np.ndarray:

@@ -51,7 +51,7 @@ class RingSection(Triangles):
         self.place = index_field(by_lane(self.padded(place)))
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # 1 / D of ring cells, and F_zz of the others.
-        at_rest = geometry.diameters(points, cells).sum(axis=1)
+        at_rest = geometry.hoop.diameters(points, cells).sum(axis=1)
         slope = np.divide(1.0, at_rest, out=np.zeros(len(cells)), where=is_ring)
         self.hoop_slope = lane_data(self.padded(slope))
         self.single = lane_data(self.padded(np.where(is_ring, 0.0, 1.0)))

@@ -67,9 +67,11 @@ def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
     G[:, : geometry.dimension, : geometry.dimension] = np.einsum(
         "eai,eaj->eij", gradients, gradients
     )
-    slopes = geometry.hoop_gradient(x, body.cells)
-    # Where others than its corners strain it, its corners strain as many more elements.
-    hoop = slopes.shape[1] / body.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
+    hoop = np.zeros(len(body.cells))
+    if geometry.hoop is not None:
+        slopes = geometry.hoop.gradient(x, body.cells)
+        # Where others than its corners strain it, its corners strain as many more elements.
+        hoop = slopes.shape[1] / body.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
     trace = np.trace(G, axis1=1, axis2=2) + hoop
     largest = largest_eigenvalue(G) + hoop
     with np.errstate(invalid="ignore"):
