@@ -15,7 +15,8 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from softsim.elements.geometry import PlaneStrain, nodal_sums
+from softsim.elements.geometry import nodal_sums
+from softsim.elements.plane_strain import PlaneStrain
 from softsim.model import Body, Model
 
 SOURCE = Path(__file__).with_name("reference.cpp")

@@ -8,7 +8,7 @@ from softsim.builder.ending import end_time
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.builder.profiles import share_profile
-from softsim.elements.geometry import Axisymmetric
+from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.gravity import GravityProfile
 from softsim.loads.load import of_kind
 from softsim.loads.pressure import PressureData

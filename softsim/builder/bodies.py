@@ -8,7 +8,11 @@ from scipy.spatial import cKDTree
 from softsim.builder.materials import material
 from softsim.builder.names import MeshedBody, Names, close_names, in_mm
 from softsim.builder.sets import with_defined_sets
-from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import Geometry
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.ring_section import RingSection
+from softsim.elements.solid import Solid
 from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, transformed
 from softsim.mesh.quality import check

@@ -5,7 +5,10 @@ import numpy as np
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
 from softsim.builder.profiles import displacement
-from softsim.elements.geometry import Axisymmetric, PlaneStrain, RingSection, nodal_sums
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import nodal_sums
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.ring_section import RingSection
 from softsim.loads.prescribed import PrescribedData
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs

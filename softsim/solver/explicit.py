@@ -87,8 +87,8 @@ class ExplicitSolver:
 
     def relax_branches(self, s: int) -> None:
         """From now on Maxwell branches of scenario s relax at once, until its step is set."""
-        for body in self.terms.bodies:
-            body.set_increment(s, np.inf)
+        for term in self.terms.everything:
+            term.set_increment(s, np.inf)
 
     def start_clock(self, velocities: list[np.ndarray]) -> None:
         """What has relaxed stands at t = 0 and moves with these velocities; books are empty."""
@@ -146,8 +146,8 @@ class ExplicitSolver:
 
     def _take_increment(self, s: int, increment: float) -> None:
         self.steps[s] = increment
-        for body in self.terms.bodies:
-            body.set_increment(s, increment)
+        for term in self.terms.everything:
+            term.set_increment(s, increment)
 
     @ti.kernel
     def shift_kernel(self, s: ti.i32, t: ti.f64, dt: ti.f64):

@@ -11,7 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.contact.list_sizes import MOST_FACETS, MOST_NODES, margin_and_room
-from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import Geometry
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.ring_section import RingSection
+from softsim.elements.solid import Solid
 from softsim.errors import DeviceError
 from softsim.loads.gravity import GravityProfile
 from softsim.machine import Place

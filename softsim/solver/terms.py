@@ -14,23 +14,11 @@ from softsim.contact.list_sizes import margin_and_room
 from softsim.contact.neighbour_lists import NeighbourLists
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.elements import geometry
-from softsim.elements.axisymmetric import Axisymmetric
-from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.ring_section import RingSection
-from softsim.elements.tetrahedra import Tetrahedra
 from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.solver.chatter import return_time
 from softsim.term import Pass, Stage, Term
-
-ELEMENTS = {
-    geometry.PlaneStrain: PlaneStrain,
-    geometry.Axisymmetric: Axisymmetric,
-    geometry.RingSection: RingSection,
-    geometry.Solid: Tetrahedra,
-}
 
 Passes = list[Pass]
 """Of one stage: they do not need each other's results, and may run side by side."""
@@ -52,12 +40,11 @@ class Terms:
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.bodies = [
-            ELEMENTS[type(b.geometry)](
-                self.nodes, b.first_node, b.geometry, b.points, b.cells, b.material,
-                model.bulk_viscosity,
+            b.geometry.elements(
+                self.nodes, b.first_node, b.points, b.cells, b.material, model.bulk_viscosity
             )
             for b in model.bodies
-        ]  # fmt: skip
+        ]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from softsim.elements.geometry import (
-    Axisymmetric,
-    PlaneStrain,
-    RingSection,
-    Solid,
-    shape_gradients,
-)
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import shape_gradients
 from softsim.elements.measures import largest_eigenvalue
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.ring_section import RingSection
+from softsim.elements.solid import Solid
 from softsim.robots.block import block
 from softsim.robots.box import box
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from softsim.elements.geometry import PlaneStrain
 from softsim.elements.measures import measure_elements
+from softsim.elements.plane_strain import PlaneStrain
 from softsim.materials.material import Material
 from softsim.materials.yeoh import Yeoh
 from softsim.robots.block import block
