@@ -5,9 +5,10 @@ from pathlib import Path
 
 from rich.console import Console
 
+from softsim import backend
 from softsim.batch import Batch
 from softsim.builder import build_model
-from softsim.errors import OutputError, SoftsimError
+from softsim.errors import DeviceError, OutputError, SoftsimError
 from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
 from softsim.output import folder as files
@@ -17,7 +18,7 @@ from softsim.output.watch import Watch
 from softsim.recording import Recording
 from softsim.scene.loading import LoadedScene, load_scene
 from softsim.simulation import Results
-from softsim.solver.footprint import refuse_too_large, scenarios_that_fit
+from softsim.solver.memory import scenarios_that_fit
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
 # or two to trace, ten or twenty to compile the first time.
@@ -57,7 +58,7 @@ def run(
     choice = choose(device, threads)
     console = console or Console()
     loaded = scene if isinstance(scene, LoadedScene) else load_scene(scene, overrides)
-    model = fitting_model(loaded, choice)
+    model = build_model(loaded)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
     if resume:
         batch = resumed(loaded, model, target, choice, console, watches)
@@ -97,7 +98,8 @@ def run_batch(
     once as fit into memory; a static one is alone. What becomes of a scene does not depend on the
     others. folders: of each. watches: those of each. Nothing is printed, no passes are measured.
 
-    Returns what came out of each: Results, or the error that stopped it.
+    Returns what came out of each: Results, or the error that stopped it; of a structure too large for
+    the device DeviceError.
     Raises DeviceError where the device is not there, Interrupted for SIGINT and SIGTERM; each that
     was running has a checkpoint then, and goes on by `run(..., resume=True)`.
     """
@@ -107,7 +109,7 @@ def run_batch(
     models: dict[int, Model] = {}
     for k, loaded in enumerate(scenes):
         try:
-            models[k] = fitting_model(loaded, choice)
+            models[k] = build_model(loaded)
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):
@@ -118,17 +120,17 @@ def run_batch(
                 recordings[k] = Recording(scenes[k], models[k], target, console)
             except SoftsimError as error:
                 outcomes[k] = error
-        if recordings:
+        if not recordings:
+            continue
+        try:
             batch = Batch(list(recordings.values()), choice, [watches[k] for k in recordings])
+        except DeviceError as error:  # not even one of this structure fits
+            for recording in recordings.values():
+                recording.close()
+            outcomes |= dict.fromkeys(recordings, error)
+        else:
             outcomes |= dict(zip(recordings, batch.run(console), strict=True))
     return [outcomes[k] for k in range(len(scenes))]
-
-
-def fitting_model(loaded: LoadedScene, choice: Choice) -> Model:
-    """The model of a scene. Raises DeviceError too: it does not fit into memory."""
-    model = build_model(loaded)
-    refuse_too_large(model, choice.device, memory_of(choice.device))
-    return model
 
 
 def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
@@ -143,9 +145,12 @@ def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
             group.append(k)
     parts = []
     for group in structures:
-        model, place = models[group[0]], memory_of(choice.device)
-        fitting = scenarios_that_fit(model, choice.device, place)
-        size = len(group) if fitting is None else max(1, fitting)
+        size = len(group)
+        if size > 1:
+            backend.start(choice.device)
+            place = memory_of(choice.device)
+            fitting = scenarios_that_fit(models[group[0]], choice.device, place)
+            size = size if fitting is None else max(1, fitting)
         parts += [group[k : k + size] for k in range(0, len(group), size)]
     return parts
 

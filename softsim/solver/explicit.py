@@ -10,10 +10,12 @@ How the work is shared out is solver/increments.py's.
 import numpy as np
 import taichi as ti
 
-from softsim import fields
+from softsim import backend, fields
 from softsim.errors import OutputError
+from softsim.machine import memory_of
 from softsim.model import Model
 from softsim.solver.increments import Increments, Span, size, work_at
+from softsim.solver.memory import refuse_too_large
 from softsim.solver.terms import Terms
 
 
@@ -23,14 +25,18 @@ class ExplicitSolver:
     becomes of a scenario does not depend on what it is computed with.
 
     times [s], done (increments), steps [s] in use: arrays (scenarios,).
+    Raises DeviceError where the device has too little memory, of which none is taken then; Taichi
+    has to be started anew after it.
     """
 
     def __init__(self, models: list[Model]) -> None:
         self.models = models
         self.scenarios = len(models)
-        with fields.together():
+        with fields.together() as made:
             self.terms = Terms(models)
             self.work = Increments(self.terms, self.scenarios)
+            device = backend.device().name
+            refuse_too_large(models[0], made.size, device, memory_of(device))
         self.shift_stages = self.terms.shift_stages()
         self.times, self.steps = np.zeros(self.scenarios), np.zeros(self.scenarios)
         self.done = np.zeros(self.scenarios, dtype=int)
