@@ -98,8 +98,8 @@ def run_batch(
     once as fit into memory; a static one is alone. What becomes of a scene does not depend on the
     others. folders: of each. watches: those of each. Nothing is printed, no passes are measured.
 
-    Returns what came out of each: Results, or the error that stopped it; of a structure too large for
-    the device DeviceError.
+    Returns what came out of each: Results, or the error that stopped it; DeviceError where not even
+    one of its structure fits.
     Raises DeviceError where the device is not there, Interrupted for SIGINT and SIGTERM; each that
     was running has a checkpoint then, and goes on by `run(..., resume=True)`.
     """

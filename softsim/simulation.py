@@ -109,8 +109,8 @@ class Simulation:
     def begin(self, settled: float | None) -> None:
         """At t = 0; the meter has just looked. settled: time [s] that coming to rest has taken."""
         stable = self.stable_at_rest
-        for body in self.model.bodies:
-            log.info("material %s", body.material.describe())
+        for region in self.model.regions:
+            log.info("material %s", region.material.describe())
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
             log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)

@@ -12,8 +12,9 @@ import taichi as ti
 
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry, Hoop, edge_lengths, weighted_ends
-from softsim.elements.material import Material
+from softsim.elements.linear import LinearElements
 from softsim.elements.metric import PlaneMetric
+from softsim.elements.region import Region
 from softsim.elements.triangles import Triangles
 from softsim.fields import lane_data, lane_field
 from softsim.mesh.mesh import signed_volumes
@@ -94,45 +95,27 @@ class Axisymmetric(Geometry):
         second = np.stack([(a + 2.0 * b) * (za - zb), -squares], axis=1)
         return np.pi / 3.0 * np.stack([first, second], axis=1)
 
-    def elements(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> "AxisymmetricElements":
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
         """What computes their forces."""
-        return AxisymmetricElements(
-            nodes, first_node, self, points, cells, material, bulk_viscosity
-        )
+        return AxisymmetricElements(nodes, region, PlaneMetric(), bulk_viscosity)
 
-    def facets(self, nodes: Nodes, facets: np.ndarray) -> "RevolvedFacets":
+    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
         return RevolvedFacets(nodes, facets)
 
 
 @ti.data_oriented
 class AxisymmetricElements(Triangles):
-    """Rings of one body; parameters as for LinearElements."""
+    """Rings; parameters as for LinearElements."""
 
     def __init__(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        geometry: Axisymmetric,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
+        self, nodes: Nodes, region: Region, metric: PlaneMetric, bulk_viscosity: float
     ) -> None:
-        super().__init__(
-            nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
-        )
+        super().__init__(nodes, region, metric, bulk_viscosity)
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # d(hoop stretch)/d(radius of a corner): 1 / (3 R).
-        self.hoop_gradient = lane_data(self.padded(geometry.hoop.gradient(points, cells)[:, 0, 0]))
+        gradient = RevolvedHoop().gradient(region.points, region.cells)
+        self.hoop_gradient = lane_data(self.padded(gradient[:, 0, 0]))
 
     @ti.func
     def stretch_across(self, s, b, x_sum, y_sum):

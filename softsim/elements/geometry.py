@@ -13,7 +13,7 @@ from softsim.mesh.mesh import signed_volumes
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.elements.facets import Facets
-    from softsim.elements.material import Material
+    from softsim.elements.region import Region
     from softsim.nodes import Nodes
     from softsim.term import Term
 
@@ -96,16 +96,8 @@ class Geometry(ABC):
         """
 
     @abstractmethod
-    def elements(
-        self,
-        nodes: "Nodes",
-        first_node: int,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: "Material",
-        bulk_viscosity: float,
-    ) -> "Term":
-        """What computes the forces of elements; parameters as for LinearElements."""
+    def elements(self, nodes: "Nodes", region: "Region", bulk_viscosity: float) -> "Term":
+        """What computes the forces of a region's elements; bulk_viscosity: b1 [-]."""
 
     @abstractmethod
     def facets(self, nodes: "Nodes", facets: np.ndarray) -> "Facets":

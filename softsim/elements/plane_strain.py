@@ -11,8 +11,9 @@ import taichi as ti
 
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry, edge_lengths
-from softsim.elements.material import Material
+from softsim.elements.linear import LinearElements
 from softsim.elements.metric import PlaneMetric
+from softsim.elements.region import Region
 from softsim.elements.triangles import Triangles
 from softsim.fields import real_field
 from softsim.mesh.mesh import signed_volumes
@@ -50,40 +51,18 @@ class PlaneStrain(Geometry):
         half = 0.5 * self.thickness * np.stack([-d[:, 1], d[:, 0]], axis=1)
         return np.stack([half, half], axis=1)
 
-    def elements(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> "PlaneStrainElements":
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
         """What computes their forces."""
-        return PlaneStrainElements(nodes, first_node, self, points, cells, material, bulk_viscosity)
+        return PlaneStrainElements(nodes, region, PlaneMetric(), bulk_viscosity)
 
-    def facets(self, nodes: Nodes, facets: np.ndarray) -> "PlaneFacets":
+    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
         return PlaneFacets(nodes, facets, self.thickness)
 
 
 @ti.data_oriented
 class PlaneStrainElements(Triangles):
-    """Triangles of one body, `geometry.thickness` deep; parameters as for LinearElements."""
-
-    def __init__(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        geometry: PlaneStrain,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> None:
-        super().__init__(
-            nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
-        )
+    """Triangles; parameters as for LinearElements."""
 
     @ti.func
     def stretch_across(self, s, b, x_sum, y_sum):

@@ -16,8 +16,9 @@ from softsim import backend
 from softsim.elements.diameters import Diameters
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry, Hoop, edge_lengths, weighted_ends
-from softsim.elements.material import Material
+from softsim.elements.linear import LinearElements
 from softsim.elements.metric import PlaneMetric
+from softsim.elements.region import Region
 from softsim.elements.triangles import Triangles
 from softsim.fields import index_field, lane_data, lane_field, real_field
 from softsim.mesh.mesh import signed_volumes
@@ -88,7 +89,7 @@ class RingSection(Geometry):
     in plane strain.
 
     opposite: node across the axis of each node (n,), numbered within the body. is_ring: (m,) cells
-    that go around. Not for parts of a body: cells are all of them, in their order.
+    that go around, of a region in the order of its cells.
     """
 
     thickness: float
@@ -163,19 +164,11 @@ class RingSection(Geometry):
         crossed = np.einsum("ki,kci->kc", edge, _across(diameters))
         return diameters, np.linalg.norm(diameters, axis=2), crossed
 
-    def elements(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> "RingElements":
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
         """What computes their forces."""
-        return RingElements(nodes, first_node, self, points, cells, material, bulk_viscosity)
+        return RingElements(nodes, region, PlaneMetric(), bulk_viscosity, self.hoop)
 
-    def facets(self, nodes: Nodes, facets: np.ndarray) -> "RingFacets":
+    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
         return RingFacets(nodes, facets, self.sector)
 
@@ -187,27 +180,23 @@ def _across(vectors: np.ndarray) -> np.ndarray:
 
 @ti.data_oriented
 class RingElements(Triangles):
-    """Ring cells and single ones of one body; parameters as for LinearElements."""
+    """Ring cells and single ones; `hoop` of the rings, other parameters as for LinearElements."""
 
     def __init__(
         self,
         nodes: Nodes,
-        first_node: int,
-        geometry: RingSection,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
+        region: Region,
+        metric: PlaneMetric,
         bulk_viscosity: float,
+        hoop: PairedHoop,
     ) -> None:
-        super().__init__(
-            nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
-        )
-        is_ring = geometry.is_ring
+        super().__init__(nodes, region, metric, bulk_viscosity)
+        cells, is_ring = region.cells, hoop.is_ring
         # Both nodes of a diameter have its number: each is named after its smaller node.
-        name = np.minimum(cells, geometry.opposite[cells])[is_ring]
+        name = np.minimum(cells, hoop.opposite[cells])[is_ring]
         first, number = np.unique(name, return_inverse=True)
         number = number.reshape(name.shape)
-        ends = first_node + np.stack([first, geometry.opposite[first]], axis=1)
+        ends = region.first_node + np.stack([first, hoop.opposite[first]], axis=1)
         lanes = self.blocks * backend.lanes()
         self.diameters = Diameters(nodes, ends, number, np.flatnonzero(is_ring), lanes)
         place = np.full(cells.shape, self.diameters.nowhere)
@@ -215,7 +204,7 @@ class RingElements(Triangles):
         self.place = index_field(by_lane(self.padded(place)))
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # 1 / D of ring cells, and F_zz of the others.
-        at_rest = geometry.hoop.diameters(points, cells).sum(axis=1)
+        at_rest = hoop.diameters(region.points, cells).sum(axis=1)
         slope = np.divide(1.0, at_rest, out=np.zeros(len(cells)), where=is_ring)
         self.hoop_slope = lane_data(self.padded(slope))
         self.single = lane_data(self.padded(np.where(is_ring, 0.0, 1.0)))

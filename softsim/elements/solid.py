@@ -12,8 +12,8 @@ from softsim import backend
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry
 from softsim.elements.linear import LinearElements
-from softsim.elements.material import Material
 from softsim.elements.metric import SpaceMetric
+from softsim.elements.region import Region
 from softsim.mesh.mesh import signed_volumes
 from softsim.nodes import Nodes
 
@@ -49,40 +49,18 @@ class Solid(Geometry):
         a, b, c = x[facets].transpose(1, 0, 2)
         return np.repeat(np.cross(c - a, b - a)[:, None] / 6.0, 3, axis=1)
 
-    def elements(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> "Tetrahedra":
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
         """What computes their forces."""
-        return Tetrahedra(nodes, first_node, self, points, cells, material, bulk_viscosity)
+        return Tetrahedra(nodes, region, SpaceMetric(), bulk_viscosity)
 
-    def facets(self, nodes: Nodes, facets: np.ndarray) -> "TriangleFacets":
+    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
         return TriangleFacets(nodes, facets)
 
 
 @ti.data_oriented
 class Tetrahedra(LinearElements):
-    """Tetrahedra of one body; parameters as for LinearElements."""
-
-    def __init__(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        geometry: Solid,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> None:
-        super().__init__(
-            nodes, first_node, geometry, SpaceMetric(), points, cells, material, bulk_viscosity
-        )
+    """Tetrahedra; parameters as for LinearElements."""
 
     @ti.func
     def deform(self, s, b, t, dt):

@@ -1,4 +1,4 @@
-"""What the elements of a body add to the stiffness at most, with their nodes anywhere.
+"""What the elements of a region add to the stiffness at most, with their nodes anywhere.
 
 Arrays have the elements last, (..., m): numpy is quick on few long rows.
 """
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.elements.geometry import Hoop, nodal_sizes, nodal_sums, shape_gradients
-from softsim.model import Body
+from softsim.elements.region import Region
 from softsim.solver.tangent import tangent_bound
 
 # Elements treated at a time: what is computed on the way would else take a kilobyte an element.
@@ -43,34 +43,35 @@ class ElementStiffness:
         return energies
 
 
-class BodyStiffness:
-    """The elements of one body, with what does not change as they deform.
+class RegionStiffness:
+    """The elements of one region, with what does not change as they deform.
 
-    cells (corners, m) and movers (movers, m): node numbers within the body. around (r,): elements
+    cells (corners, m) and movers (movers, m): node numbers within the region. around (r,): elements
     whose F_zz changes.
-    nodal_volumes (n,) [m^3], bulk_modulus [Pa] and bulk_viscosity (n,) [Pa s]: of its averaged
-    nodal pressure (elements/nodal_pressure.py).
+    nodal_volumes (n,) [m^3], 1 of nodes beside the region, bulk_modulus [Pa] and bulk_viscosity
+    (n,) [Pa s]: of its averaged nodal pressure (elements/nodal_pressure.py).
     """
 
-    def __init__(self, body: Body, bulk_viscosity: float) -> None:
-        self.body, self.cells = body, np.ascontiguousarray(body.cells.T, dtype=np.int32)
+    def __init__(self, region: Region, bulk_viscosity: float) -> None:
+        self.region, self.cells = region, np.ascontiguousarray(region.cells.T, dtype=np.int32)
         self.corners, self.count = self.cells.shape
-        self.volumes = body.volumes
+        self.volumes = region.volumes
         self.gradients = np.ascontiguousarray(
-            shape_gradients(body.points, body.cells).transpose(1, 2, 0)
+            shape_gradients(region.points, region.cells).transpose(1, 2, 0)
         )
-        self.hoop = body.geometry.hoop
+        self.hoop = region.geometry.hoop
         self.movers, self.around = self.cells, np.zeros(0, dtype=int)
         if self.hoop is not None:
-            stencil = self.hoop.stencil(body.cells)
+            stencil = self.hoop.stencil(region.cells)
             self.movers = np.ascontiguousarray(stencil.T, dtype=np.int32)
-            slopes = self.hoop.gradient(body.points, body.cells)
+            slopes = self.hoop.gradient(region.points, region.cells)
             self.around = np.flatnonzero(slopes.any(axis=(1, 2)))
         share = self.volumes[:, None] / self.corners
-        self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
-        material = body.material
+        volumes = nodal_sums(region.cells, share, len(region.points))
+        self.nodal_volumes = np.where(volumes > 0.0, volumes, 1.0)
+        material = region.material
         self.bulk_modulus = material.bulk_modulus
-        sizes = nodal_sizes(body.points, body.cells)
+        sizes = nodal_sizes(region.points, region.cells)
         self.bulk_viscosity = bulk_viscosity * material.impedance * sizes
 
     def at(self, x: np.ndarray) -> ElementStiffness:
@@ -78,7 +79,7 @@ class BodyStiffness:
         batches = [slice(k, min(k + BATCH, self.count)) for k in range(0, self.count, BATCH)]
         stretch = np.ones(self.count)
         if self.hoop is not None:
-            stretch = self.hoop.stretch(self.body.points, self.body.cells, x)
+            stretch = self.hoop.stretch(self.region.points, self.region.cells, x)
         F = [self.deformation(x, stretch, batch) for batch in batches]
         J = np.concatenate([(f[0] * cofactors(f)[0]).sum(axis=0) for f in F])
         present = np.bincount(
@@ -113,7 +114,7 @@ class BodyStiffness:
         + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
         that is V tau_zz (Kirchhoff stress), at most V (2 W' b_bar_zz + |q|) of solver/tangent.py.
         """
-        cells = self.body.cells
+        cells = self.region.cells
         gradient, curvature = (
             np.moveaxis(of_all[self.around], 0, -1)
             for of_all in (hoop.gradient(x, cells), hoop.curvature(x, cells))
@@ -146,7 +147,7 @@ class BodyStiffness:
         I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
         e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
         e_size = np.sqrt(np.maximum(e_squared, 0.0))
-        modulus = tangent_bound(self.body.material, J, I1_bar, e_size, pressure)
+        modulus = tangent_bound(self.region.material, J, I1_bar, e_size, pressure)
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
         share = J * volumes / self.corners

@@ -39,11 +39,8 @@ class Terms:
             any(m.relaxation is not None or m.settling is not None for m in models),
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
-        self.bodies = [
-            b.geometry.elements(
-                self.nodes, b.first_node, b.points, b.cells, b.material, model.bulk_viscosity
-            )
-            for b in model.bodies
+        self.elements = [
+            r.geometry.elements(self.nodes, r, model.bulk_viscosity) for r in model.regions
         ]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
@@ -115,7 +112,7 @@ class Terms:
     @property
     def inner(self) -> list[Term]:
         """Elements and loads: what they store is internal energy."""
-        return [*self.bodies, *self.loads]
+        return [*self.elements, *self.loads]
 
     @property
     def touching(self) -> list[Term]:
@@ -174,7 +171,7 @@ class Terms:
     def state_fields(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("bodies", "loads", "contacts", "self_contacts"):
+        for name in ("elements", "loads", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field
