@@ -15,8 +15,10 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from softsim.elements.geometry import PlaneStrain, nodal_sums
-from softsim.model import Body, Model
+from softsim.elements.geometry import nodal_sums
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.region import Region
+from softsim.model import Model
 
 SOURCE = Path(__file__).with_name("reference.cpp")
 FLAGS = ("-O3", "-march=native", "-std=c++17", "-pthread")
@@ -48,12 +50,12 @@ class Problem:
 
 
 def write_problem(path: Path, model: Model, increment: float) -> Problem:
-    """Write the first body of `model` for the program, nodes numbered for a narrow band.
+    """Write the first region of `model` for the program, nodes numbered for a narrow band.
 
     increment: time step [s]. Maxwell branches, contact, loads and rigid bodies are left out: nodes
     tied to a rigid body are held. Raises ValueError for another law than Yeoh's, or rings.
     """
-    body = model.bodies[0]
+    body = model.regions[0]
     constants = body.material.law.constants
     if len(constants) != 3 or body.geometry.name == "axisymmetric":
         raise ValueError("the reference knows Yeoh's law in plane strain and in space only")
@@ -91,7 +93,7 @@ def banded(cells: np.ndarray, node_count: int) -> np.ndarray:
     return reverse_cuthill_mckee(graph.tocsr(), symmetric_mode=True).astype(np.int64)
 
 
-def nodal_viscosity(body: Body, b1: float) -> np.ndarray:
+def nodal_viscosity(body: Region, b1: float) -> np.ndarray:
     """b1 rho c_d h_a (n,) [Pa s], h_a as in softsim/elements/linear.py."""
     material, dimension = body.material, body.geometry.dimension
     edges = body.points[body.cells[:, 1:]] - body.points[body.cells[:, :1]]

@@ -26,7 +26,7 @@ def bytes_an_increment(model: Model, scenarios: int) -> int:
     """
     d = model.dimension
     own = shared = 0
-    for body in model.bodies:
+    for body in model.regions:
         nodes, cells = len(body.points), len(body.cells)
         metric = d * (d + 1) // 2 + (d == 2)
         own += nodes * (2 * d + 1) * 2 * REAL

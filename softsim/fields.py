@@ -27,9 +27,11 @@ NUMPY_TYPES: dict[Any, np.dtype] = {ti.i32: np.dtype(np.int32), ti.f64: np.dtype
 
 @dataclass(frozen=True)
 class _New:
-    """A field still without memory, and what it will hold; no values: zeros."""
+    """A field still without memory (None if it is only counted), and what it will hold; no values:
+    zeros.
+    """
 
-    field: ti.Field
+    field: Any
     dtype: np.dtype
     cells: tuple[int, ...]
     components: tuple[int, ...]
@@ -38,6 +40,19 @@ class _New:
     @property
     def cell_bytes(self) -> int:
         return math.prod(self.components) * self.dtype.itemsize
+
+
+class Made:
+    """Fields made in one block, so far."""
+
+    def __init__(self, counted_only: bool) -> None:
+        self.counted_only = counted_only
+        self.fields: list[_New] = []
+
+    @property
+    def size(self) -> int:
+        """Bytes that their numbers take."""
+        return sum(math.prod(new.cells) * new.cell_bytes for new in self.fields)
 
 
 @dataclass(frozen=True)
@@ -54,26 +69,38 @@ class _Place:
         return self.first + row * math.prod(self.shape[1:]) * self.dtype.itemsize // WORD
 
 
-_waiting: list[_New] | None = None
+_made: Made | None = None
 _places: WeakKeyDictionary[ti.Field, _Place] = WeakKeyDictionary()
 
 
 @contextmanager
-def together() -> Iterator[None]:
+def together() -> Iterator[Made]:
     """Give the fields made inside one block of memory, and their values, when it closes.
 
     Until then Taichi refuses to run any kernel: "These field(s) are not placed".
 
     Raises DeviceError where the block would be larger than its words can be numbered (8 GiB).
     """
-    global _waiting
-    outer, _waiting = _waiting, []
-    try:
-        yield
-        made = _waiting
-    finally:
-        _waiting = outer
+    with _gathered(Made(counted_only=False)) as made:
+        yield made
     _allocate(made)
+
+
+@contextmanager
+def counted() -> Iterator[Made]:
+    """Only count the fields made inside: they never get memory, and None stands for each."""
+    with _gathered(Made(counted_only=True)) as made:
+        yield made
+
+
+@contextmanager
+def _gathered(made: Made) -> Iterator[Made]:
+    global _made
+    outer, _made = _made, made
+    try:
+        yield made
+    finally:
+        _made = outer
 
 
 def index_field(values: np.ndarray) -> ti.ScalarField:
@@ -185,29 +212,29 @@ def _new(
     dtype: type, cells: tuple[int, ...], components: tuple[int, ...], values: np.ndarray | None
 ) -> ti.Field:
     """A field that gets its memory at once, or with the others that are made together."""
-    field = (ti.field, ti.Vector.field, ti.Matrix.field)[len(components)](*components, dtype)
-    new = _New(field, NUMPY_TYPES[dtype], cells, components, values)
-    if _waiting is None:
-        _allocate([new])
-    else:
-        _waiting.append(new)
+    made = Made(counted_only=False) if _made is None else _made
+    field = None
+    if not made.counted_only:
+        field = (ti.field, ti.Vector.field, ti.Matrix.field)[len(components)](*components, dtype)
+    made.fields.append(_New(field, NUMPY_TYPES[dtype], cells, components, values))
+    if _made is None:
+        _allocate(made)
     return field
 
 
-def _allocate(made: list[_New]) -> None:
+def _allocate(made: Made) -> None:
     """Place fields in one block and fill them.
 
     Whole cache lines come first, so that no lane vector lies across two of them.
     """
-    made = sorted(made, key=lambda new: new.cell_bytes % CACHE_LINE != 0)
-    size = sum(math.prod(new.cells) * new.cell_bytes for new in made)
-    if size > WORD * np.iinfo(np.int32).max:
+    placed = sorted(made.fields, key=lambda new: new.cell_bytes % CACHE_LINE != 0)
+    if made.size > WORD * np.iinfo(np.int32).max:
         raise DeviceError(
-            f"the model needs {size / 2**30:.1f} GiB in one piece, more than can be numbered",
+            f"the model needs {made.size / 2**30:.1f} GiB in one piece, more than can be numbered",
             hint="use a coarser mesh or fewer scenarios at once",
         )
-    block = _Block(made)
-    for new in made:
+    block = _Block(placed)
+    for new in placed:
         first = new.field.parent()._offset_bytes_in_parent_cell // WORD
         shape = (*new.cells, *new.components)
         _places[new.field] = _Place(block, first, shape, new.dtype)

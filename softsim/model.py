@@ -4,6 +4,7 @@ A `Model` is one scenario. Several scenarios of one mesh (other pressure, freque
 pipe) run side by side in one solver.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -12,9 +13,9 @@ import numpy as np
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
+from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import PressureData
-from softsim.materials.material import Material
 from softsim.rigid.body import RigidBodyData
 from softsim.rigid.outline import Shape
 from softsim.sharing import Own, alike
@@ -24,7 +25,8 @@ L = TypeVar("L", bound=Load)
 
 @dataclass(frozen=True)
 class Body:
-    """A meshed body. points (n, d) [m]; cells (m, d + 1) numbered within the body.
+    """A meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each of which
+    is in one of its regions.
 
     node_sets, facet_sets: numbered within the model (within the body plus first_node).
     remarks: what reading its mesh changed, for people.
@@ -34,8 +36,7 @@ class Body:
     first_node: int
     points: np.ndarray
     cells: np.ndarray
-    geometry: Geometry
-    material: Material
+    regions: tuple[Region, ...]
     node_sets: Own[dict[str, np.ndarray]]
     facet_sets: Own[dict[str, np.ndarray]]
     remarks: Own[tuple[str, ...]]
@@ -46,9 +47,22 @@ class Body:
         return slice(self.first_node, self.first_node + len(self.points))
 
     @property
-    def volumes(self) -> np.ndarray:
-        """Reference volume of each element (m,) [m^3]."""
-        return self.geometry.volumes(self.points, self.cells)
+    def mass(self) -> float:
+        """Of its elements [kg]."""
+        return sum(float(r.volumes.sum()) * r.material.density for r in self.regions)
+
+    def nodal_mean(self, of_regions: Iterable[np.ndarray]) -> np.ndarray:
+        """Mean by volume (n,), where regions meet, of values (n,) of each region's nodes."""
+        volumes = [r.nodal_volumes for r in self.regions]
+        whole, mean = sum(volumes), np.zeros(len(self.points))
+        for values, volume in zip(of_regions, volumes, strict=True):
+            mean += np.where(volume > 0.0, values * (volume / whole), 0.0)
+        return mean
+
+    def joined(self, of_regions: Iterable[np.ndarray]) -> np.ndarray:
+        """Values (m, ...) of all cells, in their order, from those of each region."""
+        numbers = np.concatenate([r.numbers for r in self.regions])
+        return np.concatenate(list(of_regions))[np.argsort(numbers)]
 
 
 @dataclass(frozen=True)
@@ -201,6 +215,11 @@ class Model:
     def dimension(self) -> int:
         """Coordinates of a node: 2 or 3."""
         return self.points.shape[1]
+
+    @property
+    def regions(self) -> tuple[Region, ...]:
+        """Of all bodies."""
+        return tuple(region for body in self.bodies for region in body.regions)
 
     @property
     def element_count(self) -> int:

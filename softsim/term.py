@@ -61,6 +61,9 @@ class Term:
         """Fields that a checkpoint keeps."""
         return {}
 
+    def set_time_increment(self, scenario: int, dt: float) -> None:
+        """Take the time step [s] of a scenario; infinite: what relaxes has relaxed."""
+
     def forget_work(self) -> None:
         """Begin the books of work anew."""
 

@@ -8,7 +8,7 @@ from softsim.builder.ending import end_time
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.builder.profiles import share_profile
-from softsim.elements.geometry import Axisymmetric
+from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.gravity import GravityProfile
 from softsim.loads.load import of_kind
 from softsim.loads.pressure import PressureData
@@ -186,15 +186,15 @@ def refuse_instant_relaxation(names: Names, model: Model) -> None:
     """A branch that relaxes within a hundredth of an increment carries no load: the viscosity that
     it stands for would be lost.
     """
-    if not any(body.material.branches for body in model.bodies):
+    if not any(region.material.branches for region in model.regions):
         return
     step = estimator(model).at_rest.value
-    for body in model.bodies:
-        for branch in body.material.branches:
+    for region in model.regions:
+        for branch in region.material.branches:
             if branch.relaxation_time < 0.01 * step:
                 raise names.loaded.error(
-                    ("bodies", body.name, "material"),
-                    f"material '{body.material.name}' relaxes in "
+                    ("bodies", region.body, "material"),
+                    f"material '{region.material.name}' relaxes in "
                     f"{branch.relaxation_time * 1e6:.3g} us, far within a time step of "
                     f"{step * 1e6:.3g} us",
                     "leave out prony terms shorter than the time step",

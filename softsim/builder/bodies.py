@@ -8,7 +8,12 @@ from scipy.spatial import cKDTree
 from softsim.builder.materials import material
 from softsim.builder.names import MeshedBody, Names, close_names, in_mm
 from softsim.builder.sets import with_defined_sets
-from softsim.elements.geometry import Axisymmetric, Geometry, PlaneStrain, RingSection, Solid
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import Geometry
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.region import Region
+from softsim.elements.ring_section import RingSection
+from softsim.elements.solid import Solid
 from softsim.errors import MeshError
 from softsim.mesh.mesh import Mesh, transformed
 from softsim.mesh.quality import check
@@ -207,11 +212,20 @@ def built_bodies(names: Names) -> tuple[Body, ...]:
             first_node=part.first_node,
             points=part.mesh.points,
             cells=part.mesh.cells,
-            geometry=part.geometry,
-            material=material(names, name),
+            regions=(whole_body(names, name),),
             remarks=part.remarks,
             node_sets={k: part.first_node + v for k, v in part.mesh.node_sets.items()},
             facet_sets={k: part.first_node + v for k, v in part.mesh.facet_sets.items()},
         )
         for name, part in names.bodies.items()
     )
+
+
+def whole_body(names: Names, name: str) -> Region:
+    """All elements of a body."""
+    part = names.bodies[name]
+    mesh = part.mesh
+    return Region(
+        name, None, part.first_node, mesh.points, mesh.cells, np.arange(len(mesh.cells)),
+        part.geometry, material(names, name),
+    )  # fmt: skip

@@ -5,7 +5,9 @@ from itertools import pairwise
 import numpy as np
 
 from softsim.builder.names import MeshedBody, Names, in_mm
-from softsim.elements.geometry import Axisymmetric, Geometry, RingSection
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import Geometry
+from softsim.elements.ring_section import RingSection
 from softsim.mesh.mesh import open_rim
 from softsim.scene.tree import Keys
 

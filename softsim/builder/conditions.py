@@ -5,7 +5,10 @@ import numpy as np
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
 from softsim.builder.profiles import displacement
-from softsim.elements.geometry import Axisymmetric, PlaneStrain, RingSection, nodal_sums
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import nodal_sums
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.ring_section import RingSection
 from softsim.loads.prescribed import PrescribedData
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
@@ -16,9 +19,10 @@ def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.n
     """Mass of each node (n,) [kg]: its share of its elements, and point masses."""
     mass = np.zeros(node_count)
     for b in bodies:
-        shares = b.geometry.mass_shares(b.points, b.cells)
-        per_corner = b.material.density * b.volumes[:, None] * shares
-        mass[b.nodes] = nodal_sums(b.cells, per_corner, len(b.points))
+        for r in b.regions:
+            shares = r.geometry.mass_shares(r.points, r.cells)
+            per_corner = r.material.density * r.volumes[:, None] * shares
+            mass[b.nodes] += nodal_sums(r.cells, per_corner, len(r.points))
     for name, condition in names.scene.conditions.items():
         if isinstance(condition, conditions.PointMass):
             nodes = names.node_set(condition.nodes, ("conditions", name, "nodes"))
@@ -32,7 +36,7 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
     for b in bodies:
         for k, set_name in enumerate(names.scene.bodies[b.name].fixed):
             held[names.node_set(f"{b.name}.{set_name}", ("bodies", b.name, "fixed", k))] = True
-        if isinstance(b.geometry, Axisymmetric):
+        if isinstance(names.geometry, Axisymmetric):
             held[b.nodes, 0] |= b.points[:, 0] < 1e-12
     for name, condition in names.scene.conditions.items():
         keys = ("conditions", name)

@@ -50,7 +50,7 @@ def penalty_stiffness(names: Names, bodies: Sequence[Body], node_count: int) -> 
     given = names.scene.contact.penalty_stiffness
     if isinstance(given, float):
         return np.full(node_count, given)
-    soft = [b.material.bulk_modulus * nodal_depth(b) for b in bodies]
+    soft = [nodal_bulk_modulus(b) * nodal_depth(b) for b in bodies]
     stiffness = np.full(node_count, max(s.max() for s in soft))
     for b, s in zip(bodies, soft, strict=True):
         stiffness[b.nodes] = s
@@ -59,12 +59,17 @@ def penalty_stiffness(names: Names, bodies: Sequence[Body], node_count: int) -> 
 
 def nodal_depth(body: Body) -> np.ndarray:
     """Depth of the body at each node (n,) [m], see `penalty_stiffness`."""
-    count = len(body.points)
-    volume = nodal_sums(body.cells, body.volumes[:, None], count)
-    if body.geometry.dimension == 3:
+    volume = np.sum([r.nodal_volumes for r in body.regions], axis=0)
+    if body.points.shape[1] == 3:
         return (volume / 4.0) ** (1.0 / 3.0)
-    area = nodal_sums(body.cells, signed_volumes(body.points, body.cells)[:, None], count)
-    return volume / area
+    area = signed_volumes(body.points, body.cells)[:, None]
+    return volume / nodal_sums(body.cells, area, len(body.points))
+
+
+def nodal_bulk_modulus(body: Body) -> np.ndarray:
+    """Bulk modulus (n,) [Pa] around each node."""
+    count = len(body.points)
+    return body.nodal_mean(np.full(count, r.material.bulk_modulus) for r in body.regions)
 
 
 def contact_mass(

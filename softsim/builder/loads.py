@@ -62,7 +62,8 @@ class Loaded:
     @cached_property
     def stiffest(self) -> float:
         """Largest omega^2 [1/s^2] of an element at rest."""
-        return max(float(element_frequencies(b, self.points[b.nodes]).max()) for b in self.bodies)
+        regions = (region for body in self.bodies for region in body.regions)
+        return max(float(element_frequencies(r, self.points[r.nodes]).max()) for r in regions)
 
 
 def built_loads(loaded: Loaded) -> tuple[Load, ...]:

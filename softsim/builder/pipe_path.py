@@ -6,7 +6,7 @@ from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.names import Names, in_mm
 from softsim.contact import laying
 from softsim.contact.pipe_path import PipePath
-from softsim.elements.geometry import Axisymmetric
+from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
 from softsim.scene.pipe_items import PipeItem, StepItem, StraightItem, TaperItem
 from softsim.scene.surroundings import PipePathWall

@@ -5,7 +5,7 @@ import numpy as np
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, in_mm
 from softsim.builder.profiles import displacement
-from softsim.elements.geometry import Axisymmetric
+from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.rigid_motion import RigidMotionData
 from softsim.model import OutlineData
 from softsim.rigid.body import RigidBodyData

@@ -14,7 +14,7 @@ from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
-from softsim.elements.geometry import Axisymmetric
+from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
 from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
 from softsim.scene.surroundings import PipePathWall, PipeWall, PlaneWall, SphereWall

@@ -67,12 +67,15 @@ def check(
         choice = choose(device.value, threads)
         loaded = load_scene(scene, overrides or [])
         # Taichi is imported from here on: an error before is told at once.
+        from softsim import backend
         from softsim.builder import build_model
         from softsim.commands.check import model_table
-        from softsim.solver.footprint import refuse_too_large
+        from softsim.solver.memory import field_bytes, refuse_too_large
 
         model = build_model(loaded)
-        refuse_too_large(model, choice.device, memory_of(choice.device))
+        backend.start(choice.device)
+        size = field_bytes(model, scenarios=1)
+        refuse_too_large(model, size, choice.device, memory_of(choice.device))
         console.print(model_table(model))
         if duration:
             from softsim.commands.duration import duration_table

@@ -14,7 +14,9 @@ def model_table(model: Model) -> Table:
     table = Table(show_header=False, box=None)
     for body in model.bodies:
         table.add_row(f"body '{body.name}'", _size(body, model.dimension))
-        table.add_row("  material", body.material.describe())
+        for region in body.regions:
+            part = "" if region.cell_set is None else f" of {region.cell_set}"
+            table.add_row(f"  material{part}", region.material.describe())
         for remark in body.remarks:
             table.add_row("  from its file", remark)
         for kind, sets in (("node", body.node_sets), ("facet", body.facet_sets)):
@@ -37,11 +39,11 @@ def _ending(cycles: int, end_time: float) -> str:
 def _size(body: Body, dimension: int) -> str:
     q = quality(Mesh(body.points, body.cells))
     shape = {2: "triangles", 3: "tetrahedra"}[dimension]
-    volume = body.volumes.sum()
+    volume = sum(region.volumes.sum() for region in body.regions)
     return (
         f"{q.node_count} nodes, {q.cell_count} {shape}, smallest altitude "
         f"{q.smallest_altitude * 1e3:.3g} mm, angles {degrees(q.smallest_angle)} to "
         f"{degrees(q.largest_angle)}, {volume * 1e6:.4g} ml, "
-        f"{volume * body.material.density * 1e3:.4g} g"
+        f"{body.mass * 1e3:.4g} g"
         + (f", {q.piece_count} unconnected pieces" if q.piece_count > 1 else "")
     )

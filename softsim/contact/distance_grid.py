@@ -145,11 +145,6 @@ class DistanceGrid(Wall):
             squared += (steps[touched] / self.spacing) ** 2
         return float(np.sqrt(squared.max(initial=1.0)))
 
-    @property
-    def stored_numbers(self) -> int:
-        """Of the table."""
-        return self.values.size
-
     def drawn(self) -> dict[str, np.ndarray]:
         """The facets that the grid was made from."""
         return self.picture

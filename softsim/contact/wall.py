@@ -33,11 +33,6 @@ class Wall(ABC):
         """
         return len(self.names), float(len(self.names))
 
-    @property
-    def stored_numbers(self) -> int:
-        """How many numbers kernels keep of it that grow with its detail: of a table."""
-        return 0
-
     @abstractmethod
     def drawn(self) -> dict[str, np.ndarray]:
         """What a run's results keep of it for the figures, by the names that

@@ -10,11 +10,11 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.geometry import Geometry, nodal_sizes
-from softsim.elements.material import Material
+from softsim.elements.geometry import nodal_sizes
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.metric import inverse_cube_root
 from softsim.elements.nodal_pressure import NodalPressure
+from softsim.elements.region import Region
 from softsim.fields import index_field, lane_data, lane_field, real_field
 from softsim.nodes import Nodes, by_lane
 from softsim.term import Pass, Stage, Term
@@ -22,36 +22,21 @@ from softsim.term import Pass, Stage, Term
 
 @ti.data_oriented
 class LinearElements(Term):
-    """All elements of one body.
+    """All elements of one region.
 
-    Parameters
-    ----------
-    nodes: the shared nodes; this body owns first_node .. first_node + len(points) - 1.
-    geometry: of these elements. metric: PlaneMetric or SpaceMetric.
-    points: reference positions (n, d) [m]. cells: (m, corners), numbered within the body.
-    bulk_viscosity: b1 [-].
+    nodes: the shared nodes. metric: PlaneMetric or SpaceMetric. bulk_viscosity: b1 [-].
     """
 
-    def __init__(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        geometry: Geometry,
-        metric: Any,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> None:
+    def __init__(self, nodes: Nodes, region: Region, metric: Any, bulk_viscosity: float) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
-        self.nodes, self.metric = nodes, metric
-        self.first_node, self.node_count = first_node, len(points)
+        points, cells, first_node = region.points, region.cells, region.first_node
+        self.nodes, self.metric, self.first_node = nodes, metric, first_node
         self.corners = cells.shape[1]
         self.blocks = backend.lane_blocks(len(cells))
 
         # Padding repeats the last cell with zero volume and sends its forces nowhere.
         padded = self.padded(cells)
-        volume = geometry.volumes(points, cells)
+        volume = region.volumes
         padded_volume = self.padded(volume)
         padded_volume[len(cells) :] = 0.0
         self.corner = index_field(by_lane(padded + first_node))
@@ -63,13 +48,13 @@ class LinearElements(Term):
         # Slots of a block: its lanes for corner 0, for corner 1, ...
         self.first_slot = nodes.corner_forces.reserve(by_lane(owner))
 
-        self.points = MaterialPoints(material, metric, rest_edges, scenarios)
+        self.points = MaterialPoints(region.material, metric, rest_edges, scenarios)
         size = nodal_sizes(points, cells)
         self.pressure = NodalPressure(
-            cells, volume, size, material, bulk_viscosity, scenarios, self.blocks * lanes
+            cells, volume, size, region.material, bulk_viscosity, scenarios, self.blocks * lanes
         )
 
-        d = geometry.dimension
+        d = region.geometry.dimension
         # Components of the first edge, of the second, ...
         self.edge = [lane_field((scenarios, self.blocks)) for _ in range(d * d)]
         # One more than there are elements: it stays zero, for the padding of the nodes' lists.

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.elements.geometry import Geometry, nodal_sums
-from softsim.elements.material import Material
+from softsim.elements.geometry import nodal_sums
+from softsim.elements.region import Region
 
 
 @dataclass(frozen=True)
@@ -13,7 +13,7 @@ class ElementMeasures:
     """Per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress [Pa]
     (law alone).
 
-    nodal_pressure (n,) [Pa]: -kappa (J_a - 1), positive in compression.
+    nodal_pressure (n,) [Pa]: -kappa (J_a - 1), positive in compression; NaN beside the region.
     """
 
     J: np.ndarray
@@ -23,14 +23,12 @@ class ElementMeasures:
     nodal_pressure: np.ndarray
 
 
-def measure_elements(
-    geometry: Geometry, points: np.ndarray, cells: np.ndarray, x: np.ndarray, material: Material
-) -> ElementMeasures:
-    """Measure elements with reference nodes `points` and present nodes `x`, both (n, d) [m]."""
-    volume = geometry.volumes(points, cells)
+def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
+    """Measure the elements of a region with its body's nodes now at x (n, d) [m]."""
+    volume, cells, material = region.volumes, region.cells, region.material
     # A failed run is measured too: places that are no numbers give measures that are none.
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        F = geometry.deformation(points, cells, x)
+        F = region.deformation(x)
         J = np.linalg.det(F)
         b = np.einsum("eij,ekj->eik", F, F)
         trace = np.trace(b, axis1=1, axis2=2)
@@ -41,16 +39,11 @@ def measure_elements(
         deviator = b - trace[:, None, None] / 3.0 * np.eye(3)
         von_mises = np.abs(factor) * np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2)))
         stretch = np.sqrt(largest_eigenvalue(b))
-    share = 1.0 / cells.shape[1]
-    current = nodal_sums(cells, (J * volume * share)[:, None], len(points))
-    rest = nodal_sums(cells, (volume * share)[:, None], len(points))
-    return ElementMeasures(
-        J,
-        stretch,
-        I1_bar,
-        von_mises,
-        -material.bulk_modulus * (current / rest - 1.0),
-    )
+        share = 1.0 / cells.shape[1]
+        current = nodal_sums(cells, (J * volume * share)[:, None], len(x))
+        rest = nodal_sums(cells, (volume * share)[:, None], len(x))
+        pressure = -material.bulk_modulus * (current / rest - 1.0)
+    return ElementMeasures(J, stretch, I1_bar, von_mises, pressure)
 
 
 def largest_eigenvalue(tensors: np.ndarray) -> np.ndarray:

@@ -18,10 +18,11 @@ from softsim.nodes import NodeLists
 
 @ti.data_oriented
 class NodalPressure:
-    """Pressure of the nodes of one body.
+    """Pressure of the nodes of one region of a body.
 
     cells: (m, corners), numbered within the body. volume: (m,) [m^3]. size: (n,) length of a
-    node's surroundings [m]. bulk_viscosity: b1 [-]. element_count: of the lanes, with padding.
+    node's surroundings [m], zero of nodes beside the region. bulk_viscosity: b1 [-].
+    element_count: of the lanes, with padding.
     """
 
     def __init__(
@@ -43,9 +44,10 @@ class NodalPressure:
         node_volume = np.bincount(
             cells.ravel(), np.repeat(volume / corners, corners), minlength=self.count
         )
+        share = np.divide(1.0, corners * node_volume, np.zeros(self.count), where=node_volume > 0.0)
         viscosity = bulk_viscosity * material.impedance * size
         self.volume = lane_data(lists.by_block(node_volume))
-        self.share_over_volume = lane_data(lists.by_block(1.0 / (corners * node_volume)))
+        self.share_over_volume = lane_data(lists.by_block(share))
         self.bulk_viscosity = lane_data(lists.by_block(viscosity))
         self.bulk_modulus = real_field(np.array([material.bulk_modulus]))
         self.J = lane_data(np.ones((scenarios, lists.blocks * backend.lanes())))

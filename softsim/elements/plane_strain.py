@@ -4,33 +4,65 @@ Kinematics in the plane in elements/triangles.py, material in elements/material_
 volumetric part in elements/nodal_pressure.py.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import taichi as ti
 
-from softsim.elements import geometry as shapes
-from softsim.elements.material import Material
+from softsim.elements.facets import Facets
+from softsim.elements.geometry import Geometry, edge_lengths
+from softsim.elements.linear import LinearElements
 from softsim.elements.metric import PlaneMetric
+from softsim.elements.region import Region
 from softsim.elements.triangles import Triangles
+from softsim.fields import real_field
+from softsim.mesh.mesh import signed_volumes
 from softsim.nodes import Nodes
 
 
-@ti.data_oriented
-class PlaneStrain(Triangles):
-    """Triangles of one body, `geometry.thickness` deep; parameters as for LinearElements."""
+@dataclass(frozen=True)
+class PlaneStrain(Geometry):
+    """Triangles of a plate of given thickness [m] that cannot strain across it."""
 
-    def __init__(
-        self,
-        nodes: Nodes,
-        first_node: int,
-        geometry: shapes.PlaneStrain,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
-        bulk_viscosity: float,
-    ) -> None:
-        super().__init__(
-            nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
-        )
+    thickness: float
+    name = "plane_strain"
+    dimension = 2
+
+    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Volume of each element (m,) [m^3]."""
+        return self.thickness * signed_volumes(points, cells)
+
+    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Share (m, corners) of an element's mass that each corner carries."""
+        return np.full(cells.shape, 1.0 / 3.0)
+
+    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
+        """Volume [m^3] on the free side of a closed chain of edges (k, 2)."""
+        a, b = x[facets[:, 0]], x[facets[:, 1]]
+        return 0.5 * self.thickness * float((a[:, 1] * b[:, 0] - a[:, 0] * b[:, 1]).sum())
+
+    def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Area (k, 2) [m^2] of edges (k, 2) that each of their ends stands for."""
+        return 0.5 * self.thickness * np.repeat(edge_lengths(x, edges)[:, None], 2, axis=1)
+
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """d(enclosed volume)/dx of the corners (k, 2, d) [m^2]: forces of a pressure of 1 Pa."""
+        d = x[facets[:, 1]] - x[facets[:, 0]]
+        half = 0.5 * self.thickness * np.stack([-d[:, 1], d[:, 0]], axis=1)
+        return np.stack([half, half], axis=1)
+
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
+        """What computes their forces."""
+        return PlaneStrainElements(nodes, region, PlaneMetric(), bulk_viscosity)
+
+    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
+        """What a pressure on facets, as `pressed` gives them, does."""
+        return PlaneFacets(nodes, facets, self.thickness)
+
+
+@ti.data_oriented
+class PlaneStrainElements(Triangles):
+    """Triangles; parameters as for LinearElements."""
 
     @ti.func
     def stretch_across(self, s, b, x_sum, y_sum):
@@ -45,3 +77,28 @@ class PlaneStrain(Triangles):
     def force_across(self, s, b, S):
         """The stress across the section does no work."""
         return self.metric.lane(0.0), self.metric.lane(0.0)
+
+
+@ti.data_oriented
+class PlaneFacets(Facets):
+    """Edges (k, 2) of a section; `thickness` deep [m]."""
+
+    def __init__(self, nodes: Nodes, facets: np.ndarray, thickness: float) -> None:
+        super().__init__(nodes, facets)
+        self.thickness = real_field(np.array([thickness]))
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces (corner, component) of a pressure of 1 Pa on facet i [m^2]: half of
+        h (-dy, dx) on each end.
+        """
+        d = self.nodes.position[s, self.node[i, 1]] - self.nodes.position[s, self.node[i, 0]]
+        half = 0.5 * self.thickness[0]
+        return ti.Matrix([[-half * d[1], half * d[0]], [-half * d[1], half * d[0]]])
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3], seen from the origin."""
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        return 0.5 * self.thickness[0] * (a[1] * b[0] - a[0] * b[1])

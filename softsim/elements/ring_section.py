@@ -7,43 +7,196 @@ so its stress pulls at each of them with the tension V F_zz S_zz / D. Cells of s
 F_zz = 1.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements import geometry as shapes
 from softsim.elements.diameters import Diameters
-from softsim.elements.material import Material
+from softsim.elements.facets import Facets
+from softsim.elements.geometry import Geometry, Hoop, edge_lengths, weighted_ends
+from softsim.elements.linear import LinearElements
 from softsim.elements.metric import PlaneMetric
+from softsim.elements.region import Region
 from softsim.elements.triangles import Triangles
-from softsim.fields import index_field, lane_data, lane_field
+from softsim.fields import index_field, lane_data, lane_field, real_field
+from softsim.mesh.mesh import signed_volumes
 from softsim.nodes import Nodes, by_lane
 from softsim.term import Pass, Stage
 
 
+@dataclass(frozen=True, eq=False)
+class PairedHoop(Hoop):
+    """Of ring cells, whose corners c have the nodes c' opposite them; single parts have F_zz = 1.
+    opposite (n,), is_ring (m,) and the equation of F_zz: see RingSection.
+    """
+
+    opposite: np.ndarray
+    is_ring: np.ndarray
+
+    def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """F_zz (m,): present over reference diameter; of single parts one."""
+        now, before = (self.diameters(at, cells).sum(axis=1) for at in (x, points))
+        return now / before
+
+    def stencil(self, cells: np.ndarray) -> np.ndarray:
+        """Nodes (m, 6) whose motion strains each cell: its corners, and of a ring cell the nodes
+        opposite them; of single parts the corners once more, to no effect.
+        """
+        return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
+
+    def gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """dF_zz/dx / F_zz (m, 6, 2) [1/m] of these nodes: with the unit vector n_c from c' to c
+        n_c / sum |x_c - x_c'| on c, the opposite on c'.
+        """
+        diameters = self.diameters(x, cells)
+        direction = (x[cells] - x[self.opposite[cells]]) / diameters[:, :, None]
+        gradient = direction / diameters.sum(axis=1)[:, None, None]
+        gradient[~self.is_ring] = 0.0
+        return np.concatenate([gradient, -gradient], axis=1)
+
+    def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Bound of d^2F_zz/dx^2 / F_zz (m, 6, 6) [1/m^2]: what turns a diameter lengthens it, by
+            d^2 |x_c - x_c'| = |t_c . (u_c - u_c')|^2 / |x_c - x_c'|,  t_c across the diameter;
+        taken for every direction.
+        """
+        diameters = self.diameters(x, cells)
+        turning = 1.0 / (diameters * diameters.sum(axis=1, keepdims=True))
+        turning[~self.is_ring] = 0.0
+        each = turning[:, :, None] * np.eye(3)
+        return np.block([[each, -each], [-each, each]])
+
+    def diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """|x_c - x_c'| of the corners (m, 3) [m]; of single parts, which may lie on the axis, one
+        metre.
+        """
+        lengths = np.linalg.norm(x[cells] - x[self.opposite[cells]], axis=2)
+        return np.where(self.is_ring[:, None], lengths, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class RingSection(Geometry):
+    """A section of a robot that is round about its axis: two strips, opposite sides of the same
+    rings of skin, with single fins on them. At rest the axis is parallel to x.
+
+    What a full ring has and a plane section lacks is its tension around. Opposite places are a
+    diameter apart, so of a ring cell, whose corners c have the opposite nodes c',
+        F_zz = sum_c |x_c - x_c'| / sum_c |X_c - X_c'|.
+    The assumption is that rings stay round with these diameters, in the section's plane. A ring
+    that moves or turns as a whole is not stretched, wherever it goes. A strip stands for `sector`
+    [rad] of the ring's circumference; of what stands singly on it, for a `thickness` [m] of that,
+    in plane strain.
+
+    opposite: node across the axis of each node (n,), numbered within the body. is_ring: (m,) cells
+    that go around, of a region in the order of its cells.
+    """
+
+    thickness: float
+    sector: float
+    opposite: np.ndarray
+    is_ring: np.ndarray
+    name = "ring_section"
+    dimension = 2
+
+    @property
+    def hoop(self) -> PairedHoop:
+        """Of the ring cells."""
+        return PairedHoop(self.opposite, self.is_ring)
+
+    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Volume of each element (m,) [m^3]: sector r A (Pappus), or thickness A."""
+        radius = self.hoop.diameters(points, cells).sum(axis=1) / 6.0
+        depth = np.where(self.is_ring, self.sector * radius, self.thickness)
+        return depth * signed_volumes(points, cells)
+
+    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Share (m, corners) of an element's mass that each corner carries: of a ring cell as
+        `Axisymmetric` has it.
+        """
+        diameters = self.hoop.diameters(points, cells)
+        total = diameters.sum(axis=1, keepdims=True)
+        return np.where(self.is_ring[:, None], (diameters + total) / (4.0 * total), 1.0 / 3.0)
+
+    def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
+        """Nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the opposite ones,
+        with which it has to do because the radius is half the way between them.
+        """
+        return np.column_stack([edges, first_node + self.opposite[edges - first_node]])
+
+    def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
+        """Volume [m^3] between edges and the axis over the sector; facets: of `pressed`.
+
+        That of frusta, sector/6 h (a^2 + a b + b^2) with radii a, b and the length h along the
+        axis, in terms that turn with the section: the diameters are d_a = x_a - x_a' and d_b, so
+        2 a = |d_a|, and 2 h a = (x_b - x_a) x d_a, or with d_b and b, where they are parallel.
+        """
+        _, lengths, crossed = self._frusta(x, facets)
+        return self.sector / 24.0 * float((crossed * weighted_ends(lengths)).sum())
+
+    def corner_areas(self, x: np.ndarray, edges: np.ndarray) -> np.ndarray:
+        """Area (k, 2) [m^2] of rings' edges (k, 2) that each of their ends stands for: int N_a
+        sector r ds.
+        """
+        diameters = np.linalg.norm(x[edges] - x[self.opposite[edges]], axis=2)
+        return self.sector / 6.0 * edge_lengths(x, edges)[:, None] * weighted_ends(diameters)
+
+    def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+        """d(enclosed volume)/dx of the nodes (k, 4, d) [m^2]: forces of a pressure of 1 Pa."""
+        diameters, lengths, crossed = self._frusta(x, facets)
+        edge = x[facets[:, 1]] - x[facets[:, 0]]
+        weights = weighted_ends(lengths)[:, :, None]
+        of_edge = (weights * _across(diameters)).sum(axis=1)
+        direction = diameters / lengths[:, :, None]
+        a, b = (
+            weighted_ends(crossed)[:, :, None] * direction - weights * _across(edge)[:, None]
+        ).transpose(1, 0, 2)
+        return self.sector / 24.0 * np.stack([a - of_edge, b + of_edge, -a, -b], axis=1)
+
+    def _frusta(
+        self, x: np.ndarray, facets: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of both ends of facets (k, 4): diameters d (k, 2, 2) [m], their lengths (k, 2) [m], and
+        the facet's edge times them, D x d = D_x d_y - D_y d_x (k, 2) [m^2].
+        """
+        edge = x[facets[:, 1]] - x[facets[:, 0]]
+        diameters = x[facets[:, :2]] - x[facets[:, 2:]]
+        crossed = np.einsum("ki,kci->kc", edge, _across(diameters))
+        return diameters, np.linalg.norm(diameters, axis=2), crossed
+
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
+        """What computes their forces."""
+        return RingElements(nodes, region, PlaneMetric(), bulk_viscosity, self.hoop)
+
+    def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
+        """What a pressure on facets, as `pressed` gives them, does."""
+        return RingFacets(nodes, facets, self.sector)
+
+
+def _across(vectors: np.ndarray) -> np.ndarray:
+    """(d_y, -d_x) of vectors d (..., 2): D x d = D . that."""
+    return np.stack([vectors[..., 1], -vectors[..., 0]], axis=-1)
+
+
 @ti.data_oriented
-class RingSection(Triangles):
-    """Ring cells and single ones of one body; parameters as for LinearElements."""
+class RingElements(Triangles):
+    """Ring cells and single ones; `hoop` of the rings, other parameters as for LinearElements."""
 
     def __init__(
         self,
         nodes: Nodes,
-        first_node: int,
-        geometry: shapes.RingSection,
-        points: np.ndarray,
-        cells: np.ndarray,
-        material: Material,
+        region: Region,
+        metric: PlaneMetric,
         bulk_viscosity: float,
+        hoop: PairedHoop,
     ) -> None:
-        super().__init__(
-            nodes, first_node, geometry, PlaneMetric(), points, cells, material, bulk_viscosity
-        )
-        is_ring = geometry.is_ring
+        super().__init__(nodes, region, metric, bulk_viscosity)
+        cells, is_ring = region.cells, hoop.is_ring
         # Both nodes of a diameter have its number: each is named after its smaller node.
-        name = np.minimum(cells, geometry.opposite[cells])[is_ring]
+        name = np.minimum(cells, hoop.opposite[cells])[is_ring]
         first, number = np.unique(name, return_inverse=True)
         number = number.reshape(name.shape)
-        ends = first_node + np.stack([first, geometry.opposite[first]], axis=1)
+        ends = region.first_node + np.stack([first, hoop.opposite[first]], axis=1)
         lanes = self.blocks * backend.lanes()
         self.diameters = Diameters(nodes, ends, number, np.flatnonzero(is_ring), lanes)
         place = np.full(cells.shape, self.diameters.pad_slot)
@@ -51,7 +204,7 @@ class RingSection(Triangles):
         self.place = index_field(by_lane(self.padded(place)))
         self.hoop = lane_field((nodes.scenarios, self.blocks))
         # 1 / D of ring cells, and F_zz of the others.
-        at_rest = geometry.diameters(points, cells).sum(axis=1)
+        at_rest = hoop.diameters(region.points, cells).sum(axis=1)
         slope = np.divide(1.0, at_rest, out=np.zeros(len(cells)), where=is_ring)
         self.hoop_slope = lane_data(self.padded(slope))
         self.single = lane_data(self.padded(np.where(is_ring, 0.0, 1.0)))
@@ -86,3 +239,49 @@ class RingSection(Triangles):
         for lane in ti.static(range(backend.lanes())):
             self.diameters.tension[s, b * ti.static(backend.lanes()) + lane] = tension[lane]
         return self.metric.lane(0.0), self.metric.lane(0.0)
+
+
+@ti.data_oriented
+class RingFacets(Facets):
+    """Edges of a section with the nodes opposite their ends (k, 4), over `sector` of the
+    ring: parts of frusta. With the edge D = x_b - x_a, the diameters d_a = x_a - x_a' and d_b, and
+    c = D x d = D_x d_y - D_y d_x, their volume is
+        V = sector/24 [c_a (|d_a| + |d_b|/2) + c_b (|d_b| + |d_a|/2)],
+    see RingSection.enclosed_volume. It turns with the section, so its gradient has no moment.
+    """
+
+    def __init__(self, nodes: Nodes, facets: np.ndarray, sector: float) -> None:
+        super().__init__(nodes, facets)
+        self.sector = real_field(np.array([sector]))
+
+    @ti.func
+    def frustum(self, s, i):
+        """D, d_a, d_b, |d_a|, |d_b|."""
+        a = self.nodes.position[s, self.node[i, 0]]
+        b = self.nodes.position[s, self.node[i, 1]]
+        across_a = a - self.nodes.position[s, self.node[i, 2]]
+        across_b = b - self.nodes.position[s, self.node[i, 3]]
+        return b - a, across_a, across_b, across_a.norm(), across_b.norm()
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces of a pressure of 1 Pa on facet i [m^2]: the gradient of `volume`."""
+        D, d_a, d_b, l_a, l_b = self.frustum(s, i)
+        part = self.sector[0] / 24.0
+        weight_a, weight_b = part * (l_a + 0.5 * l_b), part * (l_b + 0.5 * l_a)
+        c_a, c_b = D.cross(d_a), D.cross(d_b)
+        normal = ti.Vector([-D[1], D[0]])  # d(D x d)/dd
+        of_edge = weight_a * d_a + weight_b * d_b
+        e = ti.Vector([of_edge[1], -of_edge[0]])  # d(D x d)/dD
+        a = weight_a * normal + part * (c_a + 0.5 * c_b) / l_a * d_a
+        b = weight_b * normal + part * (c_b + 0.5 * c_a) / l_b * d_b
+        return ti.Matrix(
+            [[a[0] - e[0], a[1] - e[1]], [b[0] + e[0], b[1] + e[1]], [-a[0], -a[1]], [-b[0], -b[1]]]
+        )
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3], down to the axis."""
+        D, d_a, d_b, l_a, l_b = self.frustum(s, i)
+        c_a, c_b = D.cross(d_a), D.cross(d_b)
+        return self.sector[0] / 24.0 * (c_a * (l_a + 0.5 * l_b) + c_b * (l_b + 0.5 * l_a))

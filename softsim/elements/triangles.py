@@ -18,7 +18,7 @@ from softsim.elements.linear import LinearElements
 
 @ti.data_oriented
 class Triangles(LinearElements):
-    """Triangles of one body; parameters as for LinearElements."""
+    """Triangles; parameters as for LinearElements."""
 
     stretch_across: Any
     stored_stretch_across: Any

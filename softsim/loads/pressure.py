@@ -1,6 +1,6 @@
 """Follower pressure on facets, and its reaction on the rigid body that closes the chamber.
 
-Corner forces are p times the gradient of the enclosed volume (loads/facets.py). On a closed
+Corner forces are p times the gradient of the enclosed volume (elements/facets.py). On a closed
 chamber force and moment add up to nothing; the body that closes it feels the opposite of what the
 facets feel.
 """
@@ -13,10 +13,10 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry
 from softsim.fields import index_field, real_field
 from softsim.loads.drive import Drive
-from softsim.loads.facets import FACETS
 from softsim.loads.load import Load
 from softsim.nodes import PARTS, Nodes, parts_of
 from softsim.rigid.frame import RigidBodies
@@ -43,8 +43,7 @@ class PressureData(Load):
         self, alike: Sequence["PressureData"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "FollowerPressure":
         """The pressure on the facets."""
-        kind = FACETS[type(self.geometry)]
-        facets, lids = (kind(nodes, f, self.geometry) for f in (self.facets, self.lids))
+        facets, lids = (self.geometry.facets(nodes, f) for f in (self.facets, self.lids))
         drives: list[Any] = [load.drive for load in alike]
         source = self.drive.source(drives)
         body = OPEN if self.body is None else self.body
@@ -65,7 +64,7 @@ class FollowerPressure(WorkingTerm):
 
     Parameters
     ----------
-    facets: of loads/facets.py. lids: further facets that close the surface to a volume without
+    facets: of elements/facets.py. lids: further facets that close the surface to a volume without
         carrying pressure themselves. source: of loads/drive.py.
     body: number of the rigid body that closes the chamber, or `OPEN`.
     """
@@ -74,8 +73,8 @@ class FollowerPressure(WorkingTerm):
         self,
         nodes: Nodes,
         rigid_bodies: RigidBodies,
-        facets: Any,
-        lids: Any,
+        facets: Facets,
+        lids: Facets,
         source: Any,
         body: int = OPEN,
     ) -> None:

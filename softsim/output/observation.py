@@ -216,7 +216,7 @@ class Frame:
 
 
 def mesh_of(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """All bodies as one mesh: points (n, d) [m], cells (m, d + 1)."""
+    """All bodies as one mesh: points (n, d) [m], cells (m, corners)."""
     points = np.concatenate([b.points for b in model.bodies])
     return points, np.concatenate([b.cells + b.first_node for b in model.bodies])
 
@@ -225,10 +225,8 @@ def frame(scenario: Scenario) -> Frame:
     """Fields of a scenario now."""
     model = scenario.model
     x = scenario.positions()
-    parts = [
-        measure_elements(b.geometry, b.points, b.cells, x[b.nodes], b.material)
-        for b in model.bodies
-    ]
+    measured = [[measure_elements(r, x[r.nodes]) for r in b.regions] for b in model.bodies]
+    parts = list(zip(model.bodies, measured, strict=True))
     points, _ = mesh_of(model)
     poses = [frame_pose(scenario, r) for r in range(len(model.rigid_bodies))]
     pose_rows = np.array(
@@ -240,11 +238,13 @@ def frame(scenario: Scenario) -> Frame:
     return Frame(
         {
             "displacement": x[: len(points)] - points,
-            "pressure": np.concatenate([p.nodal_pressure for p in parts]),
+            "pressure": np.concatenate(
+                [b.nodal_mean(m.nodal_pressure for m in of) for b, of in parts]
+            ),
         },
         {
-            "stretch": np.concatenate([p.stretch for p in parts]),
-            "von_mises": np.concatenate([p.von_mises for p in parts]),
+            "stretch": np.concatenate([b.joined(m.stretch for m in of) for b, of in parts]),
+            "von_mises": np.concatenate([b.joined(m.von_mises for m in of) for b, of in parts]),
         },
         {"frame_pose": pose_rows} if poses else {},
     )
@@ -269,7 +269,7 @@ def description(model: Model, title: str) -> dict:
         "outline_bodies": np.array(owners, dtype=int),
         "sets": sets,
         "title": title,
-        "formulation": model.bodies[0].geometry.name,
+        "formulation": model.regions[0].geometry.name,
     }
 
 

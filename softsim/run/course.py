@@ -110,8 +110,8 @@ class Run:
         settled: simulated time [s] in which bodies came to rest before, None if they had not to.
         """
         stable = self.estimator.at_rest
-        for body in self.model.bodies:
-            log.info("material %s", body.material.describe())
+        for region in self.model.regions:
+            log.info("material %s", region.material.describe())
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
             log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)

@@ -5,8 +5,9 @@ from pathlib import Path
 
 from rich.console import Console
 
+from softsim import backend
 from softsim.builder import build_model
-from softsim.errors import SoftsimError
+from softsim.errors import DeviceError, SoftsimError
 from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
 from softsim.output.folder import RunFolder
@@ -15,7 +16,7 @@ from softsim.run.batch import Batch
 from softsim.run.course import Results
 from softsim.run.files import RunFiles, fitting_checkpoint
 from softsim.scene.loading import LoadedScene, load_scene
-from softsim.solver.footprint import refuse_too_large, scenarios_that_fit
+from softsim.solver.memory import scenarios_that_fit
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
 # or two to trace, ten or twenty to compile the first time.
@@ -55,7 +56,7 @@ def run(
     choice = choose(device, threads)
     console = console or Console()
     loaded = scene if isinstance(scene, LoadedScene) else load_scene(scene, overrides)
-    model = fitting_model(loaded, choice)
+    model = build_model(loaded)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
     if resume:
         batch = resumed(loaded, model, target, choice, console, watches)
@@ -94,7 +95,8 @@ def run_batch(
     once as fit into memory; a static one is alone. The results of a scene do not depend on the
     others. folders, watches: those of each scene. Nothing is printed, no passes are measured.
 
-    Returns the outcome of each: Results, or the error that stopped it.
+    Returns the outcome of each: Results, or the error that stopped it; DeviceError where not even
+    one of its structure fits.
     Raises DeviceError where the device is not there, Interrupted for SIGINT and SIGTERM; each that
     was running has a checkpoint then, and goes on by `run(..., resume=True)`.
     """
@@ -104,7 +106,7 @@ def run_batch(
     models: dict[int, Model] = {}
     for k, loaded in enumerate(scenes):
         try:
-            models[k] = fitting_model(loaded, choice)
+            models[k] = build_model(loaded)
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):
@@ -115,17 +117,17 @@ def run_batch(
                 files[k] = RunFiles(scenes[k], models[k], target, console)
             except SoftsimError as error:
                 outcomes[k] = error
-        if files:
+        if not files:
+            continue
+        try:
             batch = Batch(list(files.values()), choice, [watches[k] for k in files])
+        except DeviceError as error:  # not even one of this structure fits
+            for file in files.values():
+                file.close()
+            outcomes |= dict.fromkeys(files, error)
+        else:
             outcomes |= dict(zip(files, batch.run(console), strict=True))
     return [outcomes[k] for k in range(len(scenes))]
-
-
-def fitting_model(loaded: LoadedScene, choice: Choice) -> Model:
-    """The model of a scene. Raises DeviceError, too, if it does not fit into memory."""
-    model = build_model(loaded)
-    refuse_too_large(model, choice.device, memory_of(choice.device))
-    return model
 
 
 def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
@@ -140,8 +142,11 @@ def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
             group.append(k)
     parts = []
     for group in structures:
-        model, place = models[group[0]], memory_of(choice.device)
-        fitting = scenarios_that_fit(model, choice.device, place)
-        size = len(group) if fitting is None else max(1, fitting)
+        size = len(group)
+        if size > 1:
+            backend.start(choice.device)
+            place = memory_of(choice.device)
+            fitting = scenarios_that_fit(models[group[0]], choice.device, place)
+            size = size if fitting is None else max(1, fitting)
         parts += [group[k : k + size] for k in range(0, len(group), size)]
     return parts

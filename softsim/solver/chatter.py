@@ -35,14 +35,14 @@ class Chatter:
 
 def oscillation_period(model: Model) -> float:
     """Period [s] of the slow motion: of the first motor, else of the first shear mode of the
-    thinnest body that lies on its side, 4 h / sqrt(mu0 / rho).
+    thinnest body that lies on its side, 4 h / sqrt(mu0 / rho), of its stiffest material.
     """
     for load in model.of_kind(RotorLoad):
         return 1.0 / load.rotor.frequency
     return min(
-        4.0 * float(np.ptp(b.points, axis=0).min())
-        * np.sqrt(b.material.density / b.material.law.initial_shear_modulus)
-        for b in model.bodies
+        4.0 * float(np.ptp(r.points, axis=0).min())
+        * np.sqrt(r.material.density / r.material.law.initial_shear_modulus)
+        for r in model.regions
     )  # fmt: skip
 
 

@@ -174,7 +174,7 @@ class EnergyBalance:
         has too; and, without gravity, for the round-off of what is stored, as 1e-12 of the energy
         that would double the bodies' volume.
         """
-        stiffness = sum(b.material.bulk_modulus * float(b.volumes.sum()) for b in model.bodies)
+        stiffness = sum(r.material.bulk_modulus * float(r.volumes.sum()) for r in model.regions)
         return cls(
             energies.balance,
             max(energies.reference_energy, weight_energy(model), 1e-12 * stiffness),

@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from softsim import fields
+from softsim import backend, fields
 from softsim.errors import OutputError
 from softsim.loads.load import Load
+from softsim.machine import memory_of
 from softsim.model import Model
 from softsim.solver.chatter import Chatter, chatter
 from softsim.solver.increments import IncrementKernels, Span, size, work_at
+from softsim.solver.memory import refuse_too_large
 from softsim.solver.terms import Terms
 
 
@@ -29,14 +31,19 @@ class ExplicitSolver:
 
     times [s], increment_counts, time_increments [s]: simulated time, increments done and step in
     use of each scenario, (scenarios,).
+
+    Raises DeviceError where the device has too little memory, of which none is taken then; Taichi
+    has to be started anew after it.
     """
 
     def __init__(self, models: list[Model]) -> None:
         self.models = models
         self.scenarios = len(models)
-        with fields.together():
+        with fields.together() as made:
             self.terms = Terms(models)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
+            device = backend.device().name
+            refuse_too_large(models[0], made.size, device, memory_of(device))
         self.shift_stages = self.terms.shift_stages()
         self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
         self.increment_counts = np.zeros(self.scenarios, dtype=int)
@@ -94,8 +101,8 @@ class ExplicitSolver:
 
     def relax_branches(self, s: int) -> None:
         """Let the Maxwell branches of scenario s relax at once, until its step is set again."""
-        for body in self.terms.bodies:
-            body.set_time_increment(s, np.inf)
+        for term in self.terms.everything:
+            term.set_time_increment(s, np.inf)
 
     def start_clock(self, velocities: list[np.ndarray]) -> None:
         """Start at t = 0 from the relaxed state with these velocities and empty energy books."""
@@ -154,8 +161,8 @@ class ExplicitSolver:
 
     def _set_time_increment(self, s: int, dt: float) -> None:
         self.time_increments[s] = dt
-        for body in self.terms.bodies:
-            body.set_time_increment(s, dt)
+        for term in self.terms.everything:
+            term.set_time_increment(s, dt)
 
     @ti.kernel
     def shift_kernel(self, s: ti.i32, t: ti.f64, dt: ti.f64):

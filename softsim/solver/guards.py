@@ -5,8 +5,9 @@ from typing import NoReturn
 import numpy as np
 
 from softsim.elements.measures import measure_elements
+from softsim.elements.region import Region
 from softsim.errors import StabilityError
-from softsim.model import Model, Relaxation
+from softsim.model import Body, Model, Relaxation
 from softsim.stability.time_step import StableStep
 
 # Beyond these volume ratios the element's J^(-1/3) loses accuracy and the solid its meaning.
@@ -20,9 +21,8 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
     x: (n, d) [m]. Raises StabilityError naming the element, its place and the time.
     """
     for body in model.bodies:
-        now = x[body.nodes]
         with np.errstate(invalid="ignore", over="ignore"):
-            J = np.linalg.det(body.geometry.deformation(body.points, body.cells, now))
+            J = np.linalg.det(body.joined(r.deformation(x[r.nodes]) for r in body.regions))
         broken = np.flatnonzero(~np.isfinite(J))
         if len(broken):
             raise StabilityError(
@@ -61,27 +61,30 @@ def refuse_crowding(time: float) -> NoReturn:
 
 
 def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
-    """Warnings, by body and kind, of a law past the strain that it was fitted on, or past the loss
-    of its stiffness (dW/dI1 <= 0).
+    """Warnings, by region and kind, of a law past the strain that it was fitted on, or past the
+    loss of its stiffness (dW/dI1 <= 0).
     """
     warnings = {}
     for body in model.bodies:
-        now = x[body.nodes]
-        measured = measure_elements(body.geometry, body.points, body.cells, now, body.material)
-        law, fitted = body.material.law, body.material.strain_range
-        slope = law.energy_slope(measured.I1_bar, law.constants)
-        weakest, longest = int(np.argmin(slope)), int(np.argmax(measured.stretch))
-        if slope[weakest] <= 0.0:
-            warnings[f"{body.name} unstable"] = (
-                f"{_where(body, weakest, time)} is where material '{body.material.name}' has lost "
-                f"its stiffness: I1 = {measured.I1_bar[weakest]:.3g}; fit the law over a wider "
-                "range, or with fewer terms"
-            )
-        if fitted is not None and measured.stretch[longest] > 1.0 + fitted:
-            warnings[f"{body.name} range"] = (
-                f"{_where(body, longest, time)} is stretched to {measured.stretch[longest]:.3g}; "
-                f"material '{body.material.name}' was fitted up to {1.0 + fitted:.3g}"
-            )
+        for region in body.regions:
+            material, part = region.material, _part_name(region)
+            measured = measure_elements(region, x[region.nodes])
+            slope = material.law.energy_slope(measured.I1_bar, material.law.constants)
+            weakest, longest = int(np.argmin(slope)), int(np.argmax(measured.stretch))
+            if slope[weakest] <= 0.0:
+                warnings[f"{part} unstable"] = (
+                    f"{_where(body, region.numbers[weakest], time)} is where material "
+                    f"'{material.name}' has lost its stiffness: I1 = "
+                    f"{measured.I1_bar[weakest]:.3g}; fit the law over a wider range, or with "
+                    "fewer terms"
+                )
+            fitted = material.strain_range
+            if fitted is not None and measured.stretch[longest] > 1.0 + fitted:
+                warnings[f"{part} range"] = (
+                    f"{_where(body, region.numbers[longest], time)} is stretched to "
+                    f"{measured.stretch[longest]:.3g}; material '{material.name}' was fitted up "
+                    f"to {1.0 + fitted:.3g}"
+                )
     return warnings
 
 
@@ -145,7 +148,12 @@ def refuse_energy_error(model: Model, error: float, time: float, largest: str) -
     )
 
 
-def _where(body, element: int, time: float) -> str:
+def _part_name(region: Region) -> str:
+    """A body, or a region of it."""
+    return region.body if region.cell_set is None else f"{region.body}.{region.cell_set}"
+
+
+def _where(body: Body, element: int, time: float) -> str:
     place = ", ".join(f"{c * 1e3:.2f}" for c in body.points[body.cells[element]].mean(axis=0))
     sets = [
         name

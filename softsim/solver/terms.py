@@ -14,23 +14,11 @@ from softsim.contact.list_sizes import margin_and_room
 from softsim.contact.neighbour_lists import NeighbourLists
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.elements import geometry
-from softsim.elements.axisymmetric import Axisymmetric
-from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.ring_section import RingSection
-from softsim.elements.tetrahedra import Tetrahedra
 from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.solver.chatter import return_time
 from softsim.term import Pass, Stage, Term
-
-ELEMENTS = {
-    geometry.PlaneStrain: PlaneStrain,
-    geometry.Axisymmetric: Axisymmetric,
-    geometry.RingSection: RingSection,
-    geometry.Solid: Tetrahedra,
-}
 
 Passes = list[Pass]
 """Of one stage: they do not need each other's results, and may run side by side."""
@@ -51,13 +39,9 @@ class Terms:
             any(m.relaxation is not None or m.settling is not None for m in models),
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
-        self.bodies = [
-            ELEMENTS[type(b.geometry)](
-                self.nodes, b.first_node, b.geometry, b.points, b.cells, b.material,
-                model.bulk_viscosity,
-            )
-            for b in model.bodies
-        ]  # fmt: skip
+        self.elements = [
+            r.geometry.elements(self.nodes, r, model.bulk_viscosity) for r in model.regions
+        ]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)
@@ -128,7 +112,7 @@ class Terms:
     @property
     def inner(self) -> list[Term]:
         """Elements and loads: what they store is internal energy."""
-        return [*self.bodies, *self.loads]
+        return [*self.elements, *self.loads]
 
     @property
     def touching(self) -> list[Term]:
@@ -187,7 +171,7 @@ class Terms:
     def state_fields(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("bodies", "loads", "contacts", "self_contacts"):
+        for name in ("elements", "loads", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

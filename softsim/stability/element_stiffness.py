@@ -1,4 +1,4 @@
-"""What the elements of a body add to the stiffness at most, with their nodes anywhere.
+"""What the elements of a region add to the stiffness at most, with their nodes anywhere.
 
 Arrays have the elements last, (..., m): numpy is quick on few long rows.
 """
@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.elements.geometry import nodal_sizes, nodal_sums, shape_gradients
-from softsim.model import Body
+from softsim.elements.geometry import Hoop, nodal_sizes, nodal_sums, shape_gradients
+from softsim.elements.region import Region
 from softsim.stability.tangent import tangent_bound
 
 # Elements treated at a time: what is computed on the way would else take a kilobyte an element.
@@ -18,7 +18,7 @@ BATCH = 16_384
 @dataclass(frozen=True)
 class ElementStiffness:
     """Of elements (..., m) now. Movers are the nodes whose motion strains an element, its corners
-    first: `strained_by` of its geometry.
+    first: the stencil of what goes around (elements/geometry.py), else the corners.
 
     volume_gradient (movers, d, m) [m^2]: d(a corner's share of the present volume)/dx of a mover.
     shape_stiffness (movers, movers, m) [N/m]: between movers, the same for every component.
@@ -43,38 +43,44 @@ class ElementStiffness:
         return energies
 
 
-class BodyStiffness:
-    """The elements of one body, with what does not change as they deform.
+class RegionStiffness:
+    """The elements of one region, with what does not change as they deform.
 
-    cells (corners, m) and movers (movers, m): node numbers within the body. around (r,): elements
+    cells (corners, m) and movers (movers, m): node numbers within the region. around (r,): elements
     whose F_zz changes.
-    nodal_volumes (n,) [m^3], bulk_modulus [Pa] and bulk_viscosity (n,) [Pa s]: of its averaged
-    nodal pressure (elements/nodal_pressure.py).
+    nodal_volumes (n,) [m^3], 1 of nodes beside the region, bulk_modulus [Pa] and bulk_viscosity
+    (n,) [Pa s]: of its averaged nodal pressure (elements/nodal_pressure.py).
     """
 
-    def __init__(self, body: Body, bulk_viscosity: float) -> None:
-        self.body, self.cells = body, np.ascontiguousarray(body.cells.T, dtype=np.int32)
+    def __init__(self, region: Region, bulk_viscosity: float) -> None:
+        self.region, self.cells = region, np.ascontiguousarray(region.cells.T, dtype=np.int32)
         self.corners, self.count = self.cells.shape
-        self.volumes = body.volumes
+        self.volumes = region.volumes
         self.gradients = np.ascontiguousarray(
-            shape_gradients(body.points, body.cells).transpose(1, 2, 0)
+            shape_gradients(region.points, region.cells).transpose(1, 2, 0)
         )
-        geometry = body.geometry
-        self.movers = np.ascontiguousarray(geometry.strained_by(body.cells).T, dtype=np.int32)
-        slopes = geometry.hoop_gradient(body.points, body.cells)
-        self.around = np.flatnonzero(slopes.any(axis=(1, 2)))
+        self.hoop = region.geometry.hoop
+        self.movers, self.around = self.cells, np.zeros(0, dtype=int)
+        if self.hoop is not None:
+            stencil = self.hoop.stencil(region.cells)
+            self.movers = np.ascontiguousarray(stencil.T, dtype=np.int32)
+            slopes = self.hoop.gradient(region.points, region.cells)
+            self.around = np.flatnonzero(slopes.any(axis=(1, 2)))
         share = self.volumes[:, None] / self.corners
-        self.nodal_volumes = nodal_sums(body.cells, share, len(body.points))
-        material = body.material
+        volumes = nodal_sums(region.cells, share, len(region.points))
+        self.nodal_volumes = np.where(volumes > 0.0, volumes, 1.0)
+        material = region.material
         self.bulk_modulus = material.bulk_modulus
-        sizes = nodal_sizes(body.points, body.cells)
+        sizes = nodal_sizes(region.points, region.cells)
         self.bulk_viscosity = bulk_viscosity * material.impedance * sizes
 
     def at(self, x: np.ndarray) -> ElementStiffness:
         """With the body's nodes at x (n, d) [m]."""
         batches = [slice(k, min(k + BATCH, self.count)) for k in range(0, self.count, BATCH)]
-        hoop_stretch = self.body.geometry.hoop_stretch(self.body.points, self.body.cells, x)
-        F = [self.deformation(x, hoop_stretch, batch) for batch in batches]
+        stretch = np.ones(self.count)
+        if self.hoop is not None:
+            stretch = self.hoop.stretch(self.region.points, self.region.cells, x)
+        F = [self.deformation(x, stretch, batch) for batch in batches]
         J = np.concatenate([(f[0] * cofactors(f)[0]).sum(axis=0) for f in F])
         present = np.bincount(
             self.cells.ravel(),
@@ -88,11 +94,14 @@ class BodyStiffness:
             for f, batch in zip(F, batches, strict=True)
         ]
         gradient, shape, hoop = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+        if self.hoop is None:
+            return ElementStiffness(gradient, shape, gradient[:, :, :0], self.around)
         share = J * self.volumes / self.corners
-        return self.with_hoops(x, gradient, shape, share[self.around], hoop[self.around])
+        return self.with_hoop(self.hoop, x, gradient, shape, share[self.around], hoop[self.around])
 
-    def with_hoops(
+    def with_hoop(
         self,
+        hoop: Hoop,
         x: np.ndarray,
         volume_gradient: np.ndarray,
         shape_stiffness: np.ndarray,
@@ -105,24 +114,23 @@ class BodyStiffness:
         + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
         that is V tau_zz (Kirchhoff stress), at most V (2 W' b_bar_zz + |q|) of tangent.py.
         """
-        geometry, cells = self.body.geometry, self.body.cells
+        cells = self.region.cells
         gradient, curvature = (
             np.moveaxis(of_all[self.around], 0, -1)
-            for of_all in (geometry.hoop_gradient(x, cells), geometry.hoop_curvature(x, cells))
+            for of_all in (hoop.gradient(x, cells), hoop.curvature(x, cells))
         )
         volume_gradient[:, :, self.around] += share * gradient
         shape_stiffness[:, :, self.around] += stiffness * curvature
         root = np.sqrt(stiffness) * gradient
         return ElementStiffness(volume_gradient, shape_stiffness, root, self.around)
 
-    def deformation(self, x: np.ndarray, hoop_stretch: np.ndarray, batch: slice) -> np.ndarray:
-        """F (3, 3, batch) with the body's nodes at x (n, d) [m]; hoop_stretch (m,): of sections."""
+    def deformation(self, x: np.ndarray, stretch: np.ndarray, batch: slice) -> np.ndarray:
+        """F (3, 3, batch) with the body's nodes at x (n, d) [m]; stretch (m,): F_zz of sections."""
         d, cells = x.shape[1], self.cells[:, batch]
         corners = np.ascontiguousarray(x.T)[:, cells]
         F = np.zeros((3, 3, cells.shape[1]))
+        F[2, 2] = stretch[batch]
         F[:d, :d] = (corners[:, :, None] * self.gradients[:, :, batch]).sum(axis=1)
-        if d == 2:
-            F[2, 2] = hoop_stretch[batch]
         return F
 
     def stiffness(
@@ -139,7 +147,7 @@ class BodyStiffness:
         I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
         e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
         e_size = np.sqrt(np.maximum(e_squared, 0.0))
-        modulus = tangent_bound(self.body.material, J, I1_bar, e_size, pressure)
+        modulus = tangent_bound(self.region.material, J, I1_bar, e_size, pressure)
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
         share = J * volumes / self.corners

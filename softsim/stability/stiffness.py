@@ -20,7 +20,7 @@ import scipy.sparse as sp
 from softsim.elements.geometry import Geometry
 from softsim.model import Model
 from softsim.stability.contact_stiffness import ContactStiffness
-from softsim.stability.element_stiffness import BodyStiffness, ElementStiffness
+from softsim.stability.element_stiffness import ElementStiffness, RegionStiffness
 from softsim.stability.rigid_bodies import tied_mass
 
 
@@ -28,9 +28,9 @@ from softsim.stability.rigid_bodies import tied_mass
 class ScaledStiffness:
     """M^-1/2 K M^-1/2 [1/s^2] at one configuration and one step.
 
-    strain (n + n d, n d): G M^-1/2 above M^-1/2 (shape and initial stress) M^-1/2 [1/s^2], for one
-    product takes less time than two. dilation (n d, n): the transpose of G M^-1/2. bulk_stiffness
-    (n,) [J]: V_a (kappa + 2 eta_a / dt). hoops: rows (r, n d) [1/s] whose squares are added, of the
+    strain (p + n d, n d): G M^-1/2 above M^-1/2 (shape and initial stress) M^-1/2 [1/s^2], for one
+    product takes less time than two. dilation (n d, p): the transpose of G M^-1/2. bulk_stiffness
+    (p,) [J]: V_a (kappa + 2 eta_a / dt). hoops: rows (r, n d) [1/s] whose squares are added, of the
     elements that go around. contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s] whose squares
     are added.
     """
@@ -56,7 +56,7 @@ class ScaledStiffness:
         return result
 
     def dilations(self, v: np.ndarray) -> np.ndarray:
-        """dJ_a (n,) of the displacement M^-1/2 v."""
+        """dJ_a (p,) of the displacement M^-1/2 v."""
         return (self.strain @ v)[: len(self.bulk_stiffness)]
 
     def chamber_frequency(self) -> float:
@@ -79,51 +79,59 @@ class ModelStiffness:
     """The stiffness of a model in any configuration: its pattern and its masses, once.
 
     moving (n d,): which components move. inverse_sqrt_mass (n d,): 1/sqrt(m) of them, else 0.
+    Nodes have p averaged pressures, one in each region that they belong to: pressure_of_corners
+    (corners, m), of each region, numbers those of its corners.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        self.bodies = [BodyStiffness(b, model.bulk_viscosity) for b in model.bodies]
+        self.regions = [RegionStiffness(r, model.bulk_viscosity) for r in model.regions]
         n, d = model.points.shape
         self.contact = ContactStiffness(model)
         self.inverse_sqrt_mass = inverse_sqrt_mass(model).ravel()
         self.moving = self.inverse_sqrt_mass > 0.0
-        self.nodal_volumes, self.bulk_modulus, self.bulk_viscosity = np.ones((3, n))
-        for b in self.bodies:
-            nodes = b.body.nodes
-            self.nodal_volumes[nodes] = b.nodal_volumes
-            self.bulk_modulus[nodes] = b.bulk_modulus
-            self.bulk_viscosity[nodes] = b.bulk_viscosity
+        members = [np.unique(r.cells) for r in self.regions]
+        starts = np.cumsum([0, *map(len, members)])
+        self.pressure_of_corners = [
+            start + np.searchsorted(nodes, r.cells)
+            for r, nodes, start in zip(self.regions, members, starts, strict=False)
+        ]
+        p = int(starts[-1])
+        of_members = [
+            (r.nodal_volumes[nodes], np.full(len(nodes), r.bulk_modulus), r.bulk_viscosity[nodes])
+            for r, nodes in zip(self.regions, members, strict=True)
+        ]
+        self.nodal_volumes, self.bulk_modulus, self.bulk_viscosity = (
+            np.concatenate(parts) for parts in zip(*of_members, strict=True)
+        )
 
-        self.corners = self.bodies[0].corners
-        movers = np.concatenate([b.movers + b.body.first_node for b in self.bodies], axis=1)
-        first, second, self.pair_of_movers = node_pairs(movers, n)
-        self.pair_count = len(first)
-        first_component = (first[:, None] * d + np.arange(d)).ravel()
-        second_component = (second[:, None] * d + np.arange(d)).ravel()
-        first = np.repeat(first, d)
+        movers = np.concatenate([r.movers + r.region.first_node for r in self.regions], axis=1)
+        pressed, strained, self.pair_of_volume = pairs(
+            np.concatenate(self.pressure_of_corners, axis=1), movers, n
+        )
+        pressed, strained = np.repeat(pressed, d), components(strained, d)
+        first, second, self.pair_of_shape = pairs(movers, movers, n)
+        first, second = components(first, d), components(second, d)
         self.strain = numbered(
-            np.concatenate([first, n + first_component]),
-            np.concatenate([second_component, second_component]),
-            (n + n * d, n * d),
+            np.concatenate([pressed, p + first]),
+            np.concatenate([strained, second]),
+            (p + n * d, n * d),
         )
-        self.dilation = numbered(second_component, first, (n * d, n))
-        self.compression_scale = (
-            self.inverse_sqrt_mass[second_component] / self.nodal_volumes[first]
-        )
-        self.shape_scale = (
-            self.inverse_sqrt_mass[first_component] * self.inverse_sqrt_mass[second_component]
-        )
+        self.dilation = numbered(strained, pressed, (n * d, p))
+        self.compression_scale = self.inverse_sqrt_mass[strained] / self.nodal_volumes[pressed]
+        self.shape_scale = self.inverse_sqrt_mass[first] * self.inverse_sqrt_mass[second]
 
-        around = np.concatenate([b.movers[:, b.around] + b.body.first_node for b in self.bodies], 1)
+        around = np.concatenate(
+            [r.movers[:, r.around] + r.region.first_node for r in self.regions], axis=1
+        )
         strained = around[:, None] * d + np.arange(d)[:, None]  # (movers, d, r)
         rows = np.broadcast_to(np.arange(around.shape[1]), strained.shape).ravel()
         self.hoops = numbered(rows, strained.ravel(), (around.shape[1], n * d))
         self.hoop_scale = self.inverse_sqrt_mass[strained.ravel()]
 
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
-        """Element stiffness of each body with all nodes at x (n, d) [m]."""
-        return [b.at(x[b.body.nodes]) for b in self.bodies]
+        """Element stiffness of each region with all nodes at x (n, d) [m]."""
+        return [r.at(x[r.region.nodes]) for r in self.regions]
 
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
         """The matrix without damping, with all nodes at x, where the elements are like this."""
@@ -131,8 +139,16 @@ class ModelStiffness:
         gradient = np.concatenate([e.volume_gradient for e in elements], axis=2)
         shape = np.concatenate([e.shape_stiffness for e in elements], axis=2)
         hoop = np.concatenate([e.hoop_root for e in elements], axis=2)
-        G = np.stack([self.pair_sums(self._of_corners(gradient[:, i])) for i in range(d)])
-        K = np.repeat(self.pair_sums(shape)[None], d, axis=0)
+        # dJ of a corner a, V_a J_a being a sum of the elements' shares: that of all corners alike.
+        corners = self.pressure_of_corners[0].shape[0]
+        alike = (corners, *gradient.shape[::2])
+        G = np.stack(
+            [
+                pair_sums(self.pair_of_volume, np.broadcast_to(gradient[:, i], alike))
+                for i in range(d)
+            ]
+        )
+        K = np.repeat(pair_sums(self.pair_of_shape, shape)[None], d, axis=0)
         G_values = G.T.ravel() * self.compression_scale
         return ScaledStiffness(
             with_values(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
@@ -158,27 +174,26 @@ class ModelStiffness:
         hits = self.contact.of_hits(x, dt)
         return float((hits[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
 
-    def pair_sums(self, values: np.ndarray) -> np.ndarray:
-        """Sum over the elements of the values (movers, movers, m) of each pair of nodes."""
-        return np.bincount(self.pair_of_movers, values.ravel(), self.pair_count)
 
-    def _of_corners(self, gradient: np.ndarray) -> np.ndarray:
-        """d(J of a)/dx of b (movers, movers, m) from that of b (movers, m): the same for all
-        corners a, none for other movers, between which the volume is not shared.
-        """
-        result = np.zeros((len(gradient), *gradient.shape))
-        result[: self.corners] = gradient
-        return result
-
-
-def node_pairs(cells: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of `count` nodes that share an element of `cells` (corners, m): their first nodes,
-    their second ones, and which pair two corners are (corners corners m,).
+def pairs(
+    first: np.ndarray, second: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pairs of a number of `first` (a, m) and one of `second` (b, m), below `count`, that share an
+    element: their first numbers, their second ones, and which pair two are (a b m,).
     """
-    wide = cells.astype(np.int64)  # for the square of the number of nodes
-    pairs, inverse = np.unique(wide[:, None] * count + wide, return_inverse=True)
-    first, second = np.divmod(pairs, count)
-    return first, second, inverse.ravel().astype(np.int32)
+    wide = first.astype(np.int64)  # for the square of the number of nodes
+    found, inverse = np.unique(wide[:, None] * count + second, return_inverse=True)
+    return *np.divmod(found, count), inverse.ravel().astype(np.int32)
+
+
+def pair_sums(pair: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sum over the elements of the values (a, b, m) of each of their pairs (a b m,)."""
+    return np.bincount(pair, values.ravel())
+
+
+def components(nodes: np.ndarray, d: int) -> np.ndarray:
+    """Numbers (k d,) of the components of nodes (k,)."""
+    return (nodes[:, None] * d + np.arange(d)).ravel()
 
 
 def numbered(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sp.csr_matrix:

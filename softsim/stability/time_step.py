@@ -18,7 +18,8 @@ import numpy as np
 
 from softsim.elements.geometry import Geometry, shape_gradients
 from softsim.elements.measures import largest_eigenvalue
-from softsim.model import LOCAL_DAMPING, Body, Model
+from softsim.elements.region import Region
+from softsim.model import LOCAL_DAMPING, Model
 from softsim.stability.element_stiffness import ElementStiffness
 from softsim.stability.lanczos import largest_eigenvalue_bound
 from softsim.stability.rigid_bodies import load_springs, spring_frequencies
@@ -57,20 +58,22 @@ class StableStep:
         return f"{self.value * 1e6:.3g} us, limited by {self.limit}{beyond}"
 
 
-def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
-    """Upper bound of omega^2 [1/s^2] of each element with its nodes at x (n, d)."""
-    material, geometry = body.material, body.geometry
-    F = geometry.deformation(body.points, body.cells, x)
+def element_frequencies(region: Region, x: np.ndarray) -> np.ndarray:
+    """Upper bound of omega^2 [1/s^2] of each element with its body's nodes at x (n, d)."""
+    material, geometry = region.material, region.geometry
+    F = region.deformation(x)
     J = np.linalg.det(F)
     b = np.einsum("eij,ekj->eik", F, F)
-    gradients = shape_gradients(x, body.cells)
+    gradients = shape_gradients(x, region.cells)
     G = np.zeros_like(F)
     G[:, : geometry.dimension, : geometry.dimension] = np.einsum(
         "eai,eaj->eij", gradients, gradients
     )
-    slopes = geometry.hoop_gradient(x, body.cells)
-    # Where others than its corners strain it, its corners strain as many more elements.
-    hoop = slopes.shape[1] / body.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
+    hoop = np.zeros(len(region.cells))
+    if geometry.hoop is not None:
+        slopes = geometry.hoop.gradient(x, region.cells)
+        # Where others than its corners strain it, its corners strain as many more elements.
+        hoop = slopes.shape[1] / region.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
     trace = np.trace(G, axis1=1, axis2=2) + hoop
     largest = largest_eigenvalue(G) + hoop
     with np.errstate(invalid="ignore"):
@@ -82,7 +85,7 @@ def element_frequencies(body: Body, x: np.ndarray) -> np.ndarray:
     # The Cauchy shear stiffness of a stretched rubber grows with the stretch squared.
     mu = (slope + stiffening + branches) * np.maximum(largest_eigenvalue(b), 1.0)
     dilation = material.bulk_modulus - 2.0 / 3.0 * mu
-    smallest_share = geometry.mass_shares(body.points, body.cells).min(axis=1)
+    smallest_share = geometry.mass_shares(region.points, region.cells).min(axis=1)
     stiffness = J * (np.maximum(dilation, 0.0) * trace + 2.0 * mu * largest)
     return stiffness / (material.density * smallest_share)
 
@@ -107,11 +110,11 @@ class StableStepEstimator:
         springs = load_springs(model)
         self.springs = spring_frequencies(model, springs)
         self.going_taut = spring_frequencies(model, [one for one in springs if one.goes_taut])
-        alone = [element_frequencies(b, model.points[b.nodes]) for b in model.bodies]
+        alone = [element_frequencies(r, model.points[r.nodes]) for r in model.regions]
         stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
         self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(alone[stiffest].max())
         element = int(np.argmax(alone[stiffest]))
-        name = element_name(model.bodies[stiffest], element, model.points)
+        name = element_name(model.regions[stiffest], element, model.points)
         self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the step that fits {name}"
 
     @cached_property
@@ -136,11 +139,11 @@ class StableStepEstimator:
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         stable = min(stable, stable**2 / guess)
-        body, element = self._stiffest(elements, matrix, mode)
+        region, element = self._stiffest(elements, matrix, mode)
         shares = other_shares(matrix, mode)
         shares["contact of a rigid body"] = of_bodies
         shares |= {f"the {kind} of a rigid body": k for kind, k in self.springs.items()}
-        name = element_name(body, element, x)
+        name = element_name(region, element, x)
         shares[name] = total - sum(shares.values())
         limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
@@ -154,38 +157,47 @@ class StableStepEstimator:
         limits[self.longest_limit] = self.longest
         limit = min(limits, key=lambda cause: limits[cause])
         return StableStep(
-            float(limits[limit]), float(stable), limit, element, altitude(body, element, x)
+            float(limits[limit]),
+            float(stable),
+            limit,
+            int(region.numbers[element]),
+            altitude(region, element, x),
         )
 
     def _stiffest(
         self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray
-    ) -> tuple[Body, int]:
-        """The body and element that hold the largest share of a mode's energy."""
+    ) -> tuple[Region, int]:
+        """The region and its element that hold the largest share of a mode's energy."""
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(self.model.points.shape)
         pressure = self.stiffness.bulk_modulus * matrix.dilations(mode)
-        most = (-np.inf, self.model.bodies[0], 0)
-        for b, stiffness in zip(self.stiffness.bodies, elements, strict=True):
-            nodes = b.body.nodes
-            energies = stiffness.energies(u[nodes].T[:, b.movers], pressure[nodes][b.cells])
+        most = (-np.inf, self.model.regions[0], 0)
+        of_regions = zip(
+            self.stiffness.regions, self.stiffness.pressure_of_corners, elements, strict=True
+        )
+        for r, rows, stiffness in of_regions:
+            moved = u[r.region.nodes].T[:, r.movers]
+            energies = stiffness.energies(moved, pressure[rows])
             element = int(np.argmax(energies))
             if energies[element] > most[0]:
-                most = (float(energies[element]), b.body, element)
+                most = (float(energies[element]), r.region, element)
         return most[1:]
 
 
-def element_name(body: Body, element: int, x: np.ndarray) -> str:
+def element_name(region: Region, element: int, x: np.ndarray) -> str:
     """An element, where it is with all nodes at x (n, d) [m], and its smallest altitude."""
-    centre = x[body.nodes][body.cells[element]].mean(axis=0)
+    centre = x[region.nodes][region.cells[element]].mean(axis=0)
     place = ", ".join(f"{c * 1e3:.2f}" for c in centre)
-    height = f"{altitude(body, element, x) * 1e3:.3g} mm"
-    return f"element {element} of '{body.name}' at ({place}) mm, altitude {height}"
+    height = f"{altitude(region, element, x) * 1e3:.3g} mm"
+    return (
+        f"element {region.numbers[element]} of '{region.body}' at ({place}) mm, altitude {height}"
+    )
 
 
-def altitude(body: Body, element: int, x: np.ndarray) -> float:
+def altitude(region: Region, element: int, x: np.ndarray) -> float:
     """The smallest altitude [m] of an element with all nodes at x (n, d) [m]: there N_a falls from
     1 to 0 over the shortest way.
     """
-    corners = x[body.nodes][body.cells[element]]
+    corners = x[region.nodes][region.cells[element]]
     gradients = shape_gradients(corners, np.arange(len(corners))[None])
     return 1.0 / float(np.linalg.norm(gradients, axis=2).max())
 

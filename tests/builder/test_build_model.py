@@ -227,7 +227,7 @@ def test_masses_places_and_velocities_of_two_bodies(build):
 
 def test_a_material_of_the_scene_wins_over_the_library(build):
     own = "materials: {dragon_skin_10: {law: yeoh, C10: 1 kPa, density: 2000 kg/m^3}}\n"
-    material = build(CUBE + own).bodies[0].material
+    material = build(CUBE + own).regions[0].material
     assert (material.density, material.bulk_modulus) == (2000.0, pytest.approx(20 * 2 * 1e3))
 
 
@@ -291,7 +291,7 @@ def test_strips_that_are_no_rings(tmp_path, mesh, message):
     (tmp_path / "scene.yaml").write_text(FILED)
     (tmp_path / "strips.inp").write_text(STRIPS % -2)
     model = build_model(load_scene(tmp_path / "scene.yaml"))
-    assert model.bodies[0].geometry.opposite[model.bodies[0].cells].shape == (2, 3)
+    assert model.regions[0].geometry.opposite[model.bodies[0].cells].shape == (2, 3)
     (tmp_path / "strips.inp").write_text(mesh)
     with pytest.raises(SceneError) as caught:
         build_model(load_scene(tmp_path / "scene.yaml"))

@@ -32,7 +32,7 @@ def test_a_silicone_of_the_library(build):
     """Loss factor 0.10 at 8 Hz and 0.217 at 192 Hz, there 1.65 times as stiff as at rest: all
     within the stated error of the complex modulus. At rest it is the law.
     """
-    material = build(SCENE).bodies[0].material
+    material = build(SCENE).regions[0].material
     assert material.law.initial_shear_modulus == pytest.approx(72e3)
     assert len(material.branches) == 4
     assert material.spectrum_error < 0.035
@@ -46,16 +46,16 @@ def test_a_silicone_of_the_library(build):
 
 def test_a_loss_factor_and_a_table(build):
     own = "bodies.b.material=own"
-    lossy = build(SCENE, own).bodies[0].material
+    lossy = build(SCENE, own).regions[0].material
     modulus = complex_modulus(lossy, 100.0)
     assert modulus.imag / modulus.real == pytest.approx(0.2, abs=lossy.spectrum_error * 1.1)
     assert lossy.spectrum_error <= 0.05
-    table = build(SCENE, own, TABLE).bodies[0].material
+    table = build(SCENE, own, TABLE).regions[0].material
     assert complex_modulus(table, 10.0).real == pytest.approx(52.0 / 40.0, rel=0.05)
 
 
 def test_a_static_procedure_has_none(build):
-    material = build(SCENE, "time.procedure=static").bodies[0].material
+    material = build(SCENE, "time.procedure=static").regions[0].material
     assert material.describe() == "dragon_skin_10, elastic"
 
 

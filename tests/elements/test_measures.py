@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from softsim.elements.geometry import PlaneStrain
 from softsim.elements.measures import measure_elements
+from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.region import Region
 from softsim.materials.material import Material
 from softsim.materials.yeoh import Yeoh
 from softsim.robots.block import block
@@ -14,9 +15,9 @@ RUBBER = Material("rubber", Yeoh(50e3, 1e3), 1e6, 1000.0)
 
 def measured(F):
     mesh = block(2e-3, 2e-3, 1e-3)
-    return measure_elements(
-        PlaneStrain(1e-3), mesh.points, mesh.cells, mesh.points @ np.asarray(F).T, RUBBER
-    )
+    numbers = np.arange(len(mesh.cells))
+    plate = Region("b", None, 0, mesh.points, mesh.cells, numbers, PlaneStrain(1e-3), RUBBER)
+    return measure_elements(plate, mesh.points @ np.asarray(F).T)
 
 
 def test_pure_shear_of_an_incompressible_strip():

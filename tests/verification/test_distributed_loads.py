@@ -50,7 +50,7 @@ def test_the_sum_is_exact(build, scene, area, volume):
 @pytest.mark.parametrize("scene", [BLOCK, BOX, RING], ids=["plane strain", "solid", "axisymmetric"])
 def test_a_body_force_of_rho_g_is_weight(build, scene):
     model = build(scene.replace("LOAD", VOLUME))
-    load, rho = model.loads[0], model.bodies[0].material.density
+    load, rho = model.loads[0], model.regions[0].material.density
     acceleration = np.zeros(model.dimension)
     acceleration[0] = 3e3 / rho
     weight = model.mass[load.nodes, None] * acceleration
@@ -64,7 +64,8 @@ def test_a_traction_along_the_normal_is_the_pressure_at_rest(build, scene):
     body, load = model.bodies[0], model.loads[0]
     facets = body.facet_sets["right"]
     expected = np.zeros_like(model.points)
-    np.add.at(expected, facets, 2e3 * body.geometry.volume_gradient(model.points, facets))
+    gradient = body.regions[0].geometry.volume_gradient(model.points, facets)
+    np.add.at(expected, facets, 2e3 * gradient)
     np.testing.assert_allclose(load.forces, expected[load.nodes], rtol=1e-9, atol=1e-15)
 
 

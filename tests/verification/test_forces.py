@@ -61,7 +61,7 @@ def alike(model, x):
     """Of a ring section both strips as their mean: there the volume of its elements, whose area is
     a strip's own, is that of frusta between diameters. Others as they are.
     """
-    geometry = model.bodies[0].geometry
+    geometry = model.regions[0].geometry
     if geometry.name != "ring_section":
         return x
     axis = 0.5 * (model.points[:, 1].min() + model.points[:, 1].max())
@@ -73,7 +73,7 @@ def freeze_metric(solver):
     """A viscous metric off equilibrium that stays: the branch energy is then a function of
     positions alone.
     """
-    for body in solver.terms.bodies:
+    for body in solver.terms.elements:
         metric = dict(zip(body.metric.components, body.points.viscous_metric[0], strict=True))
         at_rest = {name: field.to_numpy() for name, field in metric.items()}
         shear = 0.05 * np.sqrt(at_rest["aa"] * at_rest["bb"])
@@ -195,7 +195,7 @@ def test_follower_pressure_is_the_gradient_of_volume(build, start, formulation):
     with_pressure = forces_at(solver, x)
     solver.terms.loads[0].source.table.value.fill(0.0)
     force = with_pressure - forces_at(solver, x)
-    body = model.bodies[0]
+    body = model.regions[0]
 
     def energy(at):
         return 2000.0 * float(body.geometry.volumes(at, body.cells).sum())
@@ -233,7 +233,7 @@ def test_the_numpy_volume_gradient_is_that_of_the_kernels(build, start, formulat
     np.add.at(expected, load.facets, load.geometry.volume_gradient(x, load.facets))
     scale = np.abs(with_pressure).max()
     np.testing.assert_allclose(force, expected, atol=1e-13 * scale)
-    inside = -float(model.bodies[0].geometry.volumes(x, model.bodies[0].cells).sum())
+    inside = -float(model.regions[0].geometry.volumes(x, model.bodies[0].cells).sum())
     assert load.volume(x) == pytest.approx(inside, rel=1e-12)
 
 
@@ -251,7 +251,7 @@ def test_rigid_rotation_gives_no_stress(build, start, angle, formulation):
         turn = tilt @ turn @ tilt.T
     turned = model.points @ turn.T
     # Round-off: eps times the stress scale (bulk modulus) times a facet's area.
-    scale = model.bodies[0].material.bulk_modulus * 1e-3 * 5e-3
+    scale = model.regions[0].material.bulk_modulus * 1e-3 * 5e-3
     assert np.abs(forces_at(solver, turned)).max() < 1e-13 * scale
 
 
@@ -270,7 +270,7 @@ def test_a_ring_that_moves_as_a_whole_feels_nothing(build, start):
     shift = [3e-3, -20e-3]
     at_rest, moved = forces_at(solver, model.points), forces_at(solver, model.points + shift)
     # Round-off: eps times the bulk modulus times a facet's area, as for a rigid rotation.
-    scale = model.bodies[0].material.bulk_modulus * 1e-3 * 5e-3
+    scale = model.regions[0].material.bulk_modulus * 1e-3 * 5e-3
     np.testing.assert_allclose(moved, at_rest, atol=1e-13 * scale)
     x = scattered(model, 5, 0.08e-3)
     force = forces_at(solver, x)

@@ -118,8 +118,7 @@ def test_patch(block, formulation):
     F = FIELDS[formulation]
     J, d = np.linalg.det(F), model.dimension
     x = model.points @ F[:d, :d].T
-    body = model.bodies[0]
-    found = measure_elements(body.geometry, body.points, body.cells, x, body.material)
+    found = measure_elements(model.regions[0], x)
     P = first_piola(F)
     sigma = P @ F.T / J
     deviator = sigma - np.trace(sigma) / 3.0 * np.eye(3)

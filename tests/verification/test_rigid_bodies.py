@@ -220,7 +220,7 @@ def test_frame_and_skin_keep_momenta(build, start, record_verification):
     terms = solver.terms
     assert terms.supports[0].friction_dissipation.to_numpy().sum() > 0.0
     assert np.abs(terms.rigid_bodies.rotation.to_numpy() - np.eye(3)).max() > 0.3
-    assert terms.bodies[0].pressure.J.to_numpy().std() > 1e-4  # the skin works
+    assert terms.elements[0].pressure.J.to_numpy().std() > 1e-4  # the skin works
     for name, old, new in zip(("linear", "angular"), before, after, strict=True):
         change = np.linalg.norm(new - old) / np.linalg.norm(old)
         assert change < 1e-12

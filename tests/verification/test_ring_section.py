@@ -60,7 +60,7 @@ def matched(revolved, ring):
     strip = revolved.points[:, ::-1] + [0.0, AXIS]
     distance, upper = cKDTree(ring.points).query(strip)
     assert distance.max() < 1e-12
-    return upper, ring.bodies[0].geometry.opposite[upper]
+    return upper, ring.regions[0].geometry.opposite[upper]
 
 
 def blown(revolved):
@@ -83,7 +83,7 @@ def as_strips(revolved, ring, x):
 def forces(solver, x):
     """Nodal forces (n, d) [N] of cells and pressure with the nodes at x, nothing relaxed yet."""
     nodes = solver.terms.nodes
-    solver.terms.bodies[0].points.decay.fill(1.0)
+    solver.terms.elements[0].points.decay.fill(1.0)
     nodes.velocity.fill(0.0)
     nodes.position.from_numpy(np.ascontiguousarray(x[None]))
     solver.find_forces(1e-9)
@@ -115,7 +115,7 @@ def test_forces_are_a_sector_of_those_revolved(revolved_and_ring, start):
     part = forces(start(ring), as_strips(revolved, ring, x))
     share = SECTOR / (2.0 * np.pi)
     # Round-off: eps times the bulk modulus times the area of a facet that 2 pi go around.
-    scale = revolved.bodies[0].material.bulk_modulus * 1e-3 * 2.0 * np.pi * OUTER
+    scale = revolved.regions[0].material.bulk_modulus * 1e-3 * 2.0 * np.pi * OUTER
     assert np.abs(whole).max() > 1e-6 * scale
     np.testing.assert_allclose(part[upper], share * whole[:, ::-1], atol=1e-13 * scale)
     np.testing.assert_allclose(part[lower], part[upper] * [1.0, -1.0], atol=1e-13 * scale)

@@ -64,8 +64,8 @@ def limits(build, cpu):
         model = build(text, *overrides)
         solver = ExplicitSolver([model])
         solver.begin(1e-9)
-        step, body = StableStepEstimator(model), model.bodies[0]
-        points = solver.terms.bodies[0].points
+        step, body = StableStepEstimator(model), model.regions[0]
+        points = solver.terms.elements[0].points
         points.decay.fill(1.0)  # the metric stays
 
         def forces(x):
@@ -75,7 +75,7 @@ def limits(build, cpu):
             return fields.read(nodes.force)[0]
 
         def relax(x):
-            F = body.geometry.deformation(body.points, body.cells, x)
+            F = body.deformation(x)
             C_bar = np.linalg.det(F)[:, None, None] ** (-2 / 3) * (F.transpose(0, 2, 1) @ F)
             A = np.linalg.inv(C_bar)
             cells, d = body.cells, body.points.shape[1]
@@ -88,7 +88,7 @@ def limits(build, cpu):
                     i, j = ("abc".index(letter) for letter in name)
                     values = plane[:, i, j]
                 fields.write(
-                    field, solver.terms.bodies[0].padded(values).reshape(1, -1, backend.lanes())
+                    field, solver.terms.elements[0].padded(values).reshape(1, -1, backend.lanes())
                 )
 
         def exact_and_bound(x, relaxed=False):
@@ -149,7 +149,7 @@ def test_under_strain(limits, record_verification, formulation):
     places = {"at rest": model.points}
     for name, F in STRAINS[formulation].items():
         places[name] = model.points @ np.transpose(F)
-    J = 1.0 - 18e3 / model.bodies[0].material.bulk_modulus
+    J = 1.0 - 18e3 / model.regions[0].material.bulk_modulus
     places["pressed"] = model.points * J ** (1.0 / (2 if formulation == "plane_strain" else 3))
     for name, x in places.items():
         solver.terms.loads[0].source.table.value.fill(18e3 if name == "pressed" else 0.0)

@@ -1,4 +1,4 @@
-"""Memory of the fields: the count from the model against the fields that are really there."""
+"""Memory of the fields: the dry count against the fields that are really there."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ import pytest
 
 from softsim.errors import DeviceError
 from softsim.machine import Memory
-from softsim.solver.footprint import BESIDE, footprint, refuse_too_large, scenarios_that_fit
+from softsim.solver.memory import BESIDE, field_bytes, refuse_too_large, scenarios_that_fit
 
 SECTION = """
 bodies:
@@ -50,15 +50,12 @@ GROUND = SECTION.replace(
     ids=["plane", "spikes that touch", "rings", "revolved", "space", "ground"],
 )
 def test_the_count_is_that_of_the_fields(build, cpu, text):
-    """Within a tenth, shared and own part alike: those of one scenario and of three."""
+    """To the byte, of one scenario and of three."""
     from softsim.solver.explicit import ExplicitSolver
 
     model = build(text)
-    one, three = (bytes_of_fields(ExplicitSolver([model] * n).terms) for n in (1, 3))
-    each = (three - one) / 2
-    size = footprint(model)
-    assert size.each == pytest.approx(each, rel=0.1)
-    assert size.shared == pytest.approx(one - each, rel=0.1)
+    for n in (1, 3):
+        assert field_bytes(model, n) == bytes_of_fields(ExplicitSolver([model] * n).terms)
 
 
 def bytes_of_fields(thing) -> int:
@@ -96,16 +93,16 @@ class Card:
 
 
 def test_what_fits_is_let_through_and_one_byte_less_is_not(build):
-    model = build(SECTION)
-    need = int(footprint(model).of(1) + BESIDE["cuda"][0])
-    refuse_too_large(model, "cuda", Card(need))
+    model, size = build(SECTION), 10_000_000
+    need = int(size + BESIDE["cuda"][0])
+    refuse_too_large(model, size, "cuda", Card(need))
     with pytest.raises(DeviceError, match="are free on card"):
-        refuse_too_large(model, "cuda", Card(need - 1))
+        refuse_too_large(model, size, "cuda", Card(need - 1))
 
 
-def test_as_many_scenarios_fit_as_there_is_memory_for(build):
+def test_as_many_scenarios_fit_as_there_is_memory_for(build, cpu):
     model = build(SECTION)
-    need = int(footprint(model).of(10) + BESIDE["cuda"][0])
+    need = int(field_bytes(model, 10) + BESIDE["cuda"][0])
     assert scenarios_that_fit(model, "cuda", Card(need)) == 10
     assert scenarios_that_fit(model, "cuda", Card(need - 1)) == 9
     assert scenarios_that_fit(model, "cuda", None) is None
@@ -113,19 +110,27 @@ def test_as_many_scenarios_fit_as_there_is_memory_for(build):
 
 def test_the_elements_named_as_fitting(build):
     """In half of the memory that grows with its elements, half of them are said to fit."""
-    model = build(SECTION)
+    model, size = build(SECTION), 10_000_000
     fixed, an_element = BESIDE["cpu"]
-    growing = footprint(model).of(1) + an_element * model.element_count
-    card = Card(int(0.5 * growing + fixed))
+    card = Card(int(0.5 * (size + an_element * model.element_count) + fixed))
     with pytest.raises(DeviceError) as caught:
-        refuse_too_large(model, "cpu", card)
+        refuse_too_large(model, size, "cpu", card)
     # Rounded down, of a count whose half is a whole number or not.
     half = model.element_count // 2
     assert any(f"at most {n:,} elements" in caught.value.hint for n in (half - 1, half))
     assert "--device cpu" not in caught.value.hint
     with pytest.raises(DeviceError, match="or --device cpu"):
-        refuse_too_large(model, "cuda", card)
+        refuse_too_large(model, size, "cuda", card)
 
 
 def test_a_device_that_does_not_tell_refuses_nothing(build):
-    refuse_too_large(build(SECTION), "cuda", None)
+    refuse_too_large(build(SECTION), 10**18, "cuda", None)
+
+
+def test_a_solver_that_does_not_fit_is_refused_before_it_takes_memory(build, cpu, monkeypatch):
+    from softsim.solver import explicit
+
+    model = build(SECTION)
+    monkeypatch.setattr(explicit, "memory_of", lambda device: Card(100))
+    with pytest.raises(DeviceError, match="are free on card"):
+        explicit.ExplicitSolver([model])

@@ -1,0 +1,49 @@
+"""A region: elements of a body that are of one material and one geometry."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.elements.geometry import Geometry, nodal_sums
+from softsim.materials.material import Material
+
+
+@dataclass(frozen=True)
+class Region:
+    """A cell set of a body, or what is in none that has a region of its own: cell_set is None.
+
+    Regions share nodes, so displacements are continuous. Each averages the pressure of its own
+    elements: at an interface a node has a pressure for each region, as a stiffer material may hold
+    another one than what it is bonded to.
+
+    body: name. first_node: of the body's nodes in the model. points (n, d) [m]: of the whole body.
+    cells (m, corners): numbered within the body. numbers (m,): which of the body's cells they are.
+    """
+
+    body: str
+    cell_set: str | None
+    first_node: int
+    points: np.ndarray
+    cells: np.ndarray
+    numbers: np.ndarray
+    geometry: Geometry
+    material: Material
+
+    @property
+    def nodes(self) -> slice:
+        """The body's nodes among those of the model."""
+        return slice(self.first_node, self.first_node + len(self.points))
+
+    @property
+    def volumes(self) -> np.ndarray:
+        """Reference volume of each element (m,) [m^3]."""
+        return self.geometry.volumes(self.points, self.cells)
+
+    @property
+    def nodal_volumes(self) -> np.ndarray:
+        """Reference volume (n,) [m^3] of the elements around each of the body's nodes."""
+        return nodal_sums(self.cells, self.volumes[:, None], len(self.points))
+
+    def deformation(self, x: np.ndarray) -> np.ndarray:
+        """F (m, 3, 3) with the body's nodes now at x (n, d) [m]."""
+        return self.geometry.deformation(self.points, self.cells, x)
