@@ -116,6 +116,7 @@ def hastened(model: Model, factor: float) -> Model:
         model,
         end_time=model.end_time / factor,
         loads=tuple(load.hastened(factor) for load in model.loads),
+        walls=tuple(wall.hastened(factor) for wall in model.walls),
     )
 
 
