@@ -10,14 +10,15 @@ from typing import TypeVar
 
 import numpy as np
 
+from softsim.contact.cylinder import Cylinder
 from softsim.contact.pipe_path import PipePath
+from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import PressureData
 from softsim.rigid.body import RigidBodyData
-from softsim.rigid.outline import Shape
 from softsim.sharing import Own, alike
 
 L = TypeVar("L", bound=Load)
@@ -97,14 +98,13 @@ class SelfContactData:
 
 @dataclass(frozen=True)
 class OutlineData:
-    """Shape of rigid body number `body`; centre (d,) in space at rest [m].
+    """Shape of rigid body number `body`, where it is at rest.
 
     `support`: nodes that may lie against it from outside, or None.
     """
 
     body: int
-    shape: Shape
-    centre: np.ndarray
+    shape: Sphere | Cylinder
     support: ContactData | None
 
 

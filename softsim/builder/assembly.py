@@ -65,8 +65,8 @@ def build_model(loaded: LoadedScene) -> Model:
     )
     surfaces = [b.node_sets["surface"] for b in bodies]
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
-    fixed_walls = walls.walls(names)
-    walls.refuse_penetration(names, fixed_walls, points[touching])
+    all_walls = walls.walls(names)
+    walls.refuse_penetration(names, all_walls, points[touching])
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     acting = loads.built_loads(loads.Loaded(names, bodies, points, mass, is_free, tied, total_mass))
     chamber = roles.chamber(names, of_kind(acting, PressureData))
@@ -83,7 +83,7 @@ def build_model(loaded: LoadedScene) -> Model:
         is_free=is_free,
         rigid_bodies=rigid_bodies,
         outlines=rigid.outlines(names, points, stiffness, tied),
-        walls=fixed_walls,
+        walls=all_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
@@ -101,7 +101,7 @@ def build_model(loaded: LoadedScene) -> Model:
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
         settling=settling(names),
-        passage=passage.passage(names, fixed_walls, outline_nodes, chamber),
+        passage=passage.passage(names, all_walls, outline_nodes, chamber),
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)

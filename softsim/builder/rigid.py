@@ -5,11 +5,12 @@ import numpy as np
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, in_mm
 from softsim.builder.profiles import displacement
+from softsim.contact.cylinder import Cylinder
+from softsim.contact.sphere import Sphere
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.rigid_motion import RigidMotionData
 from softsim.model import OutlineData
 from softsim.rigid.body import RigidBodyData
-from softsim.rigid.outline import BallShape, CylinderShape
 from softsim.scene.bodies import BallOutline, RigidBody
 from softsim.scene.conditions import RigidMotion
 from softsim.scene.surroundings import PipeWall, PlaneWall
@@ -139,14 +140,15 @@ def rigid_body(names: Names, name: str, tied: np.ndarray) -> RigidBodyData:
     )
 
 
-def outline_shape(names: Names, data: RigidBody) -> CylinderShape | BallShape:
-    """The shape of a rigid body's outline."""
+def outline_shape(names: Names, name: str, data: RigidBody) -> Cylinder | Sphere:
+    """The shape of the outline of the rigid body `name`."""
     outline = data.outline
+    centre = names.vector(data.center, ("rigid_bodies", name, "center"))
     if isinstance(outline, BallOutline):
-        return BallShape(outline.radius)
+        return Sphere(name, centre, outline.radius)
     assert outline is not None
     axis = 1 if isinstance(names.geometry, Axisymmetric) else 0
-    return CylinderShape(axis, 0.5 * outline.length, 0.5 * outline.height)
+    return Cylinder(name, centre, axis, 0.5 * outline.length, 0.5 * outline.height)
 
 
 def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
@@ -155,21 +157,22 @@ def outline_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
     for r, (name, data) in enumerate(names.scene.rigid_bodies.items()):
         if data.outline is None:
             continue
-        arms = touching_points(names, outline_shape(names, data))
+        shape = outline_shape(names, name, data)
+        arms = touching_points(names, shape)
         if isinstance(names.geometry, Axisymmetric):
             arms = arms[arms[:, 0] >= 0.0]
-        points.append(names.vector(data.center, ("rigid_bodies", name, "center")) + arms)
+        points.append(shape.centre + arms)
         owners.append(np.full(len(arms), r))
     return np.concatenate(points), np.concatenate(owners)
 
 
-def touching_points(names: Names, shape: CylinderShape | BallShape) -> np.ndarray:
+def touching_points(names: Names, shape: Cylinder | Sphere) -> np.ndarray:
     """Points (k, d) of an outline, relative to its centre, that may touch the walls of the scene.
 
     Planes and straight pipes touch a cylinder at its corners or rims first; other walls may touch
     its sides anywhere.
     """
-    if isinstance(shape, BallShape):
+    if isinstance(shape, Sphere):
         return ball_points(shape, names.dimension)
     walls = names.scene.environment.walls.values()
     straight = all(isinstance(wall, PlaneWall | PipeWall) for wall in walls)
@@ -179,7 +182,7 @@ def touching_points(names: Names, shape: CylinderShape | BallShape) -> np.ndarra
     return rectangle_points(shape, lengths)
 
 
-def ball_points(shape: BallShape, dimension: int) -> np.ndarray:
+def ball_points(shape: Sphere, dimension: int) -> np.ndarray:
     """Points (k, d) on a ball or, in the plane, a disc."""
     circle = points_around()
     if dimension == 2:
@@ -188,7 +191,7 @@ def ball_points(shape: BallShape, dimension: int) -> np.ndarray:
     return shape.radius * np.unique(np.round(turns, 12), axis=0)
 
 
-def cylinder_points(shape: CylinderShape, lengths: int) -> np.ndarray:
+def cylinder_points(shape: Cylinder, lengths: int) -> np.ndarray:
     """Points (k, 3) on the rims of a cylinder along x, and on rings between that divide it into so
     many lengths.
     """
@@ -196,7 +199,7 @@ def cylinder_points(shape: CylinderShape, lengths: int) -> np.ndarray:
     return np.array([[a, *(shape.radius * c)] for a in along for c in points_around()])
 
 
-def rectangle_points(shape: CylinderShape, lengths: int) -> np.ndarray:
+def rectangle_points(shape: Cylinder, lengths: int) -> np.ndarray:
     """Corners of a rectangle (k, 2), and points between that divide its longer side into so many
     lengths and its shorter one into as many as are not longer.
     """
@@ -230,12 +233,11 @@ def outlines(
         sets = [names.node_set(s, (*keys, k)) for k, s in enumerate(data.supports)]
         # Tied nodes move with the body and cannot lie against it.
         nodes = np.setdiff1d(np.concatenate([np.zeros(0, dtype=int), *sets]), tied[r])
-        shape = outline_shape(names, data)
-        centre = names.vector(data.center, ("rigid_bodies", name, "center"))
+        shape = outline_shape(names, name, data)
         support = None
         if len(nodes):
             support = stiffness.contact(nodes, data.support_friction_coefficient)
-            gaps = shape.gap(points[nodes] - centre)
+            gaps = shape.least_gap(points[nodes])
             if gaps.min() < -ALLOWED_PENETRATION:
                 raise names.loaded.error(
                     keys,
@@ -243,5 +245,5 @@ def outlines(
                     f"{-gaps.min() * 1e3:.3g} mm inside the outline of '{name}'",
                     "supports lie against the outline from outside: shrink it, or move the body",
                 )
-        result.append(OutlineData(r, shape, centre, support))
+        result.append(OutlineData(r, shape, support))
     return tuple(result)

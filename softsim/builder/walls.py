@@ -1,6 +1,6 @@
-"""Walls of a scene, and bodies that start inside them."""
+"""Walls of a scene, which of them move, and bodies that start inside them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -8,43 +8,111 @@ import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.gridded_walls import gridded_walls
-from softsim.builder.names import Names, in_mm
+from softsim.builder.names import Names, close_names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_paths
+from softsim.builder.profiles import displacement
+from softsim.contact.cylinder import Cylinder
 from softsim.contact.half_spaces import HalfSpaces
+from softsim.contact.pipe_path import PipePath
 from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
+from softsim.loads.wall_motion import MovingWall
+from softsim.scene.conditions import WallMotion
 from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
-from softsim.scene.surroundings import PipePathWall, PipeWall, PlaneWall, SphereWall
+from softsim.scene.surroundings import (
+    CylinderWall,
+    PipePathWall,
+    PipeWall,
+    PlaneWall,
+    SphereWall,
+)
 
+ON_AXIS = (Sphere, Cylinder)
 APART = "move the wall or the body so that they do not overlap"
 
 
 def walls(names: Names) -> tuple[Wall, ...]:
     """All walls of the scene; those of a kind that kernels take together are one."""
-    return (
-        *flat_walls(names), *round_pipes(names), *spheres(names), *pipe_paths(names),
-        *gridded_walls(names),
+    motions = wall_motions(names)
+    found = (
+        *flat_walls(names, motions), *round_pipes(names, motions), *spheres(names),
+        *cylinders(names), *pipe_paths(names), *gridded_walls(names),
     )  # fmt: skip
+    return tuple(moving(names, wall, motions) for wall in found)
 
 
-def flat_walls(names: Names) -> list[HalfSpaces]:
+def wall_motions(names: Names) -> dict[str, str]:
+    """Name of the wall -> key of the condition that moves it."""
+    moved: dict[str, str] = {}
+    for key, condition in names.scene.conditions.items():
+        if not isinstance(condition, WallMotion):
+            continue
+        walls, keys = list(names.scene.environment.walls), ("conditions", key, "wall")
+        if condition.wall not in walls:
+            hint = close_names(condition.wall, walls, "walls")
+            raise names.loaded.error(keys, f"there is no wall '{condition.wall}'", hint)
+        if condition.wall in moved:
+            other = f"conditions.{moved[condition.wall]}"
+            raise names.loaded.error(
+                keys, f"'{condition.wall}' is moved by {other} already", "move it by one condition"
+            )
+        moved[condition.wall] = key
+    return moved
+
+
+def moving(names: Names, wall: Wall, motions: Mapping[str, str]) -> Wall:
+    """The wall, moved as its condition says, if it has one."""
+    name = wall_of(wall.names[0])
+    if name not in motions:
+        return wall
+    keys = ("conditions", motions[name])
+    condition = names.scene.conditions[motions[name]]
+    assert isinstance(condition, WallMotion)
+    axis = names.axis(condition.direction, (*keys, "direction"))
+    if isinstance(names.geometry, Axisymmetric) and axis == 0 and isinstance(wall, ON_AXIS):
+        raise names.loaded.error(
+            (*keys, "direction"), f"'{name}' would leave the axis and be a ring", "move it along y"
+        )
+    if names.scene.layout is not None and isinstance(wall, PipePath):
+        raise names.loaded.error(
+            (*keys, "wall"),
+            f"a layout asks whether a robot passes '{name}', which stands still for that",
+            "leave out the layout, or the motion",
+        )
+    profile = displacement(names, condition.displacement, (*keys, "displacement"))
+    return MovingWall(wall, axis, profile)
+
+
+def wall_of(surface: str) -> str:
+    """Name in the scene of the wall that a surface belongs to."""
+    return surface.partition(".")[0]
+
+
+def together(found: Sequence[str], motions: Mapping[str, str]) -> list[list[str]]:
+    """Walls of a kind that are taken together: all that stand still, each that moves."""
+    standing = [name for name in found if name not in motions]
+    return [group for group in (standing, *([n] for n in found if n in motions)) if group]
+
+
+def flat_walls(names: Names, motions: Mapping[str, str]) -> list[HalfSpaces]:
     """Planes, and in a section both sides of straight pipes."""
-    flat: list[tuple[str, np.ndarray, np.ndarray]] = []
+    flat: dict[str, list[tuple[str, np.ndarray, np.ndarray]]] = {}
     for name, wall in names.scene.environment.walls.items():
         keys = ("environment", "walls", name)
         if isinstance(wall, PlaneWall):
             normal = names.vector(wall.normal, (*keys, "normal"))
             point = names.vector(wall.point, (*keys, "point"))
-            flat.append((name, point, normal / np.linalg.norm(normal)))
+            flat[name] = [(name, point, normal / np.linalg.norm(normal))]
         elif isinstance(wall, PipeWall) and names.dimension == 2:
-            flat += [(f"{name}{side}", p, n) for side, p, n in pipe_sides(names, wall)]
-    if not flat:
-        return []
-    found, points, normals = zip(*flat, strict=True)
-    return [HalfSpaces(found, np.array(points), np.array(normals))]
+            flat[name] = [(f"{name}{side}", p, n) for side, p, n in pipe_sides(names, wall)]
+    result = []
+    for group in together(list(flat), motions):
+        surfaces, points, normals = zip(*(s for name in group for s in flat[name]), strict=True)
+        result.append(HalfSpaces(surfaces, np.array(points), np.array(normals)))
+    return result
 
 
 def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.ndarray]]:
@@ -61,22 +129,21 @@ def pipe_sides(names: Names, wall: PipeWall) -> list[tuple[str, np.ndarray, np.n
     ]
 
 
-def round_pipes(names: Names) -> list[RoundPipes]:
+def round_pipes(names: Names, motions: Mapping[str, str]) -> list[RoundPipes]:
     """Straight pipes in space."""
     found = {
         name: wall
         for name, wall in names.scene.environment.walls.items()
         if isinstance(wall, PipeWall) and names.dimension == 3
     }
-    if not found:
-        return []
     return [
         RoundPipes(
-            tuple(found),
-            np.array([[0.0, wall.axis_height, 0.0] for wall in found.values()]),
-            np.tile([1.0, 0.0, 0.0], (len(found), 1)),
-            np.array([0.5 * wall.diameter for wall in found.values()]),
+            tuple(group),
+            np.array([[0.0, found[name].axis_height, 0.0] for name in group]),
+            np.tile([1.0, 0.0, 0.0], (len(group), 1)),
+            np.array([0.5 * found[name].diameter for name in group]),
         )
+        for group in together(list(found), motions)
     ]
 
 
@@ -85,14 +152,33 @@ def spheres(names: Names) -> list[Sphere]:
     found = []
     for name, wall in names.scene.environment.walls.items():
         if isinstance(wall, SphereWall):
-            keys = ("environment", "walls", name, "center")
-            centre = names.vector(wall.center, keys)
-            if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
-                raise names.loaded.error(
-                    keys, "a ball beside the axis would be a ring", "write 0 mm for x, the radius"
-                )
-            found.append(Sphere(name, centre, 0.5 * wall.diameter))
+            found.append(Sphere(name, centre_of(names, name, wall), 0.5 * wall.diameter))
     return found
+
+
+def cylinders(names: Names) -> list[Cylinder]:
+    """Capped cylinders."""
+    found = []
+    for name, wall in names.scene.environment.walls.items():
+        if isinstance(wall, CylinderWall):
+            keys = ("environment", "walls", name, "direction")
+            axis = names.axis(wall.direction, keys)
+            if isinstance(names.geometry, Axisymmetric) and axis != 1:
+                raise names.loaded.error(keys, "only y is an axis of this model", "write y")
+            centre = centre_of(names, name, wall)
+            found.append(Cylinder(name, centre, axis, 0.5 * wall.length, 0.5 * wall.diameter))
+    return found
+
+
+def centre_of(names: Names, name: str, wall: SphereWall | CylinderWall) -> np.ndarray:
+    """Centre (d,) [m] of a wall that lies on the axis of an axisymmetric model."""
+    keys = ("environment", "walls", name, "center")
+    centre = names.vector(wall.center, keys)
+    if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
+        raise names.loaded.error(
+            keys, f"a {wall.kind} beside the axis would be a ring", "write 0 mm for x, the radius"
+        )
+    return centre
 
 
 def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) -> None:
@@ -100,7 +186,7 @@ def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) 
     for wall in walls:
         for surface, gap in wall.gaps(places).items():
             if gap.min() < -ALLOWED_PENETRATION:
-                name = surface.partition(".")[0]
+                name = wall_of(surface)
                 scene_wall = names.scene.environment.walls[name]
                 raise OVERLAPS[type(scene_wall)](names, name, wall, places)
 
@@ -136,13 +222,14 @@ def how_deep(name: str, wall: Wall, places: np.ndarray) -> str:
 def least_gap(name: str, wall: Wall, places: np.ndarray) -> np.ndarray:
     """Gap (n,) [m] of places (n, d) to the nearest of the surfaces of the wall `name`."""
     gaps = wall.gaps(places).items()
-    return np.min([gap for surface, gap in gaps if surface.partition(".")[0] == name], axis=0)
+    return np.min([gap for surface, gap in gaps if wall_of(surface) == name], axis=0)
 
 
 # What to say of bodies that start inside a wall, by the class of the wall in the scene.
 OVERLAPS: dict[type, Callable[[Names, str, Any, np.ndarray], SceneError]] = {
     PlaneWall: partial(plain_overlap, "point"),
     SphereWall: partial(plain_overlap, "center"),
+    CylinderWall: partial(plain_overlap, "center"),
     PipeWall: pipe_overlap,
     PipePathWall: overlap,
     PolylineWall: partial(plain_overlap, "kind"),

@@ -7,12 +7,12 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.contact.wall import FixedFrame
+from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
 
 
 @ti.data_oriented
-class GriddedObstacle(FixedFrame):
+class GriddedObstacle(Obstacle):
     """One wall on a grid, as contact/distance_grid.py describes it; an entry of `walls` a scenario.
 
     Scenarios with the same grid share it.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.contact.wall import FixedFrame, Wall
+from softsim.contact.wall import Obstacle, Wall
 from softsim.fields import vector_field
 from softsim.sharing import Own
 
@@ -58,7 +58,7 @@ def facing_one_way(normals: np.ndarray) -> np.ndarray:
 
 
 @ti.data_oriented
-class FlatObstacle(FixedFrame):
+class FlatObstacle(Obstacle):
     """Half spaces (half planes in a section), solid behind; one entry of `walls` a scenario."""
 
     def __init__(self, walls: Sequence[HalfSpaces]) -> None:

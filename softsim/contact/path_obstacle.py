@@ -14,12 +14,12 @@ import taichi as ti
 
 from softsim import backend
 from softsim.contact.pipe_segment import BEND, FACE
-from softsim.contact.wall import FixedFrame
+from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
 
 
 @ti.data_oriented
-class PathObstacle(FixedFrame):
+class PathObstacle(Obstacle):
     """The wall of a pipe along a path, one of `walls` a scenario; places: of the contact nodes at
     the start (k, d) [m].
 

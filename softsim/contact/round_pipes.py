@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.contact.wall import FixedFrame, Wall
+from softsim.contact.wall import Obstacle, Wall
 from softsim.fields import real_field, vector_field
 from softsim.sharing import Own
 
@@ -47,7 +47,7 @@ class RoundPipes(Wall):
 
 
 @ti.data_oriented
-class RoundObstacle(FixedFrame):
+class RoundObstacle(Obstacle):
     """Straight pipes of circular section in space, free inside; one entry of `walls` a scenario."""
 
     def __init__(self, walls: Sequence[RoundPipes]) -> None:

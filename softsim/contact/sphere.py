@@ -1,4 +1,4 @@
-"""Fixed balls, free outside; in a section discs, in a half section balls on the axis."""
+"""Balls, free outside; in a section discs, in a half section balls on the axis."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
-from softsim.contact.wall import FixedFrame, Wall
+from softsim.contact.wall import Obstacle, Wall
 from softsim.fields import real_field, vector_field
 from softsim.sharing import Own
 
@@ -55,7 +55,7 @@ class Sphere(Wall):
 
 
 @ti.data_oriented
-class SphereObstacle(FixedFrame):
+class SphereObstacle(Obstacle):
     """A ball, solid inside; one entry of `walls` a scenario."""
 
     count = 1

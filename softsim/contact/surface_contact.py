@@ -1,14 +1,14 @@
 """Nodes against an obstacle: gap, normal force, friction, energy; the term that joins the laws."""
 
-from typing import Any
-
 import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
 from softsim.contact.dissipation import Dissipation
+from softsim.contact.frame import FixedFrame
 from softsim.contact.friction import limit_with_memory, shear_force, slip
 from softsim.contact.penalty import normal_force
+from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import Nodes
 from softsim.term import Pass, Stage
@@ -28,9 +28,8 @@ class SurfaceContact(Dissipation):
     Parameters
     ----------
     nodes: the shared nodes. contact_nodes: their numbers (k,).
-    obstacle: `count` surfaces with `gap_and_normal`, `local_position`, `relative_velocity` and
-        `global_vector`. Anchors live in its own frame, so an obstacle that moves carries them. It
-        may know that a node is far away, and remember where it is (`may_touch`; `state_fields`).
+    obstacle: `count` surfaces (contact/wall.py). frame: the axes in which they stand still; anchors
+        live there, so a frame that moves carries them.
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-]. friction_memory: t* of its limit (scenarios,) [s].
@@ -47,7 +46,8 @@ class SurfaceContact(Dissipation):
         self,
         nodes: Nodes,
         contact_nodes: np.ndarray,
-        obstacle: Any,
+        obstacle: Obstacle,
+        frame: FixedFrame,
         penalty_stiffness: np.ndarray,
         tangential_stiffness: np.ndarray,
         damping: np.ndarray,
@@ -59,7 +59,7 @@ class SurfaceContact(Dissipation):
     ) -> None:
         scenarios, d = nodes.scenarios, nodes.dimension
         super().__init__(scenarios, len(contact_nodes))
-        self.nodes, self.obstacle = nodes, obstacle
+        self.nodes, self.obstacle, self.frame = nodes, obstacle, frame
         self.surfaces = obstacle.count
         self.node = index_field(contact_nodes)
         self.penalty_stiffness = real_field(penalty_stiffness)
@@ -86,10 +86,11 @@ class SurfaceContact(Dissipation):
         self.normal_impulse, self.impulse = real_field(numbers), vector_field(vectors)
         self.slipping_impulse, self.contact_time = real_field(numbers), real_field(numbers)
         self.returns = index_field(numbers)
+        frame.carry(self)
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        return {Stage.MOVE: [Pass("contact", self.count, (self.push,))]}
+        return self.frame.passes() | {Stage.MOVE: [Pass("contact", self.count, (self.push,))]}
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -111,7 +112,12 @@ class SurfaceContact(Dissipation):
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
             **self.obstacle.state_fields(),
+            **self.frame.state_fields(),
         }
+
+    def forget_work(self) -> None:
+        """Begin the books of the frame's motion anew."""
+        self.frame.forget_work()
 
     def forget_dissipation(self, scenario: int) -> None:
         """Begin the books anew in a scenario, and the counts over the whole run."""
@@ -126,12 +132,16 @@ class SurfaceContact(Dissipation):
         for summed in (self.normal_impulse, self.slipping_impulse, self.impulse):
             fields.write_row(summed, scenario, 0.0)
 
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """Columns of the history: the frame's."""
+        return self.frame.readings(scenario, interval)
+
     @ti.func
     def push(self, s, i, t, dt):
         """Contact force of node i with every surface, into the node's slot."""
         a = self.node[i]
         x = self.nodes.position[s, a]
-        q = self.obstacle.local_position(s, x)
+        q = self.frame.local_position(s, x)
         surfaces = self.surfaces * self.obstacle.may_touch(s, i, q)
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
         normal_total = ti.cast(0.0, backend.real)
@@ -140,7 +150,7 @@ class SurfaceContact(Dissipation):
             gap, n = self.obstacle.gap_and_normal(s, i, w, q)
             if gap < 0.0:
                 touched = 1
-                v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
+                v = self.frame.relative_velocity(s, x, self.nodes.velocity[s, a])
                 # Elastic slip an increment ago; time since then before it touched.
                 before = ti.Vector.zero(backend.real, self.nodes.dimension)
                 outside = ti.cast(0.0, backend.real)
@@ -156,10 +166,10 @@ class SurfaceContact(Dissipation):
                 normal_total += N
             elif self.touching[s, i, w] == 1:
                 touched = 1
-                v = self.obstacle.relative_velocity(s, x, self.nodes.velocity[s, a])
+                v = self.frame.relative_velocity(s, x, self.nodes.velocity[s, a])
                 self._leave(s, i, w, q, n, v, t, dt)
         if touched == 1:
-            force = self.obstacle.global_vector(s, total)
+            force = self.frame.global_vector(s, total)
             self.nodes.corner_forces.write(s, self.first_slot + i, force)
             self.force[s, i] = force
             self.normal_force[s, i] = normal_total
@@ -230,7 +240,7 @@ class SurfaceContact(Dissipation):
         """Energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count):
-            q = self.obstacle.local_position(s, self.nodes.position[s, self.node[i]])
+            q = self.frame.local_position(s, self.nodes.position[s, self.node[i]])
             for w in range(self.surfaces):
                 gap, n = self.obstacle.gap_and_normal(s, i, w, q)
                 if gap < 0.0 and self.touching[s, i, w] == 1:
@@ -238,6 +248,19 @@ class SurfaceContact(Dissipation):
                     stretch -= stretch.dot(n) * n
                     total += 0.5 * self.penalty_stiffness[i] * gap * gap
                     total += 0.5 * self.tangential_stiffness[i] * stretch.dot(stretch)
+        return total
+
+    @ti.func
+    def work_done(self, s, dt):
+        """Work of the frame's motion so far [J]."""
+        return self.frame.work_done(s)
+
+    @ti.func
+    def total_force(self, s):
+        """Sum of the forces on the nodes now (d) [N]."""
+        total = ti.Vector.zero(backend.real, self.nodes.dimension)
+        for i in range(self.count):
+            total += self.force[s, i]
         return total
 
     @ti.func

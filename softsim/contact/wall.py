@@ -1,4 +1,4 @@
-"""What every fixed wall is to the rest of the program: in numpy, and as an obstacle in kernels."""
+"""What every wall is to the rest of the program: in numpy, and as an obstacle in kernels."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.contact.frame import FixedFrame
+
 
 class Wall(ABC):
-    """Fixed surfaces of one kind, free on one side."""
+    """Surfaces of one kind, free on one side, in the axes of their frame."""
 
     @property
     @abstractmethod
@@ -21,10 +23,31 @@ class Wall(ABC):
         """Signed gap (n,) [m] of places x (n, d) to each surface, negative inside, by its name."""
 
     @abstractmethod
-    def obstacle(self, alike: Sequence[Any], places: np.ndarray) -> "FixedFrame":
+    def obstacle(self, alike: Sequence[Any], places: np.ndarray) -> "Obstacle":
         """What kernels meet; alike: this wall in every scenario, this one first. places: of the
         contact nodes at the start (k, d) [m].
         """
+
+    def steepest(self) -> float:
+        """Largest slope |grad g| of the gap: 1 where it is a distance."""
+        return 1.0
+
+    def frame(self, alike: Sequence[Any]) -> FixedFrame:
+        """The axes in which the wall stands still: those of space, unless it moves."""
+        return FixedFrame()
+
+    def least_gap(self, x: np.ndarray) -> np.ndarray:
+        """Lower bound (n,) [m] of the gap of places x (n, d) to the nearest surface at any time."""
+        return np.asarray(np.min(list(self.gaps(x).values()), axis=0))
+
+    def time_scaled(self, factor: float) -> "Wall":
+        """The wall with its time course, if it has one, played `factor` times as fast."""
+        return self
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns that its contact adds to the history -> unit."""
+        return {}
 
     def touched_at_once(self) -> tuple[float, float]:
         """Most surfaces that one node can touch at once, and an upper bound of the largest
@@ -41,34 +64,22 @@ class Wall(ABC):
 
 
 @ti.data_oriented
-class FixedFrame:
-    """An obstacle that stands still, so that the place in its frame is the place in space. It has
-    `count` surfaces, each with `gap_and_normal(s, i, w, x)`.
+class Obstacle:
+    """A wall in kernels: `count` surfaces, each with `gap_and_normal(s, i, w, q)` at a place q in
+    the axes of the wall's frame.
     """
+
+    count: int
+    gap_and_normal: Any
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none of a wall that remembers nothing."""
         return {}
 
     @ti.func
-    def may_touch(self, s, i, x):
-        """Whether contact node number i at x may touch, or touched when last asked: 0 spares the
+    def may_touch(self, s, i, q):
+        """Whether contact node number i at q may touch, or touched when last asked: 0 spares the
         gaps. Asked once an increment, so a wall may remember here what it needs to know of the
         node. Of walls whose gap is as cheap: always 1.
         """
         return 1
-
-    @ti.func
-    def local_position(self, s, x):
-        """Place in the obstacle's frame."""
-        return x
-
-    @ti.func
-    def relative_velocity(self, s, x, v):
-        """Velocity of a node relative to the wall, in the wall's frame."""
-        return v
-
-    @ti.func
-    def global_vector(self, s, f):
-        """A vector of the wall's frame in space."""
-        return f

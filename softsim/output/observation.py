@@ -9,13 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.contact.cylinder import Cylinder
 from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
+from softsim.loads.load import Load
 from softsim.loads.pressure import PressureData
 from softsim.model import Model, Probe
 from softsim.output import along_path
-from softsim.rigid.outline import CylinderShape
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
@@ -37,7 +38,8 @@ def columns(model: Model) -> dict[str, str]:
     if chamber is not None and chamber.drive.asks_volume:
         first["chamber_volume"] = "m^3"  # enclosed by the surface of the robot's chamber
     space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
-    of_loads = {name: unit for load in model.loads for name, unit in load.columns.items()}
+    owners: list[Load | Wall] = [*model.loads, *model.walls]
+    of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
     last = {
         **{f"frame_{a}": "m" for a in axes},
         "frame_angle": "rad",  # about z
@@ -48,7 +50,7 @@ def columns(model: Model) -> dict[str, str]:
         **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
-        **of_loads,  # what their terms read
+        **of_terms,  # what their terms read
         "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons, tethers
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
@@ -115,7 +117,7 @@ def observe(
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
         row[f"wall_force_{axis}"] = walls.impulse[i] / interval if interval > 0.0 else 0.0
-    for term in reversed(scenario.terms.loads):  # of a kind, the first load is told
+    for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
         row |= term.readings(scenario.number, interval)
     row["internal_energy"] = energies.internal
     row["kinetic_energy"] = energies.kinetic
@@ -255,9 +257,9 @@ def description(model: Model, title: str) -> dict:
     outlines, owners = [], []
     for outline in model.outlines:
         shape = outline.shape
-        if model.dimension == 2 and isinstance(shape, CylinderShape):
+        if model.dimension == 2 and isinstance(shape, Cylinder):
             size = np.roll([2.0 * shape.half_length, 2.0 * shape.radius], shape.axis)
-            outlines.append([*(outline.centre - model.rigid_bodies[outline.body].centre), *size])
+            outlines.append([*(shape.centre - model.rigid_bodies[outline.body].centre), *size])
             owners.append(outline.body)
     sets = {f"{b.name}.{name}": nodes for b in model.bodies for name, nodes in b.node_sets.items()}
     passage = model.passage

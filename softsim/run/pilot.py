@@ -113,6 +113,7 @@ def time_scaled(model: Model, factor: float) -> Model:
         model,
         end_time=model.end_time / factor,
         loads=tuple(load.time_scaled(factor) for load in model.loads),
+        walls=tuple(wall.time_scaled(factor) for wall in model.walls),
     )
 
 

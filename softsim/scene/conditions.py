@@ -8,14 +8,13 @@ from softsim.scene.part import AT_REST, Part
 from softsim.scene.profiles import LengthProfile
 from softsim.scene.quantities import (
     AngularVelocityOrVector,
+    Axis,
     Point,
     PositiveMass,
     SetReference,
     Text,
     VelocityVector,
 )
-
-Axis = Literal["x", "y", "z"]
 
 
 class Fixed(Part):
@@ -52,6 +51,17 @@ class RigidMotion(Part):
 
     kind: Literal["rigid_motion"] = Field(description="Kind of condition.")
     body: Text = Field(description="Rigid body.")
+    direction: Axis = Field(description="Along which it is moved.")
+    displacement: LengthProfile = Field(description="Displacement over time, from zero.")
+
+
+class WallMotion(Part):
+    """A wall of any kind that is displaced along one direction, such as a press or a shaking
+    ground.
+    """
+
+    kind: Literal["wall_motion"] = Field(description="Kind of condition.")
+    wall: Text = Field(description="Wall, by its name in environment.walls.")
     direction: Axis = Field(description="Along which it is moved.")
     displacement: LengthProfile = Field(description="Displacement over time, from zero.")
 
@@ -98,6 +108,6 @@ class InitialVelocity(Part):
 
 
 Condition = Annotated[
-    Fixed | Symmetry | Prescribed | RigidMotion | PointMass | InitialVelocity,
+    Fixed | Symmetry | Prescribed | RigidMotion | WallMotion | PointMass | InitialVelocity,
     Field(discriminator="kind"),
 ]

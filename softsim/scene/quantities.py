@@ -177,4 +177,5 @@ def _not_zero(direction: tuple[float, ...]) -> tuple[float, ...]:
     return direction
 
 
+Axis = Literal["x", "y", "z"]
 Direction = Annotated[tuple[Number, ...], TWO_OR_THREE, AfterValidator(_not_zero)]

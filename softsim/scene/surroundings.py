@@ -12,6 +12,7 @@ from softsim.scene.quantities import (
     AccelerationOrVector,
     Angle,
     AutoOrPositiveStiffness,
+    Axis,
     Direction,
     Length,
     Name,
@@ -47,11 +48,23 @@ class PlaneWall(Part):
 
 
 class SphereWall(Part):
-    """A fixed ball, in a section a disc, in an axisymmetric model a ball on the axis."""
+    """A ball, in a section a disc, in an axisymmetric model a ball on the axis."""
 
     kind: Literal["sphere"] = Field(description="Kind of wall.")
     center: Point = Field(default=ORIGIN, description="Its centre.")
     diameter: PositiveLength = Field(description="Its diameter.")
+
+
+class CylinderWall(Part):
+    """A capped cylinder, solid inside; in a section a rectangle, in an axisymmetric model a
+    cylinder about the axis y.
+    """
+
+    kind: Literal["cylinder"] = Field(description="Kind of wall.")
+    center: Point = Field(default=ORIGIN, description="Its centre.")
+    direction: Axis = Field(description="Of its axis.")
+    diameter: PositiveLength = Field(description="Its diameter.")
+    length: PositiveLength = Field(description="Along its axis.")
 
 
 End = Literal["start", "end"]
@@ -78,7 +91,7 @@ class PipePathWall(Part):
 
 
 Wall = Annotated[
-    PipeWall | PlaneWall | SphereWall | PipePathWall | PolylineWall | SurfaceWall,
+    PipeWall | PlaneWall | SphereWall | CylinderWall | PipePathWall | PolylineWall | SurfaceWall,
     Field(discriminator="kind"),
 ]
 
@@ -104,7 +117,9 @@ class Environment(Part):
         description="Of +y about x, from the vertical plane through x; 90 deg: a section lies on "
         "its side and feels no weight across x.",
     )
-    walls: dict[Name, Wall] = Field(default={}, description="Fixed walls, by name.")
+    walls: dict[Name, Wall] = Field(
+        default={}, description="By name; fixed, but for those that a condition wall_motion moves."
+    )
 
 
 class Contact(Part):

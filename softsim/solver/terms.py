@@ -4,19 +4,23 @@ An increment is the stages read from top to bottom: drift, forces, kick. Stage s
 forces come about (softsim/term.py).
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import taichi as ti
 
 from softsim.contact.deformable_surface import DeformableSurface
+from softsim.contact.frame import FixedFrame
 from softsim.contact.list_sizes import margin_and_room
 from softsim.contact.neighbour_lists import NeighbourLists
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
+from softsim.contact.wall import Obstacle
 from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
+from softsim.rigid.outline import BodyFrame
 from softsim.solver.chatter import return_time
 from softsim.term import Pass, Stage, Term
 
@@ -55,10 +59,12 @@ class Terms:
         self.nodes.corner_forces.allocate(scenarios, self.nodes.count)
         self.rigid_bodies.allocate()
 
-    def _contact(self, data: ContactData, obstacle: Any, friction: list[float]) -> SurfaceContact:
+    def _contact(
+        self, data: ContactData, obstacle: Obstacle, frame: FixedFrame, friction: list[float]
+    ) -> SurfaceContact:
         return SurfaceContact(
-            self.nodes, data.nodes, obstacle, data.penalty_stiffness, data.tangential_stiffness,
-            data.damping, data.tangential_damping, np.array(friction),
+            self.nodes, data.nodes, obstacle, frame, data.penalty_stiffness,
+            data.tangential_stiffness, data.damping, data.tangential_damping, np.array(friction),
             self.friction_memory, self.slip_length, self.return_times,
         )  # fmt: skip
 
@@ -69,7 +75,10 @@ class Terms:
         places = models[0].points[contact.nodes]
         alike = zip(*(m.walls for m in models), strict=True)  # a wall of each scenario
         return [
-            self._contact(contact, walls[0].obstacle(walls, places), friction) for walls in alike
+            self._contact(
+                contact, walls[0].obstacle(walls, places), walls[0].frame(walls), friction
+            )
+            for walls in alike
         ]
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
@@ -79,9 +88,11 @@ class Terms:
             if outline.support is None:
                 continue
             friction = [o.support.friction_coefficient for o in outlines if o.support is not None]
-            centre = outline.centre - self.rigid_bodies.rest_centre[outline.body]
-            obstacle = outline.shape.obstacle(self.rigid_bodies, outline.body, centre)
-            contact = self._contact(outline.support, obstacle, friction)
+            origin, places = self.rigid_bodies.rest_centre[outline.body], outline.support.nodes
+            shapes = [replace(o.shape, centre=o.shape.centre - origin) for o in outlines]
+            obstacle = shapes[0].obstacle(shapes, models[0].points[places] - origin)
+            frame = BodyFrame(self.rigid_bodies, outline.body)
+            contact = self._contact(outline.support, obstacle, frame, friction)
             self.rigid_bodies.react(outline.body, contact.first_slot, outline.support.nodes)
             supports.append(contact)
         return supports

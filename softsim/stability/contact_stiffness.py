@@ -48,8 +48,7 @@ class ContactStiffness:
         others = self._of_supports(dt) + self._of_surfaces(x, dt)
         both = np.flatnonzero((walls > 0.0) & (others > 0.0))
         if len(both):
-            gaps = [gap for wall in self.model.walls for gap in wall.gaps(x[both]).values()]
-            gap = np.min(gaps, axis=0)
+            gap = np.min([wall.least_gap(x[both]) for wall in self.model.walls], axis=0)
             far = both[gap > self.reach]
             walls[far], others[far] = np.maximum(walls[far], others[far]), 0.0
         return walls + others
@@ -119,7 +118,7 @@ class ContactStiffness:
         corners = body.tied[model.mass[body.tied] == 0.0]
         centre = x[corners].mean(axis=0)
         farthest = np.linalg.norm(model.points[corners] - body.centre, axis=1).max()
-        off_centre = float(np.linalg.norm(outline.centre - body.centre))
+        off_centre = float(np.linalg.norm(outline.shape.centre - body.centre))
         return np.minimum(np.linalg.norm(x[nodes] - centre, axis=1) + off_centre, farthest)
 
 
