@@ -62,7 +62,7 @@ class Loaded:
     @cached_property
     def stiffest(self) -> float:
         """Largest omega^2 [1/s^2] of an element at rest."""
-        return max(float(element_frequencies(b, self.points[b.nodes]).max()) for b in self.bodies)
+        return max(float(element_frequencies(b).max()) for b in self.bodies)
 
 
 def built_loads(loaded: Loaded) -> tuple[Load, ...]:

@@ -9,10 +9,10 @@ import numpy as np
 import taichi as ti
 
 from softsim.elements import geometry as shapes
-from softsim.elements.material import Material
 from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
 from softsim.fields import lane_data, lane_field
+from softsim.materials.material import Material
 from softsim.nodes import Nodes
 
 

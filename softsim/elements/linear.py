@@ -11,11 +11,11 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements.geometry import Geometry, nodal_sizes
-from softsim.elements.material import Material
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.metric import inverse_cube_root
 from softsim.elements.nodal_pressure import NodalPressure
 from softsim.fields import index_field, lane_data, lane_field, real_field
+from softsim.materials.material import Material
 from softsim.nodes import Nodes, by_lane
 from softsim.term import Pass, Stage, Term
 

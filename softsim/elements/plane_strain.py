@@ -8,9 +8,9 @@ import numpy as np
 import taichi as ti
 
 from softsim.elements import geometry as shapes
-from softsim.elements.material import Material
 from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
+from softsim.materials.material import Material
 from softsim.nodes import Nodes
 
 

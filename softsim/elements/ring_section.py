@@ -13,10 +13,10 @@ import taichi as ti
 from softsim import backend
 from softsim.elements import geometry as shapes
 from softsim.elements.diameters import Diameters
-from softsim.elements.material import Material
 from softsim.elements.metric import PlaneMetric
 from softsim.elements.triangles import Triangles
 from softsim.fields import index_field, lane_data, lane_field
+from softsim.materials.material import Material
 from softsim.nodes import Nodes, by_lane
 from softsim.term import Pass, Stage
 

@@ -9,8 +9,8 @@ import taichi as ti
 from softsim import backend
 from softsim.elements import geometry as shapes
 from softsim.elements.linear import LinearElements
-from softsim.elements.material import Material
 from softsim.elements.metric import SpaceMetric
+from softsim.materials.material import Material
 from softsim.nodes import Nodes
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.errors import MaterialError
-from softsim.materials.laws import Law
+from softsim.materials.law import Law
 from softsim.materials.modes import UNIAXIAL
 from softsim.materials.tensile import TensileTest
 

@@ -103,7 +103,7 @@ class BodyStiffness:
 
         share (r,) [m^3]: of the present volume, a corner's. stiffness (r,) [J]: V (material F_zz^2
         + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
-        that is V tau_zz (Kirchhoff stress), at most V (2 W' b_bar_zz + |q|) of solver/tangent.py.
+        that is V tau_zz, see solver/tangent.py.
         """
         geometry, cells = self.body.geometry, self.body.cells
         gradient, curvature = (
@@ -136,10 +136,7 @@ class BodyStiffness:
         with np.errstate(invalid="ignore", divide="ignore"):
             b_bar = np.abs(J) ** (-2.0 / 3.0) * (F[:, None] * F).sum(axis=2)
             present = (cofactors(F)[:d, :d] * gradients[:, None]).sum(axis=2) / J
-        I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
-        e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
-        e_size = np.sqrt(np.maximum(e_squared, 0.0))
-        modulus = tangent_bound(self.body.material, J, I1_bar, e_size, pressure)
+        modulus = tangent_bound(self.body.material, J, b_bar, pressure)
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
         share = J * volumes / self.corners

@@ -62,16 +62,15 @@ def refuse_crowding(time: float) -> NoReturn:
 
 def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
     """What is doubtful about the strain now: a law past the strain that it was fitted on, or past
-    the loss of its stiffness (dW/dI1 <= 0), by body and kind.
+    the loss of its shear stiffness (`Law.shear_stiffness`), by body and kind.
     """
     warnings = {}
     for body in model.bodies:
         now = x[body.nodes]
         measured = measure_elements(body.geometry, body.points, body.cells, now, body.material)
-        law, fitted = body.material.law, body.material.strain_range
-        slope = law.energy_slope(measured.I1_bar, law.constants)
-        weakest, longest = int(np.argmin(slope)), int(np.argmax(measured.stretch))
-        if slope[weakest] <= 0.0:
+        fitted, stiffness = body.material.strain_range, measured.shear_stiffness
+        weakest, longest = int(np.argmin(stiffness)), int(np.argmax(measured.stretch))
+        if stiffness[weakest] <= 0.0:
             warnings[f"{body.name} unstable"] = (
                 f"{_where(body, weakest, time)} is where material '{body.material.name}' has lost "
                 f"its stiffness: I1 = {measured.I1_bar[weakest]:.3g}; fit the law over a wider "
