@@ -24,6 +24,9 @@ from softsim.materials.tensile import TensileTest
 MIN_STRAIN = 0.1
 """Strain below which a test from crosshead travel shows its slack rather than its material."""
 
+SPAN = (1e-6, 1e2)
+"""Constants that are found from a start, over those of the start."""
+
 FEWEST_POINTS = 8
 """Points that a fit needs: with fewer, the residual says nothing."""
 
@@ -124,11 +127,11 @@ def _fitted_from(
         return (UNIAXIAL.nominal_stress(fitted, 1.0 + test.strain) - test.stress) * root
 
     results = [
-        (least_squares(error, np.ones(len(start)), bounds=(1e-9, np.inf), args=(start,)), start)
+        (least_squares(error, np.ones(len(start)), bounds=SPAN, args=(start,)), start)
         for start in map(np.array, starts)
     ]
     best, start = min(results, key=lambda result: result[0].cost)
-    return law.of_constants([float(c) for c in best.x * start])
+    return law.of_constants((best.x * start).tolist())
 
 
 def _checked_terms(law: type[Law], terms: int | None) -> int:

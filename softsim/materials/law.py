@@ -67,10 +67,14 @@ class Law(ABC):
     def stiffness(self, b: np.ndarray) -> np.ndarray:
         """H = d2W / d ln(stretch i) d ln(stretch k) (..., 3, 3) [Pa]."""
 
+    def extra_stress(self, b: np.ndarray) -> np.ndarray:
+        """Principal Kirchhoff stresses (..., 3) [Pa] but for a pressure."""
+        W1, W2 = self.slopes(b)
+        return 2.0 * (W1[..., None] * b - W2[..., None] / b)
+
     def stress(self, b: np.ndarray) -> np.ndarray:
         """tau_k (..., 3) [Pa]."""
-        W1, W2 = self.slopes(b)
-        return 2.0 * (W1[..., None] * b - W2[..., None] / b) @ DEVIATOR
+        return self.extra_stress(b) @ DEVIATOR
 
     def shear_stiffness(self, b: np.ndarray) -> np.ndarray:
         """The smallest W1 + W2 b_k (...,) [Pa], (tau_i - tau_j) / (b_i - b_j) / 2: where it is not

@@ -82,6 +82,11 @@ class Ogden(TwoInvariantLaw):
             W2 -= share * m.power_curvature(half, u, v, w)
         return W1, W2
 
+    def extra_stress(self, b: np.ndarray) -> np.ndarray:
+        """2 sum mu_i / alpha_i l^alpha_i."""
+        alpha = np.array(self.alpha)
+        return 2.0 * b[..., None] ** (0.5 * alpha) @ (np.array(self.mu) / alpha)
+
     def stiffness(self, b: np.ndarray) -> np.ndarray:
         """H = P diag(2 sum mu_i l^alpha_i) P."""
         powers = b[..., None] ** (0.5 * np.array(self.alpha))
