@@ -104,7 +104,7 @@ def refuse_unstable_law(
     if lost is not None:
         raise loaded.error(
             keys,
-            f"material '{name}' loses its stiffness (dW/dI1 <= 0) at I1 = {lost:.3g}, within its "
+            f"material '{name}' loses its stiffness at I1 = {lost:.3g}, within its "
             f"strain range of {data.strain_range:g} (I1 up to {largest_I1:.3g})",
-            "a negative last constant does this: fit fewer terms, or over a wider range",
+            "a negative constant does this: fit fewer terms, or over a wider range",
         )

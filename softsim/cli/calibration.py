@@ -1,6 +1,5 @@
 """Constants for scenes: of a material from a test, of a section from a body in space."""
 
-from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
@@ -12,17 +11,10 @@ from softsim.cli.options import DeviceName, Threads
 from softsim.errors import CalibrationError
 
 
-class LawName(str, Enum):
-    """Which law to fit: the names in `softsim.materials.laws.LAWS`."""
-
-    yeoh = "yeoh"
-    neo_hooke = "neo_hooke"
-
-
 def fit_material(
     file: Annotated[Path, typer.Argument(help="Table of a uniaxial test.", show_default=False)],
     max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],
-    law: Annotated[LawName, typer.Option(help="Strain-energy law.")] = LawName.yeoh,
+    law: Annotated[str, typer.Option(help="Strain-energy law, as scenes name it.")] = "yeoh",
     min_strain: Annotated[float, typer.Option(help="Leave out the slack below it.")] = 0.1,
     terms: Annotated[int | None, typer.Option(help="Fit so many constants; default: all.")] = None,
     out: Annotated[Path | None, typer.Option(help="Figure; default: FILE_LAW.png here.")] = None,
@@ -36,20 +28,20 @@ def fit_material(
     """Fit a material's constants to a tensile test, and say how well and how far they hold."""
     with explained() as console:
         from softsim.materials.fitting import fit_law
-        from softsim.materials.laws import LAWS
+        from softsim.materials.laws import named_law
         from softsim.materials.tensile import read_tensile_test
         from softsim.report.fit import draw_fit, fit_rows, scene_snippet
 
         test = read_tensile_test(file, strain_column, stress_column, stress_unit, delimiter)
-        fit = fit_law(test, LAWS[law.value], max_strain, min_strain, terms)
-        figure = out or Path(f"{file.stem}_{law.value}.png")
+        fit = fit_law(test, named_law(law), max_strain, min_strain, terms)
+        figure = out or Path(f"{file.stem}_{law}.png")
         draw_fit(test, fit, figure)
         table = Table(show_header=False, box=None)
         for row in fit_rows(fit):
             table.add_row(*row)
         console.print(table)
         console.print(f"figure  {figure}", highlight=False)
-        print(f"\n{scene_snippet(test, fit, law.value)}")
+        print(f"\n{scene_snippet(test, fit, law)}")
 
 
 def calibrate_section(

@@ -22,8 +22,9 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
-from softsim.elements.material import Material
+from softsim.elements.isochoric import isochoric
 from softsim.fields import lane_data, lane_field, real_field
+from softsim.materials.material import Material
 
 
 @ti.data_oriented
@@ -36,12 +37,10 @@ class MaterialPoints:
     def __init__(
         self, material: Material, metric: Any, rest_edges: np.ndarray, scenarios: int
     ) -> None:
-        self.material, self.law, self.metric = material, material.law, metric
+        self.material, self.metric = material, metric
         blocks = backend.lane_blocks(len(rest_edges))
         identity = metric.identity(rest_edges)
-        self.energy_density = ti.func(material.law.energy_density)
-        self.energy_slope = ti.func(material.law.energy_slope)
-        self.constants = real_field(np.array(material.law.constants))
+        self.elastic = isochoric(material.law, metric)
         self.branch_count = len(material.branches)
         self.branch_modulus = real_field(np.array([b.shear_modulus for b in material.branches]))
         self.decay = real_field(np.ones((scenarios, self.branch_count)))
@@ -93,10 +92,8 @@ class MaterialPoints:
 
     @ti.func
     def fictitious_stress(self, s, b, C, J2_inverse_C, r2):
-        """M = 2 dW/dI1_bar I + sum mu A, the branches having relaxed by one increment."""
-        identity = self._identity(b)
-        slope = self._slope(r2 * self.metric.contraction(C, identity))
-        M = self.metric.scaled(2.0 * slope, identity)
+        """M = 2 dW/dC_bar + sum mu A, the branches having relaxed by one increment."""
+        M = self.elastic.stress(C, r2, self._identity(b))
         one = self.metric.lane(1.0)
         if ti.static(self.branch_count > 0):
             C_bar = self.metric.scaled(r2, C)
@@ -118,8 +115,7 @@ class MaterialPoints:
     @ti.func
     def stored_energy(self, s, b, C, r2):
         """Energy density of law and Maxwell springs [J/m^3]."""
-        I1_bar = r2 * self.metric.contraction(C, self._identity(b))
-        w = self.energy_density(I1_bar, self._constants())
+        w = self.elastic.energy_density(C, r2, self._identity(b))
         for k in ti.static(range(self.branch_count)):
             A = self.metric.stored(self.viscous_metric[k], s, b)
             stretch = r2 * self.metric.contraction(C, A)
@@ -148,11 +144,3 @@ class MaterialPoints:
     @ti.func
     def _identity_determinant(self, b):
         return self.metric.determinant(self._identity(b))
-
-    @ti.func
-    def _slope(self, I1_bar):
-        return self.energy_slope(I1_bar, self._constants())
-
-    @ti.func
-    def _constants(self):
-        return ti.Vector([self.constants[i] for i in range(len(self.law.constants))])

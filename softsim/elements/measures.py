@@ -11,7 +11,7 @@ from softsim.elements.region import Region
 @dataclass(frozen=True)
 class ElementMeasures:
     """Per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress [Pa]
-    (law alone).
+    and shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
 
     nodal_pressure (n,) [Pa]: -kappa (J_a - 1), positive in compression; NaN beside the region.
     """
@@ -20,6 +20,7 @@ class ElementMeasures:
     stretch: np.ndarray
     I1_bar: np.ndarray
     von_mises: np.ndarray
+    shear_stiffness: np.ndarray
     nodal_pressure: np.ndarray
 
 
@@ -31,30 +32,30 @@ def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
         F = region.deformation(x)
         J = np.linalg.det(F)
         b = np.einsum("eij,ekj->eik", F, F)
-        trace = np.trace(b, axis1=1, axis2=2)
-        scale = np.abs(J) ** (-2.0 / 3.0)
-        I1_bar = scale * trace
-        # Cauchy stress deviator 2 W' / J dev b_bar.
-        factor = 2.0 * material.law.energy_slope(I1_bar, material.law.constants) * scale / J
-        deviator = b - trace[:, None, None] / 3.0 * np.eye(3)
-        von_mises = np.abs(factor) * np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2)))
-        stretch = np.sqrt(largest_eigenvalue(b))
+        principal = principal_values(b)
+        b_bar = (np.abs(J) ** (-2.0 / 3.0))[:, None] * principal
+        # tau / J is the deviator of the Cauchy stress.
+        von_mises = np.sqrt(1.5 * (material.law.stress(b_bar) ** 2).sum(axis=1)) / np.abs(J)
+        shear_stiffness = material.law.shear_stiffness(b_bar)
+        stretch = np.sqrt(principal[:, 0])
         share = 1.0 / cells.shape[1]
         current = nodal_sums(cells, (J * volume * share)[:, None], len(x))
         rest = nodal_sums(cells, (volume * share)[:, None], len(x))
         pressure = -material.bulk_modulus * (current / rest - 1.0)
-    return ElementMeasures(J, stretch, I1_bar, von_mises, pressure)
+    return ElementMeasures(J, stretch, b_bar.sum(axis=1), von_mises, shear_stiffness, pressure)
 
 
-def largest_eigenvalue(tensors: np.ndarray) -> np.ndarray:
-    """Largest eigenvalue (m,) of symmetric tensors (m, 3, 3), in closed form (Smith 1961, Comm.
-    ACM 4:168); numpy's solver takes fifty times as long on many small matrices. NaN where there
-    is one in the tensor. Where two eigenvalues are equal it keeps half the digits (the arc cosine
-    near 1), elsewhere all.
+def principal_values(tensors: np.ndarray) -> np.ndarray:
+    """Eigenvalues (m, 3), falling, of symmetric tensors (m, 3, 3), in closed form (Smith 1961,
+    Comm. ACM 4:168); numpy's solver takes fifty times as long on many small matrices. NaN where
+    there is one in the tensor. Where two eigenvalues are equal each keeps half the digits (the arc
+    cosine near 1), their sum and product all.
     """
     mean = np.trace(tensors, axis1=1, axis2=2) / 3.0
     deviator = tensors - mean[:, None, None] * np.eye(3)
     size = np.sqrt((deviator**2).sum(axis=(1, 2)) / 6.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         half_determinant = np.where(size > 0.0, np.linalg.det(deviator) / (2.0 * size**3), 0.0)
-    return mean + 2.0 * size * np.cos(np.arccos(np.clip(half_determinant, -1.0, 1.0)) / 3.0)
+    angle = np.arccos(np.clip(half_determinant, -1.0, 1.0)) / 3.0
+    angles = angle[:, None] - np.array([0.0, 2.0, -2.0]) * np.pi / 3.0
+    return mean[:, None] + 2.0 * size[:, None] * np.cos(angles)

@@ -61,6 +61,16 @@ class PlaneMetric:
         return A.aa * B.aa + A.bb * B.bb + 2.0 * A.ab * B.ab + A.zz * B.zz
 
     @ti.func
+    def raised(self, A, B):
+        """B A B: A with both of its lower indices raised by B."""
+        return self.Symmetric(
+            aa=B.aa * B.aa * A.aa + 2.0 * B.aa * B.ab * A.ab + B.ab * B.ab * A.bb,
+            bb=B.ab * B.ab * A.aa + 2.0 * B.ab * B.bb * A.ab + B.bb * B.bb * A.bb,
+            ab=B.aa * B.ab * A.aa + (B.aa * B.bb + B.ab * B.ab) * A.ab + B.ab * B.bb * A.bb,
+            zz=B.zz * B.zz * A.zz,
+        )
+
+    @ti.func
     def adjugate(self, A):
         """The components' determinant times the inverse of A."""
         return self.Symmetric(
@@ -138,6 +148,28 @@ class SpaceMetric:
             + A.bb * B.bb
             + A.cc * B.cc
             + 2.0 * (A.ab * B.ab + A.bc * B.bc + A.ca * B.ca)
+        )
+
+    @ti.func
+    def raised(self, A, B):
+        """B A B: A with both of its lower indices raised by B."""
+        # Rows of A B.
+        a_a = A.aa * B.aa + A.ab * B.ab + A.ca * B.ca
+        a_b = A.aa * B.ab + A.ab * B.bb + A.ca * B.bc
+        a_c = A.aa * B.ca + A.ab * B.bc + A.ca * B.cc
+        b_a = A.ab * B.aa + A.bb * B.ab + A.bc * B.ca
+        b_b = A.ab * B.ab + A.bb * B.bb + A.bc * B.bc
+        b_c = A.ab * B.ca + A.bb * B.bc + A.bc * B.cc
+        c_a = A.ca * B.aa + A.bc * B.ab + A.cc * B.ca
+        c_b = A.ca * B.ab + A.bc * B.bb + A.cc * B.bc
+        c_c = A.ca * B.ca + A.bc * B.bc + A.cc * B.cc
+        return self.Symmetric(
+            aa=B.aa * a_a + B.ab * b_a + B.ca * c_a,
+            bb=B.ab * a_b + B.bb * b_b + B.bc * c_b,
+            cc=B.ca * a_c + B.bc * b_c + B.cc * c_c,
+            ab=B.aa * a_b + B.ab * b_b + B.ca * c_b,
+            bc=B.ab * a_c + B.bb * b_c + B.bc * c_c,
+            ca=B.ca * a_a + B.bc * b_a + B.cc * c_a,
         )
 
     @ti.func

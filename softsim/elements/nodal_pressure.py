@@ -11,8 +11,8 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
-from softsim.elements.material import Material
 from softsim.fields import lane_data, lane_field, real_field
+from softsim.materials.material import Material
 from softsim.nodes import NodeLists
 
 

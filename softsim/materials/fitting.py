@@ -1,9 +1,8 @@
-"""Constants of a law from a uniaxial tensile test, by linear least squares.
+"""Constants of a law from a uniaxial tensile test, by least squares.
 
-The stress that is fitted is the nominal one of the incompressible solid,
-P = 2 (l - l^-2) dW/dI1 with I1 = l^2 + 2/l and l = 1 + strain (Holzapfel 2000, Nonlinear Solid
-Mechanics, section 6.5; Yeoh 1993, Rubber Chem. Technol. 66:754-771). It is linear in the constants
-of every law of `softsim.materials.laws`, so the best ones are found without a start value.
+The stress that is fitted is the nominal one of the incompressible solid (materials/modes.py), at
+l = 1 + strain. Where it is linear in the constants of a law the best ones are found without a start
+value; else from several, of which the best result is taken.
 
 The toe. A strain taken from the crosshead's travel has 1 to 2 % of slack in it, seen as a curve
 that starts late. It is not taken out: the initial tangent of the reference curves (Dragon Skin,
@@ -12,18 +11,21 @@ it does not tell the slack. Points below `min_strain` are left out instead, sinc
 error is the toe's. What remains: for each 1 % of slack C10 comes out 1 to 3 % too small.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from softsim.errors import MaterialError
-from softsim.materials.laws import Law
+from softsim.materials.law import Law
 from softsim.materials.modes import UNIAXIAL
 from softsim.materials.tensile import TensileTest
 
 MIN_STRAIN = 0.1
 """Strain below which a test from crosshead travel shows its slack rather than its material."""
+
+SPAN = (1e-6, 1e2)
+"""Constants that are found from a start, over those of the start."""
 
 FEWEST_POINTS = 8
 """Points that a fit needs: with fewer, the residual says nothing."""
@@ -52,16 +54,16 @@ class Fit:
 
 def fit_law(
     test: TensileTest,
-    law: Callable[..., Law],
+    law: type[Law],
     max_strain: float,
     min_strain: float = MIN_STRAIN,
     terms: int | None = None,
 ) -> Fit:
     """Fit `law` to the first loading of `test` between two engineering strains.
 
-    law: makes the law from its constants, a value of `LAWS`; terms: how many of its constants are
-    fitted, the later ones stay 0; None for all. A Yeoh law of two terms is often the better choice:
-    the third one of a silicone tends to be negative, and makes the stress fall beyond the range.
+    law: a value of `LAWS`; terms: how many of its terms are fitted, the later ones stay 0; None for
+    all. A Yeoh law of two terms is often the better choice: the third one of a silicone tends to be
+    negative, and makes the stress fall beyond the range.
     Each point counts by the strain it stands for, so that a densely sampled part has no more say.
 
     Raises
@@ -71,30 +73,27 @@ def fit_law(
     """
     terms = _checked_terms(law, terms)
     chosen = _in_range(test, min_strain, max_strain)
-    stretch = 1.0 + chosen.strain
-    columns = np.stack(
-        [UNIAXIAL.nominal_stress(law(*unit), stretch) for unit in np.eye(terms)], axis=1
-    )
-    # The columns differ by powers of I1 - 3: of a common size, none is lost to rounding.
-    size = np.linalg.norm(columns, axis=0)
     weight = _strain_shares(chosen.strain)
-    root = np.sqrt(weight)
-    solution, *_ = np.linalg.lstsq(columns / size * root[:, None], chosen.stress * root, rcond=None)
-    constants = [float(c) for c in solution / size]
-    if constants[0] <= 0.0:
+    starts = law.starts(terms, float(chosen.stress[0] / (3.0 * chosen.strain[0])))
+    if starts:
+        fitted = _fitted_from(law, starts, chosen, weight)
+    else:
+        fitted = _fitted_linearly(law, terms, chosen, weight)
+    if fitted.initial_shear_modulus <= 0.0:
+        constants = ", ".join(f"{name} = {c:.3g} Pa" for name, c in vars(fitted).items())
         raise MaterialError(
-            f"the fit between strains of {min_strain:g} and {max_strain:g} gives "
-            f"C10 = {constants[0]:.3g} Pa: a law needs C10 > 0",
+            f"the fit between strains of {min_strain:g} and {max_strain:g} gives {constants}: "
+            "a law needs an initial shear modulus > 0",
             hint="fit a smaller range (--max-strain), leave out more of the toe (--min-strain), "
             "or fit fewer constants (--terms)",
         )
-    error = columns @ constants - chosen.stress
+    error = UNIAXIAL.nominal_stress(fitted, 1.0 + chosen.strain) - chosen.stress
     relative = np.abs(error) / chosen.stress
     worst = int(np.argmax(relative))
     square = float(weight @ error**2)
     spread = chosen.stress - weight @ chosen.stress
     return Fit(
-        law=law(*constants),
+        law=fitted,
         min_strain=min_strain,
         max_strain=min(max_strain, float(test.first_loading().strain[-1])),
         points=len(chosen.strain),
@@ -106,8 +105,37 @@ def fit_law(
     )
 
 
-def _checked_terms(law: Callable[..., Law], terms: int | None) -> int:
-    most = len(law(1.0).constants)
+def _fitted_linearly(law: type[Law], terms: int, test: TensileTest, weight: np.ndarray) -> Law:
+    """The best of a law whose stress is linear in its constants; weight (points,): of squares."""
+    units = [law.of_constants(unit) for unit in np.eye(terms).tolist()]
+    columns = np.stack([UNIAXIAL.nominal_stress(unit, 1.0 + test.strain) for unit in units], axis=1)
+    # The columns differ by powers of I1 - 3: of a common size, none is lost to rounding.
+    size = np.linalg.norm(columns, axis=0)
+    root = np.sqrt(weight)
+    solution, *_ = np.linalg.lstsq(columns / size * root[:, None], test.stress * root, rcond=None)
+    return law.of_constants([float(c) for c in solution / size])
+
+
+def _fitted_from(
+    law: type[Law], starts: list[tuple[float, ...]], test: TensileTest, weight: np.ndarray
+) -> Law:
+    """The best that is found from these constants, each of which keeps its sign."""
+    root = np.sqrt(weight)
+
+    def error(relative: np.ndarray, start: np.ndarray) -> np.ndarray:
+        fitted = law.of_constants((relative * start).tolist())
+        return (UNIAXIAL.nominal_stress(fitted, 1.0 + test.strain) - test.stress) * root
+
+    results = [
+        (least_squares(error, np.ones(len(start)), bounds=SPAN, args=(start,)), start)
+        for start in map(np.array, starts)
+    ]
+    best, start = min(results, key=lambda result: result[0].cost)
+    return law.of_constants((best.x * start).tolist())
+
+
+def _checked_terms(law: type[Law], terms: int | None) -> int:
+    most = law.most_terms
     if terms is not None and not 1 <= terms <= most:
         raise MaterialError(f"{terms} terms: this law has {most}", hint=f"give 1 to {most}")
     return most if terms is None else terms

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.materials.laws import Law
+from softsim.materials.law import Law
 from softsim.units import format_quantity
 
 # ABAQUS/Explicit takes this ratio kappa / mu0 where no compressibility is given.

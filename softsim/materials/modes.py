@@ -3,14 +3,14 @@
 Each is one stretch l and principal stretches l^a that multiply to 1, so that W is a function of l
 alone. The nominal stress on an axis that is pulled is then dW/dl over the number of pulled axes
 (Ogden 1984, Non-linear Elastic Deformations, section 7.2; Holzapfel 2000, Nonlinear Solid
-Mechanics, section 6.5). For uniaxial tension that is P = 2 (l - l^-2) dW/dI1, I1 = l^2 + 2/l.
+Mechanics, section 6.5). For uniaxial tension that is P = 2 (l - l^-2) (W1 + W2 / l).
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.materials.laws import Law
+from softsim.materials.law import Law
 
 
 @dataclass(frozen=True)
@@ -24,35 +24,29 @@ class Mode:
     name: str
     exponents: tuple[float, float, float]
 
-    def I1(self, stretch: np.ndarray) -> np.ndarray:
-        """First invariant [-]: the sum of the squared principal stretches."""
-        return np.asarray(sum(stretch ** (2.0 * a) for a in self.exponents))
+    def squared_stretches(self, stretch: np.ndarray) -> np.ndarray:
+        """b (..., 3) [-] at stretches (...,)."""
+        return stretch[..., None] ** (2.0 * np.array(self.exponents))
 
     def nominal_stress(self, law: Law, stretch: np.ndarray) -> np.ndarray:
         """Force over undeformed area on a pulled axis [Pa]."""
-        slope = law.energy_slope(self.I1(stretch), law.constants)
-        return slope * self._I1_slope(stretch) / self._pulled_axes
+        return self._energy_slope(law, stretch) / self._pulled_axes
 
     def stress_slope(self, law: Law, stretch: np.ndarray) -> np.ndarray:
-        """d(nominal stress)/d(stretch) [Pa]."""
-        I1, c = self.I1(stretch), law.constants
-        change = (
-            law.energy_curvature(I1, c) * self._I1_slope(stretch) ** 2
-            + law.energy_slope(I1, c) * self._I1_curvature(stretch)
-        )  # fmt: skip
-        return change / self._pulled_axes
+        """d(nominal stress)/d(stretch) [Pa]: d2W/dl2 = (a . H a / l - dW/dl) / l."""
+        a = np.array(self.exponents)
+        change = law.stiffness(self.squared_stretches(stretch)) @ a @ a
+        slope = (change / stretch - self._energy_slope(law, stretch)) / stretch
+        return slope / self._pulled_axes
 
     @property
     def _pulled_axes(self) -> int:
         return self.exponents.count(1.0)
 
-    def _I1_slope(self, stretch: np.ndarray) -> np.ndarray:
-        return np.asarray(sum(2.0 * a * stretch ** (2.0 * a - 1.0) for a in self.exponents))
-
-    def _I1_curvature(self, stretch: np.ndarray) -> np.ndarray:
-        return np.asarray(
-            sum(2.0 * a * (2.0 * a - 1.0) * stretch ** (2.0 * a - 2.0) for a in self.exponents)
-        )
+    def _energy_slope(self, law: Law, stretch: np.ndarray) -> np.ndarray:
+        """dW/dl = a . tau / l [Pa]; as the exponents add up to 0, a pressure has no part in it."""
+        tau = law.extra_stress(self.squared_stretches(stretch))
+        return np.asarray(tau @ np.array(self.exponents) / stretch)
 
 
 UNIAXIAL = Mode("uniaxial", (1.0, -0.5, -0.5))

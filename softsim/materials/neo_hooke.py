@@ -9,12 +9,16 @@ The functions take any number that adds and multiplies: floats, numpy arrays, Ta
 
 from dataclasses import dataclass
 
+from softsim.materials.law import FirstInvariantLaw
+
 
 @dataclass(frozen=True)
-class NeoHooke:
+class NeoHooke(FirstInvariantLaw):
     """Constant C10 [Pa] of the isochoric energy density."""
 
     C10: float
+
+    most_terms = 1
 
     @property
     def constants(self) -> tuple[float, ...]:

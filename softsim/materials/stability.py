@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from softsim.materials.laws import Law
+from softsim.materials.law import Law
 from softsim.materials.modes import EQUIBIAXIAL, PLANAR, UNIAXIAL
 
 LARGEST_STRETCH, SMALLEST_STRETCH = 10.0, 0.2
@@ -41,14 +41,28 @@ def instability_stretch(
 
 
 def first_unstable_I1(law: Law, largest_I1: float) -> float | None:
-    """First I1_bar in [3, largest_I1] at which dW/dI1_bar <= 0, or None.
+    """First I1_bar in [3, largest_I1] at which a law has lost its shear stiffness, or None.
 
-    There the shear stiffness is gone in every mode: an element that gets there has no way back.
-    The stress stops rising earlier than this, see `instability_stretch`.
+    There W1 + W2 b_k <= 0 (`Law.shear_stiffness`; of a law W(I1_bar) that is W' <= 0, whatever the
+    mode): an element that gets there has no way back. The stress stops rising earlier than this,
+    see `instability_stretch`. Looked for in uniaxial tension and compression, which among all
+    deformations of one I1_bar have the smallest and the largest I2_bar, and in planar tension.
     """
-    return _first_not_positive(
-        lambda I1: law.energy_slope(I1, law.constants), np.linspace(3.0, largest_I1, GRID)
-    )
+
+    def smallest(I1: np.ndarray) -> np.ndarray:
+        # The positive roots of l^3 - I1 l + 2 = 0, and of l^2 + 1 + l^-2 = I1.
+        angle = np.arccos(np.maximum(-((3.0 / I1) ** 1.5), -1.0)) / 3.0
+        tension, compression = (
+            2.0 * np.sqrt(I1 / 3.0) * np.cos(angle - shift) for shift in (0.0, 2.0 * np.pi / 3.0)
+        )
+        planar = np.sqrt(0.5 * (I1 - 1.0 + np.sqrt((I1 - 3.0) * (I1 + 1.0))))
+        paths = ((UNIAXIAL, tension), (UNIAXIAL, compression), (PLANAR, planar))
+        return np.min(
+            [law.shear_stiffness(mode.squared_stretches(stretch)) for mode, stretch in paths],
+            axis=0,
+        )
+
+    return _first_not_positive(smallest, np.linspace(3.0, largest_I1, GRID))
 
 
 def _first_not_positive(

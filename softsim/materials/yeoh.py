@@ -8,14 +8,18 @@ The functions take any number that adds and multiplies: floats, numpy arrays, Ta
 
 from dataclasses import dataclass
 
+from softsim.materials.law import FirstInvariantLaw
+
 
 @dataclass(frozen=True)
-class Yeoh:
+class Yeoh(FirstInvariantLaw):
     """Constants C10, C20, C30 [Pa] of the isochoric energy density."""
 
     C10: float
     C20: float = 0.0
     C30: float = 0.0
+
+    most_terms = 3
 
     @property
     def constants(self) -> tuple[float, ...]:

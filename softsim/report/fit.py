@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from softsim.materials.fitting import Fit
+from softsim.materials.law import Law
 from softsim.materials.modes import UNIAXIAL
 from softsim.materials.stability import LARGEST_STRETCH, SMALLEST_STRETCH, instability_stretch
 from softsim.materials.tensile import TensileTest
@@ -66,15 +67,26 @@ def _draw_law(axes: Axes, fit: Fit, largest: float, factor: float) -> None:
 
 
 def _constants(fit: Fit) -> str:
-    values = [f"{name} = {c / 1e3:#.3g} kPa" for name, c in vars(fit.law).items() if c]
+    values = [f"{name} = {', '.join(_numbers(fit.law, name, 3))}" for name in _not_zero(fit.law)]
     return f"{type(fit.law).__name__}, {', '.join(values)}"
+
+
+def _not_zero(law: Law) -> list[str]:
+    """The fields of a law that have a say."""
+    return [name for name, value in vars(law).items() if np.any(value)]
+
+
+def _numbers(law: Law, name: str, digits: int) -> list[str]:
+    """The numbers of a field, one or several, with their unit."""
+    factor, unit = (1.0, "") if name in law.pure_numbers else (1e-3, " kPa")
+    return [f"{factor * c:#.{digits}g}{unit}" for c in np.ravel(getattr(law, name))]
 
 
 def fit_rows(fit: Fit) -> list[tuple[str, str]]:
     """The numbers of a fit as (name, text): range, constants, how well it fits, where it holds."""
     rows = [
         ("range", f"strain {fit.min_strain:.3g} to {fit.max_strain:.3g}, {fit.points} points"),
-        *((name, f"{c / 1e3:#.4g} kPa") for name, c in vars(fit.law).items()),
+        *((name, ", ".join(_numbers(fit.law, name, 4))) for name in vars(fit.law)),
         ("mu0", f"{fit.law.initial_shear_modulus / 1e3:#.4g} kPa"),
         (
             "residual",
@@ -100,9 +112,15 @@ def scene_snippet(test: TensileTest, fit: Fit, law: str) -> str:
         "materials:",
         f"  {name}:",
         f"    law: {law}",
-        *(f"    {key}: {c / 1e3:#.3g} kPa" for key, c in vars(fit.law).items() if c),
+        *(f"    {name}: {_in_yaml(fit.law, name)}" for name in _not_zero(fit.law)),
         f"    density: {ASSUMED_DENSITY} kg/m^3  # assumed, a tensile test does not tell it",
         f"    strain_range: {fit.max_strain:.3g}",
         f"    source: {json.dumps(f'fit to {test.source}, uniaxial', ensure_ascii=False)}",
     ]
     return "\n".join(lines)
+
+
+def _in_yaml(law: Law, name: str) -> str:
+    """A field as a scene has it: a number with its unit, or a list of such."""
+    numbers = _numbers(law, name, 3)
+    return f"[{', '.join(numbers)}]" if np.ndim(getattr(law, name)) else numbers[0]

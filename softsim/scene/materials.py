@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from softsim.scene.part import Part
 from softsim.scene.quantities import (
@@ -16,6 +16,12 @@ from softsim.scene.quantities import (
     written,
 )
 from softsim.scene.spectra import Spectrum
+
+
+def _some(exponent: float) -> float:
+    if exponent == 0.0:
+        raise ValueError("an exponent must not be 0")
+    return exponent
 
 
 class PronyTerm(Part):
@@ -100,4 +106,62 @@ class NeoHookeanMaterial(_Rubber):
         return (self.C10,)
 
 
-Material = Annotated[YeohMaterial | NeoHookeanMaterial, Field(discriminator="law")]
+class MooneyRivlinMaterial(_Rubber):
+    """A Mooney-Rivlin solid: W = C10 (I1_bar - 3) + C01 (I2_bar - 3), the shear modulus is
+    2 (C10 + C01).
+    """
+
+    law: Literal["mooney_rivlin"] = Field(description="The strain-energy law.")
+    C10: Pressure = Field(description="Of the first invariant.")
+    C01: Pressure = Field(description="Of the second invariant.")
+
+    @field_validator("C01")
+    @classmethod
+    def _stiff_at_rest(cls, C01: float, info: ValidationInfo) -> float:
+        C10 = info.data.get("C10")
+        if C10 is not None and C10 + C01 <= 0.0:
+            raise ValueError(f"C10 + C01 = {C10 + C01:g} Pa must be greater than 0 Pa")
+        return C01
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """Of the law, as it takes them [Pa]."""
+        return (self.C10, self.C01)
+
+
+class OgdenMaterial(_Rubber):
+    """An Ogden solid, with ABAQUS's constants: W = sum 2 mu / alpha^2 (l1^alpha + l2^alpha +
+    l3^alpha - 3), l1, l2, l3 the isochoric principal stretches; the shear modulus is sum mu.
+    """
+
+    law: Literal["ogden"] = Field(description="The strain-energy law.")
+    mu: tuple[Pressure, ...] = Field(min_length=1, max_length=6, description="Of each term.")
+    alpha: tuple[Annotated[Number, AfterValidator(_some)], ...] = Field(
+        description="The exponent of each term."
+    )
+
+    @field_validator("mu")
+    @classmethod
+    def _stiff_at_rest(cls, mu: tuple[float, ...]) -> tuple[float, ...]:
+        if sum(mu) <= 0.0:
+            raise ValueError(f"all terms add up to {sum(mu):g} Pa: must be greater than 0 Pa")
+        return mu
+
+    @field_validator("alpha")
+    @classmethod
+    def _one_for_each(cls, alpha: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        mu = info.data.get("mu")
+        if mu is not None and len(alpha) != len(mu):
+            raise ValueError(f"must have {len(mu)} numbers, as many as mu, not {len(alpha)}")
+        return alpha
+
+    @property
+    def constants(self) -> tuple[tuple[float, ...], ...]:
+        """Of the law, as it takes them: moduli [Pa] and exponents [-]."""
+        return (self.mu, self.alpha)
+
+
+Material = Annotated[
+    YeohMaterial | NeoHookeanMaterial | MooneyRivlinMaterial | OgdenMaterial,
+    Field(discriminator="law"),
+]

@@ -62,23 +62,22 @@ def refuse_crowding(time: float) -> NoReturn:
 
 def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
     """Warnings, by region and kind, of a law past the strain that it was fitted on, or past the
-    loss of its stiffness (dW/dI1 <= 0).
+    loss of its shear stiffness (`Law.shear_stiffness`).
     """
     warnings = {}
     for body in model.bodies:
         for region in body.regions:
             material, part = region.material, _part_name(region)
             measured = measure_elements(region, x[region.nodes])
-            slope = material.law.energy_slope(measured.I1_bar, material.law.constants)
-            weakest, longest = int(np.argmin(slope)), int(np.argmax(measured.stretch))
-            if slope[weakest] <= 0.0:
+            stiffness, fitted = measured.shear_stiffness, material.strain_range
+            weakest, longest = int(np.argmin(stiffness)), int(np.argmax(measured.stretch))
+            if stiffness[weakest] <= 0.0:
                 warnings[f"{part} unstable"] = (
                     f"{_where(body, region.numbers[weakest], time)} is where material "
                     f"'{material.name}' has lost its stiffness: I1 = "
                     f"{measured.I1_bar[weakest]:.3g}; fit the law over a wider range, or with "
                     "fewer terms"
                 )
-            fitted = material.strain_range
             if fitted is not None and measured.stretch[longest] > 1.0 + fitted:
                 warnings[f"{part} range"] = (
                     f"{_where(body, region.numbers[longest], time)} is stretched to "

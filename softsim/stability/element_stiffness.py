@@ -112,7 +112,7 @@ class RegionStiffness:
 
         share (r,) [m^3]: of the present volume, a corner's. stiffness (r,) [J]: V (material F_zz^2
         + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
-        that is V tau_zz (Kirchhoff stress), at most V (2 W' b_bar_zz + |q|) of tangent.py.
+        that is V tau_zz, see tangent.py.
         """
         cells = self.region.cells
         gradient, curvature = (
@@ -144,10 +144,7 @@ class RegionStiffness:
         with np.errstate(invalid="ignore", divide="ignore"):
             b_bar = np.abs(J) ** (-2.0 / 3.0) * (F[:, None] * F).sum(axis=2)
             present = (cofactors(F)[:d, :d] * gradients[:, None]).sum(axis=2) / J
-        I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
-        e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
-        e_size = np.sqrt(np.maximum(e_squared, 0.0))
-        modulus = tangent_bound(self.region.material, J, I1_bar, e_size, pressure)
+        modulus = tangent_bound(self.region.material, J, b_bar, pressure)
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
         share = J * volumes / self.corners

@@ -12,6 +12,17 @@ whose largest eigenvalue is r. So the variation is at most
     2 W' tr(h b_bar h^T) + (|q| + max(r, 0)) |h|^2,  where tr(h b_bar h^T) = J^(-2/3) |Grad u|^2.
 At rest that is 2 mu0 |grad u|^2, the exact one being 2 mu0 |dev sym grad u|^2.
 
+Of W(I1_bar, I2_bar) the variation is taken along the principal axes of b_bar (Ogden 1984,
+Non-linear Elastic Deformations, section 6.1), with H and W1, W2 of materials/law.py and the whole
+Kirchhoff stress tau, p J included. It falls apart into the normal components h_ii, with the matrix
+    H_ij + p J - tau_i delta_ij,
+and the pairs (h_ij, h_ji), with
+    [ a b_j    a b_j - tau_j ]
+    [ sym.     a b_i         ],    a = 2 W1 + 2 W2 b_k,  k the third axis.
+2 max(W1, 0) tr(h b_bar h^T) is split off again: that takes 2 max(W1, 0) b_j from what h_ij^2 is
+multiplied by, and the largest eigenvalue of what is left is the rest of the bound. It is no less
+than tau_i - 2 max(W1, 0) b_i: a ring's F_zz has a second variation of its own.
+
 A Maxwell branch adds what a law with W' = mu/2 would, its metric F A F^T J^(-2/3) in the place of
 b_bar. In an element that came straight from rest that metric lies between b_bar (nothing has
 relaxed) and I (all has); both ends are covered, and so is what lies between.
@@ -21,7 +32,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.elements.measures import principal_values
+from softsim.materials.law import FirstInvariantLaw, Law
 from softsim.materials.material import Material
+
+AXES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+"""Two axes of a pair, and the third."""
 
 
 @dataclass(frozen=True)
@@ -33,14 +49,40 @@ class TangentBound:
 
 
 def tangent_bound(
-    material: Material, J: np.ndarray, I1_bar: np.ndarray, e_size: np.ndarray, pressure: np.ndarray
+    material: Material, J: np.ndarray, b_bar: np.ndarray, pressure: np.ndarray
 ) -> TangentBound:
-    """The bound for elements (m,) with these J, I1_bar, |e|, and pressure [Pa], positive in
-    tension.
+    """The bound for elements with these J (m,), b_bar (3, 3, m), and pressure (m,) [Pa], positive
+    in tension.
     """
-    law, c = material.law, material.law.constants
+    law = material.law
     branches = sum(branch.shear_modulus for branch in material.branches)
-    slope, curvature = law.energy_slope(I1_bar, c), law.energy_curvature(I1_bar, c)
+    I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
+    if isinstance(law, FirstInvariantLaw):
+        slope = law.energy_slope(I1_bar, law.constants)
+        curvature = law.energy_curvature(I1_bar, law.constants)
+        return _of_first_invariant(slope, curvature, branches, J, b_bar, pressure)
+    zero = np.zeros_like(J)
+    beside = _of_first_invariant(zero, zero, branches, J, b_bar, zero)
+    b = principal_values(np.moveaxis(b_bar, -1, 0))
+    split = 2.0 * np.maximum(law.slopes(b)[0], 0.0)
+    return TangentBound(
+        split * np.abs(J) ** (-2.0 / 3.0) + beside.material,
+        _largest_left(law, b, split, pressure * J) + beside.spatial,
+    )
+
+
+def _of_first_invariant(
+    slope: np.ndarray,
+    curvature: np.ndarray,
+    branches: float,
+    J: np.ndarray,
+    b_bar: np.ndarray,
+    pressure: np.ndarray,
+) -> TangentBound:
+    """Of a law with these W' and W'' (m,) [Pa] and branches with this sum of moduli [Pa]."""
+    I1_bar = b_bar[0, 0] + b_bar[1, 1] + b_bar[2, 2]
+    e_squared = (b_bar**2).sum(axis=(0, 1)) - I1_bar**2 / 3.0
+    e_size = np.sqrt(np.maximum(e_squared, 0.0))
     unrelaxed = slope + 0.5 * branches
     # I1_bar W' with all branches relaxed; of both ends the smaller one, as I1_bar >= 3.
     relaxed_product = I1_bar * slope + 3.0 * 0.5 * branches
@@ -60,3 +102,20 @@ def tangent_bound(
         2.0 * np.maximum(unrelaxed, 0.0) * np.abs(J) ** (-2.0 / 3.0),
         q + np.maximum(r, 0.0) + branches * missing,
     )
+
+
+def _largest_left(law: Law, b: np.ndarray, split: np.ndarray, pJ: np.ndarray) -> np.ndarray:
+    """What is left of the variation of a law at b (m, 3) over |h|^2 (m,) [Pa], at most, once
+    split tr(h b_bar h^T) is taken from it.
+    """
+    W1, W2 = law.slopes(b)
+    tau = law.stress(b) + pJ[:, None]
+    taken = split[:, None] * b
+    normal = law.stiffness(b) + pJ[:, None, None] - (tau + taken)[:, :, None] * np.eye(3)
+    largest = [principal_values(normal)[:, 0], *(tau - taken).T]
+    for i, j, k in AXES:
+        a = 2.0 * (W1 + W2 * b[:, k])
+        one, other = a * b[:, j] - taken[:, j], a * b[:, i] - taken[:, i]
+        both = a * b[:, j] - tau[:, j]
+        largest.append(0.5 * (one + other) + np.hypot(0.5 * (one - other), both))
+    return np.maximum(np.max(largest, axis=0), 0.0)

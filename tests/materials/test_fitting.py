@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 from softsim.builder import library_material
 from softsim.errors import MaterialError
 from softsim.materials.fitting import fit_law
-from softsim.materials.modes import UNIAXIAL
+from softsim.materials.modes import EQUIBIAXIAL, UNIAXIAL
+from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.ogden import Ogden
 from softsim.materials.tensile import TensileTest, read_tensile_test
 from softsim.materials.yeoh import Yeoh
 
@@ -41,6 +43,35 @@ def test_the_constants_of_a_yeoh_solid_come_back(C10, C20, C30):
 def test_the_constant_of_a_neo_hookean_solid_comes_back(C10):
     fit = fit_law(pulled(NeoHooke(C10), np.linspace(0.0, 1.0, 20)), NeoHooke, max_strain=1.0)
     assert fit.law.constants == pytest.approx((C10,), rel=1e-12)
+
+
+@given(number(1e3, 1e6), number(-1e3, 1e5))
+def test_the_constants_of_a_mooney_rivlin_solid_come_back(C10, C01):
+    test = pulled(MooneyRivlin(C10, C01), np.linspace(0.0, 1.0, 20))
+    fit = fit_law(test, MooneyRivlin, max_strain=1.0)
+    assert fit.law.constants == pytest.approx((C10, C01), abs=1e-9 * (C10 + abs(C01)))
+
+
+@pytest.mark.parametrize(
+    ("mu", "alpha", "terms"), [((40e3,), (3.0,), 1), ((40e3, 2e3), (1.8, -3.0), 2)]
+)
+def test_the_terms_of_an_ogden_solid_come_back(mu, alpha, terms):
+    test = pulled(Ogden(mu, alpha), np.linspace(0.0, 2.0, 50))
+    fit = fit_law(test, Ogden, max_strain=2.0, terms=terms)
+    assert fit.law.mu == pytest.approx(mu, rel=1e-6)
+    assert fit.law.alpha == pytest.approx(alpha, rel=1e-6)
+
+
+def test_three_terms_hold_a_rubber_in_every_mode():
+    """Ogden's constants (1972) for Treloar's rubber, pulled to a stretch of 7: found again from
+    the one curve, so that another mode is met as well.
+    """
+    rubber = Ogden((409.5e3, 3e3, 10e3), (1.3, 5.0, -2.0))
+    fit = fit_law(pulled(rubber, np.linspace(0.0, 6.0, 60)), Ogden, max_strain=6.0)
+    assert fit.worst_error < 1e-6
+    stretch = np.linspace(1.1, 4.0, 20)
+    expected = EQUIBIAXIAL.nominal_stress(rubber, stretch)
+    np.testing.assert_allclose(EQUIBIAXIAL.nominal_stress(fit.law, stretch), expected, rtol=1e-4)
 
 
 def test_a_negative_third_constant_comes_back():

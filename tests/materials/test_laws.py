@@ -8,10 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softsim.builder import library_material, library_names
+from softsim.materials.functions import Functions
+from softsim.materials.law import FirstInvariantLaw
 from softsim.materials.laws import LAWS
 from softsim.materials.material import Material, bulk_modulus_from_poisson_ratio
 from softsim.materials.maxwell import MaxwellSeries
+from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.materials.neo_hooke import NeoHooke
+from softsim.materials.ogden import Ogden
 from softsim.materials.stability import first_unstable_I1, instability_stretch
 from softsim.materials.yeoh import Yeoh
 
@@ -21,12 +25,33 @@ def number(low, high):
 
 
 YEOH = st.builds(Yeoh, number(1e3, 1e6), number(-1e4, 1e5), number(-1e3, 1e4))
-LAW = st.one_of(YEOH, st.builds(NeoHooke, number(1e3, 1e6)))
+FIRST_INVARIANT = st.one_of(YEOH, st.builds(NeoHooke, number(1e3, 1e6)))
+# Exponents beyond what any rubber was fitted with.
+OGDEN = st.lists(
+    st.tuples(number(1e3, 1e6), st.one_of(number(0.5, 8.0), number(-6.0, -0.5))),
+    min_size=1,
+    max_size=3,
+).map(lambda terms: Ogden(*zip(*terms, strict=True)))
+MOONEY_RIVLIN = st.builds(MooneyRivlin, number(1e3, 1e6), number(-1e4, 1e5))
+LAW = st.one_of(FIRST_INVARIANT, MOONEY_RIVLIN, OGDEN)
+EXAMPLES = [
+    Yeoh(36e3, 250.0, 23.0), NeoHooke(36e3), MooneyRivlin(30e3, 6e3),
+    Ogden((60e3, 10e3), (1.7, -2.3)), Ogden((72e3,), (3.1,)),
+]  # fmt: skip
 INVARIANT = number(3.0, 12.0)
 # F = 1 + A with |A_ij| <= 0.3 has a positive determinant: no row of A sums up to 1.
 GRADIENT = st.lists(number(-0.3, 0.3), min_size=9, max_size=9).map(
     lambda entries: np.eye(3) + np.reshape(entries, (3, 3))
 )
+LOGARITHMS = st.tuples(number(-1.2, 1.2), number(-1.2, 1.2)).map(
+    lambda two: np.array([*two, -sum(two)])
+)
+
+
+def energy_of(law, I1, I2):
+    if isinstance(law, FirstInvariantLaw):
+        return law.energy_density(I1, law.constants)
+    return law.energy_density(I1, I2, law.constants, Functions())
 
 
 def I1_bar(F):
@@ -34,7 +59,15 @@ def I1_bar(F):
 
 
 def energy(law, F):
-    return law.energy_density(I1_bar(F), law.constants)
+    inverse = np.linalg.inv(F)
+    I2_bar = np.linalg.det(F) ** (2.0 / 3.0) * np.sum(inverse * inverse)
+    return energy_of(law, I1_bar(F), I2_bar)
+
+
+def energy_along(law, logarithms):
+    """W at principal stretches that need not multiply to 1."""
+    b = np.exp(2.0 * (logarithms - logarithms.mean()))
+    return energy_of(law, b.sum(), (1.0 / b).sum())
 
 
 def size(law):
@@ -42,7 +75,7 @@ def size(law):
     return sum(abs(c) * 10.0**k for k, c in enumerate(law.constants))
 
 
-@given(LAW, INVARIANT)
+@given(FIRST_INVARIANT, INVARIANT)
 def test_slope_and_curvature_are_derivatives(law, I1):
     """W is a cubic at most, so a central difference of it is off by C30 h^2 only."""
     h, c = 1e-3, law.constants
@@ -58,11 +91,13 @@ def test_slope_and_curvature_are_derivatives(law, I1):
 
 @given(LAW, GRADIENT)
 def test_stress_is_the_derivative_of_the_energy(law, F):
-    """P = dW/dF = 2 W' J^(-2/3) (F - (tr F^T F / 3) F^-T), entry by entry."""
-    J = np.linalg.det(F)
-    slope = law.energy_slope(I1_bar(F), law.constants)
-    inverse = np.linalg.inv(F).T
-    stress = 2.0 * slope * J ** (-2.0 / 3.0) * (F - np.sum(F * F) / 3.0 * inverse)
+    """P = dW/dF = 2 J^(-2/3) (W1 dev b - W2 dev b^-1) F^-T, entry by entry."""
+    J, inverse = np.linalg.det(F), np.linalg.inv(F).T
+    b_bar = J ** (-2.0 / 3.0) * F @ F.T
+    principal = np.linalg.eigvalsh(b_bar)
+    W1, W2 = law.slopes(principal)
+    fictitious = 2.0 * (W1 * b_bar - W2 * np.linalg.inv(b_bar))
+    stress = (fictitious - np.trace(fictitious) / 3.0 * np.eye(3)) @ inverse
     h = 1e-5
     differences = np.empty((3, 3))
     for entry in np.ndindex(3, 3):
@@ -71,7 +106,61 @@ def test_stress_is_the_derivative_of_the_energy(law, F):
         differences[entry] = (energy(law, F + step) - energy(law, F - step)) / (2.0 * h)
     # The truncation error goes with the third derivative, which grows as F^-T does.
     steep = np.abs(inverse).max() ** 3 * max(I1_bar(F) - 2.0, 1.0) ** 3
+    if not isinstance(law, FirstInvariantLaw):  # and with powers of the stretches
+        steep *= np.max(law.stiffness(principal)) / law.initial_shear_modulus
     assert stress == pytest.approx(differences, abs=1e-7 * size(law) * steep)
+
+
+@given(LAW, LOGARITHMS)
+def test_principal_stress_and_stiffness_are_derivatives(law, logarithms):
+    """Of W by the logarithms of the stretches, once and twice; at the ends of the range of a
+    stretch of 1/11 to 11 too.
+    """
+    h, b = 1e-4, np.exp(2.0 * logarithms)
+    scale = np.abs(law.stiffness(b)).max() + law.initial_shear_modulus
+    first, second = np.empty(3), np.empty((3, 3))
+    for i in range(3):
+        step = h * np.eye(3)[i]
+        ends = [logarithms + step, logarithms - step]
+        first[i] = (energy_along(law, ends[0]) - energy_along(law, ends[1])) / (2.0 * h)
+        stresses = [law.stress(np.exp(2.0 * (end - end.mean()))) for end in ends]
+        second[i] = (stresses[0] - stresses[1]) / (2.0 * h)
+    np.testing.assert_allclose(law.stress(b), first, atol=1e-6 * scale)
+    np.testing.assert_allclose(law.stiffness(b), second, atol=1e-6 * scale)
+
+
+@given(number(1e3, 1e6), number(0.0, 1e5), LOGARITHMS)
+def test_ogden_holds_neo_hooke_and_mooney_rivlin(C10, C01, logarithms):
+    """alpha = 2 is I1_bar, alpha = -2 is I2_bar."""
+    b = np.exp(2.0 * logarithms)
+    for ogden, same in (
+        (Ogden((2.0 * C10,), (2.0,)), NeoHooke(C10)),
+        (Ogden((2.0 * C10, 2.0 * C01), (2.0, -2.0)), MooneyRivlin(C10, C01)),
+    ):
+        scale = (C10 + C01) * b.max() / b.min()
+        np.testing.assert_allclose(ogden.slopes(b), same.slopes(b), atol=1e-9 * (C10 + C01))
+        np.testing.assert_allclose(ogden.stiffness(b), same.stiffness(b), atol=1e-12 * scale)
+        assert energy_along(ogden, logarithms) == pytest.approx(
+            energy_along(same, logarithms), abs=1e-12 * scale
+        )
+
+
+@pytest.mark.parametrize("alpha", [-7.0, -1.3, 0.5, 3.1, 8.0])
+@pytest.mark.parametrize("apart", [0.0, 1e-9, 1e-6, 1e-4, 1e-3, 2e-3, 1e-2, 0.3])
+@pytest.mark.parametrize("stretch", [0.2, 0.9999, 1.0, 1.003, 5.0])
+def test_slopes_of_ogden_where_stretches_meet(alpha, apart, stretch):
+    """Two stretches that are equal or nearly so, or all three: tau = 2 W1 dev b - 2 W2 dev 1/b is
+    mu / alpha dev l^alpha, which needs no difference, to 1e-9 of its terms.
+    """
+    law = Ogden((1.0,), (alpha,))
+    stretches = np.array([stretch * np.exp(apart), stretch, np.exp(-apart) / stretch**2])
+    W1, W2 = law.slopes(stretches**2)
+    found = 2.0 * (W1 * stretches**2 - W2 / stretches**2)
+    power = 2.0 / alpha * stretches**alpha
+    scale = np.abs(W1) * (stretches**2).max() + np.abs(W2) * (stretches**-2).max()
+    np.testing.assert_allclose(
+        found - found.mean(), power - power.mean(), atol=1e-9 * (scale + np.abs(power).max())
+    )
 
 
 @given(LAW, GRADIENT, st.lists(number(-1.0, 1.0), min_size=4, max_size=4))
@@ -86,20 +175,30 @@ def test_a_rotation_changes_no_energy(law, F, quaternion):
     assert energy(law, F @ Q) == expected
 
 
-@pytest.mark.parametrize("law", [Yeoh(36e3, 250.0, 23.0), NeoHooke(36e3)])
+@pytest.mark.parametrize("law", EXAMPLES)
 def test_initial_shear_modulus_is_that_of_simple_shear(law):
-    """W of a small simple shear g is mu g^2 / 2, and I1_bar - 3 = g^2."""
+    """W of a small simple shear g is mu g^2 / 2, and I1_bar - 3 = I2_bar - 3 = g^2."""
     g = 1e-4
-    energy_density = law.energy_density(3.0 + g**2, law.constants)
+    energy_density = energy_of(law, 3.0 + g**2, 3.0 + g**2)
     assert energy_density == pytest.approx(0.5 * law.initial_shear_modulus * g**2, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_arrays_in_arrays_out(name):
+@pytest.mark.parametrize("law", EXAMPLES)
+def test_constants_and_back(law):
+    assert type(law).of_constants(law.constants) == law
+    assert type(law) in LAWS.values()
+
+
+@pytest.mark.parametrize("law", EXAMPLES)
+def test_arrays_in_arrays_out(law):
     """Kernels and the time step put whole arrays in, where a law's slope is constant too."""
-    law, I1 = LAWS[name](1e3), np.linspace(3.0, 9.0, 5)
-    for function in (law.energy_density, law.energy_slope, law.energy_curvature):
-        assert np.shape(function(I1, law.constants)) == (5,)
+    b = np.ones((5, 3)) * [1.2, 1.0, 1.0 / 1.2]
+    I1, I2 = b.sum(axis=1), (1.0 / b).sum(axis=1)
+    assert np.shape(energy_of(law, I1, I2)) == (5,)
+    assert [np.shape(slope) for slope in law.slopes(b)] == [(5,), (5,)]
+    assert law.stress(b).shape == (5, 3)
+    assert law.stiffness(b).shape == (5, 3, 3)
+    assert law.shear_stiffness(b).shape == (5,)
 
 
 @pytest.mark.parametrize("name", library_names())

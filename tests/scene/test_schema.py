@@ -3,11 +3,13 @@ import yaml
 from pydantic import BaseModel, ValidationError
 
 from softsim.scene import bodies, meshes, outputs, profiles, schema, surroundings
-from softsim.scene.materials import YeohMaterial
+from softsim.scene.materials import MooneyRivlinMaterial, OgdenMaterial, YeohMaterial
 from softsim.scene.quantities import NotNegativePressure
 from softsim.scene.schema import Scene, scene_json_schema
 
 YEOH = {"law": "yeoh", "C10": "36 kPa", "density": "1070 kg/m^3"}
+MOONEY_RIVLIN = {"law": "mooney_rivlin", "C10": "30 kPa", "C01": "6 kPa", "density": "1 g/cm^3"}
+OGDEN = {"law": "ogden", "mu": ["60 kPa", "-10 kPa"], "alpha": [1.3, -2.5], "density": "1 g/cm^3"}
 CYCLES = {
     "kind": "cycles",
     "highest": "23 kPa",
@@ -188,3 +190,16 @@ def test_another_inertia_is_refused_without_words_of_the_library(wrong):
         bodies.RigidBody.model_validate({"mass": "1 g", "inertia": wrong})
     assert all(item["loc"][0] == "inertia" for item in caught.value.errors())
     assert not any("function" in str(part) for e in caught.value.errors() for part in e["loc"])
+
+
+def test_an_ogden_solid_has_an_exponent_for_each_modulus():
+    assert OgdenMaterial.model_validate(OGDEN).constants == ((60e3, -10e3), (1.3, -2.5))
+    assert refused(OgdenMaterial, **{**OGDEN, "alpha": [1.3]}) == {"alpha"}
+    assert refused(OgdenMaterial, **{**OGDEN, "alpha": [1.3, 0]}) == {"alpha.1"}
+    assert refused(OgdenMaterial, **{**OGDEN, "mu": ["60 kPa", "-60 kPa"]}) == {"mu"}
+    assert refused(OgdenMaterial, **{**OGDEN, "mu": [], "alpha": []}) == {"mu"}
+
+
+def test_a_mooney_rivlin_solid_is_stiff_at_rest():
+    assert MooneyRivlinMaterial.model_validate(MOONEY_RIVLIN).constants == (30e3, 6e3)
+    assert refused(MooneyRivlinMaterial, **{**MOONEY_RIVLIN, "C01": "-30 kPa"}) == {"C01"}

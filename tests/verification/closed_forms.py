@@ -51,6 +51,17 @@ def _cauchy_stress(stretches, c, kappa):
     return 2.0 * slope * J ** (-5.0 / 3.0) * (squares - I1 / 3.0) + kappa * (J - 1.0)
 
 
+def ogden_cauchy_stress(stretches, c, kappa):
+    """As _cauchy_stress, of Ogden's law with c = (moduli [Pa], exponents): W = sum 2 mu / alpha^2
+    (l1^alpha + l2^alpha + l3^alpha - 3), l the stretches over J^(1/3). Mooney-Rivlin has the moduli
+    2 C10, 2 C01 and the exponents 2, -2. Source: Ogden 1972, Proc. R. Soc. Lond. A 326:565-584.
+    """
+    J = np.prod(stretches)
+    isochoric = np.asarray(stretches) * J ** (-1.0 / 3.0)
+    tau = sum(2.0 * mu / alpha * isochoric**alpha for mu, alpha in zip(*c, strict=True))
+    return (tau - tau.mean()) / J + kappa * (J - 1.0)
+
+
 # Homogeneous tension ------------------------------------------------------------------------------
 
 
@@ -88,11 +99,11 @@ class Tension(NamedTuple):
     J: float
 
 
-def _free_lateral_tension(stretches_for, stretch, incompressible_lateral, c, kappa):
+def _free_lateral_tension(stretches_for, stretch, incompressible_lateral, c, kappa, cauchy_stress):
     """Find the lateral stretch at which the last principal stress vanishes."""
     kappa = default_bulk_modulus(c) if kappa is None else kappa
     lateral = brentq(
-        lambda s: _cauchy_stress(stretches_for(s), c, kappa)[2],
+        lambda s: cauchy_stress(stretches_for(s), c, kappa)[2],
         0.5 * incompressible_lateral,
         2.0 * incompressible_lateral,
         xtol=1e-15,
@@ -100,31 +111,37 @@ def _free_lateral_tension(stretches_for, stretch, incompressible_lateral, c, kap
     )
     stretches = stretches_for(lateral)
     J = float(np.prod(stretches))
-    return Tension(float(J * _cauchy_stress(stretches, c, kappa)[0] / stretch), lateral, J)
+    return Tension(float(J * cauchy_stress(stretches, c, kappa)[0] / stretch), lateral, J)
 
 
-def nearly_incompressible_uniaxial(stretch, c, kappa=None):
+def nearly_incompressible_uniaxial(stretch, c, kappa=None, cauchy_stress=_cauchy_stress):
     """As uniaxial_stress for W(I1_bar) + (kappa/2)(J - 1)^2.
 
     Stretches (s, t, t), with t from sigma_t = 0.
     """
-    return _free_lateral_tension(lambda t: (stretch, t, t), stretch, stretch**-0.5, c, kappa)
+    return _free_lateral_tension(
+        lambda t: (stretch, t, t), stretch, stretch**-0.5, c, kappa, cauchy_stress
+    )
 
 
-def nearly_incompressible_equibiaxial(stretch, c, kappa=None):
+def nearly_incompressible_equibiaxial(stretch, c, kappa=None, cauchy_stress=_cauchy_stress):
     """As equibiaxial_stress for W(I1_bar) + (kappa/2)(J - 1)^2.
 
     Stretches (s, s, t), with t from sigma_t = 0.
     """
-    return _free_lateral_tension(lambda t: (stretch, stretch, t), stretch, stretch**-2.0, c, kappa)
+    return _free_lateral_tension(
+        lambda t: (stretch, stretch, t), stretch, stretch**-2.0, c, kappa, cauchy_stress
+    )
 
 
-def nearly_incompressible_pure_shear(stretch, c, kappa=None):
+def nearly_incompressible_pure_shear(stretch, c, kappa=None, cauchy_stress=_cauchy_stress):
     """As pure_shear_stress for W(I1_bar) + (kappa/2)(J - 1)^2.
 
     Stretches (s, 1, t), with t from sigma_t = 0. The plane-strain bar with free sides.
     """
-    return _free_lateral_tension(lambda t: (stretch, 1.0, t), stretch, stretch**-1.0, c, kappa)
+    return _free_lateral_tension(
+        lambda t: (stretch, 1.0, t), stretch, stretch**-1.0, c, kappa, cauchy_stress
+    )
 
 
 # Thick tube and sphere under internal pressure ----------------------------------------------------

@@ -106,8 +106,24 @@ def gradient(energy, x, nodes, step=1e-9):
     return result
 
 
+MOONEY_RIVLIN = "law: mooney_rivlin, C10: 30 kPa, C01: 6 kPa"
+OGDEN = "law: ogden, mu: [60 kPa, 10 kPa, 2 kPa], alpha: [1.3, -2.5, 7]"
+
+
+def made_of(law):
+    """What replaces the material by one of this law."""
+    more = "density: 1000 kg/m^3, prony: [{g: 0.3, relaxation_time: 1 ms}]"
+    return (f"materials.soft={{{law}, {more}}}",)
+
+
 @pytest.mark.parametrize(
-    ("formulation", "overrides"), [*[(f, ()) for f in FORMULATIONS], ("ring_section", SPIKED)]
+    ("formulation", "overrides"),
+    [
+        *[(f, ()) for f in FORMULATIONS],
+        ("ring_section", SPIKED),
+        ("plane_strain", made_of(MOONEY_RIVLIN)),
+        *[(f, made_of(OGDEN)) for f in ("plane_strain", "axisymmetric", "solid")],
+    ],
 )
 def test_elements(build, start, formulation, overrides):
     """Law, averaged nodal pressure and Maxwell branch together."""

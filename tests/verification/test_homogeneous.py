@@ -15,10 +15,21 @@ import pytest
 
 TOLERANCE = 1e-4
 SIDE, DEPTH = 3e-3, 2e-3  # [m]
+KAPPA = 20.0 * 72e3
+"""What is taken where none is given: 20 mu0."""
 LAWS = {
-    "yeoh": ("C10: 36 kPa, C20: 5 kPa, C30: 1 kPa", (36e3, 5e3, 1e3)),
-    "neo_hooke": ("C10: 36 kPa", (36e3,)),
+    "yeoh": ("C10: 36 kPa, C20: 5 kPa, C30: 1 kPa", ((36e3, 5e3, 1e3), KAPPA)),
+    "neo_hooke": ("C10: 36 kPa", ((36e3,), KAPPA)),
+    "mooney_rivlin": (
+        "C10: 30 kPa, C01: 6 kPa",
+        (((60e3, 12e3), (2.0, -2.0)), KAPPA, closed_forms.ogden_cauchy_stress),
+    ),
+    "ogden": (
+        "mu: [60 kPa, 10 kPa, 2 kPa], alpha: [1.3, -2.5, 7]",
+        (((60e3, 10e3, 2e3), (1.3, -2.5, 7.0)), KAPPA, closed_forms.ogden_cauchy_stress),
+    ),
 }
+"""Name -> constants in a scene, and what a closed form takes beside the stretch."""
 EXACT = {
     "uniaxial": closed_forms.nearly_incompressible_uniaxial,
     "equibiaxial": closed_forms.nearly_incompressible_equibiaxial,
@@ -40,6 +51,8 @@ FAST = [
     ("plane_strain", "pure shear", SQUARE, ("right",), "neo_hooke", 2.0),
     ("axisymmetric", "uniaxial", ("bottom",), ("top",), "neo_hooke", 2.0),
     ("axisymmetric", "equibiaxial", ("bottom",), ("right",), "yeoh", 1.7),
+    ("axisymmetric", "equibiaxial", ("bottom",), ("right",), "mooney_rivlin", 1.7),
+    ("solid", "uniaxial", BLOCK, ("right",), "ogden", 2.0),
 ]
 SLOW = [
     ("solid", "equibiaxial", BLOCK, ("right", "top"), "yeoh", 1.7),
@@ -47,6 +60,8 @@ SLOW = [
     ("solid", "uniaxial", BLOCK, ("right",), "neo_hooke", 2.0),
     ("solid", "pure shear", (*BLOCK, "front"), ("right",), "yeoh", 2.0),
     ("plane_strain", "pure shear", SQUARE, ("right",), "yeoh", 2.0),
+    ("plane_strain", "pure shear", SQUARE, ("right",), "ogden", 2.0),
+    ("solid", "equibiaxial", BLOCK, ("right", "top"), "mooney_rivlin", 1.7),
     ("axisymmetric", "uniaxial", ("bottom",), ("top",), "yeoh", 2.0),
 ]
 CASES = FAST + [pytest.param(*case, marks=pytest.mark.slow) for case in SLOW]
@@ -108,6 +123,6 @@ def test_homogeneous_tension(
     results = run_text(scene(formulation, symmetric, pulled, law, stretch))
     force = results.summary["probes"][f"hold_{AXIS[pulled[0]]}"]
     stress = force / AREA[formulation, pulled[0]]
-    exact = EXACT[mode](stretch, LAWS[law][1]).stress
+    exact = EXACT[mode](stretch, *LAWS[law][1]).stress
     record_verification(f"{mode}, {formulation}, {law}, stretch {stretch:g} [Pa]", exact, stress)
     assert stress == pytest.approx(exact, rel=TOLERANCE)

@@ -1,0 +1,93 @@
+"""Ogden's law: W = sum 2 mu_i / alpha_i^2 (l1^alpha_i + l2^alpha_i + l3^alpha_i - 3).
+
+l1, l2, l3 are the isochoric principal stretches, the constants those of ABAQUS's *HYPERELASTIC,
+OGDEN: mu0 = sum mu_i. Ogden 1972, Proc. R. Soc. Lond. A 326:565-584.
+
+As a function of the invariants: with c_k = l_k^2, the roots of c^3 - I1_bar c^2 + I2_bar c - 1,
+dc_k/dI1_bar = c_k^2 / ((c_k - c_i)(c_k - c_j)) and dc_k/dI2_bar = -c_k / (the same), so that
+    dW/dI1_bar =  sum mu_i / alpha_i [c1, c2, c3] of c^(alpha_i/2 + 1),
+    dW/dI2_bar = -sum mu_i / alpha_i [c1, c2, c3] of c^(alpha_i/2),
+[..] the second divided difference, which has a limit where stretches are equal.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from softsim.materials.law import TwoInvariantLaw, projected
+
+START_EXPONENTS = (1.5, 5.0, -2.0, -5.0)
+"""What fits begin with; Ogden 1972 has 1.3, 5 and -2 for rubber."""
+
+
+@dataclass(frozen=True)
+class Ogden(TwoInvariantLaw):
+    """Moduli mu [Pa] and exponents alpha [-], as many of the one as of the other."""
+
+    mu: tuple[float, ...]
+    alpha: tuple[float, ...]
+
+    pure_numbers = ("alpha",)
+    most_terms = 3
+
+    @classmethod
+    def of_constants(cls, constants: Sequence[float]) -> "Ogden":
+        """The law with mu_1, alpha_1, mu_2, alpha_2, ..."""
+        return cls(tuple(constants[0::2]), tuple(constants[1::2]))
+
+    @classmethod
+    def starts(cls, terms: int, modulus: float) -> list[tuple[float, ...]]:
+        """Equal shares of the modulus, for every choice of the start exponents. Where moduli stay
+        positive, as in a fit, the law is stable in shear whatever the stretch.
+        """
+        return [
+            tuple(c for alpha in exponents for c in (modulus / terms, alpha))
+            for exponents in combinations(START_EXPONENTS, terms)
+        ]
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """mu_1 [Pa], alpha_1, mu_2, alpha_2, ..."""
+        return tuple(c for term in zip(self.mu, self.alpha, strict=True) for c in term)
+
+    @property
+    def initial_shear_modulus(self) -> float:
+        """mu0 = sum mu_i [Pa]."""
+        return sum(self.mu)
+
+    @staticmethod
+    def energy_density(I1_bar, I2_bar, c, m):
+        """W [J/m^3]."""
+        u, v, w = m.principal_logarithms(I1_bar, I2_bar)
+        W = 0.0 * I1_bar
+        for i in range(len(c) // 2):
+            half = 0.5 * c[2 * i + 1]
+            W += 0.5 * c[2 * i] / (half * half) * (
+                m.exp(half * u) + m.exp(half * v) + m.exp(half * w) - 3.0
+            )  # fmt: skip
+        return W
+
+    @staticmethod
+    def energy_slopes(I1_bar, I2_bar, c, m):
+        """(dW/dI1_bar, dW/dI2_bar) [Pa]."""
+        u, v, w = m.principal_logarithms(I1_bar, I2_bar)
+        W1 = 0.0 * I1_bar
+        W2 = 0.0 * I1_bar
+        for i in range(len(c) // 2):
+            half = 0.5 * c[2 * i + 1]
+            share = 0.5 * c[2 * i] / half
+            W1 += share * m.power_curvature(half + 1.0, u, v, w)
+            W2 -= share * m.power_curvature(half, u, v, w)
+        return W1, W2
+
+    def extra_stress(self, b: np.ndarray) -> np.ndarray:
+        """2 sum mu_i / alpha_i l^alpha_i."""
+        alpha = np.array(self.alpha)
+        return 2.0 * b[..., None] ** (0.5 * alpha) @ (np.array(self.mu) / alpha)
+
+    def stiffness(self, b: np.ndarray) -> np.ndarray:
+        """H = P diag(2 sum mu_i l^alpha_i) P."""
+        powers = b[..., None] ** (0.5 * np.array(self.alpha))
+        return projected(2.0 * powers @ np.array(self.mu))
