@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from benchmarks import rates, studies, sweep_overhead, whole_runs
-from benchmarks.ceiling import compiled
+from benchmarks.ceiling import CeilingError, compiled
 from benchmarks.effort import FULL, QUICK, Effort
 from benchmarks.gpu import gpu_rows
 from benchmarks.table import Row, machine, show, write_json
@@ -53,7 +53,11 @@ def main(
             console.print("no C++ compiler ($CXX, c++, g++, clang++): no ceiling, no ratios")
         for name in only or measurements:
             console.print(f"measuring: {name}")
-            rows += measurements[name](folder, program, QUICK if quick else FULL)
+            try:
+                rows += measurements[name](folder, program, QUICK if quick else FULL)
+            except CeilingError as error:
+                console.print(f"{name}: {error}", markup=False, highlight=False, soft_wrap=True)
+                raise typer.Exit(error.exit_code) from None
     show(console, rows, about)
     if json is not None:
         write_json(json, rows, about)
