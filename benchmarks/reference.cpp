@@ -2,31 +2,32 @@
 //
 //     reference INPUT THREADS INCREMENTS REPEATS [POSITIONS]
 //
-// INPUT is written by ceiling.py (layout: `read_problem` below). Prints rate and energies as JSON; writes the final positions to POSITIONS. Ends with 1 if they are not finite.
-// One increment is
+// INPUT is written by ceiling.py (layout: `read_problem` below). Prints rate and energies as JSON;
+// writes the final positions to POSITIONS. Ends with 1 if energies are not finite. One increment is
 //     x += dt v                                                            drift
 //     J_a = sum V_e / sum V_e0,  p_a = kappa (J_a - 1) + b_a dJ_a/dt       averaged nodal pressure
 //     A_k = e_k A_k + (1 - e_k) C_bar^-1,  e_k = exp(-dt / tau_k)          Maxwell branches
 //     S = J^(-2/3) (M - (C : M) / 3 C^-1) + p_e J C^-1,  M = 2 W' I + sum mu_k A_k     Yeoh's law
 //     f_c = -V S_ck d_k,  T = V F_zz S_zz / D on diameters of rings        corner forces
 //     v += dt (f / m + g)                                                  kick
-// on plane-strain triangles, ring sections or tetrahedra: the equations of softsim/elements with the
-// books of what branches and bulk viscosity dissipate; without contact, loads and rigid bodies.
+// on plane-strain triangles, ring sections or tetrahedra: the equations of softsim/elements, with
+// what branches and bulk viscosity dissipate; without contact, loads and rigid bodies.
 //
-// What made it fast (AVX-512, Zen 4; share of the increment before each):
-// * Lanes: eight elements at a time, corner data gathered whole nodes at a load.
+// What made it fast (AVX-512, Zen 4):
+// * Lanes: eight elements at a time, four with AVX2; corner data gathered whole nodes at a load.
 // * No F: tensors in the basis of an element's edges d_c = x_c - x_0, in which C_ck = d_c . d_k and
 //     f_c = -(J^(-2/3) sum_k V M_ck d_k + (p_e - J^(-2/3) (C : M) / (3 J)) dV/dx_c),
 //   four numbers of reference geometry a triangle instead of five, seven a tetrahedron, not ten.
 // * Branches keep -mu V A, which the forces want.
 // * No serial sums of forces into nodes, whose additions wait for one another (half the rate):
-//   elements write their corners' shares side by side, nodes collect theirs. Eight nodes of one
+//   elements write their corners' shares side by side, nodes collect theirs. The nodes of one
 //   slice collect in lock step; slices are sorted by how many elements a node has, and padded by
 //   an empty slot, so no branch is mispredicted.
 // * One sweep over the mesh does an increment. Nodes and elements lie in a band, so pressure,
 //   stress and kick follow close behind the volumes that they wait for, in the cache.
 // * Two threads: each sweeps its half towards the common interface, which is done between barriers.
-//   Diameters of rings join far ends of the band: they are measured before a sweep and pull after it.
+//   Diameters of rings join far ends of the band: they are measured before the sweep, and pull
+//   after it.
 // * Huge pages.
 
 #include <algorithm>
@@ -51,12 +52,17 @@
 #include <sys/mman.h>
 #endif
 
+// As many as a register holds: compilers take longer vectors apart by way of the stack.
+#ifdef __AVX512F__
 constexpr int LANES = 8;
+#else
+constexpr int LANES = 4;
+#endif
 using Pair = double __attribute__((vector_size(16)));
 using Quad = double __attribute__((vector_size(32)));
-using Lanes = double __attribute__((vector_size(64)));
+using Lanes = double __attribute__((vector_size(8 * LANES)));
 
-// --- eight vectors side by side ------------------------------------------------------------------
+// --- lanes of vectors side by side ---------------------------------------------------------------
 
 struct Plane {
     Lanes x, y;
@@ -89,16 +95,13 @@ inline Quad joined(Pair a, Pair b) {
     return __builtin_shufflevector(a, b, 0, 1, 2, 3);
 #endif
 }
-inline Lanes joined(Quad a, Quad b) {
+
+using Corner = std::array<int32_t, LANES>;  // the node at one corner of each lane's element
+
+// `gather`: a vector of each lane's node. `store`: lanes one after the other, x y x y ... of a
+// section, x y z 0 x y z 0 ... in space.
 #ifdef __AVX512F__
-    return _mm512_insertf64x4(_mm512_castpd256_pd512(a), b, 1);
-#else
-    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
-#endif
-}
-
-using Corner = std::array<int32_t, LANES>;  // the node at one corner of eight elements
-
+inline Lanes joined(Quad a, Quad b) { return _mm512_insertf64x4(_mm512_castpd256_pd512(a), b, 1); }
 inline Plane gather(const Pair* node, const Corner& c) {
     Lanes a = joined(joined(node[c[0]], node[c[2]]), joined(node[c[4]], node[c[6]]));
     Lanes b = joined(joined(node[c[1]], node[c[3]]), joined(node[c[5]], node[c[7]]));
@@ -116,12 +119,6 @@ inline Space gather(const Quad* node, const Corner& c) {
             __builtin_shufflevector(ab_y, de_y, 0, 1, 4, 5, 8, 9, 12, 13),
             __builtin_shufflevector(ab, de, 2, 3, 6, 7, 10, 11, 14, 15)};
 }
-
-inline Lanes side_by_side(const double* s) {
-    return Lanes{s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7]};
-}
-
-// Eight vectors one after the other: x y x y ..., or x y z 0 x y z 0 ...
 inline void store(Lanes* slot, Plane f) {
     slot[0] = __builtin_shufflevector(f.x, f.y, 0, 8, 1, 9, 2, 10, 3, 11);
     slot[1] = __builtin_shufflevector(f.x, f.y, 4, 12, 5, 13, 6, 14, 7, 15);
@@ -136,6 +133,43 @@ inline void store(Lanes* slot, Space f) {
     slot[1] = __builtin_shufflevector(xy0, z0, 4, 5, 12, 13, 6, 7, 14, 15);
     slot[2] = __builtin_shufflevector(xy1, z1, 0, 1, 8, 9, 2, 3, 10, 11);
     slot[3] = __builtin_shufflevector(xy1, z1, 4, 5, 12, 13, 6, 7, 14, 15);
+}
+#else
+inline Plane gather(const Pair* node, const Corner& c) {
+    Lanes a = joined(node[c[0]], node[c[2]]), b = joined(node[c[1]], node[c[3]]);
+    return {__builtin_shufflevector(a, b, 0, 4, 2, 6), __builtin_shufflevector(a, b, 1, 5, 3, 7)};
+}
+inline Space gather(const Quad* node, const Corner& c) {
+    Quad a = node[c[0]], b = node[c[1]], d = node[c[2]], e = node[c[3]];
+    Lanes ab = __builtin_shufflevector(a, b, 0, 4, 2, 6);  // x x z z
+    Lanes de = __builtin_shufflevector(d, e, 0, 4, 2, 6);
+    Lanes ab_y = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    Lanes de_y = __builtin_shufflevector(d, e, 1, 5, 3, 7);
+    return {__builtin_shufflevector(ab, de, 0, 1, 4, 5),
+            __builtin_shufflevector(ab_y, de_y, 0, 1, 4, 5),
+            __builtin_shufflevector(ab, de, 2, 3, 6, 7)};
+}
+inline void store(Lanes* slot, Plane f) {
+    slot[0] = __builtin_shufflevector(f.x, f.y, 0, 4, 1, 5);
+    slot[1] = __builtin_shufflevector(f.x, f.y, 2, 6, 3, 7);
+}
+inline void store(Lanes* slot, Space f) {
+    Lanes zero = {};
+    Lanes xy0 = __builtin_shufflevector(f.x, f.y, 0, 4, 1, 5);
+    Lanes xy1 = __builtin_shufflevector(f.x, f.y, 2, 6, 3, 7);
+    Lanes z0 = __builtin_shufflevector(f.z, zero, 0, 4, 1, 5);
+    Lanes z1 = __builtin_shufflevector(f.z, zero, 2, 6, 3, 7);
+    slot[0] = __builtin_shufflevector(xy0, z0, 0, 1, 4, 5);
+    slot[1] = __builtin_shufflevector(xy0, z0, 2, 3, 6, 7);
+    slot[2] = __builtin_shufflevector(xy1, z1, 0, 1, 4, 5);
+    slot[3] = __builtin_shufflevector(xy1, z1, 2, 3, 6, 7);
+}
+#endif
+
+inline Lanes side_by_side(const double* s) {
+    Lanes a;
+    std::memcpy(&a, s, sizeof a);
+    return a;
 }
 
 inline Lanes square_root(Lanes a) {
@@ -156,7 +190,7 @@ inline Lanes inverse_cube_root(Lanes J) {
 
 // --- kinds of elements ---------------------------------------------------------------------------
 
-// Symmetric tensors: METRIC[c][k] is the index of component ck; a section has zz last. WEIGHT says
+// Symmetric tensors: METRIC[c][k] is the index of component ck; a section has zz last. WWIDE says
 // how often each occurs in a contraction. `volume` is that over `scale`, the thickness / 2 or 1/6;
 // its derivative by the edges is `slope`. T: double or Lanes.
 struct PlaneStrain {
@@ -165,7 +199,7 @@ struct PlaneStrain {
     static constexpr int DIMENSION = 2, COMPONENTS = 4;
     static constexpr bool IS_SECTION = true, HAS_RINGS = false;
     static constexpr int METRIC[2][2] = {{0, 1}, {1, 2}};
-    static constexpr double WEIGHT[COMPONENTS] = {1.0, 2.0, 1.0, 1.0};
+    static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 1.0, 1.0};
     static Lanes volume(const Plane* d) { return d[0].x * d[1].y - d[0].y * d[1].x; }
     static Lanes volume(const Plane* d, Plane* slope) {
         slope[0] = {d[1].y, -d[1].x};
@@ -192,7 +226,7 @@ struct Solid {
     static constexpr int DIMENSION = 3, COMPONENTS = 6;
     static constexpr bool IS_SECTION = false, HAS_RINGS = false;
     static constexpr int METRIC[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    static constexpr double WEIGHT[COMPONENTS] = {1.0, 2.0, 2.0, 1.0, 2.0, 1.0};
+    static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 2.0, 1.0, 2.0, 1.0};
     static Lanes volume(const Space* d) { return dot(d[0], cross(d[1], d[2])); }
     static Lanes volume(const Space* d, Space* slope) {
         slope[0] = cross(d[1], d[2]);
@@ -214,7 +248,7 @@ struct Solid {
 template <class K, class T>
 T contraction(const T* A, const T* B) {
     T sum = A[0] * B[0];
-    for (int k = 1; k < K::COMPONENTS; ++k) sum += K::WEIGHT[k] * (A[k] * B[k]);
+    for (int k = 1; k < K::COMPONENTS; ++k) sum += K::WWIDE[k] * (A[k] * B[k]);
     return sum;
 }
 
@@ -286,7 +320,7 @@ struct Problem {
     std::vector<double> inverse_mass;                         // (nodes, d), zero where held
     std::vector<double> bulk_viscosity;                       // (nodes) b_a [Pa s]
     std::vector<int32_t> corner;                              // (cells, d + 1), in a band
-    std::vector<int32_t> opposite, is_ring;                   // (nodes), (cells) where there are rings
+    std::vector<int32_t> opposite, is_ring;                   // (nodes), (cells), or empty
 
     double length(size_t a, size_t b) const {  // of nodes at rest, in the plane
         return std::hypot(points[2 * a] - points[2 * b], points[2 * a + 1] - points[2 * b + 1]);
@@ -344,7 +378,7 @@ Problem read_problem(const char* path) {
 // --- where everything lies -----------------------------------------------------------------------
 
 // The elements and nodes of one thread. Its elements lie in [first_block, end_block), its nodes in
-// slices of eight, those that only it touches first.
+// slices of LANES, those that only it touches first.
 struct Part {
     long first_block, end_block, first_slice, shared_slice, end_slice;
 };
@@ -357,8 +391,8 @@ struct Layout {
 
 constexpr long WINDOW = 64;  // nodes sorted by how many elements they have
 
-// Cells come in the order of their lowest nodes, which are numbered for a narrow band. Every other thread goes through its share backwards, so that
-// two threads meet at their interface at the end.
+// Cells come in the order of their lowest nodes, which are numbered for a narrow band. Every
+// other thread goes through its share backwards, so that two meet at their interface at the end.
 Layout lay_out(const Problem& p, long threads) {
     long corners = p.dimension + 1;
     Layout layout;
@@ -444,7 +478,7 @@ class Solver {
     using Vector = typename K::Vector;
     static constexpr int D = K::DIMENSION, CORNERS = D + 1, METRICS = D * (D + 1) / 2;
     static constexpr int SLOT = sizeof(Node);
-    static constexpr int EIGHT = SLOT / sizeof(double);  // Lanes that hold eight nodes' vectors
+    static constexpr int WIDE = SLOT / sizeof(double);  // Lanes that LANES nodes fill
 
     struct Reference {
         Lanes metric[METRICS];  // -V I_ck = -V grad N_c . grad N_k, the sign that forces want
@@ -510,7 +544,7 @@ class Solver {
           reference_(blocks_),
           edges_(blocks_),
           volume_(blocks_ + 1),
-          corner_force_(((blocks_ + 1) * CORNERS + 2 * diameter_blocks_) * EIGHT),
+          corner_force_(((blocks_ + 1) * CORNERS + 2 * diameter_blocks_) * WIDE),
           relaxing_(blocks_ * p.branches.size() + 1),
           last_C_bar_(p.branches.empty() ? 1 : blocks_),
           metric_work_(p.branches.empty() ? 1 : blocks_),
@@ -873,7 +907,7 @@ class Solver {
 
     Lanes first_invariant(const Reference& reference, const Lanes* C) {
         Lanes sum = reference.metric[0] * C[0];
-        for (int m = 1; m < METRICS; ++m) sum += K::WEIGHT[m] * (reference.metric[m] * C[m]);
+        for (int m = 1; m < METRICS; ++m) sum += K::WWIDE[m] * (reference.metric[m] * C[m]);
         Lanes across = {};
         if constexpr (K::IS_SECTION) across = C[METRICS];
         return across - sum * reference.inverse_volume;
@@ -990,13 +1024,13 @@ class Solver {
                 }
             }
             Vector f = side_by_side(sum) * direction_[g];
-            Lanes* first = &corner_force_[((blocks_ + 1) * CORNERS + 2 * g) * EIGHT];
+            Lanes* first = &corner_force_[((blocks_ + 1) * CORNERS + 2 * g) * WIDE];
             store(first, -f);
-            store(first + EIGHT, f);
+            store(first + WIDE, f);
         }
     }
 
-    Lanes* force_of(long b, int c) { return &corner_force_[(b * CORNERS + c) * EIGHT]; }
+    Lanes* force_of(long b, int c) { return &corner_force_[(b * CORNERS + c) * WIDE]; }
 
     // v += dt (f / m + g), held components excepted; and the next drift.
     void kick(long from, long to, double kick_dt, double drift_dt) {

@@ -36,7 +36,8 @@ environment: {gravity: 500 m/s^2}
 }
 LAWS = {
     "elastic": RUBBER % "",
-    "viscous": RUBBER % """,
+    "viscous": RUBBER
+    % """,
            prony: [{g: 0.3, relaxation_time: 50 us}, {g: 0.2, relaxation_time: 2 ms}]""",
 }
 CASES = [(mesh, law) for mesh in BLOCKS for law in LAWS]
