@@ -18,6 +18,7 @@ from softsim.machine import cuda_device_count
 Measurement = Callable[[Path, Path | None, Effort], list[Row]]
 ON_THE_CPU: dict[str, Measurement] = {
     "pfr": rates.one_run,
+    "space": rates.robot_in_space,
     "pair": rates.two_runs,
     "triangles": rates.triangle_rows,
     "tetrahedra": rates.tetrahedron_rows,

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from softsim.elements.geometry import RingSection, Solid, nodal_sizes
+from softsim.elements.geometry import Axisymmetric, RingSection, Solid, nodal_sizes
 from softsim.errors import SoftsimError
 from softsim.model import Body, Model
 
@@ -59,7 +59,7 @@ def write_problem(path: Path, model: Model, increment: float) -> Problem:
     body are held. Raises ValueError for another law than Yeoh's, or a revolved section.
     """
     body, geometry, material = model.bodies[0], model.bodies[0].geometry, model.bodies[0].material
-    if len(material.law.constants) != 3 or geometry.name == "axisymmetric":
+    if len(material.law.constants) != 3 or isinstance(geometry, Axisymmetric):
         raise ValueError("the reference knows Yeoh's law in plane and ring sections and in space")
     order = banded(body.cells, len(body.points))
     number = np.empty_like(order)
