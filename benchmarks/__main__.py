@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from benchmarks import rates, studies, sweep_overhead, whole_runs
-from benchmarks.ceiling import compiled
+from benchmarks.ceiling import CeilingError, compiled
 from benchmarks.effort import FULL, QUICK, Effort
 from benchmarks.gpu import gpu_rows
 from benchmarks.table import Row, machine, show, write_json
@@ -18,6 +18,7 @@ from softsim.machine import cuda_device_count
 Measurement = Callable[[Path, Path | None, Effort], list[Row]]
 ON_THE_CPU: dict[str, Measurement] = {
     "pfr": rates.one_run,
+    "space": rates.robot_in_space,
     "pair": rates.two_runs,
     "triangles": rates.triangle_rows,
     "tetrahedra": rates.tetrahedron_rows,
@@ -53,7 +54,11 @@ def main(
             console.print("no C++ compiler ($CXX, c++, g++, clang++): no ceiling, no ratios")
         for name in only or measurements:
             console.print(f"measuring: {name}")
-            rows += measurements[name](folder, program, QUICK if quick else FULL)
+            try:
+                rows += measurements[name](folder, program, QUICK if quick else FULL)
+            except CeilingError as error:
+                console.print(f"{name}: {error}", markup=False, highlight=False, soft_wrap=True)
+                raise typer.Exit(error.exit_code) from None
     show(console, rows, about)
     if json is not None:
         write_json(json, rows, about)

@@ -15,13 +15,20 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
-from softsim.elements.geometry import nodal_sums
-from softsim.elements.plane_strain import PlaneStrain
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.geometry import nodal_sizes
 from softsim.elements.region import Region
+from softsim.elements.ring_section import RingSection
+from softsim.elements.solid import Solid
+from softsim.errors import SoftsimError
 from softsim.model import Model
 
 SOURCE = Path(__file__).with_name("reference.cpp")
-FLAGS = ("-O3", "-march=native", "-std=c++17", "-pthread")
+FLAGS = ("-O3", "-march=native", "-std=c++17", "-pthread", "-fno-math-errno", "-Wno-psabi")
+
+
+class CeilingError(SoftsimError):
+    """A run of the compiled program whose numbers are not to be used."""
 
 
 def compiler() -> str | None:
@@ -52,24 +59,29 @@ class Problem:
 def write_problem(path: Path, model: Model, increment: float) -> Problem:
     """Write the first region of `model` for the program, nodes numbered for a narrow band.
 
-    increment: time step [s]. Maxwell branches, contact, loads and rigid bodies are left out: nodes
-    tied to a rigid body are held. Raises ValueError for another law than Yeoh's, or rings.
+    increment: time step [s]. Contact, loads and rigid bodies are left out: nodes tied to a rigid
+    body are held. Raises ValueError for another law than Yeoh's, or a revolved section.
     """
     body = model.regions[0]
-    constants = body.material.law.constants
-    if len(constants) != 3 or body.geometry.name == "axisymmetric":
-        raise ValueError("the reference knows Yeoh's law in plane strain and in space only")
+    geometry, material = body.geometry, body.material
+    if len(material.law.constants) != 3 or isinstance(geometry, Axisymmetric):
+        raise ValueError("the reference knows Yeoh's law in plane and ring sections and in space")
     order = banded(body.cells, len(body.points))
     number = np.empty_like(order)
     number[order] = np.arange(len(order))
     cells = number[body.cells]
-    cells = cells[np.lexsort(np.sort(cells, axis=1).T[::-1])]
+    cell_order = np.lexsort(np.sort(cells, axis=1).T[::-1])
+    rings = geometry if isinstance(geometry, RingSection) else None
+    thickness = 1.0 if isinstance(geometry, Solid) else geometry.thickness
+    integers = [len(order), len(cells), len(material.branches), rings is not None]
+    constants = [material.bulk_modulus, *material.law.constants]
     mass = model.mass[body.nodes][:, None]
     inverse_mass = np.where(model.is_free[body.nodes], 1.0 / mass, 0.0)
-    thickness = body.geometry.thickness if isinstance(body.geometry, PlaneStrain) else 1.0
     with path.open("wb") as file:
-        np.array([model.dimension, len(order), len(cells)], dtype=np.int64).tofile(file)
-        np.array([thickness, increment, body.material.bulk_modulus, *constants]).tofile(file)
+        np.array([model.dimension, *integers], dtype=np.int64).tofile(file)
+        np.array([thickness, rings.sector if rings else 0.0, increment, *constants]).tofile(file)
+        for branch in material.branches:
+            np.array([branch.shear_modulus, branch.relaxation_time]).tofile(file)
         model.gravity.astype(float).tofile(file)
         for values in (
             body.points,
@@ -79,7 +91,10 @@ def write_problem(path: Path, model: Model, increment: float) -> Problem:
             nodal_viscosity(body, model.bulk_viscosity),
         ):
             np.ascontiguousarray(values[order], dtype=float).tofile(file)
-        np.ascontiguousarray(cells, dtype=np.int32).tofile(file)
+        cells[cell_order].astype(np.int32).tofile(file)
+        if rings:
+            number[rings.opposite[order]].astype(np.int32).tofile(file)
+            rings.is_ring[cell_order].astype(np.int32).tofile(file)
     return Problem(path, len(cells), order)
 
 
@@ -94,13 +109,8 @@ def banded(cells: np.ndarray, node_count: int) -> np.ndarray:
 
 
 def nodal_viscosity(body: Region, b1: float) -> np.ndarray:
-    """b1 rho c_d h_a (n,) [Pa s], h_a as in softsim/elements/linear.py."""
-    material, dimension = body.material, body.geometry.dimension
-    edges = body.points[body.cells[:, 1:]] - body.points[body.cells[:, :1]]
-    measure = np.abs(np.linalg.det(edges)) / (2.0 if dimension == 2 else 6.0) / (dimension + 1)
-    size = nodal_sums(body.cells, measure[:, None], len(body.points)) ** (1.0 / dimension)
-    modulus = material.bulk_modulus + 4.0 / 3.0 * material.instantaneous_shear_modulus
-    return b1 * material.density * np.sqrt(modulus / material.density) * size
+    """b1 rho c_d h_a (n,) [Pa s], as in softsim/elements/nodal_pressure.py."""
+    return b1 * body.material.impedance * nodal_sizes(body.points, body.cells)
 
 
 class Ceiling:
@@ -113,8 +123,9 @@ class Ceiling:
         """A run that goes on beside this process."""
         arguments = [str(self.problem.path), str(self.threads), str(increments), str(repeats)]
         return subprocess.Popen(
-            [str(self.program), *arguments, *more], stdout=subprocess.PIPE, text=True
-        )
+            [str(self.program), *arguments, *more],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        )  # fmt: skip
 
     def increments_for(self, seconds: float) -> int:
         """About so many increments take so long."""
@@ -122,21 +133,24 @@ class Ceiling:
         rate = finished(self.started(trial, 3))["best"]
         return max(1, int(seconds * rate / self.problem.element_count))
 
-    def positions(self, increments: int, path: Path) -> np.ndarray:
-        """x (n, d) [m] after so many increments, nodes numbered as in the model."""
-        finished(self.started(increments, 1, str(path)))
+    def outcome(self, increments: int, path: Path) -> tuple[np.ndarray, dict[str, float]]:
+        """x (n, d) [m] after so many increments, nodes numbered as in the model, and what the run
+        printed; its positions are written to `path`.
+        """
+        printed = finished(self.started(increments, 1, str(path)))
         written = np.fromfile(path).reshape(len(self.problem.order), -1)
         x = np.empty_like(written)
         x[self.problem.order] = written
-        return x
+        return x, printed
 
 
 def finished(process: "subprocess.Popen[str]") -> dict[str, float]:
-    """What a run printed: best and median rate [element updates/s], energies.
+    """What a run printed: best and median rate [element updates/s], energies [J].
 
-    Raises CalledProcessError if it failed.
+    Raises CeilingError if it failed, or if its energies are not finite.
     """
-    output, _ = process.communicate()
+    output, complaint = process.communicate()
     if process.returncode:
-        raise subprocess.CalledProcessError(process.returncode, process.args)
+        reason = complaint.strip() or f"exit code {process.returncode}"
+        raise CeilingError(f"the compiled reference is refused: {reason}")
     return json.loads(output)

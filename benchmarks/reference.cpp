@@ -2,33 +2,39 @@
 //
 //     reference INPUT THREADS INCREMENTS REPEATS [POSITIONS]
 //
-// INPUT is written by ceiling.py (layout: `read_problem` below). Prints its rate as JSON; writes
-// the final positions to POSITIONS. One increment is
-//     x += dt v                                             drift
-//     J_a = sum V_e / sum V_e0,  p_a = kappa (J_a - 1) + b_a dJ_a/dt      averaged nodal pressure
-//     P = J^(-2/3) 2 W' (F - I1/3 F^-T) + p_e J F^-T,  f_a = -V P grad N_a   Yeoh, corner forces
-//     v += dt (f / m + g)                                   kick
-// on plane-strain triangles or tetrahedra: the equations of softsim/elements, without Maxwell
-// branches, contact, loads, rigid bodies and energies.
+// INPUT is written by ceiling.py (layout: `read_problem` below). Prints rate and energies as JSON;
+// writes the final positions to POSITIONS. Ends with 1 if energies are not finite. One increment is
+//     x += dt v                                                            drift
+//     J_a = sum V_e / sum V_e0,  p_a = kappa (J_a - 1) + b_a dJ_a/dt       averaged nodal pressure
+//     A_k = e_k A_k + (1 - e_k) C_bar^-1,  e_k = exp(-dt / tau_k)          Maxwell branches
+//     S = J^(-2/3) (M - (C : M) / 3 C^-1) + p_e J C^-1,  M = 2 W' I + sum mu_k A_k     Yeoh's law
+//     f_c = -V S_ck d_k,  T = V F_zz S_zz / D on diameters of rings        corner forces
+//     v += dt (f / m + g)                                                  kick
+// on plane-strain triangles, ring sections or tetrahedra: the equations of softsim/elements, with
+// what branches and bulk viscosity dissipate; without contact, loads and rigid bodies.
 //
-// What made it fast (AVX-512, Zen 4; share of the increment before each):
-// * Lanes: eight elements at a time, corner data gathered whole nodes at a load.
-// * No F. With D the edges x_c - x_0 and G the gradients of corners 1..d,
-//     V P grad N_c = a sum_k M_ck d_k + h dV/dx_c,  M = V G G^T,  I1 = M : (D^T D) / V,
+// What made it fast (AVX-512, Zen 4):
+// * Lanes: eight elements at a time, four with AVX2; corner data gathered whole nodes at a load.
+// * No F: tensors in the basis of an element's edges d_c = x_c - x_0, in which C_ck = d_c . d_k and
+//     f_c = -(J^(-2/3) sum_k V M_ck d_k + (p_e - J^(-2/3) (C : M) / (3 J)) dV/dx_c),
 //   four numbers of reference geometry a triangle instead of five, seven a tetrahedron, not ten.
+// * Branches keep -mu V A, which the forces want.
 // * No serial sums of forces into nodes, whose additions wait for one another (half the rate):
-//   elements write their corners' shares side by side, nodes collect theirs. Eight nodes of one
+//   elements write their corners' shares side by side, nodes collect theirs. The nodes of one
 //   slice collect in lock step; slices are sorted by how many elements a node has, and padded by
 //   an empty slot, so no branch is mispredicted.
 // * One sweep over the mesh does an increment. Nodes and elements lie in a band, so pressure,
 //   stress and kick follow close behind the volumes that they wait for, in the cache.
 // * Two threads: each sweeps its half towards the common interface, which is done between barriers.
+//   Diameters of rings join far ends of the band: they are measured before the sweep, and pull
+//   after it.
 // * Huge pages.
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -46,12 +52,17 @@
 #include <sys/mman.h>
 #endif
 
+// As many as a register holds: compilers take longer vectors apart by way of the stack.
+#ifdef __AVX512F__
 constexpr int LANES = 8;
+#else
+constexpr int LANES = 4;
+#endif
 using Pair = double __attribute__((vector_size(16)));
 using Quad = double __attribute__((vector_size(32)));
-using Lanes = double __attribute__((vector_size(64)));
+using Lanes = double __attribute__((vector_size(8 * LANES)));
 
-// --- eight vectors side by side ------------------------------------------------------------------
+// --- lanes of vectors side by side ---------------------------------------------------------------
 
 struct Plane {
     Lanes x, y;
@@ -84,16 +95,13 @@ inline Quad joined(Pair a, Pair b) {
     return __builtin_shufflevector(a, b, 0, 1, 2, 3);
 #endif
 }
-inline Lanes joined(Quad a, Quad b) {
+
+using Corner = std::array<int32_t, LANES>;  // the node at one corner of each lane's element
+
+// `gather`: a vector of each lane's node. `store`: lanes one after the other, x y x y ... of a
+// section, x y z 0 x y z 0 ... in space.
 #ifdef __AVX512F__
-    return _mm512_insertf64x4(_mm512_castpd256_pd512(a), b, 1);
-#else
-    return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7);
-#endif
-}
-
-using Corner = std::array<int32_t, LANES>;  // the node at one corner of eight elements
-
+inline Lanes joined(Quad a, Quad b) { return _mm512_insertf64x4(_mm512_castpd256_pd512(a), b, 1); }
 inline Plane gather(const Pair* node, const Corner& c) {
     Lanes a = joined(joined(node[c[0]], node[c[2]]), joined(node[c[4]], node[c[6]]));
     Lanes b = joined(joined(node[c[1]], node[c[3]]), joined(node[c[5]], node[c[7]]));
@@ -111,12 +119,6 @@ inline Space gather(const Quad* node, const Corner& c) {
             __builtin_shufflevector(ab_y, de_y, 0, 1, 4, 5, 8, 9, 12, 13),
             __builtin_shufflevector(ab, de, 2, 3, 6, 7, 10, 11, 14, 15)};
 }
-
-inline Lanes side_by_side(const double* s) {
-    return Lanes{s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7]};
-}
-
-// Eight vectors one after the other: x y x y ..., or x y z 0 x y z 0 ...
 inline void store(Lanes* slot, Plane f) {
     slot[0] = __builtin_shufflevector(f.x, f.y, 0, 8, 1, 9, 2, 10, 3, 11);
     slot[1] = __builtin_shufflevector(f.x, f.y, 4, 12, 5, 13, 6, 14, 7, 15);
@@ -132,42 +134,99 @@ inline void store(Lanes* slot, Space f) {
     slot[2] = __builtin_shufflevector(xy1, z1, 0, 1, 8, 9, 2, 3, 10, 11);
     slot[3] = __builtin_shufflevector(xy1, z1, 4, 5, 12, 13, 6, 7, 14, 15);
 }
+#else
+inline Plane gather(const Pair* node, const Corner& c) {
+    Lanes a = joined(node[c[0]], node[c[2]]), b = joined(node[c[1]], node[c[3]]);
+    return {__builtin_shufflevector(a, b, 0, 4, 2, 6), __builtin_shufflevector(a, b, 1, 5, 3, 7)};
+}
+inline Space gather(const Quad* node, const Corner& c) {
+    Quad a = node[c[0]], b = node[c[1]], d = node[c[2]], e = node[c[3]];
+    Lanes ab = __builtin_shufflevector(a, b, 0, 4, 2, 6);  // x x z z
+    Lanes de = __builtin_shufflevector(d, e, 0, 4, 2, 6);
+    Lanes ab_y = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+    Lanes de_y = __builtin_shufflevector(d, e, 1, 5, 3, 7);
+    return {__builtin_shufflevector(ab, de, 0, 1, 4, 5),
+            __builtin_shufflevector(ab_y, de_y, 0, 1, 4, 5),
+            __builtin_shufflevector(ab, de, 2, 3, 6, 7)};
+}
+inline void store(Lanes* slot, Plane f) {
+    slot[0] = __builtin_shufflevector(f.x, f.y, 0, 4, 1, 5);
+    slot[1] = __builtin_shufflevector(f.x, f.y, 2, 6, 3, 7);
+}
+inline void store(Lanes* slot, Space f) {
+    Lanes zero = {};
+    Lanes xy0 = __builtin_shufflevector(f.x, f.y, 0, 4, 1, 5);
+    Lanes xy1 = __builtin_shufflevector(f.x, f.y, 2, 6, 3, 7);
+    Lanes z0 = __builtin_shufflevector(f.z, zero, 0, 4, 1, 5);
+    Lanes z1 = __builtin_shufflevector(f.z, zero, 2, 6, 3, 7);
+    slot[0] = __builtin_shufflevector(xy0, z0, 0, 1, 4, 5);
+    slot[1] = __builtin_shufflevector(xy0, z0, 2, 3, 6, 7);
+    slot[2] = __builtin_shufflevector(xy1, z1, 0, 1, 4, 5);
+    slot[3] = __builtin_shufflevector(xy1, z1, 2, 3, 6, 7);
+}
+#endif
 
-// As in softsim/elements/tensors.py.
+inline Lanes side_by_side(const double* s) {
+    Lanes a;
+    std::memcpy(&a, s, sizeof a);
+    return a;
+}
+
+inline Lanes square_root(Lanes a) {
+    for (int i = 0; i < LANES; ++i) a[i] = std::sqrt(a[i]);
+    return a;
+}
+
+// As in softsim/elements/metric.py.
 inline Lanes inverse_cube_root(Lanes J) {
-    Lanes d = J - 1.0, third = J * (1.0 / 3.0);
+    Lanes d = J - 1.0;
     Lanes y = 1.0 + d * (d * (2.0 / 9.0) - 1.0 / 3.0);
-    for (int k = 0; k < 3; ++k) y = y * (4.0 / 3.0 - (third * y) * (y * y));
+    for (int k = 0; k < 2; ++k) {
+        Lanes e = 1.0 - J * (y * y * y);
+        y += y * (e * (e * (2.0 / 9.0) + 1.0 / 3.0));
+    }
     return y;
 }
 
-// --- what depends on the dimension ---------------------------------------------------------------
+// --- kinds of elements ---------------------------------------------------------------------------
 
-template <int D>
-struct Kind;
-
-template <>
-struct Kind<2> {
+// Symmetric tensors: METRIC[c][k] is the index of component ck; a section has zz last. WWIDE says
+// how often each occurs in a contraction. `volume` is that over `scale`, the thickness / 2 or 1/6;
+// its derivative by the edges is `slope`. T: double or Lanes.
+struct PlaneStrain {
     using Node = Pair;
     using Vector = Plane;
-    static constexpr int METRIC[2][2] = {{0, 1}, {1, 2}};  // index of M_ck among the stored ones
-    static constexpr double ACROSS = 1.0;                  // share of F_zz = 1 in I1
-    // Volume of each element over `measure` = thickness / 2, and its derivative by corner 1, 2.
+    static constexpr int DIMENSION = 2, COMPONENTS = 4;
+    static constexpr bool IS_SECTION = true, HAS_RINGS = false;
+    static constexpr int METRIC[2][2] = {{0, 1}, {1, 2}};
+    static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 1.0, 1.0};
     static Lanes volume(const Plane* d) { return d[0].x * d[1].y - d[0].y * d[1].x; }
     static Lanes volume(const Plane* d, Plane* slope) {
         slope[0] = {d[1].y, -d[1].x};
         slope[1] = {-d[0].y, d[0].x};
         return volume(d);
     }
+    // The components' determinant times the inverse of A.
+    template <class T>
+    static void adjugate(const T* A, T* result) {
+        result[0] = A[2] * A[3];
+        result[1] = -A[1] * A[3];
+        result[2] = A[0] * A[3];
+        result[3] = A[0] * A[2] - A[1] * A[1];
+    }
 };
 
-template <>
-struct Kind<3> {
+struct RingSection : PlaneStrain {
+    static constexpr bool HAS_RINGS = true;
+};
+
+struct Solid {
     using Node = Quad;
     using Vector = Space;
+    static constexpr int DIMENSION = 3, COMPONENTS = 6;
+    static constexpr bool IS_SECTION = false, HAS_RINGS = false;
     static constexpr int METRIC[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    static constexpr double ACROSS = 0.0;
-    // `measure` is 1/6.
+    static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 2.0, 1.0, 2.0, 1.0};
     static Lanes volume(const Space* d) { return dot(d[0], cross(d[1], d[2])); }
     static Lanes volume(const Space* d, Space* slope) {
         slope[0] = cross(d[1], d[2]);
@@ -175,7 +234,31 @@ struct Kind<3> {
         slope[2] = cross(d[0], d[1]);
         return dot(d[0], slope[0]);
     }
+    template <class T>
+    static void adjugate(const T* A, T* result) {
+        result[0] = A[3] * A[5] - A[4] * A[4];
+        result[1] = A[4] * A[2] - A[1] * A[5];
+        result[2] = A[1] * A[4] - A[3] * A[2];
+        result[3] = A[5] * A[0] - A[2] * A[2];
+        result[4] = A[2] * A[1] - A[4] * A[0];
+        result[5] = A[0] * A[3] - A[1] * A[1];
+    }
 };
+
+template <class K, class T>
+T contraction(const T* A, const T* B) {
+    T sum = A[0] * B[0];
+    for (int k = 1; k < K::COMPONENTS; ++k) sum += K::WWIDE[k] * (A[k] * B[k]);
+    return sum;
+}
+
+template <class K>
+double determinant(const double* A) {  // by the first row, or of a section by zz
+    double of[K::COMPONENTS];
+    K::adjugate(A, of);
+    if (K::IS_SECTION) return A[3] * of[3];
+    return A[0] * of[0] + A[1] * of[1] + A[2] * of[2];
+}
 
 // --- memory and threads --------------------------------------------------------------------------
 
@@ -224,14 +307,39 @@ class Barrier {  // spins: sleeping threads would wake later than a pass takes
 
 // --- the problem ---------------------------------------------------------------------------------
 
+struct Branch {
+    double modulus, relaxation_time;
+};
+
 struct Problem {
-    int64_t dimension, nodes, cells;
-    double thickness, dt, bulk_modulus, C10, C20, C30;
+    int64_t dimension, nodes, cells, branch_count, has_rings;
+    double thickness, sector, dt, bulk_modulus, C10, C20, C30;
+    std::vector<Branch> branches;
     std::vector<double> gravity;                              // (d)
     std::vector<double> points, position, velocity;           // (nodes, d)
     std::vector<double> inverse_mass;                         // (nodes, d), zero where held
     std::vector<double> bulk_viscosity;                       // (nodes) b_a [Pa s]
     std::vector<int32_t> corner;                              // (cells, d + 1), in a band
+    std::vector<int32_t> opposite, is_ring;                   // (nodes), (cells), or empty
+
+    double length(size_t a, size_t b) const {  // of nodes at rest, in the plane
+        return std::hypot(points[2 * a] - points[2 * b], points[2 * a + 1] - points[2 * b + 1]);
+    }
+    // Sum of the diameters at the corners of a ring cell at rest.
+    double diameters(long cell) const {
+        double sum = 0.0;
+        for (long c = 0; c < 3; ++c) {
+            int32_t a = corner[cell * 3 + c];
+            sum += length(a, opposite[a]);
+        }
+        return sum;
+    }
+    // Of a cell: its volume over det(edges).
+    double scale(long cell) const {
+        if (dimension == 3) return 1.0 / 6.0;
+        if (has_rings && is_ring[cell]) return 0.5 * sector * diameters(cell) / 6.0;
+        return 0.5 * thickness;
+    }
 };
 
 Problem read_problem(const char* path) {
@@ -240,9 +348,11 @@ Problem read_problem(const char* path) {
     auto read = [&](auto* to, size_t count) {
         file.read(reinterpret_cast<char*>(to), std::streamsize(count * sizeof *to));
     };
-    read(&p.dimension, 3);
-    read(&p.thickness, 6);
+    read(&p.dimension, 5);
+    read(&p.thickness, 7);
     size_t d = size_t(p.dimension), n = size_t(p.nodes);
+    p.branches.resize(size_t(p.branch_count));
+    read(p.branches.data(), p.branches.size());
     auto numbers = [&](std::vector<double>& to, size_t count) {
         to.resize(count);
         read(to.data(), count);
@@ -252,6 +362,12 @@ Problem read_problem(const char* path) {
     numbers(p.bulk_viscosity, n);
     p.corner.resize(size_t(p.cells) * (d + 1));
     read(p.corner.data(), p.corner.size());
+    if (p.has_rings) {
+        p.opposite.resize(n);
+        p.is_ring.resize(size_t(p.cells));
+        read(p.opposite.data(), n);
+        read(p.is_ring.data(), p.is_ring.size());
+    }
     if (!file) {
         std::fprintf(stderr, "cannot read %s\n", path);
         std::exit(2);
@@ -262,7 +378,7 @@ Problem read_problem(const char* path) {
 // --- where everything lies -----------------------------------------------------------------------
 
 // The elements and nodes of one thread. Its elements lie in [first_block, end_block), its nodes in
-// slices of eight, those that only it touches first.
+// slices of LANES, those that only it touches first.
 struct Part {
     long first_block, end_block, first_slice, shared_slice, end_slice;
 };
@@ -275,8 +391,8 @@ struct Layout {
 
 constexpr long WINDOW = 64;  // nodes sorted by how many elements they have
 
-// Cells come in the order of their lowest nodes, which are numbered for a narrow band. Every other thread goes through its share backwards, so that
-// two threads meet at their interface at the end.
+// Cells come in the order of their lowest nodes, which are numbered for a narrow band. Every
+// other thread goes through its share backwards, so that two meet at their interface at the end.
 Layout lay_out(const Problem& p, long threads) {
     long corners = p.dimension + 1;
     Layout layout;
@@ -325,20 +441,60 @@ Layout lay_out(const Problem& p, long threads) {
     return layout;
 }
 
+// --- diameters of rings --------------------------------------------------------------------------
+
+// Each has two ends, opposite nodes, and the ring cells around either of them.
+struct Diameters {
+    std::vector<std::array<int32_t, 2>> ends;
+    std::vector<std::vector<int32_t>> cells;
+    std::vector<int32_t> of_node;  // -1 where a node is on none
+};
+
+Diameters list_diameters(const Problem& p) {
+    Diameters found{{}, {}, std::vector<int32_t>(p.nodes, -1)};
+    for (size_t e = 0; e < p.is_ring.size(); ++e) {
+        for (size_t c = 0; p.is_ring[e] && c < 3; ++c) {
+            int32_t a = p.corner[3 * e + c];
+            if (found.of_node[a] < 0) {
+                found.of_node[a] = found.of_node[p.opposite[a]] = int32_t(found.ends.size());
+                found.ends.push_back({a, p.opposite[a]});
+                found.cells.emplace_back();
+            }
+            found.cells[found.of_node[a]].push_back(int32_t(e));
+        }
+    }
+    return found;
+}
+
 // --- the increment -------------------------------------------------------------------------------
 
-template <int D>
+struct Energies {
+    double kinetic, stored, dissipated;
+};
+
+template <class K>
 class Solver {
-    using Node = typename Kind<D>::Node;
-    using Vector = typename Kind<D>::Vector;
-    static constexpr int CORNERS = D + 1, METRICS = D * (D + 1) / 2, SLOT = sizeof(Node);
+    using Node = typename K::Node;
+    using Vector = typename K::Vector;
+    static constexpr int D = K::DIMENSION, CORNERS = D + 1, METRICS = D * (D + 1) / 2;
+    static constexpr int SLOT = sizeof(Node);
+    static constexpr int WIDE = SLOT / sizeof(double);  // Lanes that LANES nodes fill
 
     struct Reference {
-        Lanes metric[METRICS];  // -M_ck = -V grad N_c . grad N_k, the sign that forces want
+        Lanes metric[METRICS];  // -V I_ck = -V grad N_c . grad N_k, the sign that forces want
         Lanes inverse_volume;
+    };
+    struct Tensor {
+        Lanes of[K::COMPONENTS];
     };
     struct Edges {
         Vector d[D];
+    };
+    struct Ring {  // F_zz = single + slope * (sum of the corners' diameters)
+        Lanes scale, slope, single, volume;
+    };
+    struct Relaxation {
+        double modulus, decay;
     };
     struct Slice {
         uint32_t first, degree;  // its slots: first + LANES k + lane, k < degree
@@ -351,17 +507,28 @@ class Solver {
 
     const Problem& problem_;
     Layout layout_;
-    long blocks_, slices_;
-    double measure_;
+    Diameters diameters_;
+    long blocks_, slices_, diameter_blocks_;
+    std::vector<Relaxation> branch_;
     std::vector<Corner> corner_;  // (blocks, corners)
     Array<Reference> reference_;
     Array<Edges> edges_;
-    Array<Lanes> volume_;       // of elements, by block
-    Array<Lanes> corner_force_;  // (blocks, corners, lanes) of nodes' vectors
-    std::vector<Slice> slice_;
-    std::vector<uint32_t> volume_slot_, force_slot_;  // byte offsets
+    Array<Lanes> volume_;  // of elements, by block
+    // (blocks + 1, corners, lanes) of nodes' vectors, then (diameter blocks, ends, lanes).
+    Array<Lanes> corner_force_;
+    Array<Tensor> relaxing_;    // (blocks, branches): -mu V A
+    Array<Tensor> last_C_bar_;  // of elements, by block
+    Array<Lanes> metric_work_;  // integral of C_bar : dB, B = sum mu V A [J]
+    std::vector<Slice> volume_slice_, force_slice_, tension_slice_;
+    std::vector<uint32_t> volume_slot_, force_slot_, tension_slot_;  // byte offsets
     Array<Node> position_, velocity_, inverse_mass_;
     Array<Lanes> J_, pressure_, inverse_node_volume_, viscosity_;  // of nodes, by slice
+    Array<Lanes> viscous_, bulk_work_;  // pressure by bulk viscosity; its integral dJ, twice
+    Array<Ring> ring_;
+    Array<Lanes> hoop_, tension_;       // of elements: F_zz, what they pull diameters with
+    std::vector<Corner> diameter_at_, end_;  // (blocks, corners), (diameter blocks, ends)
+    Array<double> length_;              // of diameters; the last one stays zero
+    Array<Vector> direction_;
     std::vector<std::vector<Stage>> plan_;
     Barrier barrier_;
 
@@ -369,14 +536,18 @@ class Solver {
     Solver(const Problem& p, int threads)
         : problem_(p),
           layout_(lay_out(p, threads)),
+          diameters_(list_diameters(p)),
           blocks_(long(layout_.cell_at.size()) / LANES),
           slices_(long(layout_.node_at.size()) / LANES),
-          measure_(D == 2 ? 0.5 * p.thickness : 1.0 / 6.0),
+          diameter_blocks_((long(diameters_.ends.size()) + LANES - 1) / LANES),
           corner_(blocks_ * CORNERS),
           reference_(blocks_),
           edges_(blocks_),
           volume_(blocks_ + 1),
-          corner_force_((blocks_ + 1) * CORNERS * SLOT / sizeof(double)),
+          corner_force_(((blocks_ + 1) * CORNERS + 2 * diameter_blocks_) * WIDE),
+          relaxing_(blocks_ * p.branches.size() + 1),
+          last_C_bar_(p.branches.empty() ? 1 : blocks_),
+          metric_work_(p.branches.empty() ? 1 : blocks_),
           position_((slices_ + 1) * LANES),
           velocity_((slices_ + 1) * LANES),
           inverse_mass_((slices_ + 1) * LANES),
@@ -384,9 +555,22 @@ class Solver {
           pressure_(slices_ + 1),
           inverse_node_volume_(slices_),
           viscosity_(slices_),
+          viscous_(slices_),
+          bulk_work_(slices_),
+          ring_(K::HAS_RINGS ? blocks_ : 1),
+          hoop_(K::HAS_RINGS ? blocks_ : 1),
+          tension_(K::HAS_RINGS ? blocks_ + 1 : 1),
+          diameter_at_(K::HAS_RINGS ? blocks_ * CORNERS : 0),
+          end_(2 * diameter_blocks_),
+          length_(diameter_blocks_ * LANES + 1),
+          direction_(diameter_blocks_ + 1),
           barrier_(threads) {
+        for (const Branch& branch : p.branches) {
+            branch_.push_back({branch.modulus, std::exp(-p.dt / branch.relaxation_time)});
+        }
         place_nodes();
         place_elements();
+        if constexpr (K::HAS_RINGS) place_diameters();
         for (const Part& part : layout_.parts) plan_.push_back(planned(part));
     }
 
@@ -395,6 +579,7 @@ class Solver {
     void run(int thread, long increments, long repeats, std::vector<double>& seconds) {
         double dt = problem_.dt;
         increment(thread, 0.5 * dt, 0.0);
+        forget_dissipation(layout_.parts[thread]);
         for (long r = 0; r < repeats; ++r) {
             auto start = std::chrono::steady_clock::now();
             drift(layout_.parts[thread], dt);
@@ -408,8 +593,31 @@ class Solver {
         }
     }
 
-    std::vector<double> positions() { return unplaced(position_); }
-    std::vector<double> velocities() { return unplaced(velocity_); }
+    std::vector<double> positions() {
+        std::vector<double> result(problem_.nodes * D);
+        for (long k = 0; k < slices_ * LANES; ++k) {
+            long a = layout_.node_at[k];
+            for (int i = 0; a >= 0 && i < D; ++i) result[a * D + i] = position_[k][i];
+        }
+        return result;
+    }
+
+    // At the time of the positions: takes velocities back by half a kick, and ends the run.
+    Energies energies() {
+        kick(0, slices_, -0.5 * problem_.dt, 0.0);
+        Energies sum{0.0, 0.0, 0.0};
+        for (long k = 0; k < slices_ * LANES; ++k) {
+            for (int i = 0; layout_.node_at[k] >= 0 && i < D; ++i) {
+                double v = velocity_[k][i], inverse_mass = inverse_mass_[k][i];
+                if (inverse_mass > 0.0) sum.kinetic += 0.5 * v * v / inverse_mass;
+            }
+        }
+        add_volumetric(sum);
+        for (long e = 0; e < blocks_ * LANES; ++e) {
+            if (layout_.cell_at[e] >= 0) add_isochoric(sum, e / LANES, int(e % LANES));
+        }
+        return sum;
+    }
 
   private:
     void place_nodes() {
@@ -427,57 +635,68 @@ class Solver {
         }
     }
 
-    void place_elements() {
-        const Problem& p = problem_;
-        std::vector<long> place(p.nodes);
+    // Where each node lies: its slice times LANES, and its lane.
+    std::vector<long> places() {
+        std::vector<long> place(problem_.nodes);
         for (long k = 0; k < slices_ * LANES; ++k) {
             if (layout_.node_at[k] >= 0) place[layout_.node_at[k]] = k;
         }
-        struct Use {
-            long block;
-            int corner, lane;
-        };
-        std::vector<std::vector<Use>> uses(slices_ * LANES);
+        return place;
+    }
+
+    void place_elements() {
+        const Problem& p = problem_;
+        std::vector<long> place = places();
+        std::vector<std::vector<uint32_t>> volumes(slices_ * LANES), forces(slices_ * LANES);
         std::vector<double> node_volume(slices_ * LANES, 0.0);
         long nowhere = slices_ * LANES;  // a node at the origin, for lanes without an element
         for (long e = 0; e < blocks_ * LANES; ++e) {
             long cell = layout_.cell_at[e], b = e / LANES;
             int lane = int(e % LANES);
+            double volume = cell < 0 ? 0.0 : set_reference(b, lane, cell);
             for (int c = 0; c < CORNERS; ++c) {
                 long k = cell < 0 ? nowhere : place[p.corner[cell * CORNERS + c]];
                 corner_[b * CORNERS + c][lane] = int32_t(k);
-                if (cell >= 0) uses[k].push_back({b, c, lane});
-            }
-            if (cell < 0) continue;
-            double volume = set_reference(b, lane, &p.corner[cell * CORNERS]);
-            for (int c = 0; c < CORNERS; ++c) {
-                node_volume[corner_[b * CORNERS + c][lane]] += volume / CORNERS;
+                if (cell < 0) continue;
+                volumes[k].push_back(uint32_t(e * sizeof(double)));
+                forces[k].push_back(uint32_t(((b * CORNERS + c) * LANES + lane) * SLOT));
+                node_volume[k] += volume;
             }
         }
-        long empty = blocks_;  // a block that stays zero
-        for (long q = 0; q < slices_; ++q) {
-            size_t degree = 0;
-            for (int i = 0; i < LANES; ++i) degree = std::max(degree, uses[q * LANES + i].size());
-            slice_.push_back({uint32_t(volume_slot_.size()), uint32_t(degree)});
-            for (size_t k = 0; k < degree; ++k) {
-                for (int i = 0; i < LANES; ++i) {
-                    const auto& mine = uses[q * LANES + i];
-                    Use use = k < mine.size() ? mine[k] : Use{empty, 0, 0};
-                    volume_slot_.push_back((use.block * LANES + use.lane) * sizeof(double));
-                    long slot = (use.block * CORNERS + use.corner) * LANES + use.lane;
-                    force_slot_.push_back(uint32_t(slot * SLOT));
-                }
+        for (size_t g = 0; g < diameters_.ends.size(); ++g) {
+            for (size_t end = 0; end < 2; ++end) {
+                size_t row = (blocks_ + 1) * CORNERS + 2 * (g / LANES) + end;
+                uint32_t slot = uint32_t((row * LANES + g % LANES) * SLOT);
+                forces[place[diameters_.ends[g][end]]].push_back(slot);
             }
+        }
+        for (long q = 0; q < slices_; ++q) {  // block number `blocks_` stays zero
+            list(&volumes[q * LANES], blocks_ * sizeof(Lanes), volume_slice_, volume_slot_);
+            list(&forces[q * LANES], blocks_ * CORNERS * LANES * SLOT, force_slice_, force_slot_);
             for (int i = 0; i < LANES; ++i) {
                 double volume = node_volume[q * LANES + i];
-                // A share 1 / CORNERS of each element's volume is the node's.
-                inverse_node_volume_[q][i] = volume > 0.0 ? 1.0 / (CORNERS * volume) : 0.0;
+                inverse_node_volume_[q][i] = volume > 0.0 ? 1.0 / volume : 0.0;
             }
         }
     }
 
-    double set_reference(long b, int lane, const int32_t* nodes) {
-        double d[D][D], grad[D][D];
+    // Add a slice whose lanes have these slots, filled up by an empty one.
+    static void list(const std::vector<uint32_t>* lists, size_t empty, std::vector<Slice>& slices,
+                     std::vector<uint32_t>& slots) {
+        size_t degree = 0;
+        for (int i = 0; i < LANES; ++i) degree = std::max(degree, lists[i].size());
+        slices.push_back({uint32_t(slots.size()), uint32_t(degree)});
+        for (size_t k = 0; k < degree; ++k) {
+            for (int i = 0; i < LANES; ++i) {
+                slots.push_back(k < lists[i].size() ? lists[i][k] : uint32_t(empty));
+            }
+        }
+    }
+
+    // Of an element at rest; returns its volume.
+    double set_reference(long b, int lane, long cell) {
+        const int32_t* nodes = &problem_.corner[cell * CORNERS];
+        double d[D][D], grad[D][D], metric[K::COMPONENTS];
         for (int c = 0; c < D; ++c) {
             for (int i = 0; i < D; ++i) {
                 d[c][i] = problem_.points[nodes[c + 1] * D + i] - problem_.points[nodes[0] * D + i];
@@ -496,16 +715,66 @@ class Solver {
             }
         }
         for (int i = 0; i < D; ++i) det += d[0][i] * grad[0][i];
-        double volume = det * measure_;
+        double volume = det * problem_.scale(cell);
+        if constexpr (K::IS_SECTION) metric[METRICS] = -volume;  // zz
         for (int c = 0; c < D; ++c) {
             for (int k = c; k < D; ++k) {
                 double product = 0.0;
                 for (int i = 0; i < D; ++i) product += grad[c][i] * grad[k][i] / (det * det);
-                reference_[b].metric[Kind<D>::METRIC[c][k]][lane] = -volume * product;
+                metric[K::METRIC[c][k]] = -volume * product;
             }
         }
+        for (int m = 0; m < METRICS; ++m) reference_[b].metric[m][lane] = metric[m];
         reference_[b].inverse_volume[lane] = 1.0 / volume;
+        if (!branch_.empty()) set_branches(b, lane, metric, volume);
         return volume;
+    }
+
+    // At rest A = I and C_bar = I^-1. metric: -V I.
+    void set_branches(long b, int lane, const double* metric, double volume) {
+        double adjugate[K::COMPONENTS], det = determinant<K>(metric);
+        K::adjugate(metric, adjugate);
+        for (int m = 0; m < K::COMPONENTS; ++m) {
+            last_C_bar_[b].of[m][lane] = -volume * adjugate[m] / det;
+            for (size_t k = 0; k < branch_.size(); ++k) {
+                relaxing_[b * branch_.size() + k].of[m][lane] = branch_[k].modulus * metric[m];
+            }
+        }
+    }
+
+    void place_diameters() {
+        std::vector<long> place = places(), element_of(problem_.cells);
+        int32_t nowhere = int32_t(diameter_blocks_ * LANES);
+        for (long e = 0; e < blocks_ * LANES; ++e) {
+            long cell = layout_.cell_at[e], b = e / LANES;
+            int lane = int(e % LANES);
+            bool is_ring = cell >= 0 && problem_.is_ring[cell];
+            for (int c = 0; c < CORNERS; ++c) {
+                diameter_at_[b * CORNERS + c][lane] =
+                    is_ring ? diameters_.of_node[problem_.corner[cell * CORNERS + c]] : nowhere;
+            }
+            if (cell < 0) continue;
+            element_of[cell] = e;
+            ring_[b].scale[lane] = problem_.scale(cell);
+            ring_[b].slope[lane] = is_ring ? 1.0 / problem_.diameters(cell) : 0.0;
+            ring_[b].single[lane] = is_ring ? 0.0 : 1.0;
+            ring_[b].volume[lane] = 1.0 / reference_[b].inverse_volume[lane];
+        }
+        std::vector<std::vector<uint32_t>> pulling(nowhere);
+        for (int32_t g = 0; g < nowhere; ++g) {
+            // Spare lanes measure the last diameter once more and pull at nothing.
+            size_t listed = std::min(size_t(g), diameters_.ends.size() - 1);
+            for (int end = 0; end < 2; ++end) {
+                end_[g / LANES * 2 + end][g % LANES] = int32_t(place[diameters_.ends[listed][end]]);
+            }
+            if (size_t(g) != listed) continue;
+            for (int32_t cell : diameters_.cells[g]) {
+                pulling[g].push_back(uint32_t(element_of[cell] * sizeof(double)));
+            }
+        }
+        for (long g = 0; g < diameter_blocks_; ++g) {
+            list(&pulling[g * LANES], blocks_ * sizeof(Lanes), tension_slice_, tension_slot_);
+        }
     }
 
     // Let every pass follow as closely as it may: pressure when all volumes of a node are measured,
@@ -524,6 +793,7 @@ class Solver {
         }
         std::vector<Stage> plan;
         Stage now{part.first_block, part.first_slice, part.first_block, part.first_slice};
+        long kicked_end = K::HAS_RINGS ? part.first_slice : part.shared_slice;
         while (now.measured < part.end_block) {
             now.measured = std::min(now.measured + CHUNK, part.end_block);
             long end = part.shared_slice;
@@ -531,7 +801,8 @@ class Solver {
             while (now.stressed < now.measured && last_slice[now.stressed] < now.pressed) {
                 ++now.stressed;
             }
-            while (now.kicked < now.pressed && last_block[now.kicked] < now.stressed) ++now.kicked;
+            long ready = std::min(now.pressed, kicked_end);
+            while (now.kicked < ready && last_block[now.kicked] < now.stressed) ++now.kicked;
             plan.push_back(now);
         }
         return plan;
@@ -539,6 +810,13 @@ class Solver {
 
     void increment(int thread, double kick_dt, double drift_dt) {
         const Part& part = layout_.parts[thread];
+        long threads = long(layout_.parts.size());
+        long first_diameter = diameter_blocks_ * thread / threads;
+        long end_diameter = diameter_blocks_ * (thread + 1) / threads;
+        if constexpr (K::HAS_RINGS) {
+            gauge(first_diameter, end_diameter);
+            barrier_.wait();
+        }
         Stage done{part.first_block, part.first_slice, part.first_block, part.first_slice};
         for (const Stage& next : plan_[thread]) {
             measure(done.measured, next.measured);
@@ -552,6 +830,10 @@ class Solver {
         barrier_.wait();
         stress(done.stressed, part.end_block);
         barrier_.wait();
+        if constexpr (K::HAS_RINGS) {
+            pull(first_diameter, end_diameter);
+            barrier_.wait();
+        }
         kick(done.kicked, part.end_slice, kick_dt, drift_dt);
         barrier_.wait();
     }
@@ -559,6 +841,23 @@ class Solver {
     void drift(const Part& part, double dt) {
         for (long k = part.first_slice * LANES; k < part.end_slice * LANES; ++k) {
             position_[k] += dt * velocity_[k];
+        }
+    }
+
+    void forget_dissipation(const Part& part) {
+        for (long q = part.first_slice; q < part.end_slice; ++q) bulk_work_[q] = Lanes{};
+        if (branch_.empty()) return;
+        for (long b = part.first_block; b < part.end_block; ++b) metric_work_[b] = Lanes{};
+    }
+
+    // Lengths and directions of diameters.
+    void gauge(long from, long to) {
+        const Node* x = position_.data();
+        for (long g = from; g < to; ++g) {
+            Vector d = gather(x, end_[2 * g]) - gather(x, end_[2 * g + 1]);
+            Lanes length = square_root(dot(d, d));
+            direction_[g] = (1.0 / length) * d;
+            std::memcpy(&length_[g * LANES], &length, sizeof length);
         }
     }
 
@@ -572,8 +871,46 @@ class Solver {
                 d[c] = gather(x, corner[c + 1]) - x0;
                 edges_[b].d[c] = d[c];
             }
-            volume_[b] = Kind<D>::volume(d) * measure_;
+            if constexpr (K::HAS_RINGS) measure_ring(b);
+            volume_[b] = K::volume(d) * (scale_at_rest(b) * hoop(b));
         }
+    }
+
+    void measure_ring(long b) {
+        const Corner* at = &diameter_at_[b * CORNERS];
+        double sum[LANES];
+        for (int i = 0; i < LANES; ++i) {
+            sum[i] = length_[at[0][i]] + length_[at[1][i]] + length_[at[2][i]];
+        }
+        hoop_[b] = ring_[b].single + side_by_side(sum) * ring_[b].slope;
+    }
+
+    // F_zz.
+    Lanes hoop(long b) {
+        if constexpr (K::HAS_RINGS) return hoop_[b];
+        return Lanes{} + 1.0;
+    }
+
+    // Volume over that of K::volume, as long as F_zz = 1.
+    Lanes scale_at_rest(long b) {
+        if constexpr (K::HAS_RINGS) return ring_[b].scale;
+        return Lanes{} + (D == 2 ? 0.5 * problem_.thickness : 1.0 / 6.0);
+    }
+
+    // C = F^T F.
+    void stretch(long b, const Vector* d, Lanes* C) {
+        for (int c = 0; c < D; ++c) {
+            for (int k = c; k < D; ++k) C[K::METRIC[c][k]] = dot(d[c], d[k]);
+        }
+        if constexpr (K::IS_SECTION) C[METRICS] = hoop(b) * hoop(b);
+    }
+
+    Lanes first_invariant(const Reference& reference, const Lanes* C) {
+        Lanes sum = reference.metric[0] * C[0];
+        for (int m = 1; m < METRICS; ++m) sum += K::WWIDE[m] * (reference.metric[m] * C[m]);
+        Lanes across = {};
+        if constexpr (K::IS_SECTION) across = C[METRICS];
+        return across - sum * reference.inverse_volume;
     }
 
     // p_a / corners: the shares sum to the element's mean.
@@ -581,20 +918,23 @@ class Solver {
         const char* volume = reinterpret_cast<const char*>(volume_.data());
         double stiffness = problem_.bulk_modulus / CORNERS, rate = 1.0 / (CORNERS * problem_.dt);
         for (long q = from; q < to; ++q) {
-            const uint32_t* slot = &volume_slot_[slice_[q].first];
+            const uint32_t* slot = &volume_slot_[volume_slice_[q].first];
             double sum[LANES] = {};
-            for (uint32_t k = 0; k < slice_[q].degree; ++k, slot += LANES) {
+            for (uint32_t k = 0; k < volume_slice_[q].degree; ++k, slot += LANES) {
                 for (int i = 0; i < LANES; ++i) {
                     sum[i] += *reinterpret_cast<const double*>(volume + slot[i]);
                 }
             }
             Lanes J = side_by_side(sum) * inverse_node_volume_[q];
-            pressure_[q] = stiffness * (J - 1.0) + rate * viscosity_[q] * (J - J_[q]);
+            Lanes dJ = J - J_[q], viscous = rate * viscosity_[q] * dJ;
+            pressure_[q] = stiffness * (J - 1.0) + viscous;
+            bulk_work_[q] += (viscous_[q] + viscous) * dJ;
+            viscous_[q] = viscous;
             J_[q] = J;
         }
     }
 
-    // f_c = -(a sum_k M_ck d_k + h dV/dx_c),  a = 2 W' J^(-2/3),  h = p - a I1 / (3 J).
+    // f_c = -(sum_k T_ck d_k + h dV/dx_c) with T = J^(-2/3) V M, h = p - T : C / (3 V J).
     void stress(long from, long to) {
         const double* p = reinterpret_cast<const double*>(pressure_.data());
         double c0 = 2.0 * problem_.C10, c1 = 4.0 * problem_.C20, c2 = 6.0 * problem_.C30;
@@ -607,27 +947,36 @@ class Solver {
             }
             Lanes mean = side_by_side(sum);
             Vector d[D], slope[D];
+            Lanes C[K::COMPONENTS], T[K::COMPONENTS];
             for (int c = 0; c < D; ++c) d[c] = copied(edges_[b].d[c]);
             const Reference& reference = reference_[b];
-            Lanes J = Kind<D>::volume(d, slope) * measure_ * reference.inverse_volume;
-            Lanes I1 = {};
-            for (int c = 0; c < D; ++c) {
-                for (int k = c; k < D; ++k) {
-                    Lanes part = reference.metric[Kind<D>::METRIC[c][k]] * dot(d[c], d[k]);
-                    I1 += c == k ? part : 2.0 * part;
-                }
-            }
-            I1 = Kind<D>::ACROSS - I1 * reference.inverse_volume;
+            Lanes plain = K::volume(d, slope) * scale_at_rest(b);  // V J / F_zz
+            Lanes J = plain * hoop(b) * reference.inverse_volume;
+            stretch(b, d, C);
             Lanes r = inverse_cube_root(J), r2 = r * r;
+            Lanes I1 = first_invariant(reference, C);
             Lanes k1 = r2 * I1 - 3.0;
             Lanes a = r2 * (c0 + k1 * (c1 + k1 * c2));
-            Lanes h = -measure_ * (mean - a * I1 * (1.0 / 3.0) * (r2 * r));
+            Lanes trace = a * I1;  // T : C / V
+            for (int m = 0; m < METRICS; ++m) T[m] = a * reference.metric[m];
+            if constexpr (K::HAS_RINGS) T[METRICS] = -a * ring_[b].volume;
+            if (!branch_.empty()) {
+                Tensor relaxed;
+                relax(b, C, r2, relaxed.of);
+                trace -= r2 * contraction<K>(C, relaxed.of) * reference.inverse_volume;
+                for (int m = 0; m < (K::HAS_RINGS ? K::COMPONENTS : METRICS); ++m) {
+                    T[m] += r2 * relaxed.of[m];
+                }
+            }
+            Lanes h = mean - trace * (1.0 / 3.0) * (r2 * r);
+            if constexpr (K::HAS_RINGS) {
+                tension_[b] = ring_[b].slope * (h * plain - hoop_[b] * T[METRICS]);
+            }
+            Lanes push = -(scale_at_rest(b) * hoop(b)) * h;
             Vector balance;
             for (int c = 0; c < D; ++c) {
-                Vector f = h * slope[c];
-                for (int k = 0; k < D; ++k) {
-                    f = f + (a * reference.metric[Kind<D>::METRIC[c][k]]) * d[k];
-                }
+                Vector f = push * slope[c];
+                for (int k = 0; k < D; ++k) f = f + T[K::METRIC[c][k]] * d[k];
                 balance = c == 0 ? f : balance + f;
                 store(force_of(b, c + 1), f);
             }
@@ -635,9 +984,53 @@ class Solver {
         }
     }
 
-    Lanes* force_of(long b, int c) {
-        return &corner_force_[(b * CORNERS + c) * (SLOT / sizeof(double))];
+    // Let the branches of a block relax by an increment; `sum` gets -V sum mu A.
+    void relax(long b, const Lanes* C, Lanes r2, Lanes* sum) {
+        Lanes inverse[K::COMPONENTS], both[K::COMPONENTS];  // -V C_bar^-1, C_bar then and now
+        Lanes scale = scale_at_rest(b);
+        Lanes factor = -(r2 * r2) * (scale * scale) * reference_[b].inverse_volume;
+        K::adjugate(C, inverse);
+        for (int m = 0; m < K::COMPONENTS; ++m) {
+            inverse[m] *= factor;
+            Lanes C_bar = r2 * C[m];
+            both[m] = C_bar + last_C_bar_[b].of[m];
+            last_C_bar_[b].of[m] = C_bar;
+            sum[m] = Lanes{};
+        }
+        Lanes relaxed = contraction<K>(both, inverse), work = metric_work_[b];
+        Tensor* viscous = &relaxing_[b * branch_.size()];
+        for (const Relaxation& branch : branch_) {
+            double share = 1.0 - branch.decay, gain = share * branch.modulus;
+            work += (0.5 * share) * contraction<K>(both, viscous->of) - (0.5 * gain) * relaxed;
+            for (int m = 0; m < K::COMPONENTS; ++m) {
+                Lanes now = branch.decay * viscous->of[m] + gain * inverse[m];
+                viscous->of[m] = now;
+                sum[m] += now;
+            }
+            ++viscous;
+        }
+        metric_work_[b] = work;
     }
+
+    // The tension of all ring cells at a diameter, on both its ends.
+    void pull(long from, long to) {
+        const char* tension = reinterpret_cast<const char*>(tension_.data());
+        for (long g = from; g < to; ++g) {
+            const uint32_t* slot = &tension_slot_[tension_slice_[g].first];
+            double sum[LANES] = {};
+            for (uint32_t k = 0; k < tension_slice_[g].degree; ++k, slot += LANES) {
+                for (int i = 0; i < LANES; ++i) {
+                    sum[i] += *reinterpret_cast<const double*>(tension + slot[i]);
+                }
+            }
+            Vector f = side_by_side(sum) * direction_[g];
+            Lanes* first = &corner_force_[((blocks_ + 1) * CORNERS + 2 * g) * WIDE];
+            store(first, -f);
+            store(first + WIDE, f);
+        }
+    }
+
+    Lanes* force_of(long b, int c) { return &corner_force_[(b * CORNERS + c) * WIDE]; }
 
     // v += dt (f / m + g), held components excepted; and the next drift.
     void kick(long from, long to, double kick_dt, double drift_dt) {
@@ -646,9 +1039,9 @@ class Solver {
         for (int i = 0; i < D; ++i) gravity[i] = problem_.gravity[i];
         Node *x = position_.data(), *v = velocity_.data(), *inverse_mass = inverse_mass_.data();
         for (long q = from; q < to; ++q) {
-            const uint32_t* slot = &force_slot_[slice_[q].first];
+            const uint32_t* slot = &force_slot_[force_slice_[q].first];
             Node sum[LANES] = {};
-            for (uint32_t k = 0; k < slice_[q].degree; ++k, slot += LANES) {
+            for (uint32_t k = 0; k < force_slice_[q].degree; ++k, slot += LANES) {
                 for (int i = 0; i < LANES; ++i) {
                     sum[i] += *reinterpret_cast<const Node*>(force + slot[i]);
                 }
@@ -663,19 +1056,45 @@ class Solver {
         }
     }
 
-    std::vector<double> unplaced(Array<Node>& values) {
-        std::vector<double> result(problem_.nodes * D);
+    // Compression of the nodes, and what bulk viscosity has dissipated.
+    void add_volumetric(Energies& sum) {
         for (long k = 0; k < slices_ * LANES; ++k) {
-            long a = layout_.node_at[k];
-            for (int i = 0; a >= 0 && i < D; ++i) result[a * D + i] = values[k][i];
+            long q = k / LANES;
+            int lane = int(k % LANES);
+            if (layout_.node_at[k] < 0) continue;
+            double all = 1.0 / inverse_node_volume_[q][lane];  // of its elements
+            double dilation = J_[q][lane] - 1.0;
+            sum.stored += 0.5 * problem_.bulk_modulus * dilation * dilation * all / CORNERS;
+            sum.dissipated += 0.5 * bulk_work_[q][lane] * all;
         }
-        return result;
+    }
+
+    // Law and Maxwell branches of one element.
+    void add_isochoric(Energies& sum, long b, int lane) {
+        Lanes C[K::COMPONENTS];
+        stretch(b, edges_[b].d, C);
+        double volume = 1.0 / reference_[b].inverse_volume[lane];
+        double r2 = 1.0 / std::cbrt(volume_[b][lane] / volume * (volume_[b][lane] / volume));
+        double k1 = r2 * first_invariant(reference_[b], C)[lane] - 3.0;
+        sum.stored += volume * k1 * (problem_.C10 + k1 * (problem_.C20 + k1 * problem_.C30));
+        if (!branch_.empty()) sum.dissipated -= 0.5 * metric_work_[b][lane];
+        double det_D = volume / scale_at_rest(b)[lane];
+        for (size_t k = 0; k < branch_.size(); ++k) {
+            double A[K::COMPONENTS], C_bar[K::COMPONENTS], stiffness = branch_[k].modulus * volume;
+            for (int m = 0; m < K::COMPONENTS; ++m) {
+                A[m] = -relaxing_[b * branch_.size() + k].of[m][lane] / stiffness;
+                C_bar[m] = r2 * C[m][lane];
+            }
+            double logarithm = std::log(determinant<K>(A) * det_D * det_D);  // det I = det_D^-2
+            sum.stored += 0.5 * stiffness * (contraction<K>(A, C_bar) - 3.0 - logarithm);
+            sum.dissipated += 0.5 * stiffness * logarithm;
+        }
     }
 };
 
-template <int D>
-void solve(const Problem& p, int threads, long increments, long repeats, const char* positions) {
-    Solver<D> solver(p, threads);
+template <class K>
+int solve(const Problem& p, int threads, long increments, long repeats, const char* positions) {
+    Solver<K> solver(p, threads);
     std::vector<double> seconds;
     std::vector<std::thread> others;
     for (int t = 1; t < threads; ++t) {
@@ -684,21 +1103,24 @@ void solve(const Problem& p, int threads, long increments, long repeats, const c
     solver.run(0, increments, repeats, seconds);
     for (auto& thread : others) thread.join();
 
-    auto x = solver.positions(), v = solver.velocities();
-    double kinetic = 0.0, squares = 0.0;
-    for (size_t i = 0; i < x.size(); ++i) {
-        squares += (x[i] - p.points[i]) * (x[i] - p.points[i]);
-        if (p.inverse_mass[i] > 0.0) kinetic += 0.5 * v[i] * v[i] / p.inverse_mass[i];
+    Energies energy = solver.energies();
+    if (!std::isfinite(energy.kinetic + energy.stored + energy.dissipated)) {
+        std::fprintf(stderr, "energies are not finite after %ld increments of %g s\n",
+                     increments * repeats, p.dt);
+        return 1;
     }
     std::sort(seconds.begin(), seconds.end());
     double updates = double(p.cells) * double(increments);
     std::printf("{\"best\": %.6g, \"median\": %.6g, \"kinetic_energy\": %.17g, ",
-                updates / seconds.front(), updates / seconds[seconds.size() / 2], kinetic);
-    std::printf("\"squared_displacements\": %.17g}\n", squares);
+                updates / seconds.front(), updates / seconds[seconds.size() / 2], energy.kinetic);
+    std::printf("\"stored_energy\": %.17g, \"dissipated_energy\": %.17g}\n", energy.stored,
+                energy.dissipated);
     if (positions) {
+        std::vector<double> x = solver.positions();
         std::ofstream file(positions, std::ios::binary);
         file.write(reinterpret_cast<const char*>(x.data()), std::streamsize(x.size() * sizeof x[0]));
     }
+    return 0;
 }
 
 int main(int argc, char** argv) {
@@ -714,6 +1136,8 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "threads, increments and repeats are at least 1\n");
         return 2;
     }
-    (problem.dimension == 2 ? solve<2> : solve<3>)(problem, threads, increments, repeats, positions);
-    return 0;
+    auto run = problem.dimension == 3 ? solve<Solid>
+               : problem.has_rings    ? solve<RingSection>
+                                      : solve<PlaneStrain>;
+    return run(problem, threads, increments, repeats, positions);
 }

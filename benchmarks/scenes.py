@@ -1,11 +1,12 @@
-"""What is measured: the robot's section, and plain blocks of any number of elements."""
+"""What is measured: the robot in section and in space, plain blocks of any number of elements."""
 
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PFR = ROOT / "scenes" / "pfr_36mm.yaml"
+PFR_IN_SPACE = ROOT / "scenes" / "pfr_36mm_3d.yaml"
 
-# No contact and no Maxwell branches: the work that the ceiling does. Held at one end, they sag.
+# Bare: no contact and no Maxwell branches, which flatters the rate. Held at one end, they sag.
 _TRIANGLES = """
 bodies:
   block:
