@@ -61,8 +61,8 @@ def refuse_crowding(time: float) -> NoReturn:
 
 
 def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
-    """Warnings, by body and kind, of a law past the strain that it was fitted on, or past the loss
-    of its stiffness (dW/dI1 <= 0).
+    """What is doubtful about the strain now: a law past the strain that it was fitted on, or past
+    the loss of its stiffness (dW/dI1 <= 0), by body and kind.
     """
     warnings = {}
     for body in model.bodies:
