@@ -169,4 +169,6 @@ class Batch:
             return
         profile = measured_profile(self.solver)
         costs = asdict(profile) | {"unexplained": profile.unexplained}
-        files.write_summary(files.summary | {"phases": profile.shares(), "profile": costs})
+        # In place: the outcome of the run has this summary, too.
+        files.summary |= {"phases": profile.shares(), "profile": costs}
+        files.write_summary(files.summary)

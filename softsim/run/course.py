@@ -115,7 +115,7 @@ class Run:
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
             log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)
-        log.info("stable increment %s", stable.describe())
+        log.info("stable step %s", stable.describe())
         self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)[0]
         self.balance = EnergyBalance.starting(energies, self.model)

@@ -131,13 +131,10 @@ def test_a_missing_history_is_named(tmp_path: Path) -> None:
 def test_a_full_disk_is_named_when_it_happens(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
         pytest.skip("this system has no /dev/full")
-    history = History(tmp_path / "history.csv", UNITS)
-    history.close()
-    (tmp_path / "history.csv").unlink()
-    (tmp_path / "history.csv").symlink_to("/dev/full")
-    full = History.__new__(History)
-    full._continue(tmp_path / "history.csv", UNITS)
-    with pytest.raises(OutputError, match=r"history\.csv: No space left"):
-        full.append(row(0))
-    with pytest.raises(OutputError, match=r"history\.csv: "):
-        full.close()
+    full = History(tmp_path / "history.csv", UNITS)
+    full._stream.close()
+    with Path("/dev/full").open("a", encoding="utf-8", buffering=1) as full._stream:
+        with pytest.raises(OutputError, match=r"history\.csv: No space left"):
+            full.append(row(0))
+        with pytest.raises(OutputError, match=r"history\.csv: "):
+            full.close()

@@ -52,14 +52,14 @@ FOUND = StableStep(5e-6, 7e-6, "contact that would throw back", 0, 1e-3)
 def test_a_step_is_refused_only_where_it_is_unstable(build):
     model = build(BLOCK)
     refuse_unstable_step(model, FOUND, 0.0)
-    refuse_unstable_step(dataclasses.replace(model, increment=6.9e-6), FOUND, 0.0)
+    refuse_unstable_step(dataclasses.replace(model, time_increment=6.9e-6), FOUND, 0.0)
     with pytest.raises(StabilityError, match=r"7.1 us.*t = 0.25 s.*stable up to 7 us"):
-        refuse_unstable_step(dataclasses.replace(model, increment=7.1e-6), FOUND, 0.25)
+        refuse_unstable_step(dataclasses.replace(model, time_increment=7.1e-6), FOUND, 0.25)
 
 
 def test_a_step_longer_than_taken_is_doubtful(build):
     model = build(BLOCK)
     assert step_warnings(model, FOUND) == {}
-    assert step_warnings(dataclasses.replace(model, increment=4.9e-6), FOUND) == {}
-    said = step_warnings(dataclasses.replace(model, increment=5.1e-6), FOUND)["time step"]
+    assert step_warnings(dataclasses.replace(model, time_increment=4.9e-6), FOUND) == {}
+    said = step_warnings(dataclasses.replace(model, time_increment=5.1e-6), FOUND)["time step"]
     assert "5.1 us is longer than advised" in said and "limited by contact" in said

@@ -1,4 +1,4 @@
-"""The stable increment is a bound, and not a wasteful one: for every formulation on an irregular
+"""The stable step is a bound, and not a wasteful one: for every formulation on an irregular
 mesh, at rest, stretched, and with a chamber of gas that is stiffer than the body.
 
 A free vibration starts from random velocities, so that every mode takes part. Below the limit its

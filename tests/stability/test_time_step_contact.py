@@ -1,4 +1,4 @@
-"""The stable increment of what touches, and of light rigid bodies."""
+"""The stable step of what touches, and of light rigid bodies."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The stable increment against the eigenvalues of the real tangent.
+"""The stable step against the eigenvalues of the real tangent.
 
 The tangent is the central difference of the forces that the kernels compute, a column for each free
 component: its error, h^2 f'''/6 + eps f / h with h = 1e-8 m in elements of 1e-3 m, is under 1e-6 of
