@@ -9,7 +9,7 @@ from softsim.builder.names import MeshedBody, MeshedRegion, Names, close_names, 
 from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.elements.ring_section import RingSection
-from softsim.mesh.mesh import Mesh, cell_facets, find_rows
+from softsim.mesh.mesh import Mesh, facet_owners
 from softsim.scene.loading import LoadedScene
 from softsim.scene.tree import Keys
 
@@ -108,10 +108,7 @@ def bounded(
         here = np.flatnonzero(body.has_nodes(facets).all(axis=1))
         if not len(here):
             continue
-        of_cells = cell_facets(body.mesh.cells)
-        in_each = len(of_cells) // len(body.mesh.cells)
-        rows, among = (np.sort(f, axis=1) for f in (facets[here] - body.first_node, of_cells))
-        owner = find_rows(rows, among) // in_each
+        owner = facet_owners(facets[here] - body.first_node, body.mesh.cells)
         for region in body.regions:
             chosen = here[np.isin(owner, region.numbers)]
             if len(chosen):

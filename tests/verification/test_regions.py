@@ -64,7 +64,8 @@ bodies:
         sets: {{upper: {{plane: {{point: {middle}}}}}}}, regions: {{upper: {{{region}}}}}}}
 {LAWS}
 conditions:
-{sides}loads: {{pull: {{kind: surface_traction, facets: [bar.top], traction: [{traction}], ramp: 2 ms}}}}
+{sides}loads:
+  pull: {{kind: surface_traction, facets: [bar.top], traction: [{traction}], ramp: 2 ms}}
 environment: {{gravity: 0 m/s^2}}
 time: {{end: 2 ms, procedure: static}}
 solver: {{equilibrium_tolerance: 1e-7}}
