@@ -8,6 +8,7 @@ from softsim.builder.ending import end_time
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.builder.profiles import share_profile
+from softsim.builder.regions import material_keys
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.gravity import GravityProfile
 from softsim.loads.load import of_kind
@@ -193,7 +194,7 @@ def refuse_instant_relaxation(names: Names, model: Model) -> None:
         for branch in region.material.branches:
             if branch.relaxation_time < 0.01 * step:
                 raise names.loaded.error(
-                    ("bodies", region.body, "material"),
+                    material_keys(names, region.body, region.cell_set),
                     f"material '{region.material.name}' relaxes in "
                     f"{branch.relaxation_time * 1e6:.3g} us, far within a time step of "
                     f"{step * 1e6:.3g} us",

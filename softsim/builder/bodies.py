@@ -5,13 +5,12 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from softsim.builder.materials import material
 from softsim.builder.names import MeshedBody, Names, close_names, in_mm
+from softsim.builder.regions import built_region, meshed_regions
 from softsim.builder.sets import with_defined_sets
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.plane_strain import PlaneStrain
-from softsim.elements.region import Region
 from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
 from softsim.errors import MeshError
@@ -52,7 +51,8 @@ def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
         mesh, remarks = placed_mesh(loaded, name, data)
         geometry = kinematics(loaded, name, data, mesh)
         mesh = with_defined_sets(loaded, name, mesh)
-        result[name] = MeshedBody(mesh, first_node, geometry, remarks)
+        regions = meshed_regions(loaded, name, mesh, geometry)
+        result[name] = MeshedBody(mesh, first_node, geometry, regions, remarks)
         first_node += len(mesh.points)
     return result
 
@@ -212,20 +212,10 @@ def built_bodies(names: Names) -> tuple[Body, ...]:
             first_node=part.first_node,
             points=part.mesh.points,
             cells=part.mesh.cells,
-            regions=(whole_body(names, name),),
+            regions=tuple(built_region(names, name, region) for region in part.regions),
             remarks=part.remarks,
             node_sets={k: part.first_node + v for k, v in part.mesh.node_sets.items()},
             facet_sets={k: part.first_node + v for k, v in part.mesh.facet_sets.items()},
         )
         for name, part in names.bodies.items()
     )
-
-
-def whole_body(names: Names, name: str) -> Region:
-    """All elements of a body."""
-    part = names.bodies[name]
-    mesh = part.mesh
-    return Region(
-        name, None, part.first_node, mesh.points, mesh.cells, np.arange(len(mesh.cells)),
-        part.geometry, material(names, name),
-    )  # fmt: skip

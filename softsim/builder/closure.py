@@ -26,12 +26,8 @@ def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.n
             "name each part of the surface once",
         )
     owners = {f.partition(".")[0] for f in references}
-    if len({names.bodies[o].geometry for o in owners}) > 1:
-        raise names.loaded.error(
-            (*keys, "facets"), "the facets belong to bodies of different thickness or rings",
-            "give each body a load of its own",
-        )  # fmt: skip
-    refuse_single_parts(names, facets, names.bodies[owners.pop()], (*keys, "facets"))
+    for owner in owners:
+        refuse_single_parts(names, facets, names.bodies[owner], (*keys, "facets"))
     return facets
 
 
@@ -40,7 +36,7 @@ def refuse_single_parts(names: Names, facets: np.ndarray, body: MeshedBody, keys
     if not isinstance(body.geometry, RingSection):
         return
     round_nodes = body.first_node + body.mesh.cells[body.geometry.is_ring]
-    single = np.setdiff1d(facets, round_nodes)
+    single = np.setdiff1d(facets[body.has_nodes(facets)], round_nodes)
     if len(single):
         place = in_mm(body.mesh.points[single[0] - body.first_node])
         raise names.loaded.error(

@@ -5,6 +5,7 @@ import numpy as np
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
 from softsim.builder.profiles import displacement
+from softsim.builder.regions import common_geometry
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
@@ -149,7 +150,7 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe
         if isinstance(probe, outputs.VolumeProbe):
             facets = joined_facets(names, probe.facets, keys)
             body = names.bodies[probe.facets[0].partition(".")[0]]
-            geometry = body.geometry
+            geometry = common_geometry(names, facets, keys)
             remedy = "hold the rim (bodies.NAME.fixed)"
             refuse_open_chamber(names, facets, points, ~is_free, remedy, keys)
             closed = np.concatenate([facets, lids(names, facets, points, ~is_free)])

@@ -15,6 +15,7 @@ from softsim.builder.closure import (
 )
 from softsim.builder.names import Names
 from softsim.builder.profiles import pressure_profile, rising_profile, share_profile
+from softsim.builder.regions import bounded, common_geometry
 from softsim.builder.rigid import freedom
 from softsim.elements.geometry import nodal_sums
 from softsim.loads.axial_relief import AxialReliefData
@@ -78,7 +79,7 @@ def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> PressureData:
     """A pressure on facets."""
     names, points, is_free = loaded.names, loaded.points, loaded.is_free
     facets = joined_facets(names, load.facets, keys)
-    geometry = names.bodies[load.facets[0].partition(".")[0]].geometry
+    geometry = common_geometry(names, facets, keys)
     body, remedy = None, "hold both ends (bodies.NAME.fixed)"
     held = ~is_free
     if load.reacts_on is not None:
@@ -204,8 +205,10 @@ def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Ke
     """A force per area at rest on facets: on each corner int N_a t dA."""
     names = loaded.names
     facets = joined_facets(names, load.facets, keys)
-    body = names.bodies[load.facets[0].partition(".")[0]]
-    areas = body.geometry.corner_areas(body.mesh.points, facets - body.first_node)
+    areas = np.zeros(facets.shape)
+    for body, region, chosen in bounded(names, facets):
+        of_body = facets[chosen] - body.first_node
+        areas[chosen] = region.geometry.corner_areas(body.mesh.points, of_body)
     traction = names.vector(load.traction, (*keys, "traction"))
     return distributed(loaded, load, nodal_sums(facets, areas, len(loaded.points)), traction)
 
@@ -220,11 +223,10 @@ def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> Nodal
             raise names.loaded.error(
                 (*keys, "bodies", k), f"there is no body '{name}'", f"there is {known}"
             )
-        body = names.bodies[name]
-        points, cells, geometry = body.mesh.points, body.mesh.cells, body.geometry
-        shares = geometry.mass_shares(points, cells) * geometry.volumes(points, cells)[:, None]
-        nodes = slice(body.first_node, body.first_node + len(points))
-        volumes[nodes] += nodal_sums(cells, shares, len(points))
+        body = next(b for b in loaded.bodies if b.name == name)
+        for r in body.regions:
+            shares = r.geometry.mass_shares(r.points, r.cells) * r.volumes[:, None]
+            volumes[r.nodes] += nodal_sums(r.cells, shares, len(r.points))
     density = names.vector(load.density, (*keys, "density"))
     return distributed(loaded, load, volumes, density)
 

@@ -19,6 +19,7 @@ from softsim.materials.material import (
 from softsim.materials.stability import first_unstable_I1
 from softsim.scene import materials as scene_materials
 from softsim.scene.loading import LoadedScene
+from softsim.scene.schema import Scene
 from softsim.scene.tree import Keys
 
 _MATERIAL: TypeAdapter[scene_materials.Material] = TypeAdapter(scene_materials.Material)
@@ -42,29 +43,40 @@ def _library() -> dict[str, Any]:
 
 def materials_of(loaded: LoadedScene) -> dict[str, tuple[Keys, scene_materials.Material]]:
     """Name -> where it is given or named, and what it is: the materials that a scene gives, and
-    those of the library that its bodies name.
+    those of the library that its bodies and regions name.
     """
     scene = loaded.scene
     found: dict[str, tuple[Keys, scene_materials.Material]] = {
         name: (("materials", name), data) for name, data in scene.materials.items()
     }
-    for body, data in scene.bodies.items():
-        named = library_material(data.material)
+    for keys, name in named_materials(scene).items():
+        named = library_material(name)
         if named is not None:
-            found.setdefault(data.material, (("bodies", body, "material"), named))
+            found.setdefault(name, (keys, named))
     return found
 
 
-def material(names: Names, body: str) -> Material:
-    """What a body is made of; under a static procedure without its Maxwell branches, which have
-    relaxed.
+def named_materials(scene: Scene) -> dict[Keys, str]:
+    """Where bodies and regions name a material -> its name."""
+    found: dict[Keys, str] = {}
+    for body, data in scene.bodies.items():
+        found["bodies", body, "material"] = data.material
+        for region, own in data.regions.items():
+            if own.material is not None:
+                found["bodies", body, "regions", region, "material"] = own.material
+    return found
+
+
+def material(names: Names, named_at: Keys) -> Material:
+    """The material that the scene names at these keys; under a static procedure without its Maxwell
+    branches, which have relaxed.
     """
-    name = names.scene.bodies[body].material
+    name = named_materials(names.scene)[named_at]
     known = materials_of(names.loaded)
     if name not in known:
         choice = list(dict.fromkeys([*known, *library_names()]))
         raise names.loaded.error(
-            ("bodies", body, "material"),
+            named_at,
             f"there is no material '{name}'",
             close_names(name, choice, "materials"),
         )

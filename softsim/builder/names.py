@@ -14,13 +14,31 @@ from softsim.scene.tree import Keys
 
 
 @dataclass(frozen=True)
+class MeshedRegion:
+    """Cells of a body's mesh by number, the set that they are (None: what is in no region), and
+    their kinematics.
+    """
+
+    cell_set: str | None
+    numbers: np.ndarray
+    geometry: Geometry
+
+
+@dataclass(frozen=True)
 class MeshedBody:
-    """A body's mesh, placed, where its nodes begin, its kinematics, remarks on its file."""
+    """A body's mesh, placed, where its nodes begin, its kinematics without regions, these, remarks
+    on its file.
+    """
 
     mesh: Mesh
     first_node: int
     geometry: Geometry
+    regions: tuple[MeshedRegion, ...]
     remarks: tuple[str, ...]
+
+    def has_nodes(self, nodes: np.ndarray) -> np.ndarray:
+        """Which of the model's nodes are the body's: an array of their shape."""
+        return (nodes >= self.first_node) & (nodes < self.first_node + len(self.mesh.points))
 
 
 @dataclass(frozen=True)

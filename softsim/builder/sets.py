@@ -1,5 +1,5 @@
 """Sets that a scene defines on a body: what lies in a box or on one side of a plane, and what is in
-any, in all, or in one but not the other, of further sets. Each may have nodes and facets.
+any, in all, or in one but not the other, of further sets. Each may have nodes, facets and cells.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,16 +30,17 @@ OPERATIONS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
 
 @dataclass(frozen=True)
 class Members:
-    """Whether each node (n,), and each facet of the surface (k,), is in a set; None where a set of
-    the mesh has no such members.
+    """Whether each node (n,), each facet of the surface (k,), and each cell (m,), is in a set; None
+    where a set of the mesh has no such members.
     """
 
     nodes: np.ndarray | None
     facets: np.ndarray | None
+    cells: np.ndarray | None
 
     def describe(self) -> str:
         """How many there are, for people."""
-        counted = {"nodes": self.nodes, "facets": self.facets}
+        counted = {"nodes": self.nodes, "facets": self.facets, "cells": self.cells}
         return " and ".join(f"{m.sum()} {kind}" for kind, m in counted.items() if m is not None)
 
 
@@ -53,30 +54,40 @@ def with_defined_sets(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
     refuse_taken_names(loaded, body, known)
     for name in order_of_definition(loaded, body, known):
         known[name] = members(loaded, mesh, defined[name], known, (*keys, name))
-    nodes, facets = mesh.node_sets.copy(), mesh.facet_sets.copy()
+    nodes, facets, cells = mesh.node_sets.copy(), mesh.facet_sets.copy(), mesh.cell_sets.copy()
     for name in defined:
         found = known[name]
         if found.nodes is not None and found.nodes.any():
             nodes[name] = np.flatnonzero(found.nodes)
         if found.facets is not None and found.facets.any():
             facets[name] = mesh.facet_sets[SURFACE][found.facets]
-        if name not in nodes and name not in facets:
+        if found.cells is not None and found.cells.any():
+            cells[name] = np.flatnonzero(found.cells)
+        if not {name} & {*nodes, *facets, *cells}:
             hint = why_empty(mesh, defined[name], known)
             raise loaded.error((*keys, name), f"the set '{body}.{name}' is empty", hint)
-    return replace(mesh, node_sets=nodes, facet_sets=facets)
+    return replace(mesh, node_sets=nodes, facet_sets=facets, cell_sets=cells)
 
 
 def sets_of(mesh: Mesh) -> dict[str, Members]:
     """The mesh's own sets, by name."""
     surface = np.sort(mesh.facet_sets[SURFACE], axis=1)
-    nodes, facets = {}, {}
-    for name, numbers in mesh.node_sets.items():
-        nodes[name] = np.zeros(len(mesh.points), dtype=bool)
-        nodes[name][numbers] = True
+    nodes = {name: mask(numbers, len(mesh.points)) for name, numbers in mesh.node_sets.items()}
+    cells = {name: mask(numbers, len(mesh.cells)) for name, numbers in mesh.cell_sets.items()}
+    facets = {}
     for name, rows in mesh.facet_sets.items():
-        facets[name] = np.zeros(len(surface), dtype=bool)
-        facets[name][find_rows(np.sort(rows, axis=1), surface)] = True
-    return {name: Members(nodes.get(name), facets.get(name)) for name in {**nodes, **facets}}
+        facets[name] = mask(find_rows(np.sort(rows, axis=1), surface), len(surface))
+    return {
+        name: Members(nodes.get(name), facets.get(name), cells.get(name))
+        for name in {**nodes, **facets, **cells}
+    }
+
+
+def mask(numbers: np.ndarray, count: int) -> np.ndarray:
+    """Which of `count` members have these numbers."""
+    chosen = np.zeros(count, dtype=bool)
+    chosen[numbers] = True
+    return chosen
 
 
 def refuse_taken_names(loaded: LoadedScene, body: str, of_mesh: Mapping[str, Members]) -> None:
@@ -137,12 +148,16 @@ def members(
     return Members(
         combined(operation, [one.nodes for one in operands]),
         combined(operation, [one.facets for one in operands]),
+        combined(operation, [one.cells for one in operands]),
     )
 
 
 def there(mesh: Mesh, nodes: np.ndarray) -> Members:
-    """A set of nodes, a mask (n,), and the facets of the surface with all corners among them."""
-    return Members(nodes, nodes[mesh.facet_sets[SURFACE]].all(axis=1))
+    """A set of nodes, a mask (n,), and the facets of the surface and the cells with all corners
+    among them.
+    """
+    facets, cells = (nodes[rows].all(axis=1) for rows in (mesh.facet_sets[SURFACE], mesh.cells))
+    return Members(nodes, facets, cells)
 
 
 def combined(

@@ -77,6 +77,14 @@ class Geometry(ABC):
         F[:, :d, :d] = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
         return F
 
+    def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "Geometry":
+        """That of some of the elements, of another thickness [m] where one is given."""
+        return self
+
+    def bounds_with(self, other: "Geometry") -> bool:
+        """Whether facets of elements of both enclose one volume."""
+        return self == other
+
     def pressed(self, facets: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, corners) that a pressure on facets acts on; first_node: the body's."""
         return facets

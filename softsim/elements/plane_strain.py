@@ -28,6 +28,10 @@ class PlaneStrain(Geometry):
     name = "plane_strain"
     dimension = 2
 
+    def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "PlaneStrain":
+        """Of another thickness [m] where one is given."""
+        return self if thickness is None else PlaneStrain(thickness)
+
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]."""
         return self.thickness * signed_volumes(points, cells)

@@ -7,7 +7,7 @@ so its stress pulls at each of them with the tension V F_zz S_zz / D. Cells of s
 F_zz = 1.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import taichi as ti
@@ -103,6 +103,15 @@ class RingSection(Geometry):
     def hoop(self) -> PairedHoop:
         """Of the ring cells."""
         return PairedHoop(self.opposite, self.is_ring)
+
+    def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "RingSection":
+        """That of some cells, single ones of another thickness [m] where one is given."""
+        depth = self.thickness if thickness is None else thickness
+        return replace(self, thickness=depth, is_ring=self.is_ring[numbers])
+
+    def bounds_with(self, other: Geometry) -> bool:
+        """Whether facets of both are of the same rings."""
+        return isinstance(other, RingSection) and other.opposite is self.opposite
 
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]: sector r A (Pappus), or thickness A."""

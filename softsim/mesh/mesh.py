@@ -101,6 +101,13 @@ def cell_facets(cells: np.ndarray) -> np.ndarray:
     return cells[:, _LOCAL_FACETS[dimension]].reshape(-1, dimension)
 
 
+def facet_owners(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Number (k,) of the cell that has each facet (k, corners) of the boundary; -1: none has it."""
+    of_cells = cell_facets(cells)
+    rows, among = (np.sort(f, axis=1) for f in (facets, of_cells))
+    return find_rows(rows, among) // (len(of_cells) // len(cells))
+
+
 def open_rim(facets: np.ndarray) -> np.ndarray:
     """The rim of a surface: what a lid must hold on to; empty when the surface is closed.
 

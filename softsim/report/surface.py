@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.transforms import ScaledTranslation, Transform
 
-from softsim.mesh.mesh import boundary_facets, cell_facets, find_rows
+from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
 from softsim.report.style import INK, WALL
@@ -77,7 +77,7 @@ class Surface:
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
         self.camera = Camera.at(AZIMUTH, ELEVATION)
         facets = boundary_facets(frames.cells)
-        owners = find_rows(facets, cell_facets(frames.cells)) // frames.cells.shape[1]
+        owners = facet_owners(facets, frames.cells)
         corners = [
             (frames.points + frames.point_data["displacement"][index])[facets] * MILLI
             for index in indices

@@ -3,7 +3,7 @@
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator
+from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
 from softsim.scene.meshes import MeshSource
 from softsim.scene.part import AT_REST, ORIGIN, Part
@@ -25,6 +25,23 @@ from softsim.scene.sets import SetDefinition
 
 Formulation = Literal["plane_strain", "axisymmetric", "ring_section", "solid"]
 Freedom = Literal["x", "y", "z", "rotation", "rotation_x", "rotation_y", "rotation_z"]
+
+
+class Region(Part):
+    """Cells of a body that differ from the others; what is not given is as the body's."""
+
+    material: Text | None = Field(
+        default=None, description="A name of the scene's materials or of the library."
+    )
+    thickness: PositiveLength | None = Field(
+        default=None, description="As the body's, of a plane_strain or ring_section model."
+    )
+
+    @model_validator(mode="after")
+    def _differs(self) -> "Region":
+        if self.material is None and self.thickness is None:
+            raise ValueError("a region has a material or a thickness of its own: give either")
+        return self
 
 
 class Body(Part):
@@ -55,6 +72,13 @@ class Body(Part):
         description="Cell set of a ring_section that goes around the axis.",
     )
     material: Text = Field(description="A name of the scene's materials or of the library.")
+    regions: dict[Name, Region] = Field(
+        default={},
+        description="Cell sets with a material or a thickness of their own, by name: "
+        "{spikes: {material: dragon_skin_30}}. Sets of the mesh (the robots' skin and spikes, "
+        "gmsh's physical groups, ABAQUS's element sets) or of `sets`. Cells in none are as the "
+        "body says; none is in two.",
+    )
     position: Point = Field(default=ORIGIN, description="Where the mesh's origin is placed.")
     rotation: Angle = Field(
         default=written("0 deg"), description="Turn about the mesh's origin, before that."
@@ -62,10 +86,10 @@ class Body(Part):
     initial_velocity: VelocityVector = Field(default=AT_REST, description="Of all its nodes.")
     sets: dict[Name, SetDefinition] = Field(
         default={},
-        description="Further node and facet sets of the body, by name, for all that takes body.set:"
-        " {tips: {box: [[0 mm, 0 mm], [2 mm, 5 mm]]}}. A box or a side of a plane has the nodes "
-        "there, and the facets of the surface with all corners there; union, intersection and "
-        "difference act on the nodes of sets and on their facets.",
+        description="Further node, facet and cell sets of the body, by name, for all that takes "
+        "body.set: {tips: {box: [[0 mm, 0 mm], [2 mm, 5 mm]]}}. A box or a side of a plane has the "
+        "nodes there, and the facets of the surface and the cells with all corners there; union, "
+        "intersection and difference act on the nodes of sets, on their facets and on their cells.",
     )
     fixed: tuple[Text, ...] = Field(
         default=(), description="Its node sets held in place, in every direction."

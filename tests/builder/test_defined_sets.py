@@ -142,7 +142,7 @@ time: {end: 1 s}
     assert len(b.facet_sets["made"]) == count and "made" not in b.node_sets
     with pytest.raises(SceneError, match=r"'skin\.made' is empty") as caught:
         build(text.replace("UNION", "rings, ends"))
-    assert re.search(r"rings: \d+ facets; ends: \d+ nodes$", caught.value.hint)
+    assert re.search(r"rings: \d+ facets and \d+ cells; ends: \d+ nodes$", caught.value.hint)
 
 
 def test_they_serve_wherever_a_set_is_named(build):

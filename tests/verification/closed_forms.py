@@ -42,7 +42,7 @@ def default_bulk_modulus(c):
     return DEFAULT_BULK_RATIO * 2.0 * c[0]
 
 
-def _cauchy_stress(stretches, c, kappa):
+def cauchy_stress(stretches, c, kappa):
     """Principal Cauchy stresses [Pa] of the nearly incompressible solid, all three."""
     squares = np.square(stretches)
     J = np.prod(stretches)
@@ -194,29 +194,30 @@ class Inflation(NamedTuple):
     strain_energy: float
 
 
-def _inflation(a, A, B, c, kappa, pressure_guess, hoops):
-    """Shoot through the wall; `hoops` is the number of hoop directions: tube 1, sphere 2."""
-    kappa = default_bulk_modulus(c) if kappa is None else kappa
+def _inflation(a, radii, laws, bulk_moduli, pressure_guess, hoops):
+    """Shoot through the layers of the wall, between `radii`; `hoops` is the number of hoop
+    directions: tube 1, sphere 2.
+    """
 
     def stretches(radial, hoop):
         return (radial, hoop, hoop if hoops == 2 else 1.0)
 
-    def radial_stretch(sigma_r, hoop):
+    def radial_stretch(sigma_r, hoop, c, kappa):
         """Invert sigma_r(radial stretch), which rises from -inf to far above any stress here."""
         volume_preserving = hoop**-hoops
         return brentq(
-            lambda s: _cauchy_stress(stretches(s, hoop), c, kappa)[0] - sigma_r,
+            lambda s: cauchy_stress(stretches(s, hoop), c, kappa)[0] - sigma_r,
             0.2 * volume_preserving,
             5.0 * volume_preserving,
             xtol=1e-15,
             rtol=1e-14,
         )
 
-    def slopes(R, y):
+    def slopes(R, y, c, kappa):
         r, sigma_r, _ = y
         hoop = r / R
-        stretch = stretches(radial_stretch(sigma_r, hoop), hoop)
-        sigma = _cauchy_stress(stretch, c, kappa)
+        stretch = stretches(radial_stretch(sigma_r, hoop, c, kappa), hoop)
+        sigma = cauchy_stress(stretch, c, kappa)
         J = np.prod(stretch)
         I1_bar = J ** (-2.0 / 3.0) * np.sum(np.square(stretch))
         density = energy_density(I1_bar, c) + 0.5 * kappa * (J - 1.0) ** 2
@@ -224,8 +225,13 @@ def _inflation(a, A, B, c, kappa, pressure_guess, hoops):
         return [stretch[0], hoops * (sigma[1] - sigma_r) / r * stretch[0], density * shell]
 
     def outer_face(pressure):
-        wall = solve_ivp(slopes, (A, B), (a, -pressure, 0.0), "DOP853", rtol=1e-10, atol=1e-14)
-        return wall.y[:, -1]
+        state = (a, -pressure, 0.0)
+        for *span, c, kappa in zip(radii, radii[1:], laws, bulk_moduli, strict=False):
+            layer = solve_ivp(
+                slopes, span, state, "DOP853", rtol=1e-10, atol=1e-14, args=(c, kappa)
+            )
+            state = layer.y[:, -1]  # place and radial stress go on in the next layer
+        return state
 
     pressure = brentq(
         lambda p: outer_face(p)[1], 0.5 * pressure_guess, 1.5 * pressure_guess, rtol=1e-11
@@ -241,7 +247,22 @@ def tube_inflation(a, A, B, c, kappa=None):
     r/R: d(sigma_r)/dR = (sigma_theta - sigma_r) s_r / r, r(A) = a, sigma_r(A) = -p,
     sigma_r(B) = 0. Solved by shooting on p. Axial stretch 1, a > A.
     """
-    return _inflation(a, A, B, c, kappa, incompressible_tube_pressure(a, A, B, c), hoops=1)
+    kappa = default_bulk_modulus(c) if kappa is None else kappa
+    guess = incompressible_tube_pressure(a, A, B, c)
+    return _inflation(a, (A, B), (c,), (kappa,), guess, hoops=1)
+
+
+def layered_tube_inflation(a, radii, laws):
+    """As tube_inflation of bonded layers between reference `radii`, each of a law (constants) and
+    its default bulk modulus: radius and radial stress are continuous.
+    """
+    rise = a**2 - radii[0] ** 2  # of the square of every radius, without compression
+    guess = sum(
+        incompressible_tube_pressure(np.sqrt(A**2 + rise), A, B, c)
+        for A, B, c in zip(radii, radii[1:], laws, strict=False)
+    )
+    bulk_moduli = [default_bulk_modulus(c) for c in laws]
+    return _inflation(a, radii, laws, bulk_moduli, guess, hoops=1)
 
 
 def sphere_inflation(a, A, B, c, kappa=None):
@@ -249,7 +270,9 @@ def sphere_inflation(a, A, B, c, kappa=None):
 
     As tube_inflation with d(sigma_r)/dR = 2 (sigma_theta - sigma_r) s_r / r.
     """
-    return _inflation(a, A, B, c, kappa, incompressible_sphere_pressure(a, A, B, c), hoops=2)
+    kappa = default_bulk_modulus(c) if kappa is None else kappa
+    guess = incompressible_sphere_pressure(a, A, B, c)
+    return _inflation(a, (A, B), (c,), (kappa,), guess, hoops=2)
 
 
 # Cantilevers --------------------------------------------------------------------------------------

@@ -66,7 +66,8 @@ def limits(build, cpu):
         solver.begin(1e-9)
         step, body = StableStepEstimator(model), model.regions[0]
         points = solver.terms.elements[0].points
-        points.decay.fill(1.0)  # the metric stays
+        for elements in solver.terms.elements:
+            elements.points.decay.fill(1.0)  # the metric stays
 
         def forces(x):
             nodes = solver.terms.nodes
@@ -112,6 +113,29 @@ def limits(build, cpu):
         return model, solver, exact_and_bound
 
     return start
+
+
+UPPER = {
+    "plane_strain": "{plane: {point: [0 mm, 1 mm], normal: [0, 1]}}",
+    "ring_section": "{plane: {point: [0 mm, 6 mm], normal: [0, 1]}}",
+    "solid": "{plane: {point: [0 mm, 1 mm, 0 mm], normal: [0, 1, 0]}}",
+}
+HARD = "{law: neo_hooke, C10: 100 kPa, bulk_modulus: 9 MPa, density: 1500 kg/m^3}"
+
+
+@pytest.mark.parametrize("formulation", list(UPPER))
+def test_of_two_regions(limits, formulation):
+    """A node where they meet has two averaged pressures, each with a stiffness of its own; at rest
+    and sheared.
+    """
+    model, _, exact_and_bound = limits(
+        formulation, f"materials.hard={HARD}", "bodies.b.regions={upper: {material: hard}}",
+        f"bodies.b.sets={{upper: {UPPER[formulation]}}}",
+    )  # fmt: skip
+    assert len(model.regions) == 2
+    for x in (model.points, model.points @ np.transpose(STRAINS[formulation]["sheared"])):
+        exact, bound = exact_and_bound(x)
+        assert 0.6 * exact < bound < exact
 
 
 STRAINS = {

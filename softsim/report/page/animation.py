@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.colors import to_hex
 
 from softsim.errors import OutputError
-from softsim.mesh.mesh import boundary_facets, cell_facets, find_rows
+from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
 from softsim.report.colours import FIELDS, MILLI, refuse_missing_field, shared_scale, shown_values
 from softsim.report.page.packing import SHADES, STEPS, packed, shades, steps
@@ -90,7 +90,7 @@ def skin_of(frames: Frames) -> Skin:
         nodes = np.unique(frames.cells)
         return Skin(nodes, frames.cells, slice(None), boundary_edges(frames.cells))
     faces = boundary_facets(frames.cells)
-    owners = find_rows(faces, cell_facets(frames.cells)) // frames.cells.shape[1]
+    owners = facet_owners(faces, frames.cells)
     return Skin(np.unique(faces), faces, owners, np.zeros((0, 2), dtype=int))
 
 
