@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_hex
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
@@ -69,3 +70,8 @@ def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}
     scale = ScalarMappable(Normalize(low, high), COLOUR_MAP)
     return scale, extend.get((bool(below), bool(above)), "both")
+
+
+def shades(count: int) -> list[str]:
+    """Colours of the map, from its lower end to its upper one."""
+    return [to_hex(colour) for colour in colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, count))]
