@@ -31,6 +31,9 @@ FIELDS = {
 COLOUR_MAP = "viridis"
 """Rises in lightness all along: it reads for the colour-blind, and in print without colour."""
 
+MIXED = 16
+"""Colours between which plotly.js mixes the others."""
+
 OUTLIERS = 0.005
 """Part of the cells at each end of the scale that may lie past it: one spike tip in a corner must
 not take the whole scale for itself."""
@@ -75,3 +78,9 @@ def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
 def shades(count: int) -> list[str]:
     """Colours of the map, from its lower end to its upper one."""
     return [to_hex(colour) for colour in colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, count))]
+
+
+def colour_scale() -> list[tuple[float, str]]:
+    """The map as plotly.js takes it: places from 0 to 1 with their colours."""
+    colours = shades(MIXED)
+    return [(k / (MIXED - 1), colour) for k, colour in enumerate(colours)]

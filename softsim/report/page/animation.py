@@ -12,8 +12,8 @@ from softsim.output.fields import Frames
 from softsim.report.colours import (
     FIELDS,
     MILLI,
+    colour_scale,
     refuse_missing_field,
-    shades,
     shared_scale,
     shown_values,
 )
@@ -27,9 +27,6 @@ MOST_FRAMES = 200
 
 ROOM = 6 * 2**20
 """For all frames [bytes], so that the page with its scripts stays below 15 MB."""
-
-COLOURS = 16
-"""Of the colour bar; plotly.js mixes those between them."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +66,7 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
     near = with_surroundings(frames, field, around_it, origins[0])
     colours = {
         "cmin": low, "cmax": high,
-        "colorscale": [(k / (COLOURS - 1), colour) for k, colour in enumerate(shades(COLOURS))],
+        "colorscale": colour_scale(),
         "colorbar": {"title": {"text": FIELDS[field].label, "side": "right"}, "thickness": 14},
     }  # fmt: skip
     if d == 2:
