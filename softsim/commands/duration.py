@@ -5,7 +5,7 @@ from rich.table import Table
 from softsim.duration import predicted_duration
 from softsim.machine import Choice
 from softsim.model import Model
-from softsim.report.wording import duration
+from softsim.report.readable import duration
 from softsim.scene.loading import LoadedScene
 
 

@@ -9,6 +9,7 @@ from matplotlib.colors import Normalize, to_hex
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
+from softsim.report.style import COLOUR_MAP
 
 MILLI = 1e3
 
@@ -27,9 +28,6 @@ FIELDS = {
     "pressure": ColourField("pressure in the material [kPa]", 1e-3),
     "displacement": ColourField("displacement [mm]", MILLI),
 }
-
-COLOUR_MAP = "viridis"
-"""Rises in lightness all along: it reads for the colour-blind, and in print without colour."""
 
 MIXED = 16
 """Colours between which plotly.js mixes the others."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from softsim.report.curves import History, has, pressurised
 from softsim.report.panels import Line
-from softsim.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from softsim.report.style import COLOURS
 from softsim.report.thinning import thinned
 from softsim.scene.columns import FIXED_COLUMNS
 
@@ -20,7 +20,6 @@ QUANTITIES = {
 UNSEEN = 1e-3
 """Part of the largest curve of a panel below which another one is a line at zero."""
 
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
 LINES = {"": "-", "x": "-", "y": "--", "z": ":"}
 
 

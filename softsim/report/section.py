@@ -11,10 +11,7 @@ from matplotlib.patches import Polygon
 
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
-from softsim.report.style import FRAME, INK, QUIET, WALL
-
-PALE = 0.6
-"""Share of white in the mirror image of a half section."""
+from softsim.report.style import FRAME, INK, PALE, QUIET, WALL
 
 THICKNESS = 0.08
 """Of the solid that is drawn behind a curved wall, of the width of the picture."""

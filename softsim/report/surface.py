@@ -12,14 +12,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 from softsim.mesh.mesh import boundary_facets, cell_facets, find_rows
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
-from softsim.report.style import INK, WALL
-
-AZIMUTH, ELEVATION = np.radians(30.0), np.radians(22.0)
-"""Where the camera stands: turned about y from z towards x, and above the x-z plane."""
-
-SHADE, GLOSS = 0.4, 0.25
-"""How far a face turns black away from the light, and white towards it: black alone would not show
-in the darkest colours of the scale, and more of either would make a colour read as another."""
+from softsim.report.style import AZIMUTH, ELEVATION, GLOSS, INK, SHADE, WALL
 
 PIPE_FACES = 72
 """Around a pipe."""
@@ -62,7 +55,7 @@ class Camera:
         return np.clip(normals @ self.source, 0.0, 1.0)
 
 
-CAMERA = Camera.at(AZIMUTH, ELEVATION)
+CAMERA = Camera.at(np.radians(AZIMUTH), np.radians(ELEVATION))
 
 
 @dataclass(frozen=True)

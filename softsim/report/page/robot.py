@@ -9,11 +9,11 @@ import numpy as np
 
 from softsim.output.fields import Frames
 from softsim.report.colours import shades
-from softsim.report.page.charts import GRID, Chart
-from softsim.report.section import PALE, Section
+from softsim.report.page.charts import Chart
+from softsim.report.section import Section
 from softsim.report.snapshots import is_axisymmetric, pictures
-from softsim.report.style import FRAME, INK, QUIET, WALL
-from softsim.report.surface import CAMERA, GLOSS, SHADE, corners_of_box, seen_walls
+from softsim.report.style import FRAME, GLOSS, GRID, INK, PALE, QUIET, SHADE, WALL
+from softsim.report.surface import CAMERA, corners_of_box, seen_walls
 
 SHADES = 32
 """Colours of cells in the plane."""

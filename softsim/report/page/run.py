@@ -16,8 +16,8 @@ from softsim.report.page.verdicts import verdicts
 from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import readable
 from softsim.report.recorded import Recorded, recorded
-from softsim.report.segments import segments
 from softsim.report.signals import signals, way
+from softsim.report.table import segments
 
 SAID_ABOVE = ("layout",)
 """What the verdicts at the top of the page say."""

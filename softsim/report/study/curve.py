@@ -7,10 +7,9 @@ import numpy as np
 import polars
 from matplotlib.colors import to_hex
 
-from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings
-from softsim.report.study.scale import COLOURS, Scale, shortened
-from softsim.report.study.wording import written
-from softsim.report.style import BLUE
+from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings, written
+from softsim.report.study.scale import Scale, shortened
+from softsim.report.style import BLUE, COLOURS
 from softsim.study.axes import Axis
 
 BAND = 3.0

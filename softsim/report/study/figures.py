@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from softsim.report.study.cells import Cells
-from softsim.report.study.findings import Findings
+from softsim.report.study.findings import BEST, Findings, best_in_words
 from softsim.report.study.plots import (
     PLOTS,
     Edge,
@@ -25,7 +25,6 @@ from softsim.report.study.plots import (
     study_plot,
 )
 from softsim.report.study.scale import TALL, WIDE, Scale
-from softsim.report.study.wording import BEST, best_in_words
 from softsim.report.style import INK, QUIET, RED, drawing
 from softsim.study.axes import Plot
 

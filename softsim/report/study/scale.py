@@ -16,12 +16,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from softsim.report.colours import COLOUR_MAP
-from softsim.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from softsim.report.style import COLOUR_MAP, COLOURS
 from softsim.study.axes import Axis
-
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
-"""Of labels, while they suffice."""
 
 LONGEST_LABEL = 24
 """Characters of a level in a figure."""
