@@ -30,7 +30,7 @@ from softsim.report.calibration import (
     scene_lines,
 )
 from softsim.report.figures import draw_all
-from softsim.report.wording import duration
+from softsim.report.readable import duration
 from softsim.run import run
 from softsim.scene.loading import LoadedScene
 

@@ -5,7 +5,7 @@ from rich.table import Table
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
-from softsim.report.wording import degrees
+from softsim.report.readable import degrees
 from softsim.stability.time_step import estimator, first_time_increment
 
 

@@ -4,7 +4,7 @@ from rich.table import Table
 
 from softsim.machine import Choice
 from softsim.model import Model
-from softsim.report.wording import duration
+from softsim.report.readable import duration
 from softsim.run.pilot import predicted_duration
 from softsim.scene.loading import LoadedScene
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.table import Table
 
-from softsim.report.segments import segments
+from softsim.report.table import segments
 
 
 def segments_table(report: Mapping[str, Any]) -> Table:

@@ -7,8 +7,7 @@ from rich.console import Console
 
 from softsim.errors import SoftsimError
 from softsim.output.study_folder import TABLE_TEXT
-from softsim.report.study.findings import Findings
-from softsim.report.study.wording import best_in_words
+from softsim.report.study.findings import Findings, best_in_words
 from softsim.study.case import Case
 from softsim.study.loaded import LoadedStudy
 

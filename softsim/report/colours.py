@@ -3,11 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize
+from matplotlib.colors import Normalize, to_hex
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
+from softsim.report.style import COLOUR_MAP
 
 MILLI = 1e3
 
@@ -27,8 +29,8 @@ FIELDS = {
     "displacement": ColourField("displacement [mm]", MILLI),
 }
 
-COLOUR_MAP = "viridis"
-"""Rises in lightness all along: it reads for the colour-blind, and in print without colour."""
+MIXED = 16
+"""Colours between which plotly.js mixes the others."""
 
 OUTLIERS = 0.005
 """Part of the cells at each end of the scale that may lie past it: one spike tip in a corner must
@@ -69,3 +71,14 @@ def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}
     scale = ScalarMappable(Normalize(low, high), COLOUR_MAP)
     return scale, extend.get((bool(below), bool(above)), "both")
+
+
+def shades(count: int) -> list[str]:
+    """Colours of the map, from its lower end to its upper one."""
+    return [to_hex(colour) for colour in colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, count))]
+
+
+def colour_scale() -> list[tuple[float, str]]:
+    """The map as plotly.js takes it: places from 0 to 1 with their colours."""
+    colours = shades(MIXED)
+    return [(k / (MIXED - 1), colour) for k, colour in enumerate(colours)]

@@ -1,56 +1,17 @@
 """All figures of a run folder, from its files alone."""
 
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from softsim.output.fields import Frames
-from softsim.report.curves import (
-    History,
-    contacts_drawn,
-    displacement,
-    draw_contact_rows,
-    draw_displacement_pressure,
-    draw_energies,
-    draw_pull,
-    energies_drawn,
-    has,
-    pressurised,
-    travelling_column,
-    travels,
-)
+from softsim.report.curves import History, displacement, pressurised, travelling_column, travels
 from softsim.report.layout import draw_layout
 from softsim.report.moments import moments
-from softsim.report.probes import curves_of, draw_pressure_probe, draw_probes, inflation_curves
+from softsim.report.panels import draw_curves
 from softsim.report.recorded import recorded
+from softsim.report.signals import TITLES, signals
 from softsim.report.snapshots import draw_snapshots
-
-Units = Mapping[str, str]
-Content = Callable[[History, Units], object]
-Drawing = Callable[[History, Units, Path], None]
-
-CURVES: dict[str, tuple[Content, Drawing]] = {
-    "displacement_pressure.png": (
-        lambda history, _: travels(history) or pressurised(history),
-        lambda history, _, path: draw_displacement_pressure(history, path),
-    ),
-    "energies.png": (
-        lambda history, _: energies_drawn(history),
-        lambda history, _, path: draw_energies(history, path),
-    ),
-    "contact_rows.png": (
-        lambda history, _: contacts_drawn(history),
-        lambda history, _, path: draw_contact_rows(history, path),
-    ),
-    "pull.png": (
-        lambda history, _: has(history, "pull"),
-        lambda history, _, path: draw_pull(history, path),
-    ),
-    "probes.png": (curves_of, draw_probes),
-    "pressure_probe.png": (inflation_curves, draw_pressure_probe),
-}
-"""Figure -> whether a history has something to show in it, and how it is drawn."""
 
 SNAPSHOTS, LAYOUT = "snapshots.png", "layout.png"
 
@@ -65,14 +26,15 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     `snapshot_field`, or the disk refuses.
     """
     run = recorded(folder)
-    history, units, frames = run.history, run.units, run.frames
-    drawn = []
-    for name, (content, draw) in CURVES.items():
-        if content(history, units):
-            draw(history, units, folder / name)
-            drawn.append(folder / name)
+    history, frames = run.history, run.frames
+    drawn, curves = [], signals(history, run.units)
+    for name in TITLES:
+        path = folder / f"{name}.png"
+        if name in curves:
+            draw_curves(curves[name], path)
+            drawn.append(path)
         else:
-            (folder / name).unlink(missing_ok=True)
+            path.unlink(missing_ok=True)
     if frames is not None:
         _draw_snapshots_of_run(history, frames, snapshot_field, folder / SNAPSHOTS)
         drawn.append(folder / SNAPSHOTS)

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
 
 from softsim.output.fields import Frames
 from softsim.report.along_pipe import Pipe, Robot, draw_pipe, draw_robot, view_of, write_beside
 from softsim.report.colours import MILLI
-from softsim.report.curves import History, draw_signal, label_time, pressurised
+from softsim.report.curves import History, pressurised, time_label
+from softsim.report.panels import Axis, Line, Panel, draw_line, draw_panel
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PAGE_WIDTH, QUIET, RED, SKY, drawing
 
 Report = Mapping[str, Any]
@@ -55,8 +55,8 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
     view = view_of(pipe, frames, shown)
     width, height = view[1] - view[0], view[3] - view[2]
     picture = min(PAGE_WIDTH * height / width, TALLEST)
-    panels = ["pressure"] if pressurised(history) else []
-    heights = [picture, 2.2, *[0.8 for _ in panels], 0.8]
+    panels = below(history)
+    heights = [picture, 2.2, *(0.8 for _ in panels)]
     with drawing(path, sum(heights) + 0.9) as figure:
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
         top = figure.add_subplot(grid[0])
@@ -70,16 +70,21 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
         lower = [figure.add_subplot(grid[k], sharex=progress) for k in range(2, len(heights))]
         for axes in (progress, *lower[:-1]):
             axes.tick_params(labelbottom=False)
-        if pressurised(history):
-            draw_signal(lower[0], history["time"], history["pressure"] / 1e3, ORANGE, None)
-            lower[0].set_ylabel("air [kPa]")
-            lower[0].set_ylim(bottom=0.0)
-        draw_signal(lower[-1], history["time"], history["rows_in_contact"], BLUE, None)
-        lower[-1].set_ylabel("rows in\ncontact")
-        lower[-1].set_ylim(bottom=0.0)
-        lower[-1].yaxis.set_major_locator(MaxNLocator(4, integer=True))
-        label_time(lower[-1], history)
+        for axes, panel in zip(lower, panels, strict=True):
+            draw_panel(axes, panel)
+        lower[-1].set_xlabel(time_label(history))
+        lower[-1].set_xlim(history["time"][0], history["time"][-1])
         figure.align_ylabels([progress, *lower])
+
+
+def below(history: History) -> list[Panel]:
+    """What stands below the progress: the air pressure, if there is any, and rows in contact."""
+    time, panels = history["time"], []
+    if pressurised(history):
+        air = Line("air", time, history["pressure"] / 1e3, ORANGE)
+        panels.append(Panel(Axis("air [kPa]", [air], from_zero=True)))
+    rows = Line("rows", time, history["rows_in_contact"], BLUE)
+    return [*panels, Panel(Axis("rows in\ncontact", [rows], from_zero=True, whole=True))]
 
 
 def draw_picture(
@@ -174,7 +179,7 @@ def draw_progress(axes: Axes, history: History, report: Report) -> None:
     draw_bands(axes, report["segments"], low, high)
     axes.axhline(goal, color=GREEN, linewidth=0.9, linestyle="--")
     write_at_height(axes, "goal", 0.0, goal, (3.0, 2.0), GREEN)
-    draw_signal(axes, history["time"], s, BLUE, None)
+    draw_line(axes, Line("centre", history["time"], s, BLUE))
     end = (history["time"][-1], s[-1])
     axes.plot(*end, "X", color=ENDS[report["verdict"]], markersize=8, clip_on=False, zorder=5)
     axes.set_ylabel("centre along\nthe pipe [mm]")

@@ -1,9 +1,22 @@
-"""The summary of a run, for people."""
+"""The summary of a run, and single numbers, as people read them."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from softsim.report.wording import duration
+
+def degrees(angle: float) -> str:
+    """An angle [rad] in degrees."""
+    return f"{angle * 57.29577951308232:.0f} deg"
+
+
+def duration(seconds: float) -> str:
+    """A time span for people."""
+    if seconds < 90.0:
+        return f"{seconds:.1f} s"
+    minutes = int(seconds // 60)
+    if minutes < 90:
+        return f"{minutes} min {int(seconds % 60)} s"
+    return f"{minutes // 60} h {minutes % 60} min"
 
 
 def each(values: Sequence[float | None], factor: float, unit: str) -> str:

@@ -1,19 +1,17 @@
 """Plane sections and half sections of bodies of revolution, between their walls."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.patches import Polygon, Rectangle
+from matplotlib.patches import Polygon
 
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
-from softsim.report.style import FRAME, INK, QUIET, WALL
-
-PALE = 0.6
-"""Share of white in the mirror image of a half section."""
+from softsim.report.style import FRAME, INK, PALE, QUIET, WALL
 
 THICKNESS = 0.08
 """Of the solid that is drawn behind a curved wall, of the width of the picture."""
@@ -41,12 +39,11 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Wall:
-    """A straight wall: plane (4,), a point [mm] and the normal into the free side. side: 1 or -1,
-    where it is at positive or negative x only, 0 where it goes through."""
+class Solid:
+    """What stands behind a wall: its outline (n, 2) and the wall's face (m, 2) [mm]."""
 
-    plane: np.ndarray
-    side: float = 0.0
+    outline: np.ndarray
+    face: np.ndarray
 
 
 class Section:
@@ -65,16 +62,25 @@ class Section:
         self.wall_lines = self.seen_lines(frames.described.get("wall_lines", NO_LINES) * MILLI)
         self.centre_lines = frames.described.get("centre_lines", NO_LINES) * MILLI
         self.values = np.concatenate([shot.values for shot in self.shots])
-        planes = np.array([w.plane for w in self.walls]).reshape(-1, 4)
-        self.view = view_of(self.places(), planes, points_on(self.wall_lines))
+        self.view = view_of(self.places(), self.walls, points_on(self.wall_lines))
 
     def places(self) -> np.ndarray:
         """All places (n, 2) [mm] that any picture must show."""
         return np.concatenate([shot.moving() for shot in self.shots])
 
-    def seen_walls(self, walls: np.ndarray) -> list["Wall"]:
-        """The walls (w, 4) [mm] of the run as they are drawn."""
-        return [Wall(wall) for wall in walls]
+    def seen_walls(self, walls: np.ndarray) -> np.ndarray:
+        """The straight walls (w, 4) as they are drawn: a point [mm] and the normal."""
+        return walls
+
+    def solids(self, view: np.ndarray) -> list[Solid]:
+        """What stands behind all walls, as far as a view (xmin, xmax, ymin, ymax) [mm] goes."""
+        depth = THICKNESS * max(np.ptp(self.view[:2]), np.ptp(self.view[2:]))
+        curved = [strip_behind(chain, depth) for chain in chains(self.wall_lines)]
+        return [*self.flat_solids(view), *curved]
+
+    def flat_solids(self, view: np.ndarray) -> list[Solid]:
+        """What stands behind straight walls."""
+        return [solid_behind(wall, view) for wall in self.walls]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
         """Lines (k, 2, 2) [mm] of curved walls as they are drawn, the free side on their left."""
@@ -83,9 +89,8 @@ class Section:
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames, with its walls."""
         shot = self.shots[number]
-        for wall in self.walls:
-            draw_wall(axes, wall, self.view)
-        draw_wall_lines(axes, self.wall_lines, self.view)
+        for solid in self.solids(self.view):
+            draw_solid(axes, solid)
         if len(self.centre_lines):
             draw_edges(axes, self.centre_lines, QUIET, zorder=1.7)
         draw_outlines(axes, shot.outlines)
@@ -114,10 +119,15 @@ class HalfSection(Section):
         places = super().places()
         return np.concatenate([places, mirrored(places)])
 
-    def seen_walls(self, walls: np.ndarray) -> list["Wall"]:
-        """Each wall at positive x, and its mirror image."""
-        mirror = walls * [-1.0, 1.0, -1.0, 1.0]
-        return [Wall(wall, 1.0) for wall in walls] + [Wall(wall, -1.0) for wall in mirror]
+    def seen_walls(self, walls: np.ndarray) -> np.ndarray:
+        """Each wall, and after them their mirror images."""
+        return np.concatenate([walls, walls * [-1.0, 1.0, -1.0, 1.0]])
+
+    def flat_solids(self, view: np.ndarray) -> list[Solid]:
+        """Each wall's at positive x, and its mirror image."""
+        walls = self.walls[: len(self.walls) // 2]
+        right = [right_half(solid_behind(wall, view)) for wall in walls]
+        return right + [Solid(mirrored(s.outline), mirrored(s.face)) for s in right]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
         """Each line at positive x, and its mirror image the other way round: its free side is on
@@ -155,6 +165,13 @@ def right_of_axis(lines: np.ndarray) -> np.ndarray:
     x, way = lines[:, :, 0], lines[:, 1] - lines[:, 0]
     cut = lines[:, 0] - way * (x[:, 0] / np.where(way[:, 0] == 0.0, 1.0, way[:, 0]))[:, None]
     return np.where((x < 0.0)[..., None], cut[:, None], lines)
+
+
+def right_half(solid: Solid) -> Solid:
+    """The part of a solid, which is convex, at positive x."""
+    around = np.stack([solid.outline, np.roll(solid.outline, -1, axis=0)], axis=1)
+    outline = right_of_axis(around).reshape(-1, 2)
+    return Solid(outline, right_of_axis(solid.face[None]).reshape(-1, 2))
 
 
 def points_on(lines: np.ndarray) -> np.ndarray:
@@ -234,40 +251,35 @@ def draw_outlines(axes: Axes, outlines: np.ndarray) -> None:
         axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
 
 
-def wall_solid(wall: Wall, view: np.ndarray) -> np.ndarray:
-    """Outline (4, 2) [mm] of the solid behind a wall, beyond the view on all sides; its first two
-    places lie on the wall's face.
+def solid_behind(wall: np.ndarray, view: np.ndarray) -> Solid:
+    """The solid behind a straight wall (4,), a point [mm] and the normal into the free side, beyond
+    the view on all sides.
     """
     reach = 2 * np.hypot(view[1] - view[0], view[3] - view[2])
     centre = np.array([view[:2].mean(), view[2:].mean()])
-    point, normal = wall.plane[:2], wall.plane[2:]
+    point, normal = wall[:2], wall[2:]
     along = np.array([-normal[1], normal[0]])
     foot = centre + ((point - centre) @ normal) * normal
     face = np.array([foot - reach * along, foot + reach * along])
-    return np.concatenate([face, face[::-1] - reach * normal])
+    return Solid(np.concatenate([face, face[::-1] - reach * normal]), face)
 
 
-def draw_wall(axes: Axes, wall: Wall, view: np.ndarray) -> None:
-    """The solid behind a wall, as far as the view goes, and its face as a line."""
-    outline = wall_solid(wall, view)
-    solid = Polygon(outline, facecolor=WALL, edgecolor=QUIET, hatch="////", linewidth=0, zorder=1)
-    axes.add_patch(solid)
-    (line,) = axes.plot(*outline[:2].T, color=INK, linewidth=0.9, zorder=1.5)
-    if wall.side:
-        low, high = (0.0, view[1]) if wall.side > 0 else (view[0], 0.0)
-        half = Rectangle((low, view[2]), high - low, view[3] - view[2], transform=axes.transData)
-        solid.set_clip_path(half)
-        line.set_clip_path(half)
+def strip_behind(chain: np.ndarray, depth: float) -> Solid:
+    """A strip of the solid behind a curved wall (n, 2)."""
+    return Solid(np.concatenate([chain, behind(chain, depth)[::-1]]), chain)
 
 
-def draw_wall_lines(axes: Axes, lines: np.ndarray, view: np.ndarray) -> None:
-    """A curved wall, by its lines (k, 2, 2) [mm], and a strip of the solid behind it."""
-    depth = THICKNESS * max(view[1] - view[0], view[3] - view[2])
-    for chain in chains(lines):
-        strip = np.concatenate([chain, behind(chain, depth)[::-1]])
-        solid = Polygon(strip, facecolor=WALL, edgecolor=QUIET, hatch="////", linewidth=0, zorder=1)
-        axes.add_patch(solid)
-        axes.plot(*chain.T, color=INK, linewidth=0.9, zorder=1.5)
+def draw_solid(axes: Axes, solid: Solid) -> None:
+    """The solid behind a wall, and its face as a line."""
+    look: dict[str, Any] = {
+        "facecolor": WALL,
+        "edgecolor": QUIET,
+        "hatch": "////",
+        "linewidth": 0,
+        "zorder": 1,
+    }
+    axes.add_patch(Polygon(solid.outline, **look))
+    axes.plot(*solid.face.T, color=INK, linewidth=0.9, zorder=1.5)
 
 
 def chains(lines: np.ndarray) -> list[np.ndarray]:

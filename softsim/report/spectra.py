@@ -11,7 +11,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from softsim.materials.maxwell import MaxwellSeries
 from softsim.materials.maxwell_fit import MaxwellFit
-from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, RED, SKY, drawing
+from softsim.report.style import COLOURS, INK, drawing
 from softsim.units import format_quantity
 
 SHOWN_BEYOND = 4.0
@@ -47,7 +47,7 @@ def draw_spectra(materials: Sequence[DrawnSpectrum], path: Path) -> None:
     Dots are the spectrum, lines the branches, dashed beyond the band. OutputError if the disk
     refuses.
     """
-    colours = cycle((BLUE, ORANGE, GREEN, PURPLE, SKY, RED))
+    colours = cycle(COLOURS)
     with drawing(path, height=5.6) as figure:
         storage, loss, error = figure.subplots(3, sharex=True, height_ratios=[3, 3, 1.3])
         for material, colour in zip(materials, colours, strict=False):

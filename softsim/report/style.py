@@ -17,12 +17,29 @@ PAGE_WIDTH = 6.9
 RESOLUTION = 220
 """Dots an inch."""
 
-INK, QUIET, WALL, FRAME = "#222222", "#767676", "#e6e6e6", "#c9ced6"
+INK, QUIET, WALL, FRAME, GRID = "#222222", "#767676", "#e6e6e6", "#c9ced6", "#e3e3e3"
 
 BLUE, ORANGE, GREEN, PURPLE, SKY, RED = (
     "#0b5fa5", "#d1610f", "#1b8a5a", "#8a4f9e", "#4fa9d8", "#b3202c",
 )  # fmt: skip
 """Told apart by colour-blind readers too, and dark enough for thin lines on white."""
+
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
+"""Of curves and labels, while they suffice."""
+
+COLOUR_MAP = "viridis"
+"""Rises in lightness all along: it reads for the colour-blind, and in print without colour."""
+
+PALE = 0.6
+"""Share of white in the mirror image of a half section."""
+
+AZIMUTH, ELEVATION = 30.0, 22.0
+"""Where the camera in space stands [deg]: turned about y from z towards x, and above the x-z plane.
+"""
+
+SHADE, GLOSS = 0.4, 0.25
+"""How far a face turns black away from the light, and white towards it: black alone would not show
+in the darkest colours of the scale, and more of either would make a colour read as another."""
 
 STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -40,7 +57,7 @@ STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "axes.formatter.useoffset": False,
     "axes.formatter.limits": (-4, 5),
-    "grid.color": "#e3e3e3",
+    "grid.color": GRID,
     "grid.linewidth": 0.6,
     "xtick.color": QUIET,
     "ytick.color": QUIET,

@@ -12,14 +12,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
-from softsim.report.style import INK, WALL
-
-AZIMUTH, ELEVATION = np.radians(30.0), np.radians(22.0)
-"""Where the camera stands: turned about y from z towards x, and above the x-z plane."""
-
-SHADE, GLOSS = 0.4, 0.25
-"""How far a face turns black away from the light, and white towards it: black alone would not show
-in the darkest colours of the scale, and more of either would make a colour read as another."""
+from softsim.report.style import AZIMUTH, ELEVATION, GLOSS, INK, SHADE, WALL
 
 PIPE_FACES = 72
 """Around a pipe."""
@@ -38,6 +31,12 @@ class Camera:
     up: np.ndarray
     towards: np.ndarray
 
+    @property
+    def source(self) -> np.ndarray:
+        """Where the light comes from: a unit vector (3,) to the upper left."""
+        way = self.towards + 0.8 * self.up - 0.5 * self.right
+        return way / np.linalg.norm(way)
+
     @classmethod
     def at(cls, azimuth: float, elevation: float) -> "Camera":
         """The camera at these angles [rad], with y upright in the picture."""
@@ -52,9 +51,11 @@ class Camera:
         return places @ np.column_stack([self.right, self.up])
 
     def light(self, normals: np.ndarray) -> np.ndarray:
-        """On faces with these unit normals (k, 3), 0 to 1: it comes from the upper left."""
-        source = self.towards + 0.8 * self.up - 0.5 * self.right
-        return np.clip(normals @ source / np.linalg.norm(source), 0.0, 1.0)
+        """On faces with these unit normals (k, 3), 0 to 1."""
+        return np.clip(normals @ self.source, 0.0, 1.0)
+
+
+CAMERA = Camera.at(np.radians(AZIMUTH), np.radians(ELEVATION))
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Surface:
     """
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
-        self.camera = Camera.at(AZIMUTH, ELEVATION)
+        self.camera = CAMERA
         facets = boundary_facets(frames.cells)
         owners = facet_owners(facets, frames.cells)
         corners = [
@@ -87,12 +88,7 @@ class Surface:
         self.shots = [visible_side(c, v, self.camera) for c, v in zip(corners, values, strict=True)]
         places = np.concatenate(corners).reshape(-1, 3)
         places = places[np.isfinite(places).all(axis=1)]
-        faces = wall_faces(
-            frames.described.get("walls", np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0],
-            frames.described.get("pipes", np.zeros((0, 7))) * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI],
-            corners_of_box(places),
-        )
-        curved = frames.described.get("wall_faces", NO_FACES) * MILLI
+        faces, curved = seen_walls(frames, corners_of_box(places))
         walls = [visible_side(f, np.zeros(len(f)), self.camera) for f in (faces, curved)]
         # Quieter than the body.
         self.walls = [replace(wall, light=0.5 + 0.5 * wall.light) for wall in walls]
@@ -144,6 +140,15 @@ def corners_of_box(places: np.ndarray) -> np.ndarray:
     """Corners (8, 3) of the box around places (n, 3)."""
     ends = np.stack([places.min(axis=0), places.max(axis=0)])
     return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
+
+
+def seen_walls(frames: Frames, box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Faces (k, 4, 3) [mm] of flat walls and straight pipes near the box, corners (8, 3) around all
+    that the body does; and those of all curved walls (m, 3|4, 3).
+    """
+    walls = frames.described.get("walls", np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0]
+    pipes = frames.described.get("pipes", np.zeros((0, 7))) * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI]
+    return wall_faces(walls, pipes, box), frames.described.get("wall_faces", NO_FACES) * MILLI
 
 
 def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndarray:

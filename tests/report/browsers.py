@@ -17,8 +17,11 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
     "headless", "no-sandbox", "disable-gpu", "disable-quic", "no-first-run",
     "disable-background-networking", "disable-component-update", "disable-sync",
-    "force-device-scale-factor=1",
+    "force-device-scale-factor=1", "enable-unsafe-swiftshader",
 )  # fmt: skip
+
+REMARKS = ("GPU stall due to ReadPixels", "willReadFrequently")
+"""On the speed of drawing in space without a graphics card: no complaints of the page."""
 
 PATIENCE = 60.0
 """With a page of some megabytes on a machine that is busy [s]."""
@@ -46,7 +49,8 @@ class Browser:
 
     def complaints(self) -> list[str]:
         """What the console has logged since it was last asked."""
-        return [entry["message"] for entry in self.driver.get_log("browser")]
+        said = [entry["message"] for entry in self.driver.get_log("browser")]
+        return [message for message in said if not any(remark in message for remark in REMARKS)]
 
     def requests(self) -> list[str]:
         """Addresses in a network that pages have asked for since it was last asked."""

@@ -1,17 +1,11 @@
 """What the curves are drawn from."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from softsim.errors import OutputError
 from softsim.report.curves import (
     displacement,
-    draw_contact_rows,
-    draw_displacement_pressure,
-    draw_energies,
-    draw_pull,
     energies_drawn,
     joules,
     pressurised,
@@ -71,26 +65,3 @@ def test_no_pressure_is_no_pressure(pressure: np.ndarray) -> None:
 def test_energies_read_as_numbers_of_a_few_digits(largest: float, unit: str) -> None:
     assert joules(largest)[1] == unit
     assert largest * joules(largest)[0] < 1000.0
-
-
-@pytest.mark.parametrize(
-    ("draw", "refusal"),
-    [
-        (draw_energies, "none of internal_energy"),
-        (draw_contact_rows, "none of rows_in_contact"),
-        (draw_displacement_pressure, "neither displacement nor pressure"),
-    ],
-)
-def test_a_figure_without_data_says_what_it_needs(draw, refusal: str, tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match=refusal):
-        draw({"time": np.arange(3.0), "internal_energy": np.full(3, np.nan)}, tmp_path / "a.png")
-    assert not list(tmp_path.iterdir())
-
-
-def test_pull_is_drawn_where_a_tendon_holds_the_robot(tmp_path: Path) -> None:
-    t = np.linspace(0.0, 1.0, 50)
-    history = {"time": t, "pull": t**2, "pressure": 1e4 * t}
-    draw_pull(history, tmp_path / "pull.png")
-    assert (tmp_path / "pull.png").stat().st_size > 1000
-    with pytest.raises(OutputError, match="no tendon"):
-        draw_pull({"time": t}, tmp_path / "none.png")

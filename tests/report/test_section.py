@@ -12,13 +12,13 @@ from softsim.output.folder import RESULTS
 from softsim.report.section import (
     HalfSection,
     Section,
-    Wall,
     behind,
     boundary_edges,
     chains,
     ends,
     outline_corners,
     right_of_axis,
+    solid_behind,
     view_of,
 )
 
@@ -83,14 +83,19 @@ def test_both_halves_are_seen_with_the_axis_between_them(ring_run: Path) -> None
 
 def test_a_wall_is_mirrored_and_each_stays_on_its_side(ring_run: Path) -> None:
     section = HalfSection(frames_of(ring_run), [0], "stretch")
-    planes = [(wall.plane[0], wall.plane[2], wall.side) for wall in section.walls]
-    assert planes == [(12.0, -1.0, 1.0), (-12.0, 1.0, -1.0)]
-    axes, figure = drawn(section)
-    figure.canvas.draw()
+    assert [(wall[0], wall[2]) for wall in section.walls] == [(12.0, -1.0), (-12.0, 1.0)]
+    axes, _ = drawn(section)
     for patch, side in zip(axes.patches, (1.0, -1.0), strict=True):
-        corners = axes.transData.inverted().transform(patch.get_clip_box().get_points())
-        assert (side * corners[:, 0] > -1e-9).all()
-        assert patch.get_clip_path() is None
+        assert (side * patch.get_xy()[:, 0] > -1e-9).all()
+
+
+def test_a_wall_across_the_axis_ends_there(ring_run: Path) -> None:
+    """Of a cone the solid behind the wall, and its face, at positive x alone."""
+    section = HalfSection(frames_of(ring_run), [0], "stretch")
+    section.walls = np.array([[0.0, -5.0, -0.6, 0.8], [0.0, -5.0, 0.6, 0.8]])
+    right, left = section.flat_solids(section.view)
+    assert right.outline[:, 0].min() == 0.0 and right.face[:, 0].min() == 0.0
+    np.testing.assert_array_equal(left.outline, right.outline * [-1.0, 1.0])
 
 
 def test_the_ends_of_a_tube_are_lines_across_its_bore() -> None:
@@ -131,8 +136,11 @@ def test_the_solid_lies_right_of_a_curved_wall_as_thick_everywhere() -> None:
     np.testing.assert_allclose(behind(chain, 0.5), [[0.0, -0.5], [2.5, -0.5], [2.5, 2.0]])
 
 
-def test_a_wall_goes_through_unless_it_has_a_side() -> None:
-    assert Wall(np.zeros(4)).side == 0.0
+def test_the_solid_behind_a_wall_reaches_beyond_the_view() -> None:
+    solid = solid_behind(np.array([0.0, -2.0, 0.0, 1.0]), np.array([-1.0, 1.0, -3.0, 3.0]))
+    assert (solid.face[:, 1] == -2.0).all()
+    assert sorted(np.abs(solid.face[:, 0])) > [1.0, 1.0]
+    assert solid.outline[:, 1].min() < -3.0
 
 
 def drawn(section: Section):

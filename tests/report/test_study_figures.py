@@ -22,15 +22,12 @@ from study_folders import (
 )
 
 from softsim.errors import OutputError
-from softsim.report.study.cells import Cells, edges
+from softsim.report.study.cells import Cells, edges, remark_on_cells
 from softsim.report.study.curve import BAND, lines
 from softsim.report.study.figures import draw_study
-from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, SPREAD, Findings
-from softsim.report.study.heat_map import remark_on_cells
-from softsim.report.study.plots import drawn_plots
+from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, SPREAD, Findings, best_in_words
+from softsim.report.study.plots import best_so_far, drawn_plots
 from softsim.report.study.scale import WIDE, Scale
-from softsim.report.study.search import best_so_far
-from softsim.report.study.wording import best_in_words
 from softsim.report.style import drawing
 from softsim.study.axes import Axis, Goal, Plot
 

@@ -14,10 +14,9 @@ from typer.testing import CliRunner
 
 from softsim.cli import app
 from softsim.output.study_folder import TABLE_TEXT
-from softsim.report.study.charts import study_charts
+from softsim.report.study.charts import packed, study_charts
 from softsim.report.study.findings import Findings
 from softsim.report.study.page import level_words, page_context, state_of, write_study_page
-from softsim.report.study.traces import packed_numbers
 from softsim.study.axes import Goal, Plot
 
 FASTEST = Goal("speed", "maximize")
@@ -86,9 +85,9 @@ def test_many_levels_are_said_from_where_to_where(tmp_path):
 
 def test_numbers_are_packed_row_by_row():
     numbers = np.array([[1.0, np.nan, 3.0], [-4.0, 5.5, 6.0]])
-    packed = packed_numbers(numbers)
-    assert packed["shape"] == "2, 3"
-    found = np.frombuffer(b64decode(packed["bdata"]), packed["dtype"]).reshape(2, 3)
+    text = packed(numbers)
+    assert text["shape"] == "2, 3"
+    found = np.frombuffer(b64decode(text["bdata"]), text["dtype"]).reshape(2, 3)
     np.testing.assert_array_equal(found, numbers)
 
 

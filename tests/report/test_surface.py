@@ -12,8 +12,7 @@ from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import RESULTS
 from softsim.report.surface import (
-    AZIMUTH,
-    ELEVATION,
+    CAMERA,
     PIPE_FACES,
     Camera,
     Surface,
@@ -26,7 +25,6 @@ from softsim.report.surface import (
 )
 from softsim.robots.box import box
 
-CAMERA = Camera.at(AZIMUTH, ELEVATION)
 CUBE = corners_of_box(np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]]))
 NO_WALLS, NO_PIPES = np.zeros((0, 6)), np.zeros((0, 7))
 

@@ -52,7 +52,7 @@ def cauchy_stress(stretches, c, kappa):
 
 
 def ogden_cauchy_stress(stretches, c, kappa):
-    """As _cauchy_stress, of Ogden's law with c = (moduli [Pa], exponents): W = sum 2 mu / alpha^2
+    """As cauchy_stress, of Ogden's law with c = (moduli [Pa], exponents): W = sum 2 mu / alpha^2
     (l1^alpha + l2^alpha + l3^alpha - 3), l the stretches over J^(1/3). Mooney-Rivlin has the moduli
     2 C10, 2 C01 and the exponents 2, -2. Source: Ogden 1972, Proc. R. Soc. Lond. A 326:565-584.
     """
@@ -114,7 +114,7 @@ def _free_lateral_tension(stretches_for, stretch, incompressible_lateral, c, kap
     return Tension(float(J * cauchy_stress(stretches, c, kappa)[0] / stretch), lateral, J)
 
 
-def nearly_incompressible_uniaxial(stretch, c, kappa=None, cauchy_stress=_cauchy_stress):
+def nearly_incompressible_uniaxial(stretch, c, kappa=None, cauchy_stress=cauchy_stress):
     """As uniaxial_stress for W(I1_bar) + (kappa/2)(J - 1)^2.
 
     Stretches (s, t, t), with t from sigma_t = 0.
@@ -124,7 +124,7 @@ def nearly_incompressible_uniaxial(stretch, c, kappa=None, cauchy_stress=_cauchy
     )
 
 
-def nearly_incompressible_equibiaxial(stretch, c, kappa=None, cauchy_stress=_cauchy_stress):
+def nearly_incompressible_equibiaxial(stretch, c, kappa=None, cauchy_stress=cauchy_stress):
     """As equibiaxial_stress for W(I1_bar) + (kappa/2)(J - 1)^2.
 
     Stretches (s, s, t), with t from sigma_t = 0.
@@ -134,7 +134,7 @@ def nearly_incompressible_equibiaxial(stretch, c, kappa=None, cauchy_stress=_cau
     )
 
 
-def nearly_incompressible_pure_shear(stretch, c, kappa=None, cauchy_stress=_cauchy_stress):
+def nearly_incompressible_pure_shear(stretch, c, kappa=None, cauchy_stress=cauchy_stress):
     """As pure_shear_stress for W(I1_bar) + (kappa/2)(J - 1)^2.
 
     Stretches (s, 1, t), with t from sigma_t = 0. The plane-strain bar with free sides.

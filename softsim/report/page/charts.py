@@ -4,9 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from softsim.report.style import INK, QUIET
-
-GRID = "#e3e3e3"
+from softsim.report.style import GRID, INK, QUIET
 
 AXIS: Mapping[str, Any] = {
     "gridcolor": GRID, "linecolor": QUIET, "showline": True, "zeroline": False, "ticks": "outside",

@@ -11,12 +11,13 @@ from softsim.output.folder import SCENE
 from softsim.report.colours import MILLI
 from softsim.report.curves import displacement, pressurised, travelling_column, travels
 from softsim.report.page.animation import animation
-from softsim.report.page.run_charts import run_charts
+from softsim.report.page.over_time import chart_of
 from softsim.report.page.verdicts import verdicts
 from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import readable
 from softsim.report.recorded import Recorded, recorded
-from softsim.report.segments import segments
+from softsim.report.signals import signals, way
+from softsim.report.table import segments
 
 SAID_ABOVE = ("layout",)
 """What the verdicts at the top of the page say."""
@@ -36,6 +37,8 @@ def write_run_page(folder: Path) -> Path:
 def run_context(folder: Path) -> dict[str, Any]:
     """What the page says of the run in `folder`. Raises OutputError as `write_run_page` does."""
     run = recorded(folder)
+    curves = [] if run.layout is None else [way(run.history, run.layout)]
+    curves += signals(run.history, run.units).values()
     scene = (folder / SCENE).read_text("utf-8") if (folder / SCENE).is_file() else ""
     return {
         "title": run.summary.get("title") or folder.name,
@@ -43,7 +46,7 @@ def run_context(folder: Path) -> dict[str, Any]:
         "verdicts": list(verdicts(run.summary, yaml.safe_load(scene) or {})),
         "measures": [row for row in readable(run.summary) if row[0] not in SAID_ABOVE],
         "segments": None if run.layout is None else segments(run.layout),
-        "charts": run_charts(run),
+        "charts": list(map(chart_of, curves)),
         "animation": animation_of(run),
         "settings": [setting(line) for line in scene.splitlines()],
     }

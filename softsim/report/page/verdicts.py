@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from softsim.report.wording import duration
+from softsim.report.readable import duration
 
 GOOD, BAD, OPEN = "good", "bad", "open"
 

@@ -68,3 +68,14 @@ def edges(levels: np.ndarray, logarithmic: bool) -> np.ndarray:
         middle = 0.5 * (at[:-1] + at[1:])
         found = np.array([2.0 * at[0] - middle[0], *middle, 2.0 * at[-1] - middle[-1]])
     return np.exp(found) if logarithmic else found
+
+
+def remark_on_cells(findings: Findings, x: Scale, y: Scale) -> str:
+    """What a reader must know of the cells: over what they are means, and what is left out."""
+    others = [factor.name for factor in findings.varied if factor not in (x.axis, y.axis)]
+    others += ["repeats"] * (findings.record.repeats > 1)
+    said = [f"mean over {', '.join(others)}"] if others else []
+    failed = findings.design_points[FAILED_COUNT].sum()
+    if others and failed:
+        said.append(f"without {failed} that failed")
+    return ", ".join(said)

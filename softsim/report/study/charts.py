@@ -1,49 +1,67 @@
-"""The plots of a study as interactive charts: what the figures show, with every case to hand."""
+"""The plots of a study as interactive charts, with every case to hand. Whatever a study calls its
+things is text to plotly.js, not markup.
+"""
 
-from collections.abc import Callable
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
 from html import escape
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
+from matplotlib.colors import to_hex
+from matplotlib.ticker import LogLocator
 
+from softsim.report.colours import colour_scale
 from softsim.report.page.charts import Chart
 from softsim.report.study.cells import Cells
-from softsim.report.study.curve import (
-    MOST_MARKERS,
-    Line,
-    has_bar,
-    line_colours,
-    line_labels,
-    lines,
-    remark,
-)
+from softsim.report.study.figures import MOST_NUMBERS
 from softsim.report.study.findings import Findings
-from softsim.report.study.heat_map import MOST_NUMBERS, heat_map_scales, remark_on_cells
-from softsim.report.study.plots import CURVE, HEAT_MAP, SCATTER, drawn_plots
-from softsim.report.study.scale import Scale, title_of
-from softsim.report.study.search import TRIAL, best_so_far
-from softsim.report.study.traces import (
-    BELOW,
-    CROWD,
-    EDGE,
-    TALL,
-    Trace,
-    along,
-    best_trace,
-    colour_axis,
-    packed_numbers,
-    point_look,
-    points,
-    shades,
-    without_result,
+from softsim.report.study.plots import (
+    Edge,
+    Series,
+    StudyPlot,
+    drawn_plots,
+    over_factors,
+    progress,
+    study_plot,
 )
-from softsim.report.style import BLUE, ORANGE, RED, SKY
-from softsim.study.axes import Goal, Plot
+from softsim.report.study.scale import Scale, title_of
+from softsim.report.style import RED
+
+Trace = dict[str, Any]
 
 HEIGHT = 380
 
 FEWEST_PARALLEL, PARALLEL_WIDTH = 3, 110
 """Factors from which on a chart shows all of them side by side; room that each takes [px]."""
+
+WIDE, TALL = 60, 30
+"""Characters of a title that fit along the horizontal and the vertical axis of a chart."""
+
+CROWD = 2000
+"""Cases from which on their points are smaller, and the graphics card draws them."""
+
+EDGE: Mapping[str, Any] = {
+    "overlaying": "y", "range": [0.0, 1.0], "visible": False, "fixedrange": True,
+}  # fmt: skip
+"""A vertical axis for marks along the lower edge."""
+
+BELOW: Mapping[str, Any] = {
+    "legend": {"orientation": "h", "x": 0, "y": -0.2, "yanchor": "top"},
+    "margin": {"l": 60, "r": 16, "t": 34, "b": 44},
+}
+"""The legend below the chart: above it are its buttons."""
+
+DECADES = [float(f"{digit}e{decade}") for decade in range(-9, 10) for digit in (1, 2, 5)]
+"""Where a logarithmic axis may have its numbers; plotly.js would write 0.5 as a small 5."""
+
+SYMBOLS = {"x": "x-thin-open", "|": "line-ns-open"}
+
+STAR = {"symbol": "star", "size": 15, "color": RED, "line": {"color": "white", "width": 1}}
+
+SHAPES = {"line": "linear", "steps": "hv"}
+"""How points are joined -> the same of plotly."""
 
 
 def study_charts(findings: Findings) -> list[Chart]:
@@ -51,102 +69,112 @@ def study_charts(findings: Findings) -> list[Chart]:
 
     Raises OutputError if a plot names no axis of the study.
     """
-    plots = drawn_plots(findings)
-    charts = [CHARTS[plot.kind](findings, plot) for plot in plots]
-    goal = findings.record.goal
+    asked, goal = drawn_plots(findings), findings.record.goal
+    plots = [study_plot(findings, plot) for plot in asked]
     if goal is not None:
-        charts.append(progress_chart(findings, goal))
-        shown = {(plot.x, plot.y) for plot in plots}
-        over = [Plot(SCATTER, factor.name, goal.measure) for factor in findings.varied]
-        charts += [scatter_chart(findings, plot) for plot in over if (plot.x, plot.y) not in shown]
+        plots.append(progress(findings, goal))
+        shown = {(plot.x, plot.y) for plot in asked}
+        over = over_factors(findings, goal)
+        plots += [plot for factor, plot in over if (factor.name, goal.measure) not in shown]
+    charts = [chart_of(plot, findings.table.height > CROWD) for plot in plots]
     if len(findings.varied) >= FEWEST_PARALLEL and findings.done.height:
         charts.append(parallel_chart(findings))
     return charts
 
 
-def curve_chart(findings: Findings, plot: Plot) -> Chart:
-    """A measure over a factor, a line each level of another one."""
-    x, y = findings.scale(plot.x), findings.scale(plot.y)
-    by = findings.axis(plot.by) if plot.by else None
-    found = list(lines(findings, x, y, by))
-    colours, labels = line_colours(findings, found, by), line_labels(found, by)
-    with_bar = has_bar(findings, by)
-    traces: list[Trace] = []
-    for line, colour, label in zip(found, colours, labels, strict=True):
-        traces += _band(line, colour)
+def chart_of(plot: StudyPlot, crowded: bool) -> Chart:
+    """A plot in a page; `crowded` where the study has many cases."""
+    layout: Trace = {**BELOW, "xaxis": along(plot.x, WIDE), "yaxis": along(plot.y, TALL)}
+    scale = None
+    if plot.colours is not None:
+        scale, places = plot.colours
+        layout["coloraxis"] = colour_axis(scale, places)
+    if plot.cells is not None and scale is not None:
+        layout["xaxis"] |= {"range": _ends(plot.x, plot.cells.at_x), "showgrid": False}
+        layout["yaxis"] |= {"range": _ends(plot.y, plot.cells.at_y), "showgrid": False}
+        traces = list(cell_traces(plot.cells, scale, bool(plot.remark)))
+        traces += [frame(plot.cells, point) for point in plot.best]
+        return Chart(plot.title, traces, layout, HEIGHT)
+    layout["yaxis2"] = EDGE
+    traces = [trace for s in plot.series for trace in series_traces(s, scale, crowded)]
+    if scale is not None:  # for the bar, where lines have the colours
         traces.append(
-            points(line.points, line.x, line.mean)
-            | {"mode": "lines+markers" if len(line.x) <= MOST_MARKERS else "lines"}
-            | {"line": {"color": colour, "width": 2}, "marker": {"size": 6}}
-            | ({"name": escape(label), "showlegend": True} if label and not with_bar else {})
-        )
-    layout: dict[str, Any] = {}
-    if by is not None and with_bar:
-        scale = findings.scale(by.name)
-        layout["coloraxis"] = colour_axis(scale, scale.places(findings.table[by.column]))
-        traces.append({"x": [None], "y": [None], "mode": "markers", "showlegend": False,
-                       "marker": {"color": [0.0], "coloraxis": "coloraxis"}})  # fmt: skip
-    notes = remark(findings, x.axis, by)
-    return _chart(findings, x, y, traces, layout, f"; {notes}" if notes else "")
+            {"x": [None], "y": [None], "mode": "markers", "showlegend": False,
+             "marker": {"color": [0.0], "coloraxis": "coloraxis"}}
+        )  # fmt: skip
+    traces += [edge_trace(edge) for edge in plot.edges]
+    named = {"name": "best", "showlegend": True, "cliponaxis": False, "marker": STAR}
+    traces += [points(point) | named for point in plot.best]
+    if crowded:
+        traces = [t | {"type": "scattergl"} if t["mode"] == "markers" else t for t in traces]
+    return Chart(plot.title, traces, layout, HEIGHT)
 
 
-def heat_map_chart(findings: Findings, plot: Plot) -> Chart:
-    """A measure as the colour of cells over two factors."""
-    x, y, z = heat_map_scales(findings, plot)
-    cells, notes = Cells.of(findings, x, y, z), remark_on_cells(findings, x, y)
+def series_traces(series: Series, scale: Scale | None, crowded: bool) -> Iterator[Trace]:
+    """Points, coloured by a scale if they have values, or a line upon its band."""
+    known = np.ma.masked_invalid(series.band)
+    for part in np.ma.clump_unmasked(known) if len(known) else ():
+        x, mean, band = series.x[part], series.y[part], series.band[part]
+        yield {
+            "type": "scatter", "mode": "lines", "x": packed(np.append(x, x[::-1])),
+            "y": packed(np.concatenate([mean + band, (mean - band)[::-1]])), "fill": "toself",
+            "fillcolor": series.colour + "33", "line": {"width": 0}, "hoverinfo": "skip",
+            "showlegend": False,
+        }  # fmt: skip
+    marker: Trace = {"size": 4, "opacity": 0.5} if crowded else {"size": 7, "opacity": 0.75}
+    if scale is not None and len(series.values):
+        marker |= {"color": packed(shades(scale, series.values)), "coloraxis": "coloraxis"}
+    else:
+        marker |= {"color": series.colour}
+    trace = points(series) | {"marker": marker, "name": escape(series.name)}
+    if series.join:
+        shape = {"color": series.colour, "width": 2, "shape": SHAPES[series.join]}
+        mode = "lines+markers" if series.has_markers else "lines"
+        trace |= {"mode": mode, "line": shape}
+    yield trace | {"showlegend": bool(series.name)}
+
+
+def points(series: Series) -> Trace:
+    """The page shows the case under the cursor, `mean` of several where a point stands for them,
+    and leads to it at a click.
+    """
+    return {
+        "type": "scatter", "mode": "markers", "x": packed(series.x), "y": packed(series.y),
+        "customdata": packed(series.cases), "meta": {"mean": series.mean}, "hoverinfo": "none",
+    }  # fmt: skip
+
+
+def edge_trace(edge: Edge) -> Trace:
+    """Marks along the lower edge, upon the axis EDGE."""
+    at = Series(edge.x, np.full(len(edge.x), 0.02), edge.cases)
+    marker = {"symbol": SYMBOLS[edge.marker], "size": 7, "color": edge.colour}
+    look = {"marker": marker, "opacity": 0.7, "cliponaxis": False, "showlegend": True}
+    return points(at) | look | {"yaxis": "y2", "name": edge.name}
+
+
+def cell_traces(cells: Cells, z: Scale, mean: bool) -> Iterator[Trace]:
+    """The cells, with their values where they are few, and marks on those that failed."""
     mesh: Trace = {
         "type": "heatmap", "x": cells.at_x.tolist(), "y": cells.at_y.tolist(),
-        "z": packed_numbers(shades(z, cells.values)), "coloraxis": "coloraxis",
+        "z": packed(shades(z, cells.values)), "coloraxis": "coloraxis", "meta": {"mean": mean},
         "customdata": cells.cases.tolist(), "hoverongaps": False, "hoverinfo": "none",
         "text": [[z.text(value) for value in row] for row in cells.values],
-        "meta": {"mean": bool(notes)},
     }  # fmt: skip
-    if cells.values.size <= MOST_NUMBERS:
-        mesh["texttemplate"] = "%{text}"
+    yield mesh | ({"texttemplate": "%{text}"} if cells.values.size <= MOST_NUMBERS else {})
     j, i = np.nonzero(cells.failed)
-    failed = {
-        "type": "scatter", "mode": "markers", "x": cells.columns[i].tolist(),
-        "y": cells.rows[j].tolist(), "name": "failed", "customdata": cells.cases[j, i].tolist(),
-        "hoverinfo": "none", "marker": {"symbol": "x-thin-open", "size": 9, "color": RED},
-    }  # fmt: skip
-    traces = [mesh, *([failed] if len(i) else []), *_best_cell(findings, cells, x, y)]
-    layout = BELOW | {
-        "coloraxis": colour_axis(z, cells.values),
-        "xaxis": along(x) | {"range": _ends(x, cells.at_x), "showgrid": False},
-        "yaxis": along(y, TALL) | {"range": _ends(y, cells.at_y), "showgrid": False},
-    }
-    title = f"{title_of(z.axis)} over {title_of(x.axis)} and {title_of(y.axis)}"
-    title += f", {notes}" if notes else ""
-    return Chart(title, traces, layout, HEIGHT)
+    if len(i):
+        failed = Series(cells.columns[i], cells.rows[j], cells.cases[j, i])
+        marker = {"symbol": SYMBOLS["x"], "size": 9, "color": RED}
+        yield points(failed) | {"name": "failed", "showlegend": True, "marker": marker}
 
 
-def scatter_chart(findings: Findings, plot: Plot) -> Chart:
-    """Each case a point."""
-    x, y, done = findings.scale(plot.x), findings.scale(plot.y), findings.done
-    trace = points(done, x.places(done[x.axis.column]), y.places(done[y.axis.column]))
-    layout: dict[str, Any] = {}
-    marker = point_look(done.height) | {"color": BLUE}
-    if plot.colour is not None:
-        z = findings.scale(plot.colour)
-        places = z.places(done[z.axis.column])
-        layout["coloraxis"] = colour_axis(z, places)
-        marker |= {"color": packed_numbers(shades(z, places)), "coloraxis": "coloraxis"}
-    return _chart(findings, x, y, [trace | {"marker": marker}], layout)
-
-
-def progress_chart(findings: Findings, goal: Goal) -> Chart:
-    """The objective over the trials, the best so far as steps."""
-    x, y, done = Scale(TRIAL, whole=True), findings.scale(goal.measure), findings.done.sort("case")
-    trials, objective = x.places(done["case"]), y.places(done[y.axis.column])
-    each = points(done, trials, objective)
-    look = point_look(done.height) | {"color": SKY}
-    each |= {"name": "a trial", "showlegend": True, "marker": look}
-    steps = {
-        "type": "scatter", "mode": "lines", "x": packed_numbers(trials), "name": "best so far",
-        "y": packed_numbers(best_so_far(objective, goal.sense)), "hoverinfo": "y",
-        "line": {"color": ORANGE, "width": 2, "shape": "hv"},
-    }  # fmt: skip
-    return _chart(findings, x, y, [each, steps], {})
+def frame(cells: Cells, point: Series) -> Trace:
+    """A frame around the cell of a point."""
+    left, bottom, width, height = cells.box(*cells.at(point.x[0], point.y[0]))
+    across = [left, left + width, left + width, left, left]
+    up = [bottom, bottom, bottom + height, bottom + height, bottom]
+    return {"type": "scatter", "mode": "lines", "x": across, "y": up, "name": "best",
+            "line": {"color": RED, "width": 3}, "hoverinfo": "skip"}  # fmt: skip
 
 
 def parallel_chart(findings: Findings) -> Chart:
@@ -159,15 +187,13 @@ def parallel_chart(findings: Findings) -> Chart:
     for scale in scales:
         places = scale.places(done[scale.axis.column])
         dimension: Trace = {"label": escape(scale.axis.column)}
-        dimension["values"] = packed_numbers(shades(scale, places))
+        dimension["values"] = packed(shades(scale, places))
         bar = colour_axis(scale, places)["colorbar"]
         dimension |= {key: bar[key] for key in ("tickvals", "ticktext") if key in bar}
         dimensions.append(dimension)
     values = colour.places(done[colour.axis.column])
-    trace = {
-        "type": "parcoords", "dimensions": dimensions,
-        "line": {"color": packed_numbers(shades(colour, values)), "coloraxis": "coloraxis"},
-    }  # fmt: skip
+    line = {"color": packed(shades(colour, values)), "coloraxis": "coloraxis"}
+    trace = {"type": "parcoords", "dimensions": dimensions, "line": line}
     shown = colour_axis(colour, values) | {"showscale": False}  # the last axis says it
     layout = {"coloraxis": shown, "margin": {"l": 70, "r": 70, "t": 60, "b": 24}}
     title = (
@@ -176,53 +202,59 @@ def parallel_chart(findings: Findings) -> Chart:
     return Chart(title, [trace], layout, 420, width=PARALLEL_WIDTH * len(scales))
 
 
-CHARTS: dict[str, Callable[[Findings, Plot], Chart]] = {
-    CURVE: curve_chart,
-    HEAT_MAP: heat_map_chart,
-    SCATTER: scatter_chart,
-}
+def along(scale: Scale, room: int) -> Trace:
+    """An axis of a chart, along which `room` characters fit: title, spacing, labels."""
+    axis: Trace = {"title": {"text": in_lines(title_of(scale.axis), room), "standoff": 8}}
+    if scale.logarithmic:
+        axis |= {"type": "log", "tickvals": DECADES, "ticktext": [f"{t:g}" for t in DECADES]}
+    if scale.axis.is_label:
+        axis |= ticks(scale) | {"range": [-0.5, max(len(scale.labels), 1) - 0.5]}
+    return axis
 
 
-def _chart(
-    findings: Findings, x: Scale, y: Scale, traces: list[Trace], layout: dict[str, Any],
-    remark: str = "",
-) -> Chart:  # fmt: skip
-    """A chart with the marks that all have: the best case, cases without a result."""
-    marked = [*traces, *without_result(findings, x), *best_trace(findings, x, y)]
-    if findings.table.height > CROWD:
-        marked = [t | {"type": "scattergl"} if t["mode"] == "markers" else t for t in marked]
-    title = f"{title_of(y.axis)} over {title_of(x.axis)}{remark}"
-    axes = {"xaxis": along(x), "yaxis": along(y, TALL), "yaxis2": EDGE}
-    return Chart(title, marked, BELOW | axes | layout, HEIGHT)
+def colour_axis(scale: Scale, places: np.ndarray) -> Trace:
+    """Colours of the values at `places`, as `shades` has them, and the bar beside the chart."""
+    title = {"text": in_lines(title_of(scale.axis), TALL), "side": "right"}
+    bar: Trace = {"title": title, "thickness": 14, "outlinewidth": 0}
+    low, high = scale.limits(places)
+    if scale.axis.is_label:
+        bar |= ticks(scale)
+    elif scale.logarithmic:
+        around = LogLocator(subs=(1.0, 2.0, 5.0)).tick_values(low, high)
+        at = np.array([tick for tick in around if low <= tick <= high])
+        bar |= {"tickvals": np.log10(at).tolist(), "ticktext": [f"{tick:g}" for tick in at]}
+    least, most = shades(scale, np.array([low, high]))
+    steps = _steps(scale) if scale.axis.is_label else colour_scale()
+    return {"colorscale": steps, "colorbar": bar, "cmin": least, "cmax": most}
 
 
-def _band(line: Line, colour: str) -> list[Trace]:
-    """Mean plus and minus the band, wherever there is one."""
-    traces = []
-    for part in np.ma.clump_unmasked(np.ma.masked_invalid(line.band)):
-        x, mean, band = line.x[part], line.mean[part], line.band[part]
-        around = np.concatenate([mean + band, (mean - band)[::-1]])
-        traces.append(
-            {
-                "type": "scatter", "mode": "lines", "x": packed_numbers(np.append(x, x[::-1])),
-                "y": packed_numbers(around), "fill": "toself", "fillcolor": colour + "33",
-                "line": {"width": 0}, "hoverinfo": "skip", "showlegend": False,
-            }
-        )  # fmt: skip
-    return traces
+def in_lines(text: str, room: int) -> str:
+    """A text in lines of `room` characters at most, where it has spaces."""
+    return "<br>".join(map(escape, wrap(text, room)))
 
 
-def _best_cell(findings: Findings, cells: Cells, x: Scale, y: Scale) -> list[Trace]:
-    """A frame around the cell in which the best design point is."""
-    best = findings.best
-    if best is None:
-        return []
-    i, j = cells.at(*(scale.place(best.values[scale.axis.column]) for scale in (x, y)))
-    left, bottom, width, height = cells.box(i, j)
-    across = [left, left + width, left + width, left, left]
-    up = [bottom, bottom, bottom + height, bottom + height, bottom]
-    return [{"type": "scatter", "mode": "lines", "x": across, "y": up, "name": "best",
-             "line": {"color": RED, "width": 3}, "hoverinfo": "skip"}]  # fmt: skip
+def ticks(scale: Scale) -> Trace:
+    """Where the labels of a scale are written."""
+    places, texts = scale.ticks()
+    return {"tickvals": places, "ticktext": list(map(escape, texts))}
+
+
+def shades(scale: Scale, places: np.ndarray) -> np.ndarray:
+    """What is coloured: the logarithm where the scale is logarithmic, which plotly.js is not."""
+    return np.log10(places) if scale.logarithmic else places
+
+
+def packed(numbers: np.ndarray) -> dict[str, str]:
+    """Numbers (n,) or (r, c) as plotly.js unpacks them, much shorter than written."""
+    text = {"dtype": "f4", "bdata": b64encode(numbers.astype("<f4").tobytes()).decode("ascii")}
+    return text if numbers.ndim == 1 else text | {"shape": "{}, {}".format(*numbers.shape)}
+
+
+def _steps(scale: Scale) -> list[tuple[float, str]]:
+    """A colour scale of steps, one each label."""
+    count = max(len(scale.labels), 1)
+    colours = map(to_hex, scale.colours(np.arange(count)).to_rgba(np.arange(count)))
+    return [((k + end) / count, colour) for k, colour in enumerate(colours) for end in (0, 1)]
 
 
 def _ends(scale: Scale, edges: np.ndarray) -> list[float]:

@@ -2,25 +2,18 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import polars
-from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 
-from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings
-from softsim.report.study.marks import add_legend, mark_best, mark_without_result, say_if_empty
-from softsim.report.study.scale import COLOURS, Scale, shortened
-from softsim.report.study.wording import written
-from softsim.report.style import BLUE, drawing
-from softsim.study.axes import Axis, Plot
+from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings, written
+from softsim.report.study.scale import Scale, shortened
+from softsim.report.style import BLUE, COLOURS
+from softsim.study.axes import Axis
 
 BAND = 3.0
 """Half of a band [standard deviations]."""
-
-MOST_MARKERS = 60
-"""Points on a line that each have a marker."""
 
 
 @dataclass(frozen=True)
@@ -34,29 +27,6 @@ class Line:
     x: np.ndarray
     mean: np.ndarray
     band: np.ndarray
-
-
-def draw_curve(findings: Findings, plot: Plot, path: Path) -> None:
-    """Draw it as PNG. Raises OutputError if the disk refuses or an axis is unknown."""
-    x, y = findings.scale(plot.x), findings.scale(plot.y)
-    by = findings.axis(plot.by) if plot.by else None
-    found = list(lines(findings, x, y, by))
-    with drawing(path, height=3.8) as figure:
-        axes = figure.add_subplot()
-        colours, labels = line_colours(findings, found, by), line_labels(found, by)
-        with_bar = has_bar(findings, by)
-        for line, colour, label in zip(found, colours, labels, strict=True):
-            _draw_line(axes, line, colour, None if with_bar else label)
-        if by is not None and with_bar:
-            scale = findings.scale(by.name)
-            scale.beside(figure, axes, scale.colours(scale.places(findings.table[by.column])))
-        x.along_x(axes)
-        y.along_y(axes)
-        mark_without_result(axes, findings, x)
-        mark_best(axes, findings, x, y)
-        say_if_empty(axes, np.concatenate([line.mean for line in found]))
-        axes.set_title(remark(findings, x.axis, by))
-        add_legend(figure, axes)
 
 
 def lines(findings: Findings, x: Scale, y: Scale, by: Axis | None) -> Iterator[Line]:
@@ -106,18 +76,12 @@ def has_bar(findings: Findings, by: Axis | None) -> bool:
     return by is not None and findings.level_count(by) > len(COLOURS)
 
 
-def line_labels(found: list[Line], by: Axis | None) -> list[str | None]:
-    """What the legend calls each line; nothing a second time."""
-    labels: list[str | None] = []
+def line_labels(findings: Findings, found: list[Line], by: Axis | None) -> list[str]:
+    """What the legend calls each line; nothing a second time, or where a bar says it."""
+    if by is None or has_bar(findings, by):
+        return [""] * len(found)
+    labels: list[str] = []
     for line in found:
-        label = f"{by.name} {shortened(written(by, line.level))}" if by else None
-        labels.append(None if label in labels else label)
+        label = f"{by.name} {shortened(written(by, line.level))}"
+        labels.append("" if label in labels else label)
     return labels
-
-
-def _draw_line(axes: Axes, line: Line, colour: str, label: str | None) -> None:
-    low, high = line.mean - line.band, line.mean + line.band
-    if np.isfinite(low).any():
-        axes.fill_between(line.x, low, high, color=colour, alpha=0.2, linewidth=0)
-    marker = "o" if len(line.x) <= MOST_MARKERS else ""
-    axes.plot(line.x, line.mean, marker=marker, markersize=3.5, color=colour, label=label)

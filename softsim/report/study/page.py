@@ -8,11 +8,10 @@ import polars
 
 from softsim.output.study_folder import TABLE_TEXT
 from softsim.report.page.writing import PAGE, write_page
+from softsim.report.readable import duration
 from softsim.report.study.charts import study_charts
-from softsim.report.study.findings import Findings
+from softsim.report.study.findings import Findings, best_in_words, written
 from softsim.report.study.scale import title_of
-from softsim.report.study.wording import best_in_words, written
-from softsim.report.wording import duration
 from softsim.study.status import DONE, FAILED, LOST, PRUNED, WAITING
 
 MOST_LEVELS = 12

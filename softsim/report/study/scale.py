@@ -16,12 +16,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
-from softsim.report.colours import COLOUR_MAP
-from softsim.report.style import BLUE, GREEN, ORANGE, PURPLE, RED, SKY
+from softsim.report.style import COLOUR_MAP, COLOURS
 from softsim.study.axes import Axis
-
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
-"""Of labels, while they suffice."""
 
 LONGEST_LABEL = 24
 """Characters of a level in a figure."""
@@ -124,14 +120,16 @@ class Scale:
             return low, high
         return (low / 2, low * 2) if self.logarithmic else (low - 0.5, high + 0.5)
 
-    def beside(self, figure: Figure, axes: Axes, colours: ScalarMappable) -> None:
-        """The bar that says what the colours mean."""
+    def beside(self, figure: Figure, axes: Axes | np.ndarray, colours: ScalarMappable) -> None:
+        """The bar that says what the colours mean, beside one panel or several."""
         bar = figure.colorbar(colours, ax=axes, label=title_of(self.axis), pad=0.02)
         bar.outline.set_visible(False)
         if self.axis.is_label:
             places, texts = self.ticks()
             bar.set_ticks(places, labels=texts)
             bar.minorticks_off()
+        elif self.whole and not self.logarithmic:
+            bar.locator = MaxNLocator(integer=True)
 
     def ticks(self) -> tuple[list[int], list[str]]:
         """The labels that are written, and where."""

@@ -1,13 +1,14 @@
 // Each chart stands beside its own content, as JSON. Nothing leaves the page: plotly's button that
 // would send a chart away is not there.
 
+const OPTIONS = {
+  responsive: true, displaylogo: false, displayModeBar: "hover", showSendToCloud: false,
+  modeBarButtonsToRemove: ["select2d", "lasso2d"],
+};
+
 function drawChart(chart) {
   const { data, layout } = JSON.parse(chart.querySelector("script").textContent);
-  const plot = chart.querySelector(".plot");
-  Plotly.newPlot(plot, data, layout, {
-    responsive: true, displaylogo: false, displayModeBar: "hover", showSendToCloud: false,
-    modeBarButtonsToRemove: ["select2d", "lasso2d"],
-  });
+  Plotly.newPlot(chart.querySelector(".plot"), data, layout, OPTIONS);
   chart.dispatchEvent(new Event("drawn"));
 }
 

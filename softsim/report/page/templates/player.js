@@ -1,17 +1,88 @@
-// The controls of the animation. What moment it shows it tells the page (event `moment`), and it
+// The animation and its controls. What moment it shows it tells the page (event `moment`), and it
 // goes where the page asks it to (event `seek`); both carry the time of the run [s].
 
 const movie = JSON.parse(document.getElementById("animation").textContent);
 const [player, play, slider, reading, speed, camera] =
   ["player", "play", "frame", "reading", "speed", "camera"].map((id) => document.getElementById(id));
-const canvas = player.querySelector("canvas"), painter = new Painter(canvas, movie);
-const { times } = movie, end = times.length - 1;
-let current = 0, playing = null;
+const robot = player.querySelector(".plot");
+const { times, faces, rim, signs, origins } = movie, end = times.length - 1, d = origins[0].length;
+const places = inFrames(unpacked(movie.places, Uint16Array)), values = inFrames(unpacked(movie.values, Uint8Array));
+const moving = movie.figure.data.flatMap((trace, k) => (trace.x === undefined ? [k] : []));
+let current = 0, playing = false;
 
-const words = (value) => Number(value.toPrecision(4)).toString();
+// Numbers from whole ones; NaN where there is none.
+function unpacked({ low, high, codes }, Kind) {
+  const bytes = Uint8Array.from(atob(codes), (letter) => letter.charCodeAt(0));
+  const most = 256 ** Kind.BYTES_PER_ELEMENT - 2;
+  return Float32Array.from(new Kind(bytes.buffer), (code) =>
+    code > most ? NaN : low + (code / most) * (high - low));
+}
 
-function paint() {
-  painter.paint(current, camera.value === "follows");
+function inFrames(numbers) {
+  const size = numbers.length / times.length;
+  return times.map((_, frame) => numbers.subarray(frame * size, (frame + 1) * size));
+}
+
+// Polygons or lines of places [x, y] as one trace, with gaps between them.
+class Path {
+  x = [];
+  y = [];
+
+  add(corners) {
+    if (corners.some(([x]) => Number.isNaN(x))) return; // a node is lost
+    for (const [x, y] of corners) this.x.push(x), this.y.push(y);
+    this.x.push(null);
+    this.y.push(null);
+  }
+}
+
+// In the plane: rigid outlines, the cells of each shade, those without a value, and the rim.
+function plane(frame) {
+  const paths = moving.map(() => new Path()), shades = paths.length - 3;
+  const outlines = paths[0], noValue = paths.at(-2), edges = paths.at(-1), { low, high } = movie.values;
+  for (const outline of movie.outlines[frame]) outlines.add([...outline, outline[0]]);
+  for (const sign of signs) {
+    const at = (node) => [sign * places[frame][d * node], places[frame][d * node + 1]];
+    faces.forEach((face, number) => {
+      const share = (values[frame][number] - low) / (high - low || 1);
+      const path = paths[1 + Math.round(share * (shades - 1))] ?? noValue;
+      path.add([...face, face[0]].map(at));
+    });
+    for (const edge of rim) edges.add(edge.map(at));
+  }
+  return { x: paths.map(({ x }) => x), y: paths.map(({ y }) => y) };
+}
+
+// In space: the faces that have a value, and those that have none; not those that lost a node.
+function space(frame) {
+  const [x, y, z] = [0, 1, 2].map((k) => places[frame].filter((_, i) => i % d === k));
+  const kept = [...faces.keys()].filter((face) => faces[face].every((node) => !Number.isNaN(x[node])));
+  const parts = [true, false].map((has) =>
+    kept.filter((face) => Number.isNaN(values[frame][face]) !== has));
+  const corner = (k) => parts.map((part) => part.map((face) => faces[face][k]));
+  return {
+    x: [x, x], y: [y, y], z: [z, z], i: corner(0), j: corner(1), k: corner(2),
+    intensity: [parts[0].map((face) => values[frame][face]), null],
+  };
+}
+
+// Axes that show the robot's surroundings, or all that it comes to.
+function view(frame) {
+  const follows = camera.value === "follows", [low, high] = follows ? movie.near : movie.everywhere;
+  const origin = follows ? origins[frame] : low.map(() => 0);
+  const room = 0.05 * Math.max(...high.map((end, k) => end - low[k]));
+  const ranges = low.map((start, k) => [start - room + origin[k], high[k] + room + origin[k]]);
+  if (d === 2) return { "xaxis.range": ranges[0], "yaxis.range": ranges[1] };
+  const sizes = ranges.map(([from, to]) => to - from), longest = Math.max(...sizes);
+  const [x, y, z] = sizes.map((size) => (1.3 * size) / longest);
+  return {
+    "scene.xaxis.range": ranges[0], "scene.yaxis.range": ranges[1], "scene.zaxis.range": ranges[2],
+    "scene.aspectratio": { x, y, z },
+  };
+}
+
+function paint(layout = camera.value === "follows" ? view(current) : {}) {
+  return Plotly.update(robot, d === 2 ? plane(current) : space(current), layout, moving);
 }
 
 function show(frame) {
@@ -19,10 +90,10 @@ function show(frame) {
   slider.value = current;
   const said = movie.readings.map(({ name, unit, values }) =>
     `${name} ${values[current].toFixed(2)} ${unit}`);
-  reading.textContent = [`${words(times[current])} s`, ...said].join(", ");
+  reading.textContent = [`${Number(times[current].toPrecision(4))} s`, ...said].join(", ");
   slider.setAttribute("aria-valuetext", reading.textContent);
-  paint();
   document.dispatchEvent(new CustomEvent("moment", { detail: times[current] }));
+  return paint();
 }
 
 function frameAt(time) {
@@ -33,43 +104,39 @@ function frameAt(time) {
 }
 
 function pause() {
-  cancelAnimationFrame(playing);
-  playing = null;
+  playing = false;
   play.textContent = "\u25b6";
   play.setAttribute("aria-label", "Play");
 }
 
-function start() {
-  if (current === end) show(0);
-  let last = performance.now(), time = times[current];
-  const next = (now) => {
-    time += ((now - last) / 1000) * (times[end] - times[0]) / Number(speed.value);
-    last = now;
-    if (frameAt(time) !== current) show(frameAt(time));
-    if (current === end) pause();
-    else playing = requestAnimationFrame(next);
-  };
-  playing = requestAnimationFrame(next);
+async function start() {
+  playing = true;
   play.textContent = "\u2016";
   play.setAttribute("aria-label", "Pause");
+  if (current === end) await show(0);
+  let last = performance.now(), time = times[current];
+  while (playing && current !== end) {
+    const now = await new Promise(requestAnimationFrame);
+    time += ((now - last) / 1000) * (times[end] - times[0]) / Number(speed.value);
+    last = now;
+    if (playing && frameAt(time) !== current) await show(frameAt(time));
+  }
+  pause();
 }
 
 function goTo(frame) {
   pause();
-  show(frame);
+  return show(frame);
 }
-
-play.addEventListener("click", () => (playing === null ? start() : pause()));
-slider.addEventListener("input", () => goTo(Number(slider.value)));
-camera.addEventListener("change", paint);
-document.addEventListener("seek", (event) => goTo(frameAt(event.detail)));
 
 // Turn a body in space, by angles [rad] to the right and upwards.
 function turn(right, upwards) {
-  if (painter.dimension === 2) return;
-  painter.azimuth += right;
-  painter.elevation = Math.max(-1.5, Math.min(1.5, painter.elevation + upwards));
-  paint();
+  if (d === 2) return;
+  const { x, y, z } = robot.layout.scene.camera.eye, away = Math.hypot(x, y, z);
+  const azimuth = Math.atan2(x, z) + right;
+  const elevation = Math.max(-1.5, Math.min(1.5, Math.asin(y / away) + upwards));
+  const [sine, cosine] = [Math.sin(azimuth), Math.cos(azimuth)].map((part) => away * part * Math.cos(elevation));
+  Plotly.relayout(robot, { "scene.camera.eye": { x: sine, y: away * Math.sin(elevation), z: cosine } });
 }
 
 const KEYS = {
@@ -81,16 +148,16 @@ const KEYS_WITH_SHIFT = {
   ArrowUp: () => turn(0, 0.1), ArrowDown: () => turn(0, -0.1),
 };
 
-canvas.addEventListener("keydown", (event) => {
+robot.addEventListener("keydown", (event) => {
   const act = (event.shiftKey ? KEYS_WITH_SHIFT : KEYS)[event.key];
   if (act === undefined) return;
   event.preventDefault();
   act();
 });
-canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
-canvas.addEventListener("pointermove", ({ buttons, movementX, movementY }) => {
-  if (buttons !== 0) turn(-movementX / 150, movementY / 150);
-});
+play.addEventListener("click", () => (playing ? pause() : start()));
+slider.addEventListener("input", () => goTo(Number(slider.value)));
+camera.addEventListener("change", () => paint(view(current)));
+document.addEventListener("seek", (event) => goTo(frameAt(event.detail)));
 
-new ResizeObserver(paint).observe(canvas);
+Plotly.newPlot(robot, movie.figure.data, movie.figure.layout, OPTIONS);
 show(0);

@@ -1,0 +1,128 @@
+"""The figures over time of a run: what its history has something to show in."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from softsim.report.colours import MILLI
+from softsim.report.curves import (
+    History,
+    contacts_drawn,
+    displacement,
+    energies_drawn,
+    has,
+    joules,
+    pressurised,
+    time_label,
+    travelling_column,
+    travels,
+)
+from softsim.report.panels import Axis, Curves, Line, Panel
+from softsim.report.probes import QUANTITIES, curves_of, inflation_curves
+from softsim.report.style import BLUE, GREEN, ORANGE, RED
+
+TITLES = {
+    "displacement_pressure": "Displacement and pressure",
+    "energies": "Energies",
+    "contact_rows": "Contact with walls",
+    "pull": "Pull",
+    "probes": "Probes",
+    "pressure_probe": "Pressure over the probes",
+}
+"""Name of a figure, as its file has it -> its title."""
+
+
+def signals(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
+    """The figures that there is something to show in, by name. units: column -> unit."""
+    found = {
+        "displacement_pressure": motion(history),
+        "energies": energies(history),
+        "contact_rows": contact(history),
+        "pull": pull(history),
+        "probes": probes(history, units),
+    }
+    panels = {name: list(shown) for name, shown in found.items()}
+    figures = {
+        name: Curves(TITLES[name], time_label(history), shown)
+        for name, shown in panels.items()
+        if shown
+    }
+    return figures | inflation(history, units)
+
+
+def way(history: History, layout: Mapping[str, Any]) -> Curves:
+    """Of a run along a pipe: how far the robot is, up to its goal."""
+    s = history["arc_length"] * MILLI
+    goal = Line("goal", history["time"], np.full_like(s, layout["goal"] * MILLI), GREEN, "--")
+    lines = [Line("centre", history["time"], s, BLUE), goal]
+    panel = Panel(Axis("centre along the pipe [mm]", lines))
+    return Curves("Way through the layout", time_label(history), [panel])
+
+
+def pressure(history: History) -> Axis | None:
+    """The air pressure, if there is any."""
+    if not pressurised(history):
+        return None
+    kilo = history["pressure"] / 1e3
+    line = Line("air pressure", history["time"], kilo, ORANGE, ":")
+    return Axis("air pressure [kPa]", [line], from_zero=True)
+
+
+def motion(history: History) -> Iterator[Panel]:
+    """Displacement on the left and pressure on the right, or one of them alone."""
+    air = pressure(history)
+    if travels(history):
+        body, axis = travelling_column(history).split("_")
+        moved = displacement(history) * MILLI
+        line = Line(f"{body} displacement", history["time"], moved, BLUE)
+        yield Panel(Axis(f"{body} displacement in {axis} [mm]", [line]), air)
+    elif air is not None:
+        yield Panel(air)
+
+
+def contact(history: History) -> Iterator[Panel]:
+    """Rows of spikes that touch, and the force they press with."""
+    for column, (label, colour) in contacts_drawn(history).items():
+        line = Line(label, history["time"], history[column], colour)
+        yield Panel(Axis(label, [line], from_zero=True, whole=column == "rows_in_contact"))
+
+
+def energies(history: History) -> Iterator[Panel]:
+    """The energies, and by how much their balance is off."""
+    present = energies_drawn(history)
+    if not present:
+        return
+    time = history["time"]
+    factor, unit = joules(max(float(np.nanmax(np.abs(history[name]))) for name in present))
+    lines = [
+        Line(label, time, history[column] * factor, colour, kind)
+        for column, (label, colour, kind) in present.items()
+    ]
+    yield Panel(Axis(f"energy [{unit}]", lines))
+    if has(history, "energy_error"):
+        error = Line("energy error", time, history["energy_error"] * 100.0, RED)
+        yield Panel(Axis("energy error [%]", [error], from_zero=True), flat=True)
+
+
+def pull(history: History) -> Iterator[Panel]:
+    """Tension of the tendon that holds the robot, and the pressure."""
+    if has(history, "pull"):
+        line = Line("pull", history["time"], history["pull"], BLUE)
+        yield Panel(Axis("pull on the force gauge [N]", [line], from_zero=True), pressure(history))
+
+
+def probes(history: History, units: Mapping[str, str]) -> Iterator[Panel]:
+    """What the probes recorded, a panel for each unit."""
+    for unit, curves in curves_of(history, units).items():
+        quantity, _, drawn = QUANTITIES.get(unit, ("probe", 1.0, unit))
+        yield Panel(Axis(f"{quantity} [{drawn}]", curves))
+
+
+def inflation(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
+    """The air pressure over what the probes say of displacements and radii."""
+    name, curves = "pressure_probe", inflation_curves(history, units)
+    if not curves:
+        return {}
+    panel = Panel(Axis("air pressure [kPa]", curves, from_zero=True))
+    return {name: Curves(TITLES[name], "displacement or radius [mm]", [panel], over_time=False)}

@@ -1,0 +1,60 @@
+"""Which figures over time a history has, and that both renderers draw all of them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from softsim.report.page.over_time import chart_of
+from softsim.report.panels import draw_curves
+from softsim.report.signals import signals
+
+TIME = np.linspace(0.0, 1.0, 50)
+UNITS = {"tip_x": "m", "clamp_x": "N"}
+
+
+@pytest.fixture
+def history() -> dict[str, np.ndarray]:
+    ends = {
+        "pull": 2.0, "pressure": 1e4, "frame_x": 5e-3, "rows_in_contact": 4.0,
+        "internal_energy": 1e-3, "kinetic_energy": 1e-4, "energy_error": 1e-3,
+        "tip_x": 1e-3, "clamp_x": 3.0,
+    }  # fmt: skip
+    return {"time": TIME, **{name: end * TIME for name, end in ends.items()}}
+
+
+def test_a_history_without_data_has_no_figures() -> None:
+    assert signals({"time": TIME, "internal_energy": np.full(50, np.nan)}, {}) == {}
+
+
+def test_pull_is_shown_where_a_tendon_holds_the_robot(history) -> None:
+    (panel,) = signals(history, UNITS)["pull"].panels
+    assert [axis.title for axis in panel.axes] == [
+        "pull on the force gauge [N]", "air pressure [kPa]",
+    ]  # fmt: skip
+    del history["pull"]
+    assert "pull" not in signals(history, UNITS)
+
+
+def test_a_line_is_named_by_its_axis_or_a_legend(history) -> None:
+    found = signals(history, UNITS)
+    assert [panel.has_legend for panel in found["energies"].panels] == [True, False]
+    assert [panel.has_legend for panel in found["probes"].panels] == [True, True]
+
+
+def test_every_figure_is_drawn_in_both_ways(history, tmp_path: Path) -> None:
+    found = signals(history, UNITS)
+    assert list(found) == [
+        "displacement_pressure", "energies", "contact_rows", "pull", "probes", "pressure_probe",
+    ]  # fmt: skip
+    for name, curves in found.items():
+        draw_curves(curves, tmp_path / f"{name}.png")
+        assert imread(tmp_path / f"{name}.png")[..., :3].std() > 0.02
+        chart = chart_of(curves).figure
+        titles = [a["title"]["text"] for n, a in chart["layout"].items() if n.startswith("yaxis")]
+        assert titles == [axis.title for panel in curves.panels for axis in panel.axes]
+        lines = [line for panel in curves.panels for axis in panel.axes for line in axis.lines]
+        assert [trace["y"][-1] for trace in chart["data"]] == pytest.approx(
+            [line.values[-1] for line in lines]
+        )
