@@ -9,8 +9,8 @@ from softsim.errors import SoftsimError
 from softsim.output.study_folder import TABLE_TEXT
 from softsim.report.study.findings import Findings
 from softsim.report.study.wording import best_in_words
-from softsim.study.case import Case
-from softsim.study.loaded import LoadedStudy
+from softsim.study.cases import Case
+from softsim.study.loading import LoadedStudy
 
 
 def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:

@@ -12,9 +12,9 @@ from rich.table import Table
 from softsim.errors import ClusterError, OutputError
 from softsim.machine import chosen_device
 from softsim.output.study_folder import TABLE_TEXT
-from softsim.study.loaded import LoadedStudy
+from softsim.study.cases import DONE, FAILED, LOST, PRUNED
+from softsim.study.loading import LoadedStudy
 from softsim.study.preview import describe
-from softsim.study.status import DONE, FAILED, LOST, PRUNED
 from softsim.sweep.planning import fill, jobs_of, table_of
 
 MANY = 10_000

@@ -10,7 +10,7 @@ from distributed.client import FutureCancelledError
 
 from softsim.errors import ClusterError, Interrupted, SoftsimError
 from softsim.interruption import stop_signals
-from softsim.study.status import LOST, WAITING
+from softsim.study.cases import LOST, WAITING
 from softsim.sweep.crew import Crew
 from softsim.sweep.job import Job, Outcome, known_outcome, write_outcome
 from softsim.sweep.simulation import simulate

@@ -13,7 +13,7 @@ from optuna.samplers import RandomSampler
 from optuna.study import Study
 from optuna.trial import FrozenTrial
 
-from softsim.study.spacing import Interval
+from softsim.study.values import Interval
 
 START = 8
 """How many they are; a power of two, for which a Sobol sequence is even."""

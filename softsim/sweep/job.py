@@ -9,7 +9,7 @@ from typing import Any
 from softsim.errors import OutputError
 from softsim.output.folder import RunFolder, read_summary
 from softsim.output.watch import Watch
-from softsim.study.case import Case
+from softsim.study.cases import Case
 
 CASE = "case.json"
 FAILURE = "failure.txt"
@@ -38,7 +38,7 @@ class Job:
 class Outcome:
     """What came of a job.
 
-    status: as `softsim.study.status` names them. reason: why it failed, or what a finished
+    status: as `softsim.study.cases` names them. reason: why it failed, or what a finished
     run missed of what its scene expects. wall_time: of its last attempt [s]. summary: of its run.
     """
 

@@ -13,12 +13,10 @@ from softsim.output.folder import RunFolder
 from softsim.output.study_folder import CASES
 from softsim.scene.tree import nearest
 from softsim.study.axes import Goal
-from softsim.study.case import Case
-from softsim.study.loaded import LoadedStudy
+from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case, case_key, resolved
+from softsim.study.loading import LoadedStudy
 from softsim.study.measures import MeasureColumn
-from softsim.study.objective import Objective
-from softsim.study.resolution import case_key, resolved
-from softsim.study.status import DONE, FAILED, LOST, PRUNED
+from softsim.study.schema import Objective
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome

@@ -8,9 +8,9 @@ import polars
 
 from softsim.output.study_folder import CASES, StudyRecord
 from softsim.study.axes import Axis
-from softsim.study.loaded import REPEAT, LoadedStudy
+from softsim.study.cases import key_of
+from softsim.study.loading import REPEAT, LoadedStudy
 from softsim.study.preview import settings
-from softsim.study.resolution import key_of
 from softsim.sweep.job import Job, known_outcome
 from softsim.sweep.table import StudyTable
 

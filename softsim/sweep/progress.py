@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from softsim.output.console import PLAIN_EVERY
-from softsim.study.status import DONE
+from softsim.study.cases import DONE
 from softsim.sweep.job import Outcome
 
 

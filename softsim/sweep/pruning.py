@@ -10,10 +10,9 @@ import optuna
 from softsim.builder import build_model
 from softsim.model import Model
 from softsim.output.measures import measures
-from softsim.study.case import Case
+from softsim.study.cases import Case, resolved
 from softsim.study.measures import MeasureColumn
-from softsim.study.objective import Prune
-from softsim.study.resolution import resolved
+from softsim.study.schema import Prune
 from softsim.sweep.trials import NAME, storage_in, trial_in
 
 PARTS = 10

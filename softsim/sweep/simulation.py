@@ -11,7 +11,7 @@ from softsim.machine import chosen_device
 from softsim.output.checkpoint import read_checkpoint
 from softsim.output.folder import CHECKPOINT
 from softsim.scene.loading import LoadedScene
-from softsim.study.resolution import case_key, load_source
+from softsim.study.cases import case_key, load_source
 from softsim.sweep.job import Job
 
 

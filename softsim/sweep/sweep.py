@@ -10,8 +10,8 @@ from rich.console import Console
 from softsim.errors import Interrupted
 from softsim.output.folder import RunFolder
 from softsim.output.study_folder import CASES
-from softsim.study.loaded import LoadedStudy
-from softsim.study.status import LOST, PRUNED
+from softsim.study.cases import LOST, PRUNED
+from softsim.study.loading import LoadedStudy
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.ledger import kept_ledger

@@ -6,9 +6,8 @@ from typing import Any
 import polars
 
 from softsim.study.axes import Axis, column
-from softsim.study.case import Case, Value
+from softsim.study.cases import WAITING, Case, Value
 from softsim.study.measures import MeasureColumn
-from softsim.study.status import WAITING
 from softsim.sweep.job import Job, Outcome
 
 VERDICT = ("layout", "verdict")

@@ -20,9 +20,9 @@ from optuna.study import StudyDirection
 from optuna.trial import TrialState
 
 from softsim.errors import OutputError
-from softsim.study.case import Value
+from softsim.study.cases import Value
 from softsim.study.measures import MeasureColumn
-from softsim.study.spacing import Interval, Space, rounded
+from softsim.study.values import Interval, Space, rounded
 from softsim.sweep.even_start import START, EvenStart
 
 JOURNAL = "trials.journal"

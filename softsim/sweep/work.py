@@ -9,7 +9,7 @@ from pathlib import Path
 from softsim.errors import ClusterError, ExpectationError, Interrupted, OutputError, SoftsimError
 from softsim.output.folder import CHECKPOINT, HISTORY, RESULTS, explained, read_summary
 from softsim.output.history import thin_history
-from softsim.study.status import DONE, FAILED, LOST, PRUNED, WAITING
+from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 from softsim.sweep.job import CASE, FAILURE, THIN, Job, Outcome, stored_outcome, write_outcome
 
 HISTORY_ROWS = 1000

@@ -7,8 +7,7 @@ import pytest
 import stand_ins
 
 from softsim.errors import OutputError
-from softsim.study.case import Case, Source
-from softsim.study.status import DONE, FAILED, LOST
+from softsim.study.cases import DONE, FAILED, LOST, Case, Source
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job
 

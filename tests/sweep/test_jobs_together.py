@@ -4,7 +4,7 @@ import pytest
 
 import softsim.run
 from softsim.errors import Interrupted, OutputError
-from softsim.study.case import Case, Source
+from softsim.study.cases import Case, Source
 from softsim.sweep import simulation
 from softsim.sweep.job import Job
 

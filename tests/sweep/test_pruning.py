@@ -5,10 +5,10 @@ import pickle
 import pytest
 from falling_block import BLOCK
 
-from softsim.study.case import Case, Source
+from softsim.study.cases import Case, Source
 from softsim.study.measures import MeasureColumn
-from softsim.study.objective import Prune
-from softsim.study.spacing import Interval
+from softsim.study.schema import Prune
+from softsim.study.values import Interval
 from softsim.sweep.pruning import PruningWatch
 from softsim.sweep.trials import Trials
 

@@ -20,8 +20,8 @@ from rich.console import Console
 from softsim.commands.sweep import print_results
 from softsim.errors import ClusterError, OutputError
 from softsim.output.study_folder import read_study, read_table
+from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
-from softsim.study.status import DONE, FAILED, WAITING
 from softsim.sweep.claim import claimed
 from softsim.sweep.crew import crew_for, remote_crew
 from softsim.sweep.planning import collect

@@ -5,7 +5,7 @@ from itertools import islice
 import pytest
 
 from softsim.study.measures import MeasureColumn
-from softsim.study.spacing import Interval
+from softsim.study.values import Interval
 from softsim.sweep.even_start import START
 from softsim.sweep.trials import Trials
 

@@ -12,7 +12,7 @@ from softsim.report.study.findings import Findings
 from softsim.report.study.scale import Scale
 from softsim.report.study.wording import BEST, best_in_words
 from softsim.report.style import QUIET, RED
-from softsim.study.status import FAILED, LOST, PRUNED
+from softsim.study.cases import FAILED, LOST, PRUNED
 
 LEGEND_ROOM = 100
 """Characters of a line of the legend, with what stands before its entries."""

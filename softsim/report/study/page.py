@@ -13,7 +13,7 @@ from softsim.report.study.findings import Findings
 from softsim.report.study.scale import title_of
 from softsim.report.study.wording import best_in_words, written
 from softsim.report.wording import duration
-from softsim.study.status import DONE, FAILED, LOST, PRUNED, WAITING
+from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 
 MOST_LEVELS = 12
 """Levels of a factor that are named one by one."""
