@@ -26,7 +26,7 @@ from softsim.sweep.crew import local_crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job, known_outcome
 from softsim.sweep.job import Outcome as Stored
-from softsim.sweep.simulation import simulate
+from softsim.sweep.work import simulate
 from validation.progress import CaseProgress
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"

@@ -15,7 +15,7 @@ from softsim.output.study_folder import TABLE_TEXT
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED
 from softsim.study.loading import LoadedStudy
 from softsim.study.preview import describe
-from softsim.sweep.planning import fill, jobs_of, table_of
+from softsim.sweep.sweep import fill, jobs_of, table_of
 
 MANY = 10_000
 """Cases above which one is asked whether that many are meant."""

@@ -13,8 +13,7 @@ from softsim.interruption import stop_signals
 from softsim.study.cases import LOST, WAITING
 from softsim.sweep.crew import Crew
 from softsim.sweep.job import Job, Outcome, known_outcome, write_outcome
-from softsim.sweep.simulation import simulate
-from softsim.sweep.work import Simulate, work
+from softsim.sweep.work import Simulate, simulate, work
 
 POLL = 0.25
 """Seconds between looks for a signal."""

@@ -1,14 +1,14 @@
 """An optimisation: trials, each a case of which the results so far choose the values."""
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, closing
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 
 import polars
 from rich.console import Console
 
-from softsim.errors import Interrupted, OutputError, SceneError
+from softsim.errors import OutputError, SceneError
 from softsim.output.folder import RunFolder
 from softsim.output.study_folder import CASES
 from softsim.scene.tree import nearest
@@ -20,14 +20,10 @@ from softsim.study.schema import Objective
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome
-from softsim.sweep.ledger import kept_ledger
-from softsim.sweep.planning import record_of
-from softsim.sweep.progress import StudyProgress
-from softsim.sweep.pruning import PruningWatch
-from softsim.sweep.simulation import simulate
-from softsim.sweep.table import StudyTable
-from softsim.sweep.trials import JOURNAL, Trials
-from softsim.sweep.work import Simulate
+from softsim.sweep.ledger import StudyTable, kept_ledger
+from softsim.sweep.sweep import record_of
+from softsim.sweep.trials import JOURNAL, PruningWatch, Trials
+from softsim.sweep.work import Simulate, simulate
 
 
 def optimize(
@@ -64,17 +60,12 @@ def optimize(
     record = replace(
         record_of(study, count), repeats=1, plots=study.plots if study.study.plots else ()
     )
-    progress = StudyProgress(max(0, count - len(table.rows)), console)
-
-    def meanwhile(in_flight: int) -> None:
-        progress.show(in_flight)
-        ledger.write_if_due()
+    left = max(0, count - len(table.rows))
 
     def note(job: Job, outcome: Outcome) -> None:
         value = column.value(outcome.summary) if outcome.status == DONE else None
         trials.tell(job.case.number, value, outcome.status == PRUNED)
         ledger.note(job, outcome)
-        progress.note(outcome)
 
     def jobs() -> Iterator[Job]:
         for trial in trials.to_run(count):
@@ -84,14 +75,11 @@ def optimize(
             except SceneError as error:
                 note(*plan.refused(case, error))
 
-    try:
-        with closing(progress), kept_ledger(folder, record, table) as ledger:
-            if trials.is_open(count):
-                with crew as workers:
-                    for ended in completed(jobs(), workers, (LOST,), 1, meanwhile, simulate):
-                        note(*ended)
-    except Interrupted as stop:
-        raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
+    with kept_ledger(folder, record, table, left, console) as ledger:
+        if trials.is_open(count):
+            with crew as workers:
+                for ended in completed(jobs(), workers, (LOST,), 1, ledger.keep_up, simulate):
+                    note(*ended)
     return table.frame()
 
 

@@ -22,10 +22,9 @@ from softsim.errors import ClusterError, OutputError
 from softsim.output.study_folder import read_study, read_table
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
-from softsim.sweep.claim import claimed
 from softsim.sweep.crew import crew_for, remote_crew
-from softsim.sweep.planning import collect
-from softsim.sweep.sweep import sweep
+from softsim.sweep.ledger import claimed
+from softsim.sweep.sweep import collect, sweep
 
 WALL_TIME = "wall_time [s]"
 HERE = Path(__file__).parent

@@ -6,8 +6,7 @@ import pytest
 
 from softsim.study.measures import MeasureColumn
 from softsim.study.values import Interval
-from softsim.sweep.even_start import START
-from softsim.sweep.trials import Trials
+from softsim.sweep.trials import START, Trials
 
 SPACE = {
     "rate": Interval(1.0, 100.0, logarithmic=True),
