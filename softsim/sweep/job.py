@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from softsim.errors import OutputError
-from softsim.output.folder import RunFolder, read_summary
+from softsim.output.folder import RunFolder, explained, read_summary
 from softsim.output.watch import Watch
 from softsim.study.cases import Case
 
 CASE = "case.json"
 FAILURE = "failure.txt"
+STARTS = "starts"
 
 THIN, EVERYTHING = "thin", "everything"
 """What is kept of a case: a thinned history and no fields, or all that a run leaves."""
@@ -91,3 +92,21 @@ def known_outcome(job: Job, again: Collection[str]) -> Outcome | None:
     """
     outcome = stored_outcome(job.folder)
     return None if outcome is None or outcome.status in again else outcome
+
+
+def note_start(job: Job) -> None:
+    """Note that a worker begins with a job: what brings its process down leaves the note."""
+    with (job.folder / STARTS).open("a", encoding="utf-8") as stream:
+        stream.write(".")
+
+
+def starts(job: Job) -> int:
+    """How often a worker has begun with a job since it was given out, without coming to an end."""
+    file = job.folder / STARTS
+    return file.stat().st_size if file.is_file() else 0
+
+
+def forget_starts(job: Job) -> None:
+    """Nothing has begun yet, or it has come to an end. Raises OutputError."""
+    with explained(job.folder / STARTS):
+        (job.folder / STARTS).unlink(missing_ok=True)

@@ -33,6 +33,8 @@ from softsim.sweep.job import (
     THIN,
     Job,
     Outcome,
+    forget_starts,
+    note_start,
     stored_outcome,
     write_outcome,
 )
@@ -80,10 +82,12 @@ def _prepare(job: Job) -> None:
     job.folder.mkdir(exist_ok=True)
     for stale in (CASE, FAILURE):
         (job.folder / stale).unlink(missing_ok=True)
+    note_start(job)
 
 
 def _end(job: Job, fault: Exception | None, wall_time: float) -> Outcome:
     """What came of a job, written down unless it is to go on later."""
+    forget_starts(job)
     if isinstance(fault, Interrupted):
         return Outcome(job.key, WAITING)
     summary = read_summary(job.folder)
