@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from softsim.cli.explaining import explained
+from softsim.cli.options import explained
 from softsim.errors import OutputError
 
 

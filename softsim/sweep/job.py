@@ -8,8 +8,10 @@ from typing import Any
 
 from softsim.errors import OutputError
 from softsim.output.folder import RunFolder, explained, read_summary
+from softsim.output.study_folder import CASES
 from softsim.output.watch import Watch
-from softsim.study.cases import Case
+from softsim.study.cases import Case, key_of
+from softsim.study.loading import LoadedStudy
 
 CASE = "case.json"
 FAILURE = "failure.txt"
@@ -33,6 +35,13 @@ class Job:
     device: str = "auto"
     keep: str = THIN
     watches: tuple[Watch, ...] = ()
+
+
+def jobs_of(study: LoadedStudy, folder: Path, device: str = "auto") -> list[Job]:
+    """The job of each case, in the order of the table."""
+    cases = folder.resolve() / CASES
+    keyed = [(case, key_of(case)) for case in study.cases()]
+    return [Job(case, key, cases / key, device, study.study.keep) for case, key in keyed]
 
 
 @dataclass(frozen=True)

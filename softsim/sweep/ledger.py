@@ -4,10 +4,11 @@ import os
 import socket
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from datetime import datetime, timedelta
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,10 @@ from softsim.output.study_folder import (
 )
 from softsim.study.axes import Axis, column
 from softsim.study.cases import DONE, WAITING
+from softsim.study.loading import REPEAT, LoadedStudy
 from softsim.study.measures import MeasureColumn
-from softsim.sweep.job import Job, Outcome
+from softsim.study.preview import settings
+from softsim.sweep.job import Job, Outcome, known_outcome
 
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
@@ -55,10 +58,18 @@ class StudyTable:
             "key": polars.String,
         }
 
-    def add_waiting(self, jobs: Iterable[Job]) -> None:
-        """A row for each job that has not ended yet."""
-        for job in jobs:
-            self.note(job, Outcome(job.key, WAITING))
+    @classmethod
+    def of(cls, study: LoadedStudy) -> "StudyTable":
+        """That of a sweep, which has a column of repeats where there are several."""
+        repeats = (Axis(REPEAT),) if study.repeats > 1 else ()
+        return cls((*study.factors, *repeats), study.measures)
+
+    def fill(self, jobs: Iterable[Job], again: Collection[str]) -> list[Job]:
+        """Note what is stored, of other statuses than `again`; the jobs that are to be run."""
+        outcomes = [(job, known_outcome(job, again)) for job in jobs]
+        for job, known in outcomes:
+            self.note(job, known or Outcome(job.key, WAITING))
+        return [job for job, known in outcomes if known is None]
 
     def note(self, job: Job, outcome: Outcome) -> None:
         """Fill in the row of a job."""
@@ -133,6 +144,22 @@ class StudyProgress:
         """Take the live line away."""
         if self.bar is not None:
             self.bar.stop()
+
+
+def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
+    """What study.json says of a study."""
+    return StudyRecord(
+        title=study.title,
+        source=str(study.path),
+        factors=tuple(study.factors),
+        measures=tuple(measure.axis for measure in study.measures),
+        plots=tuple(study.plots),
+        goal=study.goal,
+        repeats=study.repeats,
+        case_count=case_count,
+        version=version("softsim"),
+        settings=dict(settings(study)),
+    )
 
 
 class Ledger:

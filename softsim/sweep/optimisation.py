@@ -20,8 +20,7 @@ from softsim.study.schema import Objective
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome
-from softsim.sweep.ledger import StudyTable, kept_ledger
-from softsim.sweep.sweep import record_of
+from softsim.sweep.ledger import StudyTable, kept_ledger, record_of
 from softsim.sweep.trials import JOURNAL, PruningWatch, Trials
 from softsim.sweep.work import Simulate, simulate
 

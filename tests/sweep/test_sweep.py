@@ -17,7 +17,7 @@ import stand_ins
 from polars.testing import assert_frame_equal
 from rich.console import Console
 
-from softsim.commands.sweep import print_results
+from softsim.cli.study_tables import print_results
 from softsim.errors import ClusterError, OutputError
 from softsim.output.study_folder import read_study, read_table
 from softsim.study.cases import DONE, FAILED, WAITING

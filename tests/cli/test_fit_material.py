@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from softsim.cli.calibration import LawName
+from softsim.cli.materials import LawName
 from softsim.materials.laws import LAWS
 from softsim.materials.modes import UNIAXIAL
 from softsim.materials.yeoh import Yeoh
