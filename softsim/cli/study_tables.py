@@ -25,7 +25,7 @@ MANY = 10_000
 """Cases above which one is asked whether that many are meant."""
 
 GPU_BATCH = 256
-"""Cases at once on a graphics card, which share its launches; as many are lost if it fails."""
+"""Cases at once on a graphics card, which share its launches; if one fails, each runs alone."""
 
 MOST_SHOWN = 30
 """Rows of a table for people."""
