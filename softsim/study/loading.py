@@ -71,20 +71,16 @@ class LoadedStudy:
         """All cases, in the order of the table; repeats of a case follow each other. SceneError
         where it has no design.
         """
-        return list(self._cases())
+        found: list[Case] = []
+        for point in points(self._design(), self.composition.factors, self.tree):
+            values = dict(zip(self.search_space, point, strict=True))
+            found += self._repeated(self.case(len(found) + 1, values))
+        return found
 
     def case(self, number: int, values: Mapping[str, Value]) -> Case:
         """The case with these values of the factors, unperturbed."""
         overrides = (one.override for one in self.composition.settings(values))
         return Case(number, self.composition.source(values), tuple(overrides), dict(values))
-
-    def _cases(self) -> Iterator[Case]:
-        factors, number = self.composition.factors, 1
-        for point in points(self._design(), factors, self.tree):
-            values = {f.axis.name: value for f, value in zip(factors, point, strict=True)}
-            for case in self._repeated(self.case(number, values)):
-                yield case
-                number = case.number + 1
 
     def _repeated(self, case: Case) -> Iterator[Case]:
         """The case, or its repeats."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import polars
@@ -16,7 +16,7 @@ from softsim.study.axes import Goal
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case, case_key, resolved
 from softsim.study.loading import LoadedStudy
 from softsim.study.measures import MeasureColumn
-from softsim.study.schema import Objective
+from softsim.study.schema import Objective, Prune
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome
@@ -52,7 +52,7 @@ def optimize(
     column = next(measure for measure in study.measures if measure.name == goal.measure)
     trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
     table, count = StudyTable(study.factors, study.measures), count or objective.trials
-    plan = Plan(study, folder, objective, column, device)
+    plan = Plan(folder.resolve(), column, objective.prune, device, study.study.keep)
     for trial in trials.ended():
         table.note(*plan.stored(study.case(trial.number, trial.values)))
     console.print(f"{count} trials, {len(table.rows)} of them stored")
@@ -99,19 +99,17 @@ def asked(study: LoadedStudy) -> tuple[Objective, Goal]:
     return objective, goal
 
 
+@dataclass(frozen=True)
 class Plan:
-    """Makes jobs of trials. column: the measure that is sought."""
+    """Makes jobs of trials in `folder`. column: the measure that is sought; prune: how trials are
+    stopped early; device, keep: as jobs have them.
+    """
 
-    def __init__(
-        self,
-        study: LoadedStudy,
-        folder: Path,
-        objective: Objective,
-        column: MeasureColumn,
-        device: str,
-    ) -> None:
-        self.folder, self.column, self.device = folder.resolve(), column, device
-        self.keep, self.prune = study.study.keep, objective.prune
+    folder: Path
+    column: MeasureColumn
+    prune: Prune | None
+    device: str
+    keep: str
 
     def job(self, case: Case) -> Job:
         """The job of a trial. SceneError: its values make no scene."""
