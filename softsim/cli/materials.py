@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
 
-from softsim.cli.options import Overrides, explained
+from softsim.cli.options import Overrides, explained, unheaded
 from softsim.errors import MaterialError
 
 if TYPE_CHECKING:
@@ -48,10 +47,7 @@ def fit_material(
         fit = fit_law(test, LAWS[law.value], max_strain, min_strain, terms)
         figure = out or Path(f"{file.stem}_{law.value}.png")
         draw_fit(test, fit, figure)
-        table = Table(show_header=False, box=None)
-        for row in fit_rows(fit):
-            table.add_row(*row)
-        console.print(table)
+        console.print(unheaded(fit_rows(fit)))
         console.print(f"figure  {figure}", highlight=False)
         print(f"\n{scene_snippet(test, fit, law.value)}")
 
@@ -77,10 +73,7 @@ def spectrum(
         draw_spectra(found, figure)
         for each in found:
             console.print(each.name, style="bold", highlight=False)
-            table = Table(show_header=False, box=None)
-            for row in spectra_rows(each):
-                table.add_row(*row)
-            console.print(table)
+            console.print(unheaded(spectra_rows(each)))
         console.print(f"figure  {figure}", highlight=False)
 
 

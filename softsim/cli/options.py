@@ -1,7 +1,7 @@
 """What commands share: options, where they print, how they end when their user meets an error."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.table import Table
 
 from softsim.errors import SoftsimError
 
@@ -58,3 +59,11 @@ def explained() -> Iterator[Console]:
     except SoftsimError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(error.exit_code) from error
+
+
+def unheaded(rows: Iterable[Sequence[str]]) -> Table:
+    """A table of rows of text without headings."""
+    table = Table(show_header=False, box=None)
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.table import Table
 
+from softsim.cli.options import unheaded
 from softsim.duration import predicted_duration
 from softsim.machine import Choice
 from softsim.mesh.mesh import Mesh
@@ -22,10 +23,7 @@ from softsim.solver.time_step import stable_increment
 
 def summary_table(summary: Mapping[str, Any]) -> Table:
     """What a run says of itself in a few lines."""
-    table = Table(show_header=False, box=None)
-    for row in readable(summary):
-        table.add_row(*row)
-    return table
+    return unheaded(readable(summary))
 
 
 def profile_table(profile: Mapping[str, Any]) -> Table:

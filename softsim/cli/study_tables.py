@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from softsim.cli.options import unheaded
 from softsim.errors import ClusterError, OutputError, SoftsimError
 from softsim.machine import chosen_device
 from softsim.output.study_folder import TABLE_TEXT
@@ -59,10 +60,7 @@ def asked_batch(text: str, device: str) -> int:
 
 def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
     """What varies, the cases, what is stored of them, and how many runs are left."""
-    what = Table(show_header=False, box=None)
-    for row in describe(study):
-        what.add_row(*map(escape, row))
-    console.print(what)
+    console.print(unheaded([list(map(escape, row)) for row in describe(study)]))
     jobs, table = jobs_of(study, folder), StudyTable.of(study)
     waiting = table.fill(jobs, again)
     frame = table.frame()
