@@ -17,9 +17,9 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sizes
+from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.region import Region
 from softsim.elements.ring_section import RingSection
-from softsim.elements.solid import Solid
 from softsim.errors import SoftsimError
 from softsim.model import Model
 
@@ -72,7 +72,7 @@ def write_problem(path: Path, model: Model, increment: float) -> Problem:
     cells = number[body.cells]
     cell_order = np.lexsort(np.sort(cells, axis=1).T[::-1])
     rings = geometry if isinstance(geometry, RingSection) else None
-    thickness = 1.0 if isinstance(geometry, Solid) else geometry.thickness
+    thickness = geometry.thickness if isinstance(geometry, PlaneStrain | RingSection) else 1.0
     integers = [len(order), len(cells), len(material.branches), rings is not None]
     constants = [material.bulk_modulus, *material.law.constants]
     mass = model.mass[body.nodes][:, None]

@@ -100,11 +100,11 @@ def test_memory_that_the_driver_does_not_tell_is_unknown(faulty_driver):
 
 
 def test_devices_shows_what_the_driver_reports(faulty_driver, monkeypatch):
-    from softsim.commands import devices
+    from softsim.cli import about
 
-    monkeypatch.setattr(devices, "cuda_device_count", lambda: 1)
+    monkeypatch.setattr(about, "cuda_device_count", lambda: 1)
     console = Console(file=io.StringIO(), width=200)
-    devices.print_devices(console, 0.0)
+    about.print_devices(console, 0.0)
     said = console.file.getvalue()
     assert f"the NVIDIA driver reports: {faulty_driver}" in said
     assert "of which the driver tells no name" in said

@@ -7,9 +7,9 @@ import pytest
 from rich.console import Console
 
 from softsim.builder import build_model
+from softsim.study.cases import case_key, load_source, resolved
 from softsim.study.loading import load_study
-from softsim.study.resolution import case_key, load_source, resolved
-from softsim.study.spacing import Interval
+from softsim.study.values import Interval
 
 STUDIES = Path(__file__).parents[1] / "scenes/studies"
 ALL = sorted(path.name for path in STUDIES.glob("*.yaml"))

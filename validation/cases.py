@@ -20,15 +20,13 @@ from softsim.output.history import read_history
 from softsim.output.study_folder import CASES
 from softsim.report.figures import draw_all
 from softsim.scene.loading import LoadedScene
-from softsim.study.case import Case as StudyCase
-from softsim.study.case import Source
-from softsim.study.resolution import case_key, load_source
-from softsim.study.status import DONE, FAILED, LOST
+from softsim.study.cases import DONE, FAILED, LOST, Source, case_key, load_source
+from softsim.study.cases import Case as StudyCase
 from softsim.sweep.crew import local_crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job, known_outcome
 from softsim.sweep.job import Outcome as Stored
-from softsim.sweep.simulation import simulate
+from softsim.sweep.work import simulate
 from validation.progress import CaseProgress
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"

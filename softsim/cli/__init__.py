@@ -3,10 +3,10 @@
 import typer
 
 from softsim.cli.about import devices, schema
-from softsim.cli.calibration import calibrate_section, fit_material
+from softsim.cli.materials import fit_material, spectrum
 from softsim.cli.reporting import report
 from softsim.cli.runs import assess, check, run
-from softsim.cli.spectra import spectrum
+from softsim.cli.section import calibrate_section
 from softsim.cli.studies import optimize, sweep
 
 app = typer.Typer(

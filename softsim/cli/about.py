@@ -1,12 +1,24 @@
-"""What there is: keys of scenes and studies, devices."""
+"""What there is: keys of scenes and studies, devices and how fast they are."""
 
 import json
 from enum import Enum
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.table import Table
 
-from softsim.cli.explaining import explained
+from softsim.cli.options import explained
+from softsim.errors import DeviceError
+from softsim.machine import (
+    ELEMENTS_FOR_THREADS,
+    Memory,
+    choose,
+    cores,
+    cuda_device_count,
+    graphics_card,
+    processor,
+)
 
 
 class FileKind(str, Enum):
@@ -36,6 +48,83 @@ def devices(
 ) -> None:
     """Say which devices there are, how fast they are, and which one `auto` takes."""
     with explained() as console:
-        from softsim.commands.devices import print_devices
-
         print_devices(console, seconds)
+
+
+def print_devices(console: Console, seconds: float) -> None:
+    """The table of devices; rates measured for `seconds` in all, 0 leaves them out."""
+    faults: list[str] = []
+    described = {"cpu": _cpu()}
+    if cuda_device_count():
+        described["cuda"] = _cuda(faults)
+    table = Table("device", "what", "memory free", box=None)
+    rates: dict[str, list[str]] = {name: [] for name in described}
+    if seconds > 0.0:
+        console.print("measuring; the first time kernels are compiled, for a minute or so")
+        for heading, measured in _rates(list(described), seconds, faults).items():
+            table.add_column(heading, justify="right")
+            for name, rate in measured.items():
+                rates[name].append(rate)
+    for name, columns in described.items():
+        table.add_row(name, *columns, *rates[name])
+    console.print(table)
+    if "cuda" not in described:
+        console.print(f"cuda: {_why_there_is_none()}")
+    for fault in faults:
+        console.print(fault, highlight=False)
+    console.print(
+        f"auto takes {choose().device}; --threads auto takes one thread below "
+        f"{ELEMENTS_FOR_THREADS:,} elements, else all",
+        highlight=False,
+    )
+
+
+def _cpu() -> list[str]:
+    cpu = processor()
+    return [f"{cpu.name}, {cores(cpu.cores)}", _free(cpu.memory)]
+
+
+def _cuda(faults: list[str]) -> list[str]:
+    try:
+        card = graphics_card()
+    except DeviceError as fault:
+        faults.append(f"cuda: {fault}")
+        card = None
+    if card is None:
+        return ["a CUDA device of which the driver tells no name", ""]
+    return [f"{card.name}, driver {card.driver}", _free(card.memory)]
+
+
+def _why_there_is_none() -> str:
+    """Why no CUDA device answers, as far as the driver tells."""
+    try:
+        card = graphics_card()
+    except DeviceError as fault:
+        return str(fault)
+    if card is None:
+        return "no NVIDIA driver answers"
+    return f"there is a {card.name} with driver {card.driver}, but CUDA does not answer on it"
+
+
+def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, dict[str, str]]:
+    """Heading -> device -> rate, of a small mesh on one thread and a large one on all."""
+    from softsim.run.cost import LARGE, SECTION, measured_rate  # Taichi is imported here
+
+    everything = processor().cores
+    each = seconds / (2 * len(devices))
+    columns: dict[str, dict[str, str]] = {}
+    for work, threads in ((SECTION, 1), (LARGE, everything)):
+        heading = f"{work.elements:,} triangles\n{threads} thread{'s' if threads > 1 else ''}"
+        columns[heading] = {}
+        for device in devices:
+            try:
+                rate = measured_rate(device, threads if device == "cpu" else 1, work, each)
+                columns[heading][device] = f"{rate / 1e6:.1f} M/s"
+            except DeviceError as fault:
+                columns[heading][device] = "fails"
+                faults.append(f"{device}, {work.elements:,} triangles: {fault}")
+    return columns
+
+
+def _free(memory: Memory) -> str:
+    return f"{memory.free / 1e9:.1f} of {memory.total / 1e9:.1f} GB"

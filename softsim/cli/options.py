@@ -1,10 +1,17 @@
-"""Options that several commands share."""
+"""What commands share: options, where they print, how they end when their user meets an error."""
 
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
+from rich.table import Table
+
+from softsim.errors import SoftsimError
 
 ScenePath = Annotated[Path, typer.Argument(help="Scene file (YAML).", show_default=False)]
 Overrides = Annotated[
@@ -41,3 +48,22 @@ class Precision(str, Enum):
     """Precision of state and forces."""
 
     f64 = "f64"
+
+
+@contextmanager
+def explained() -> Iterator[Console]:
+    """A console for the command; an error for the user ends it with its exit code."""
+    console = Console()
+    try:
+        yield console
+    except SoftsimError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise typer.Exit(error.exit_code) from error
+
+
+def unheaded(rows: Iterable[Sequence[str]]) -> Table:
+    """A table of rows of text without headings."""
+    table = Table(show_header=False, box=None)
+    for row in rows:
+        table.add_row(*row)
+    return table

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from softsim.cli.explaining import explained
+from softsim.cli.options import explained
 from softsim.errors import OutputError
 
 
@@ -17,24 +17,24 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
 
         if is_study(folder):
             report_study(folder, console)
-        else:
-            refuse_without_run(folder)
+        elif has_run(folder):
             report_run(folder, console)
+        else:
+            raise OutputError(
+                f"{folder} is the folder of neither a run nor a study",
+                hint="name one that softsim run, assess, sweep or optimize has written",
+            )
 
 
 def report_what_there_is(folder: Path, console: Console) -> None:
     """The report of a run, unless it ended before it had a history."""
-    if (folder / "history.csv").is_file():
+    if has_run(folder):
         report_run(folder, console)
 
 
-def refuse_without_run(folder: Path) -> None:
-    """Raise OutputError unless `folder` has a run's history."""
-    if not (folder / "history.csv").is_file():
-        raise OutputError(
-            f"{folder} is the folder of neither a run nor a study",
-            hint="name one that softsim run, assess, sweep or optimize has written",
-        )
+def has_run(folder: Path) -> bool:
+    """Whether `folder` has a run's history."""
+    return (folder / "history.csv").is_file()
 
 
 def report_run(folder: Path, console: Console) -> None:

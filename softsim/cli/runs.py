@@ -6,8 +6,7 @@ from typing import Annotated
 
 import typer
 
-from softsim.cli.explaining import explained
-from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads
+from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
 from softsim.cli.reporting import report_what_there_is
 from softsim.errors import ExpectationError
 
@@ -26,7 +25,7 @@ def run(
 ) -> None:
     """Run a scene: numbers, curves and pictures into a run folder."""
     with explained() as console:
-        from softsim.commands.summary import profile_table, summary_table
+        from softsim.cli.run_tables import profile_table, summary_table
         from softsim.output.folder import read_summary
         from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
         from softsim.run import run as run_scene
@@ -69,7 +68,7 @@ def check(
         # Taichi is imported from here on: an error before is told at once.
         from softsim import backend
         from softsim.builder import build_model
-        from softsim.commands.check import model_table
+        from softsim.cli.run_tables import model_table
         from softsim.solver.memory import field_bytes, refuse_too_large
 
         model = build_model(loaded)
@@ -78,7 +77,7 @@ def check(
         refuse_too_large(model, size, choice.device, memory_of(choice.device))
         console.print(model_table(model))
         if duration:
-            from softsim.commands.duration import duration_table
+            from softsim.cli.run_tables import duration_table
 
             console.print(duration_table(loaded, model, choice))
         console.print(f"{scene}: fine")
@@ -103,7 +102,7 @@ def assess(
     soon as the verdict is there.
     """
     with explained() as console:
-        from softsim.commands.layout import segments_table
+        from softsim.cli.run_tables import segments_table
         from softsim.output.folder import read_summary
         from softsim.scene.assessment import load_layout
 

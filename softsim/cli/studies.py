@@ -5,8 +5,7 @@ from typing import Annotated
 
 import typer
 
-from softsim.cli.explaining import explained
-from softsim.cli.options import DeviceName, Scheduler, StudyOverrides, StudyPath, Workers
+from softsim.cli.options import DeviceName, Scheduler, StudyOverrides, StudyPath, Workers, explained
 from softsim.cli.reporting import report_study
 
 
@@ -34,23 +33,23 @@ def sweep(
     what is new.
     """
     with explained() as console:
-        from softsim.commands import sweep as command
+        from softsim.cli import study_tables
         from softsim.study.loading import load_study
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / study.stem
-        command.confirm_size(loaded, folder, yes, console)
-        again = command.again(retry_failed)
+        study_tables.confirm_size(loaded, folder, yes, console)
+        again = study_tables.again(retry_failed)
         if dry_run:
-            command.print_plan(loaded, folder, again, console)
+            study_tables.print_plan(loaded, folder, again, console)
             return
         from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.sweep import sweep as run_sweep
 
         crew = crew_for(folder, device.value, workers, scheduler)
-        size = command.asked_batch(batch, device.value)
+        size = study_tables.asked_batch(batch, device.value)
         frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
-        command.print_results(loaded, frame, folder, console)
+        study_tables.print_results(loaded, frame, folder, console)
         report_study(folder, console)
 
 
@@ -77,8 +76,7 @@ def optimize(
 
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
-        from softsim.commands.optimisation import print_best
-        from softsim.commands.sweep import print_results
+        from softsim.cli.study_tables import print_best, print_results
         from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.optimisation import optimize as run_trials  # and optuna
 

@@ -1,5 +1,6 @@
-"""What a run says of its robot, from its history."""
+"""What a run says of its robot, from its history, and whether its scene expects that."""
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,10 @@ from softsim.loads.cycles import Cycle
 from softsim.loads.tendon import TendonData
 from softsim.model import Model
 from softsim.output.motion import walk_pressures, whole_cycles
+from softsim.output.passage import Verdict
 from softsim.output.verdict import layout_report
 from softsim.output.vibration import dominant_frequency
-from softsim.scene.outputs import probe_columns
+from softsim.scene.outputs import Expect, Range, probe_columns
 
 History = dict[str, np.ndarray]
 
@@ -131,3 +133,36 @@ def last_probes(model: Model, history: History) -> dict[str, float]:
     axes = "xyz"[: model.dimension]
     names = [name for probe in model.probes for name in probe_columns(probe.name, probe.kind, axes)]
     return {name: float(history[name][-1]) for name in names}
+
+
+def failed_expectations(expect: Expect, found: dict[str, Any]) -> str | None:
+    """What `expect` demands and `found` (name -> value, or values that all count) does not keep.
+
+    None if all is as expected.
+    """
+    wrong = [*other_verdict(expect, found), *outside_limits(expect, found)]
+    return "not as the scene expects: " + "; ".join(wrong) if wrong else None
+
+
+def other_verdict(expect: Expect, found: dict[str, Any]) -> Iterator[str]:
+    """The verdict of a layout, where it is not the expected one; unfinished is never expected."""
+    if expect.passes is None:
+        return
+    expected = Verdict.PASSED if expect.passes else Verdict.STUCK
+    if "layout" not in found:
+        yield f"verdict {expected.value}, found none"
+    elif found["layout"]["verdict"] != expected.value:
+        yield f"verdict {expected.value}, found {found['layout']['sentence']}"
+
+
+def outside_limits(expect: Expect, found: dict[str, Any]) -> Iterator[str]:
+    """Values outside the limits that the scene gives for them."""
+    for name, limits in expect:
+        if not isinstance(limits, Range):
+            continue
+        value = found.get(name)
+        low = -np.inf if limits.min is None else limits.min
+        high = np.inf if limits.max is None else limits.max
+        for v in value if isinstance(value, list) else [value]:
+            if v is None or not low <= v <= high:
+                yield f"{name}: {v} is outside [{low:g}, {high:g}]"

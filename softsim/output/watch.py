@@ -32,3 +32,17 @@ def see_history(watches: Sequence[Watch], history: Mapping[str, np.ndarray]) -> 
 def ended_by(watches: Sequence[Watch]) -> str | None:
     """Name of the watch that ended the run, None where none did."""
     return next((watch.name for watch in watches if watch.is_over), None)
+
+
+class CycleWatch:
+    """A watch that ends a run when so many pressure cycles are done."""
+
+    name = "cycles"
+
+    def __init__(self, cycles: int) -> None:
+        self.cycles = cycles
+        self.is_over = False
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """A row of the history."""
+        self.is_over = self.is_over or row["cycles_done"] >= self.cycles

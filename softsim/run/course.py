@@ -17,13 +17,11 @@ from softsim import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
 from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
-from softsim.output.cycle_watch import CycleWatch
-from softsim.output.expectations import failed_expectations
-from softsim.output.measures import measures
+from softsim.output.measures import failed_expectations, measures
 from softsim.output.observation import observe
 from softsim.output.passage import PassageWatch
 from softsim.output.progress import Progress
-from softsim.output.watch import Watch, ended_by, see_history
+from softsim.output.watch import CycleWatch, Watch, ended_by, see_history
 from softsim.run.control import feedback
 from softsim.run.files import RunFiles
 from softsim.solver.chatter import chatter_warnings

@@ -95,9 +95,9 @@ def produced(scene: Scene) -> dict[str, Measure]:
 
     A run that is too short for it tells nothing, or less: of pressure cycles only whole ones count.
     """
-    chambers = [load for load in scene.loads.values() if load.kind in CHAMBERS]
-    first = chambers[0] if chambers else None
-    profile = first.profile if isinstance(first, FollowerPressure) else None
+    chambers = {name: load for name, load in scene.loads.items() if load.kind in CHAMBERS}
+    chamber = chambers.get(scene.robot.chamber or next(iter(chambers), ""))
+    profile = chamber.profile if isinstance(chamber, FollowerPressure) else None
     found = OF_RUNS | OF_BODIES
     if scene.rigid_bodies:
         found |= OF_RIGID_BODIES

@@ -1,6 +1,14 @@
-"""What a study's table has columns for, what is drawn of it, and what counts as best in it."""
+"""Columns of a study's table as figures see them, and what is drawn: as the study says, or chosen
+by its factors.
+"""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+from softsim.errors import SceneError
+from softsim.scene.reporting import did_you_mean
+from softsim.scene.tree import Tree, child, listed
+from softsim.study.schema import PlotPart
 
 
 def column(name: str, unit: str = "") -> str:
@@ -45,3 +53,53 @@ class Goal:
 
     measure: str
     sense: str
+
+
+AXES = ("x", "y", "by", "colour")
+FACTORS_ONLY = {"curve": ("by",), "heat_map": ("x", "y")}
+
+
+def given_plots(
+    parts: Sequence[PlotPart], tree: Tree, factors: Sequence[Axis], measures: Sequence[Axis]
+) -> tuple[Plot, ...]:
+    """The plots that a study asks for. SceneError: an axis that it does not have."""
+    for part, held in zip(parts, listed(tree, "plots"), strict=True):
+        for role in AXES:
+            _refuse_unknown(part.kind, role, child(held, role), factors, measures)
+    return tuple(Plot(**part.model_dump()) for part in parts)
+
+
+def _refuse_unknown(
+    kind: str,
+    role: str,
+    named: Tree | None,
+    factors: Sequence[Axis],
+    measures: Sequence[Axis],
+) -> None:
+    if named is None or named.value is None:
+        return
+    allowed = [axis.name for axis in factors]
+    what = "factor"
+    if role not in FACTORS_ONLY.get(kind, ()):
+        allowed += [axis.name for axis in measures]
+        what = "factor or measure"
+    if named.text not in allowed:
+        message = f"{role}: there is no {what} {named.text!r}"
+        raise SceneError(message, did_you_mean(named.text, allowed), named.origin)
+
+
+def chosen_plots(
+    factors: Sequence[Axis], measures: Sequence[Axis], is_grid: bool
+) -> tuple[Plot, ...]:
+    """Plots of each measure that is a number. Of one factor a curve. Of two in a grid a heat map,
+    where a label is among them a curve a value of it. Else a scatter over each factor.
+    """
+    shown = [axis.name for axis in measures if not axis.is_label]
+    if len(factors) == 1:
+        return tuple(Plot("curve", factors[0].name, name) for name in shown)
+    if len(factors) > 2 or not is_grid:
+        return tuple(Plot("scatter", axis.name, name) for name in shown for axis in factors)
+    x, other = sorted(factors, key=lambda axis: axis.is_label)
+    if other.is_label:
+        return tuple(Plot("curve", x.name, name, by=other.name) for name in shown)
+    return tuple(Plot("heat_map", x.name, other.name, colour=name) for name in shown)

@@ -1,28 +1,109 @@
-"""Study files: read, and checked against the scenes that they name."""
+"""A study, read from a file or from Python values and checked: its columns and its cases."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
-from softsim.errors import SceneError
+from softsim.errors import Option, SceneError
 from softsim.scene.measures import Measure, produced
 from softsim.scene.reporting import scene_error
-from softsim.scene.tree import Keys, Tree, entries, nearest, plain
+from softsim.scene.tree import Keys, Scalar, Tree, entries, nearest, plain
 from softsim.scene.yaml_reading import read_file
-from softsim.study.axes import Goal
-from softsim.study.checking import checked_scenes
-from softsim.study.composition import composed
-from softsim.study.designs import refuse_misfit
-from softsim.study.goal import goal_of, mismatch_column
-from softsim.study.loaded import REPEAT, LoadedStudy
-from softsim.study.measures import MeasureColumn, measure_column
-from softsim.study.plots import chosen_plots, given_plots
-from softsim.study.python_values import tree_of
-from softsim.study.repeats import perturbations
-from softsim.study.resolution import forget_files
-from softsim.study.schema import GridDesign, Study
+from softsim.study.axes import Axis, Goal, Plot, chosen_plots, given_plots
+from softsim.study.cases import Case, Value, forget_files, resolved
+from softsim.study.check import checked_scenes
+from softsim.study.design import Composition, composed, point_count, points, refuse_misfit
+from softsim.study.measures import MeasureColumn, goal_of, measure_column, mismatch_column
+from softsim.study.repeats import Perturbation, perturbations
+from softsim.study.schema import Design, GridDesign, Study
+from softsim.study.values import Space
+
+REPEAT = "repeat"
+"""Column of the repeats."""
+
+
+@dataclass(frozen=True)
+class LoadedStudy:
+    """A valid study. path: its file; tree: what it says; design: None where it only says what to
+    optimise; goal: what is best, None where it does not say.
+    """
+
+    study: Study
+    path: Path
+    tree: Tree
+    composition: Composition
+    design: Design | None
+    perturbed: tuple[Perturbation, ...]
+    measures: tuple[MeasureColumn, ...]
+    plots: tuple[Plot, ...]
+    goal: Goal | None
+
+    @property
+    def title(self) -> str:
+        """One line for people."""
+        return self.study.title or self.path.stem.replace("_", " ")
+
+    @property
+    def factors(self) -> tuple[Axis, ...]:
+        """Columns of what varies."""
+        return tuple(factor.axis for factor in self.composition.factors)
+
+    @property
+    def repeats(self) -> int:
+        """How often each case is run."""
+        return self.study.repeats.count if self.study.repeats is not None else 1
+
+    @property
+    def search_space(self) -> dict[str, Space]:
+        """Factor -> all that it can be: an interval, or values; in the unit of its column."""
+        return {factor.axis.name: factor.space for factor in self.composition.factors}
+
+    @property
+    def case_count(self) -> int:
+        """How many cases it has, without making them. SceneError where it has no design."""
+        return point_count(self._design(), self.composition.factors) * self.repeats
+
+    def cases(self) -> list[Case]:
+        """All cases, in the order of the table; repeats of a case follow each other. SceneError
+        where it has no design.
+        """
+        found: list[Case] = []
+        for point in points(self._design(), self.composition.factors, self.tree):
+            values = dict(zip(self.search_space, point, strict=True))
+            found += self._repeated(self.case(len(found) + 1, values))
+        return found
+
+    def case(self, number: int, values: Mapping[str, Value]) -> Case:
+        """The case with these values of the factors, unperturbed."""
+        overrides = (one.override for one in self.composition.settings(values))
+        return Case(number, self.composition.source(values), tuple(overrides), dict(values))
+
+    def _repeated(self, case: Case) -> Iterator[Case]:
+        """The case, or its repeats."""
+        if not self.perturbed:
+            yield case
+            return
+        try:
+            loaded = resolved(case)
+        except SceneError:  # each repeat fails alike, and says why in its row of the table
+            loaded = None
+        for repeat in range(1, self.repeats + 1):
+            drawn = [one.setting(loaded, repeat) for one in self.perturbed] if loaded else []
+            overrides = (*case.overrides, *(one.override for one in drawn))
+            values = {**case.values, REPEAT: repeat}
+            yield Case(case.number + repeat - 1, case.source, overrides, values)
+
+    def _design(self) -> Design:
+        if self.design is None:
+            place = nearest(self.tree, ("optimize",))[0].key_origin
+            hint = "softsim optimize runs it; or give it a design: {kind: grid}"
+            raise SceneError("the study only says what to optimise, not what to run", hint, place)
+        return self.design
+
 
 TAKEN = ("case", REPEAT, "verdict", "status", "reason", "wall_time", "key")
 """Columns that every table has."""
@@ -103,3 +184,35 @@ def sought(
 def _named(tree: Tree, keys: Keys, message: str, hint: str = "") -> SceneError:
     """An error at a key."""
     return SceneError(message, hint or "give it another name", nearest(tree, keys)[0].key_origin)
+
+
+def tree_of(value: Any, place: str = "study") -> Tree:
+    """The tree of mappings, lists, texts and numbers, also of numpy; each says as its place the
+    keys that lead to it, "factors.rate.values[0]". SceneError: values of another type.
+    """
+    origin = Option(place)
+    if isinstance(value, Mapping):
+        below = {str(key): tree_of(held, _inside(place, str(key))) for key, held in value.items()}
+        return Tree(below, origin, origin)
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        entries = [tree_of(held, f"{place}[{index}]") for index, held in enumerate(value)]
+        return Tree(entries, origin, origin)
+    scalar = _scalar(value, origin)
+    return Tree(scalar, origin, origin, scalar if isinstance(scalar, str) else repr(scalar))
+
+
+def _inside(place: str, key: str) -> str:
+    return key if place == "study" else f"{place}.{key}"
+
+
+def _scalar(value: Any, origin: Option) -> Scalar:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, Path):
+        return str(value)
+    if value is None or isinstance(value, str | int | float):
+        return value
+    hint = "numbers, texts, lists and mappings of them can"
+    raise SceneError(f"a {type(value).__name__} cannot be part of a study", hint, origin)

@@ -5,8 +5,8 @@ import math
 import yaml
 
 from softsim.study.axes import Axis
-from softsim.study.loaded import LoadedStudy
-from softsim.study.spacing import Interval, Space
+from softsim.study.loading import LoadedStudy
+from softsim.study.values import Interval, Space
 
 MOST_SHOWN = 6
 """Values of a factor that are all written; of more, only some."""

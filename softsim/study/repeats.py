@@ -17,9 +17,9 @@ from softsim.scene.part import Part
 from softsim.scene.schema import Scene
 from softsim.scene.structure import Place, place_in
 from softsim.scene.tree import Keys, Tree
-from softsim.study.numbers import quantity_of
+from softsim.study.cases import Setting
 from softsim.study.schema import Repeats
-from softsim.study.settings import Setting
+from softsim.study.values import quantity_of
 
 SHARE = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*%\s*")
 

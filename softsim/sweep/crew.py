@@ -24,9 +24,6 @@ ANSWER_WITHIN = 5.0
 COUNT_EVERY = 2.0
 """Seconds between looks how many workers there are."""
 
-ATTEMPTS = 2
-"""A case whose process dies is tried so often: the first death may be another's fault."""
-
 
 class Crew:
     """Workers that each do one thing at a time, in the same thread: Taichi has one runtime a
@@ -74,7 +71,7 @@ def crew_for(
 @contextmanager
 def local_crew(workers: int) -> Iterator[Crew]:
     """So many processes of this machine; they end with this one, however it ends."""
-    settings = {"distributed.scheduler.allowed-failures": ATTEMPTS - 1}
+    settings = {"distributed.scheduler.allowed-failures": 0}  # the engine knows what to do
     with (
         dask.config.set(settings),
         LocalCluster(

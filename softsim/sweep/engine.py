@@ -2,6 +2,7 @@
 
 import signal
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from queue import Empty, SimpleQueue
 
@@ -10,17 +11,22 @@ from distributed.client import FutureCancelledError
 
 from softsim.errors import ClusterError, Interrupted, SoftsimError
 from softsim.interruption import stop_signals
-from softsim.study.status import LOST, WAITING
+from softsim.study.cases import LOST, WAITING
 from softsim.sweep.crew import Crew
-from softsim.sweep.job import Job, Outcome, known_outcome, write_outcome
-from softsim.sweep.simulation import simulate
-from softsim.sweep.work import Simulate, work
+from softsim.sweep.job import Job, Outcome, forget_starts, known_outcome, starts, write_outcome
+from softsim.sweep.work import Simulate, simulate, work
 
 POLL = 0.25
 """Seconds between looks for a signal."""
 
 PATIENCE = 60.0
 """Seconds that runs have to write their checkpoints: what compiles first comes to its end."""
+
+ATTEMPTS = 2
+"""A case is lost when its process has died so often: the first death may be another's fault."""
+
+MOST_GIVEN_OUT = 10
+"""A case is lost when it was given out so often to workers that died before they began with it."""
 
 
 def completed(
@@ -47,7 +53,7 @@ def completed(
     Interrupted: SIGINT or SIGTERM came, and the runs in flight wrote their checkpoints.
     OutputError: a disk refuses. ClusterError: the workers are gone, or cannot see the folder.
     """
-    flights = _Flights(crew, simulate, batch)
+    flights = _InFlight(crew, simulate, batch)
     queue = iter(jobs)
     is_dry = False
     with stop_signals() as asked:
@@ -56,10 +62,10 @@ def completed(
                 if not is_dry and flights.has_room():
                     job = next(queue, None)
                     is_dry = job is None
-                    yield from flights.board(job, again)
+                    yield from flights.take(job, again)
                 else:
                     meanwhile(flights.count)
-                    yield from flights.landed()
+                    yield from flights.collect()
         except ClusterError:
             raise
         except (SoftsimError, GeneratorExit):
@@ -72,16 +78,17 @@ def completed(
             raise Interrupted(f"stopped by {name}", hint="the same command goes on")
 
 
-class _Flights:
+class _InFlight:
     """What workers do now: units of up to `batch` jobs of different keys."""
 
     def __init__(self, crew: Crew, simulate: Simulate, batch: int) -> None:
         self.crew, self.simulate, self.batch = crew, simulate, batch
-        self.boarding: list[Job] = []
+        self.gathered: list[Job] = []  # for the next unit
         self.rows: dict[str, list[Job]] = {}  # key -> jobs that wait for its outcome
         self.units: dict[Future, Sequence[Job]] = {}
         self.finished: SimpleQueue[Future] = SimpleQueue()
         self.ended: set[str] = set()
+        self.given_out: Counter[str] = Counter()
 
     @property
     def count(self) -> int:
@@ -89,15 +96,15 @@ class _Flights:
         return sum(map(len, self.rows.values()))
 
     def has_room(self) -> bool:
-        """A unit a worker, so that none waits behind one that brings its worker down; one where
+        """A unit a worker, so that few wait behind one that brings its worker down; one where
         there are no workers yet.
         """
         return self.count < self.batch * max(1, self.crew.size)
 
-    def board(self, job: Job | None, again: Collection[str]) -> Iterator[tuple[Job, Outcome]]:
+    def take(self, job: Job | None, again: Collection[str]) -> Iterator[tuple[Job, Outcome]]:
         """Run a job, or wait for the one of the same key; if it is stored, here is its outcome.
 
-        None is the last one: what came together so far takes off.
+        None is the last one: what was gathered so far is submitted.
         """
         if job is not None and job.key in self.rows:
             self.rows[job.key].append(job)
@@ -107,19 +114,22 @@ class _Flights:
                 yield job, known
                 return
             self.rows[job.key] = [job]
-            self.boarding.append(job)
-        if self.boarding and (
-            job is None or len(self.boarding) == self.batch or not self.has_room()
+            self.gathered.append(job)
+        if self.gathered and (
+            job is None or len(self.gathered) == self.batch or not self.has_room()
         ):
-            self._take_off()
+            for one in self.gathered:
+                forget_starts(one)
+            self._submit(self.gathered)
+            self.gathered = []
 
-    def _take_off(self) -> None:
-        future = self.crew.submit(work, self.boarding, self.simulate)
-        self.units[future] = self.boarding
-        self.boarding = []
+    def _submit(self, unit: Sequence[Job]) -> None:
+        future = self.crew.submit(work, unit, self.simulate)
+        self.units[future] = unit
+        self.given_out.update(job.key for job in unit)
         future.add_done_callback(self.finished.put)
 
-    def landed(self) -> Iterator[tuple[Job, Outcome]]:
+    def collect(self) -> Iterator[tuple[Job, Outcome]]:
         """Each job of the next unit that ends, with its outcome; nothing if none ends soon."""
         try:
             future = self.finished.get(timeout=POLL)
@@ -135,26 +145,38 @@ class _Flights:
     def _outcomes(self, future: Future, unit: Sequence[Job]) -> Iterable[Outcome]:
         try:
             return future.result()
-        except KilledWorker as killed:
-            return [_lost(job, killed.allowed_failures + 1) for job in unit]
+        except KilledWorker:
+            return self._after_death(unit)
         except FutureCancelledError as error:
             raise ClusterError(
                 f"the workers are gone: {error}", hint="the same command goes on where it was"
             ) from error
 
+    def _after_death(self, unit: Sequence[Job]) -> Iterator[Outcome]:
+        """The outcome of a job that has brought its workers down; others are given out again.
+
+        The scheduler counts the death of a worker against everything that it had: what only waited
+        there has not begun. Of jobs that ran side by side each is to show for itself, alone.
+        """
+        for job in unit:
+            if len(unit) > 1:
+                forget_starts(job)
+            elif starts(job) >= ATTEMPTS or self.given_out[job.key] >= MOST_GIVEN_OUT:
+                yield _lost(job)
+                continue
+            self._submit([job])
+
     def ended_early(self) -> Iterator[tuple[Job, Outcome]]:
-        """Ask what flies to write its checkpoint; what came to its end all the same."""
+        """Ask what is in flight to write its checkpoint; what came to its end all the same."""
         began = time.monotonic()
         while self.units and time.monotonic() - began < PATIENCE:
             self.crew.ask_to_stop()
-            yield from self.landed()
+            yield from self.collect()
 
 
-def _lost(job: Job, attempts: int) -> Outcome:
-    """The outcome of a job that brought down so many workers: a scheduler elsewhere has its own
-    patience.
-    """
-    reason = f"its process died {attempts} times, as if killed or out of memory"
+def _lost(job: Job) -> Outcome:
+    """The outcome of a job that brings its workers down."""
+    reason = f"its process died {starts(job)} times, as if killed or out of memory"
     outcome = Outcome(job.key, LOST, reason)
     write_outcome(job, outcome)
     return outcome

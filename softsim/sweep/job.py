@@ -7,12 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from softsim.errors import OutputError
-from softsim.output.folder import RunFolder, read_summary
+from softsim.output.folder import RunFolder, explained, read_summary
+from softsim.output.study_folder import CASES
 from softsim.output.watch import Watch
-from softsim.study.case import Case
+from softsim.study.cases import Case, key_of
+from softsim.study.loading import LoadedStudy
 
 CASE = "case.json"
 FAILURE = "failure.txt"
+STARTS = "starts"
 
 THIN, EVERYTHING = "thin", "everything"
 """What is kept of a case: a thinned history and no fields, or all that a run leaves."""
@@ -34,11 +37,18 @@ class Job:
     watches: tuple[Watch, ...] = ()
 
 
+def jobs_of(study: LoadedStudy, folder: Path, device: str = "auto") -> list[Job]:
+    """The job of each case, in the order of the table."""
+    cases = folder.resolve() / CASES
+    keyed = [(case, key_of(case)) for case in study.cases()]
+    return [Job(case, key, cases / key, device, study.study.keep) for case, key in keyed]
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What came of a job.
 
-    status: as `softsim.study.status` names them. reason: why it failed, or what a finished
+    status: as `softsim.study.cases` names them. reason: why it failed, or what a finished
     run missed of what its scene expects. wall_time: of its last attempt [s]. summary: of its run.
     """
 
@@ -91,3 +101,21 @@ def known_outcome(job: Job, again: Collection[str]) -> Outcome | None:
     """
     outcome = stored_outcome(job.folder)
     return None if outcome is None or outcome.status in again else outcome
+
+
+def note_start(job: Job) -> None:
+    """Note that a worker begins with a job: what brings its process down leaves the note."""
+    with (job.folder / STARTS).open("a", encoding="utf-8") as stream:
+        stream.write(".")
+
+
+def starts(job: Job) -> int:
+    """How often a worker has begun with a job since it was given out, without coming to an end."""
+    file = job.folder / STARTS
+    return file.stat().st_size if file.is_file() else 0
+
+
+def forget_starts(job: Job) -> None:
+    """Nothing has begun yet, or it has come to an end. Raises OutputError."""
+    with explained(job.folder / STARTS):
+        (job.folder / STARTS).unlink(missing_ok=True)

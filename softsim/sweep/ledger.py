@@ -1,11 +1,25 @@
-"""The files of a study while it runs: its table and its record, never older than ten seconds."""
+"""What a study keeps while it runs: its table, the files of its folder, a line of progress."""
 
+import os
+import socket
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import replace
+from datetime import datetime, timedelta
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
+import polars
+from filelock import FileLock, Timeout
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from softsim.errors import Interrupted, OutputError
+from softsim.output.console import PLAIN_EVERY
+from softsim.output.folder import explained
 from softsim.output.study_folder import (
     StudyRecord,
     is_study,
@@ -13,19 +27,150 @@ from softsim.output.study_folder import (
     write_study,
     write_table,
 )
-from softsim.sweep.claim import claimed
-from softsim.sweep.job import Job, Outcome
-from softsim.sweep.table import StudyTable
+from softsim.study.axes import Axis, column
+from softsim.study.cases import DONE, WAITING
+from softsim.study.loading import REPEAT, LoadedStudy
+from softsim.study.measures import MeasureColumn
+from softsim.study.preview import settings
+from softsim.sweep.job import Job, Outcome, known_outcome
 
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
 
+LOCK, OWNER = ".lock", ".owner"
+"""Files in a study's folder: held by whoever works there, and who that is."""
+
+
+class StudyTable:
+    """Rows of cases, in the order of their numbers. Columns: see `softsim.output.study_folder`."""
+
+    def __init__(self, factors: Sequence[Axis], measures: Sequence[MeasureColumn]) -> None:
+        self.factors, self.measures = factors, measures
+        self.rows: dict[int, dict[str, Any]] = {}
+        axes = (*factors, *measures)
+        self.schema = {
+            "case": polars.Int64,
+            **{axis.column: polars.String if axis.is_label else polars.Float64 for axis in axes},
+            "verdict": polars.String,
+            "status": polars.String,
+            "reason": polars.String,
+            column("wall_time", "s"): polars.Float64,
+            "key": polars.String,
+        }
+
+    @classmethod
+    def of(cls, study: LoadedStudy) -> "StudyTable":
+        """That of a sweep, which has a column of repeats where there are several."""
+        repeats = (Axis(REPEAT),) if study.repeats > 1 else ()
+        return cls((*study.factors, *repeats), study.measures)
+
+    def fill(self, jobs: Iterable[Job], again: Collection[str]) -> list[Job]:
+        """Note what is stored, of other statuses than `again`; the jobs that are to be run."""
+        outcomes = [(job, known_outcome(job, again)) for job in jobs]
+        for job, known in outcomes:
+            self.note(job, known or Outcome(job.key, WAITING))
+        return [job for job, known in outcomes if known is None]
+
+    def note(self, job: Job, outcome: Outcome) -> None:
+        """Fill in the row of a job."""
+        self.rows[job.case.number] = {
+            "case": job.case.number,
+            **{factor.column: job.case.values[factor.name] for factor in self.factors},
+            **{measure.column: measure.value(outcome.summary) for measure in self.measures},
+            "verdict": outcome.summary.get("layout", {}).get("verdict"),
+            "status": outcome.status,
+            "reason": outcome.reason or None,
+            column("wall_time", "s"): outcome.wall_time or None,
+            "key": outcome.key,
+        }
+
+    def frame(self) -> polars.DataFrame:
+        """The table as it is now; without the column of verdicts where there are none."""
+        rows = [self.rows[number] for number in sorted(self.rows)]
+        frame = polars.DataFrame(rows, schema=self.schema, orient="row")
+        has_verdicts = frame["verdict"].is_not_null().any()
+        return frame if has_verdicts else frame.drop("verdict")
+
+
+class StudyProgress:
+    """How many cases of this session have ended, and when all will have: a live line on a terminal
+    or in a notebook, else a plain line now and then.
+    """
+
+    def __init__(self, count: int, console: Console) -> None:
+        self.console, self.count = console, count
+        self.ended: Counter[str] = Counter()
+        self.began = self.last_line = time.monotonic()
+        self.bar: Progress | None = None
+        if console.is_terminal or console.is_jupyter:
+            self.bar = Progress(
+                BarColumn(),
+                TextColumn("{task.percentage:>3.0f} %  {task.fields[state]}"),
+                console=console,
+                transient=True,
+            )
+            self.task = self.bar.add_task("study", total=count, state="")
+            self.bar.start()
+
+    def note(self, outcome: Outcome) -> None:
+        """A case has ended."""
+        self.ended[outcome.status] += 1
+
+    def show(self, in_flight: int) -> None:
+        """Say where the study is, if it is time to."""
+        if self.bar is not None:
+            self.bar.update(self.task, completed=self.ended.total(), state=self._state(in_flight))
+        elif time.monotonic() - self.last_line >= PLAIN_EVERY:
+            self.last_line = time.monotonic()
+            self.console.print(self._state(in_flight), highlight=False)
+
+    @property
+    def told(self) -> str:
+        """ "12 of 40 cases, 1 failed"."""
+        ended = self.ended.total()
+        others = [f"{n} {status}" for status, n in sorted(self.ended.items()) if status != DONE]
+        return ", ".join([f"{ended} of {self.count} cases", *others])
+
+    def _state(self, in_flight: int) -> str:
+        """The same, what runs now, and when the last case should end."""
+        text = f"{self.told}, {in_flight} in flight"
+        ended = self.ended.total()
+        if not ended:
+            return text
+        left = (time.monotonic() - self.began) * (self.count - ended) / ended
+        return f"{text}, expected end {_moment(datetime.now(), timedelta(seconds=left))}"
+
+    def close(self) -> None:
+        """Take the live line away."""
+        if self.bar is not None:
+            self.bar.stop()
+
+
+def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
+    """What study.json says of a study."""
+    return StudyRecord(
+        title=study.title,
+        source=str(study.path),
+        factors=tuple(study.factors),
+        measures=tuple(measure.axis for measure in study.measures),
+        plots=tuple(study.plots),
+        goal=study.goal,
+        repeats=study.repeats,
+        case_count=case_count,
+        version=version("softsim"),
+        settings=dict(settings(study)),
+    )
+
 
 class Ledger:
-    """Notes outcomes into a table, and keeps study.json and the table's files up to date."""
+    """Notes outcomes into a table, and keeps the table's files, study.json and the progress shown
+    up to date.
+    """
 
-    def __init__(self, folder: Path, record: StudyRecord, table: StudyTable) -> None:
-        self.folder, self.table = folder, table
+    def __init__(
+        self, folder: Path, record: StudyRecord, table: StudyTable, progress: StudyProgress
+    ) -> None:
+        self.folder, self.table, self.progress = folder, table, progress
         earlier = read_study(folder).wall_time if is_study(folder) else 0.0
         self.record = replace(record, status="running", wall_time=earlier)
         self.earlier, self.began = earlier, time.monotonic()
@@ -34,10 +179,12 @@ class Ledger:
     def note(self, job: Job, outcome: Outcome) -> None:
         """Fill in a row."""
         self.table.note(job, outcome)
+        self.progress.note(outcome)
         self.is_behind = True
 
-    def write_if_due(self) -> None:
-        """Write what is new, now and then."""
+    def keep_up(self, in_flight: int) -> None:
+        """Show the progress, and write what is new, now and then."""
+        self.progress.show(in_flight)
         if self.is_behind and time.monotonic() - self.written_at >= WRITE_EVERY:
             self.write()
 
@@ -55,16 +202,48 @@ class Ledger:
 
 
 @contextmanager
-def kept_ledger(folder: Path, record: StudyRecord, table: StudyTable) -> Iterator[Ledger]:
-    """A ledger for the time of a sweep or an optimisation, which has the folder for itself.
+def kept_ledger(
+    folder: Path, record: StudyRecord, table: StudyTable, count: int, console: Console
+) -> Iterator[Ledger]:
+    """A ledger for the time of a sweep or an optimisation of which `count` cases are to end, and
+    which has the folder for itself. An interruption says how far it came.
 
     Raises OutputError: another one works there, or the disk refuses.
     """
-    with claimed(folder):
-        ledger = Ledger(folder, record, table)
+    with claimed(folder), closing(StudyProgress(count, console)) as progress:
+        ledger = Ledger(folder, record, table, progress)
         status = "interrupted"
         try:
             yield ledger
             status = "done"
+        except Interrupted as stop:
+            raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
         finally:
             ledger.close(status)
+
+
+@contextmanager
+def claimed(folder: Path) -> Iterator[None]:
+    """Keep other sweeps and optimisations out of a study's folder, on all machines that share its
+    disk. The system takes the claim back when the process ends, however it ends.
+
+    Raises OutputError: another one works there, or the disk refuses.
+    """
+    owner = folder / OWNER
+    with explained(folder / LOCK):
+        try:
+            held = FileLock(folder / LOCK).acquire(timeout=0)
+        except Timeout:
+            name = owner.read_text(encoding="utf-8") if owner.is_file() else "another process"
+            hint = "wait for its end, or choose another folder with --out"
+            raise OutputError(f"{name} works in {folder} now", hint) from None
+    with held:
+        with explained(owner):
+            owner.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
+        yield
+
+
+def _moment(now: datetime, later: timedelta) -> str:
+    """The time of day, of another day with its date."""
+    end = now + later
+    return f"{end:%H:%M:%S}" if end.date() == now.date() else f"{end:%d %b, %H:%M}"

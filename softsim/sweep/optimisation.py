@@ -1,35 +1,28 @@
 """An optimisation: trials, each a case of which the results so far choose the values."""
 
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, closing
-from dataclasses import replace
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import polars
 from rich.console import Console
 
-from softsim.errors import Interrupted, OutputError, SceneError
+from softsim.errors import OutputError, SceneError
 from softsim.output.folder import RunFolder
 from softsim.output.study_folder import CASES
 from softsim.scene.tree import nearest
 from softsim.study.axes import Goal
-from softsim.study.case import Case
-from softsim.study.loaded import LoadedStudy
+from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case, case_key, resolved
+from softsim.study.loading import LoadedStudy
 from softsim.study.measures import MeasureColumn
-from softsim.study.objective import Objective
-from softsim.study.resolution import case_key, resolved
-from softsim.study.status import DONE, FAILED, LOST, PRUNED
+from softsim.study.schema import Objective, Prune
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome
-from softsim.sweep.ledger import kept_ledger
-from softsim.sweep.planning import record_of
-from softsim.sweep.progress import StudyProgress
-from softsim.sweep.pruning import PruningWatch
-from softsim.sweep.simulation import simulate
-from softsim.sweep.table import StudyTable
-from softsim.sweep.trials import JOURNAL, Trials
-from softsim.sweep.work import Simulate
+from softsim.sweep.ledger import StudyTable, kept_ledger, record_of
+from softsim.sweep.trials import JOURNAL, PruningWatch, Trials
+from softsim.sweep.work import Simulate, simulate
 
 
 def optimize(
@@ -59,24 +52,19 @@ def optimize(
     column = next(measure for measure in study.measures if measure.name == goal.measure)
     trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
     table, count = StudyTable(study.factors, study.measures), count or objective.trials
-    plan = Plan(study, folder, objective, column, device)
+    plan = Plan(folder.resolve(), column, objective.prune, device, study.study.keep)
     for trial in trials.ended():
         table.note(*plan.stored(study.case(trial.number, trial.values)))
     console.print(f"{count} trials, {len(table.rows)} of them stored")
     record = replace(
         record_of(study, count), repeats=1, plots=study.plots if study.study.plots else ()
     )
-    progress = StudyProgress(max(0, count - len(table.rows)), console)
-
-    def meanwhile(in_flight: int) -> None:
-        progress.show(in_flight)
-        ledger.write_if_due()
+    left = max(0, count - len(table.rows))
 
     def note(job: Job, outcome: Outcome) -> None:
         value = column.value(outcome.summary) if outcome.status == DONE else None
         trials.tell(job.case.number, value, outcome.status == PRUNED)
         ledger.note(job, outcome)
-        progress.note(outcome)
 
     def jobs() -> Iterator[Job]:
         for trial in trials.to_run(count):
@@ -86,14 +74,11 @@ def optimize(
             except SceneError as error:
                 note(*plan.refused(case, error))
 
-    try:
-        with closing(progress), kept_ledger(folder, record, table) as ledger:
-            if trials.is_open(count):
-                with crew as workers:
-                    for ended in completed(jobs(), workers, (LOST,), 1, meanwhile, simulate):
-                        note(*ended)
-    except Interrupted as stop:
-        raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
+    with kept_ledger(folder, record, table, left, console) as ledger:
+        if trials.is_open(count):
+            with crew as workers:
+                for ended in completed(jobs(), workers, (LOST,), 1, ledger.keep_up, simulate):
+                    note(*ended)
     return table.frame()
 
 
@@ -114,19 +99,17 @@ def asked(study: LoadedStudy) -> tuple[Objective, Goal]:
     return objective, goal
 
 
+@dataclass(frozen=True)
 class Plan:
-    """Makes jobs of trials. column: the measure that is sought."""
+    """Makes jobs of trials in `folder`. column: the measure that is sought; prune: how trials are
+    stopped early; device, keep: as jobs have them.
+    """
 
-    def __init__(
-        self,
-        study: LoadedStudy,
-        folder: Path,
-        objective: Objective,
-        column: MeasureColumn,
-        device: str,
-    ) -> None:
-        self.folder, self.column, self.device = folder.resolve(), column, device
-        self.keep, self.prune = study.study.keep, objective.prune
+    folder: Path
+    column: MeasureColumn
+    prune: Prune | None
+    device: str
+    keep: str
 
     def job(self, case: Case) -> Job:
         """The job of a trial. SceneError: its values make no scene."""

@@ -11,7 +11,7 @@ import polars
 from softsim.errors import ClusterError
 from softsim.report.study.figures import draw_study
 from softsim.report.study.page import write_study_page
-from softsim.study.case import Case
+from softsim.study.cases import Case
 from softsim.study.loading import load_study, study_from
 from softsim.sweep.crew import Crew, crew_for
 from softsim.sweep.optimisation import optimize

@@ -1,24 +1,21 @@
 """A sweep: all cases of a study, those that are stored already left out; its table."""
 
 from collections.abc import Collection
-from contextlib import AbstractContextManager, closing
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import polars
 from rich.console import Console
 
-from softsim.errors import Interrupted
 from softsim.output.folder import RunFolder
 from softsim.output.study_folder import CASES
-from softsim.study.loaded import LoadedStudy
-from softsim.study.status import LOST, PRUNED
+from softsim.study.cases import LOST, PRUNED
+from softsim.study.loading import LoadedStudy
 from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
-from softsim.sweep.ledger import kept_ledger
-from softsim.sweep.planning import fill, jobs_of, record_of, table_of
-from softsim.sweep.progress import StudyProgress
-from softsim.sweep.simulation import simulate
-from softsim.sweep.work import Simulate
+from softsim.sweep.job import jobs_of
+from softsim.sweep.ledger import StudyTable, kept_ledger, record_of
+from softsim.sweep.work import Simulate, simulate
 
 
 def sweep(
@@ -47,23 +44,20 @@ def sweep(
     console = console or Console()
     jobs = jobs_of(study, folder, device)
     RunFolder(folder / CASES)  # is made here, or refused
-    table = table_of(study)
-    waiting = fill(table, jobs, again)
+    table = StudyTable.of(study)
+    waiting = table.fill(jobs, again)
     console.print(f"{len(jobs)} cases, {len(jobs) - len(waiting)} of them stored")
-    progress = StudyProgress(len(waiting), console)
-    kept = kept_ledger(folder, record_of(study, len(jobs)), table)
+    record = record_of(study, len(jobs))
+    with kept_ledger(folder, record, table, len(waiting), console) as ledger:
+        if waiting:
+            with crew as workers:
+                for ended in completed(waiting, workers, again, batch, ledger.keep_up, simulate):
+                    ledger.note(*ended)
+    return table.frame()
 
-    def meanwhile(in_flight: int) -> None:
-        progress.show(in_flight)
-        ledger.write_if_due()
 
-    try:
-        with closing(progress), kept as ledger:
-            if waiting:
-                with crew as workers:
-                    for ended in completed(waiting, workers, again, batch, meanwhile, simulate):
-                        ledger.note(*ended)
-                        progress.note(ended[1])
-    except Interrupted as stop:
-        raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
+def collect(study: LoadedStudy, folder: Path) -> polars.DataFrame:
+    """The table, from the folders of the cases alone: a measure that is new needs no run."""
+    table = StudyTable.of(study)
+    table.fill(jobs_of(study, folder), again=())
     return table.frame()

@@ -3,13 +3,15 @@
 The first lie evenly. Then a tree-structured Parzen estimator chooses their values (Bergstra et al.
 2011, as optuna has it): where good trials are dense and bad ones rare. Those in flight count as
 bad, so that workers do not all try the same. Each trial has random numbers of its own: an
-optimisation that was interrupted goes on as if it had not been.
+optimisation that was interrupted goes on as if it had not been. Trials that promise little may be
+stopped early.
 """
 
 import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,17 +21,23 @@ from optuna.storages.journal import JournalFileBackend, JournalStorage
 from optuna.study import StudyDirection
 from optuna.trial import TrialState
 
+from softsim.builder import build_model
 from softsim.errors import OutputError
-from softsim.study.case import Value
+from softsim.model import Model
+from softsim.output.measures import measures
+from softsim.study.cases import Case, Value, resolved
 from softsim.study.measures import MeasureColumn
-from softsim.study.spacing import Interval, Space, rounded
-from softsim.sweep.even_start import START, EvenStart
+from softsim.study.schema import Prune
+from softsim.study.values import Interval, Space, at, rounded
 
 JOURNAL = "trials.journal"
 NAME = "optimisation"
 """Of optuna's study in the journal."""
 
 SETTINGS = "settings"
+
+START = 8
+"""Trials that have nothing to learn from; a power of two, for which a Sobol sequence is even."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +81,15 @@ class Trials:
             load_if_exists=True,
         )
         self._refuse_another(folder, settings(space, column, sense))
+        known = len(self.study.get_trials(deepcopy=False))
+        for point in even_points(space, seed)[known:]:
+            self.study.enqueue_trial(point)
 
     @property
     def count(self) -> int:
         """How many were asked for so far."""
-        return len(self.study.get_trials(deepcopy=False))
+        trials = self.study.get_trials(deepcopy=False)
+        return sum(frozen.state is not TrialState.WAITING for frozen in trials)
 
     def is_open(self, count: int) -> bool:
         """Whether there is anything to run until there are `count`."""
@@ -113,9 +125,6 @@ class Trials:
 
     def _draw_for(self, number: int) -> None:
         """Random numbers that depend on the seed and the trial alone."""
-        if number <= START:
-            self.study.sampler = EvenStart(list(self.space), self.seed, number)
-            return
         seed = int(np.random.SeedSequence((self.seed, number)).generate_state(1)[0])
         self.study.sampler = optuna.samplers.TPESampler(
             n_startup_trials=START, seed=seed, constant_liar=True
@@ -154,6 +163,27 @@ def suggested(trial: optuna.trial.BaseTrial, name: str, space: Space) -> Value:
     return sorted(space)[trial.suggest_int(name, 0, len(space) - 1)]
 
 
+def even_points(space: Mapping[str, Space], seed: int) -> list[dict[str, Value]]:
+    """START points of a scrambled Sobol sequence, as parameters of trials. optuna's own QMCSampler
+    draws the first trial at random.
+    """
+    from scipy.stats import qmc  # slow to import
+
+    shares = qmc.Sobol(len(space), seed=seed).random(START).tolist()
+    ranges = {name: parameters(one) for name, one in space.items()}
+    return [
+        {name: at(ranges[name], share) for name, share in zip(ranges, point, strict=True)}
+        for point in shares
+    ]
+
+
+def parameters(space: Space) -> Space:
+    """What optuna's parameter of a factor can be: levels that are numbers go by their place."""
+    if isinstance(space, Interval) or any(isinstance(level, str) for level in space):
+        return space
+    return tuple(range(len(space)))
+
+
 def settings(space: Mapping[str, Space], column: MeasureColumn, sense: str) -> dict[str, Any]:
     """What must be the same for trials to be comparable, as JSON gives it back."""
     factors = {
@@ -166,3 +196,67 @@ def settings(space: Mapping[str, Space], column: MeasureColumn, sense: str) -> d
 
 def _fixed(frozen: optuna.trial.FrozenTrial) -> optuna.trial.BaseTrial:
     return optuna.trial.FixedTrial(frozen.params)
+
+
+PARTS = 10
+"""A run is looked at after each of so many parts of it."""
+
+
+class PruningWatch:
+    """Ends the run of a trial that is worse than the median of the finished ones were by then.
+
+    It works in the worker: what the run has found so far goes into the journal in `folder`, where
+    those of the other trials are. column: the measure that is sought.
+    """
+
+    name = "pruning"
+
+    def __init__(self, folder: Path, case: Case, column: MeasureColumn, prune: Prune) -> None:
+        self.folder, self.case, self.column, self.prune = folder, case, column, prune
+        self.history: dict[str, list[float]] = {}
+        self.parts_seen = 0
+        self.is_over = False
+
+    @cached_property
+    def model(self) -> Model:
+        """What measures are taken of."""
+        return build_model(resolved(self.case))
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """A row of the history."""
+        for name, number in row.items():
+            self.history.setdefault(name, []).append(number)
+        part = int(PARTS * self.share(row) + 1e-9)
+        if self.parts_seen < part < PARTS and not self.is_over:
+            self.parts_seen = part
+            self.is_over = self._is_hopeless(100 * part // PARTS)
+
+    def share(self, row: Mapping[str, float]) -> float:
+        """How much of the run is done: of its time, or of the cycles that it waits for."""
+        model = self.model
+        share = row["time"] / model.end_time
+        return share if model.cycles is None else max(share, row["cycles_done"] / model.cycles)
+
+    def _is_hopeless(self, percent: int) -> bool:
+        """Report what was found so far, and hold it against the others. A measure that is not there
+        yet, such as one of a cycle that goes on, says nothing.
+        """
+        history = {name: np.array(numbers) for name, numbers in self.history.items()}
+        value = self.column.value(measures(self.model, history))
+        if value is None:
+            return False
+        storage = storage_in(self.folder)
+        study = optuna.load_study(
+            study_name=NAME,
+            storage=storage,
+            sampler=optuna.samplers.RandomSampler(),  # nothing is drawn here
+            pruner=optuna.pruners.MedianPruner(
+                self.prune.after_trials, round(100 * self.prune.after_share)
+            ),
+        )
+        known = study.get_trials(deepcopy=False)[self.case.number - 1].intermediate_values
+        if percent in known:  # a run that goes on shows its rows again
+            return False
+        trial = trial_in(study, storage, self.case.number)
+        trial.report(float(value), percent)
+        return trial.should_prune()

@@ -25,6 +25,14 @@ loads:
   air: {kind: follower_pressure, facets: [b.top],
         profile: {kind: table, points: [[0 s, 1 kPa], [0.5 s, 2 kPa], [1 s, 1 kPa], [2 s, 2 kPa]]}}
 """
+SECOND = (
+    """
+loads:
+  held: {kind: follower_pressure, facets: [b.right], profile: {kind: constant, value: 1 kPa}}
+"""
+    + CYCLES.replace("loads:\n", "")
+    + "robot: {chamber: air}"
+)
 EVENTS = """
 loads:
   air: {kind: follower_pressure, facets: [b.top],
@@ -65,7 +73,7 @@ def flat(found, prefix=""):
 
 
 @pytest.mark.parametrize(
-    "parts", [(), (FRAME,), (CYCLES,), (FRAME, CYCLES), (FRAME, EVENTS), (PROBES,)]
+    "parts", [(), (FRAME,), (CYCLES,), (FRAME, CYCLES), (FRAME, EVENTS), (FRAME, SECOND), (PROBES,)]
 )
 def test_names_and_kinds(write_scene, parts):
     loaded = load_scene(write_scene(BODY + "".join(parts)))

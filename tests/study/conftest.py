@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from softsim.study.resolution import forget_files
+from softsim.study.cases import forget_files
 
 SCENE = """\
 bodies:

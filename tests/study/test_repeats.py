@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from softsim.study.cases import resolved
 from softsim.study.loading import study_from
-from softsim.study.resolution import resolved
 
 FRICTION, THICKNESS = "contact.friction_coefficient", "bodies.block.thickness"
 

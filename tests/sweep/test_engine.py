@@ -7,8 +7,8 @@ import pytest
 import stand_ins
 
 from softsim.errors import OutputError
-from softsim.study.case import Case, Source
-from softsim.study.status import DONE, FAILED, LOST
+from softsim.study.cases import DONE, FAILED, LOST, Case, Source
+from softsim.sweep.crew import Crew, local_crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job
 
@@ -104,6 +104,28 @@ def test_a_case_that_kills_its_process_is_lost_and_the_others_go_on(crew, jobs):
     assert "died 2 times" in found[1].reason
     case = json.loads((jobs(1)[0].folder / "case.json").read_text())
     assert case["status"] == LOST and case["values"] == {"rate": 0}
+
+
+class Overbooked(Crew):
+    """It says that it has a worker more, whose unit waits behind the other's."""
+
+    @property
+    def size(self):
+        return super().size + 1
+
+
+@pytest.fixture
+def overbooked():
+    """A crew of one worker that gets two units."""
+    with local_crew(1) as crew:
+        yield Overbooked(crew.client)
+
+
+@pytest.mark.parametrize("batch", [1, 2])
+def test_a_case_that_only_waited_where_one_died_is_not_lost(overbooked, jobs, batch):
+    """Nor one that ran beside it."""
+    found = outcomes(completed(jobs(4), overbooked, batch=batch, simulate=stand_ins.deadly_first))
+    assert [found[n].status for n in (1, 2, 3, 4)] == [LOST, DONE, DONE, DONE]
 
 
 def test_a_full_disk_ends_the_study(crew, jobs):

@@ -14,7 +14,7 @@ from trial_stand_ins import distance, optimized
 
 from softsim.errors import OutputError, SceneError
 from softsim.output.study_folder import read_study, read_table
-from softsim.study.status import DONE, FAILED
+from softsim.study.cases import DONE, FAILED
 
 STUDY = """
 scene: block.yaml

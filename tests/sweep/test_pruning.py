@@ -5,12 +5,11 @@ import pickle
 import pytest
 from falling_block import BLOCK
 
-from softsim.study.case import Case, Source
+from softsim.study.cases import Case, Source
 from softsim.study.measures import MeasureColumn
-from softsim.study.objective import Prune
-from softsim.study.spacing import Interval
-from softsim.sweep.pruning import PruningWatch
-from softsim.sweep.trials import Trials
+from softsim.study.schema import Prune
+from softsim.study.values import Interval
+from softsim.sweep.trials import PruningWatch, Trials
 
 END = 10e-3
 COLUMN = MeasureColumn("way", "mm", of="body_displacement", size=1e-3)

@@ -11,7 +11,7 @@ from trial_stand_ins import CrewHere
 
 import softsim
 from softsim.errors import ClusterError, SceneError
-from softsim.study.status import DONE
+from softsim.study.cases import DONE
 from softsim.sweep.study import refuse_unguarded_script
 
 KEYS = {

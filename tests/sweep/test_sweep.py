@@ -17,15 +17,14 @@ import stand_ins
 from polars.testing import assert_frame_equal
 from rich.console import Console
 
-from softsim.commands.sweep import print_results
+from softsim.cli.study_tables import print_results
 from softsim.errors import ClusterError, OutputError
 from softsim.output.study_folder import read_study, read_table
+from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
-from softsim.study.status import DONE, FAILED, WAITING
-from softsim.sweep.claim import claimed
 from softsim.sweep.crew import crew_for, remote_crew
-from softsim.sweep.planning import collect
-from softsim.sweep.sweep import sweep
+from softsim.sweep.ledger import claimed
+from softsim.sweep.sweep import collect, sweep
 
 WALL_TIME = "wall_time [s]"
 HERE = Path(__file__).parent

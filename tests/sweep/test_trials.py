@@ -5,9 +5,8 @@ from itertools import islice
 import pytest
 
 from softsim.study.measures import MeasureColumn
-from softsim.study.spacing import Interval
-from softsim.sweep.even_start import START
-from softsim.sweep.trials import Trials
+from softsim.study.values import Interval
+from softsim.sweep.trials import START, Trials
 
 SPACE = {
     "rate": Interval(1.0, 100.0, logarithmic=True),

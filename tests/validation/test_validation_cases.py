@@ -7,10 +7,9 @@ import pytest
 from rich.console import Console
 
 from softsim.errors import ExpectationError, StabilityError
-from softsim.study import resolution
-from softsim.study.case import Case as StudyCase
-from softsim.study.case import Source
-from softsim.study.status import DONE
+from softsim.study import cases
+from softsim.study.cases import DONE, Source
+from softsim.study.cases import Case as StudyCase
 from softsim.sweep.job import Job, write_outcome
 from softsim.sweep.job import Outcome as Stored
 from validation import cases as cases_module
@@ -59,7 +58,7 @@ def test_key_is_that_of_what_is_run(block, monkeypatch):
     case = Case("a", block, ("time.end=3 ms",))
     assert case.key == Case("b", block, ("time.end=0.003 s",)).key
     assert case.key != Case("a", block, ("time.end=4 ms",)).key
-    monkeypatch.setattr(resolution, "source_digest", lambda: "other sources")
+    monkeypatch.setattr(cases, "source_digest", lambda: "other sources")
     assert case.key == case.key and Case("a", block, ("time.end=3 ms",)).key != case.key
 
 

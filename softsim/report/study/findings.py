@@ -12,7 +12,7 @@ from softsim.errors import OutputError
 from softsim.output.study_folder import StudyRecord, read_study, read_table
 from softsim.report.study.scale import Scale
 from softsim.study.axes import Axis
-from softsim.study.status import DONE, FAILED, LOST
+from softsim.study.cases import DONE, FAILED, LOST
 
 VERDICT = "verdict"
 

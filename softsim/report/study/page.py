@@ -12,7 +12,7 @@ from softsim.report.readable import duration
 from softsim.report.study.charts import study_charts
 from softsim.report.study.findings import Findings, best_in_words, written
 from softsim.report.study.scale import title_of
-from softsim.study.status import DONE, FAILED, LOST, PRUNED, WAITING
+from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 
 MOST_LEVELS = 12
 """Levels of a factor that are named one by one."""

@@ -14,7 +14,7 @@ from softsim.report.study.findings import DONE_COUNT, Findings
 from softsim.report.study.scale import Scale, title_of
 from softsim.report.style import BLUE, ORANGE, QUIET, RED, SKY
 from softsim.study.axes import Axis, Goal, Plot
-from softsim.study.status import FAILED, LOST, PRUNED
+from softsim.study.cases import FAILED, LOST, PRUNED
 
 CURVE, HEAT_MAP, SCATTER = "curve", "heat_map", "scatter"
 

@@ -1,8 +1,10 @@
-"""Numbers of a scene's keys, as a study writes them: quantities in one unit, or bare numbers."""
+"""Values of a factor: as a study writes them, in one unit, and all that there can be."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 from pydantic_core import PydanticCustomError
 
 from softsim import units
@@ -10,6 +12,7 @@ from softsim.errors import SceneError
 from softsim.scene.quantities import Quantity
 from softsim.scene.structure import Place
 from softsim.scene.tree import Tree
+from softsim.study.cases import Value
 
 
 @dataclass(frozen=True)
@@ -62,3 +65,40 @@ def reading_of(place: Place | None, written: Sequence[Tree]) -> Reading | None:
     if all(isinstance(one.value, int | float) for one in written):
         return Reading(is_whole=place is not None and place.is_whole)
     return None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The numbers from `low` to `high`, both included; logarithmic: in equal ratios."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+    is_whole: bool = False
+
+    def at(self, share: float) -> float:
+        """The number at a share of the way, from 0 to below 1."""
+        if self.is_whole:
+            return self.low + int(share * (self.high - self.low + 1))
+        if self.logarithmic:
+            return rounded(self.low * (self.high / self.low) ** share)
+        return rounded(self.low + share * (self.high - self.low))
+
+    def levels(self, count: int) -> tuple[float, ...]:
+        """`count` numbers, evenly spaced, of which the first and last are the ends."""
+        space = np.geomspace if self.logarithmic else np.linspace
+        inner = [rounded(float(number)) for number in space(self.low, self.high, count)[1:-1]]
+        return (self.low, *inner, self.high)
+
+
+Space = tuple[Value, ...] | Interval
+
+
+def at(space: Space, share: float) -> Value:
+    """The value at a share from 0 to below 1: values have equal parts of it."""
+    return space.at(share) if isinstance(space, Interval) else space[int(share * len(space))]
+
+
+def rounded(number: float) -> float:
+    """To six digits: what is between two ends is a choice, and reads better so."""
+    return float(f"{number:.6g}") if math.isfinite(number) else number

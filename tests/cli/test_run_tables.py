@@ -1,10 +1,10 @@
-"""The table of segments that `softsim assess` prints."""
+"""Tables that commands on a scene print."""
 
 import io
 
 from rich.console import Console
 
-from softsim.commands.layout import segments_table
+from softsim.cli.run_tables import segments_table, summary_table
 
 SEGMENT = {
     "segment": 1, "what": "straight 70 mm", "start": 0.0, "end": 0.07, "entered": 0.0, "left": 2.5,
@@ -26,3 +26,11 @@ def test_a_row_a_segment():
     first, second = (" ".join(line.split()) for line in lines({"segments": [SEGMENT, AHEAD]})[2:])
     assert first == "1 straight 70 mm 0 70 0.00 2.50 18.0 4 2.50"
     assert second == "2 bend -180 deg, radius 60 mm 70 164"  # in one line of 80
+
+
+def test_cycles_without_motion_are_told() -> None:
+    summary = {"onset_pressure": [14.2e3, None], "mean_speed": 0.0123, "peak_pull": None}
+    out = io.StringIO()
+    Console(file=out, width=100).print(summary_table(summary))
+    lines = {line.strip()[:14]: " ".join(line.split()[2:]) for line in out.getvalue().splitlines()}
+    assert lines == {"onset pressure": "14.2 kPa, no motion", "mean speed    ": "12.3 mm/s"}

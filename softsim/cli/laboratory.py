@@ -20,6 +20,7 @@ from softsim.calibration.mapping import FORCE_SHARE, Mapping, matched
 from softsim.calibration.result import Calibration, Stiffnesses
 from softsim.calibration.specimen import Specimen
 from softsim.calibration.stiffness import stiffness
+from softsim.cli.options import unheaded
 from softsim.errors import CalibrationError, StabilityError
 from softsim.output.folder import HISTORY, RunFolder
 from softsim.output.history import read_history
@@ -211,10 +212,7 @@ def _tell(found: Calibration, section: Specimen, out: Path, console: Console) ->
     """Numbers, comparison, figure and the lines for the scene."""
     RunFolder(out).write_json_atomic(CALIBRATION, found.as_json())
     draw_calibration(found, out / FIGURE)
-    numbers = Table(show_header=False, box=None)
-    for row in calibration_rows(found):
-        numbers.add_row(*row)
-    console.print(numbers)
+    console.print(unheaded(calibration_rows(found)))
     headings, lines = sample_rows(found)
     comparison = Table(*headings, box=None)
     for line in lines:

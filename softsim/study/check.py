@@ -6,12 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from softsim.errors import SceneError
 from softsim.scene.loading import LoadedScene
-from softsim.study.case import Source, Value
-from softsim.study.composition import Composition
+from softsim.study.cases import Source, Value, file_keys, known_tree, refuse_overwriting, scene_with
+from softsim.study.design import Composition
 from softsim.study.factors import Factor
 from softsim.study.repeats import Perturbation
-from softsim.study.resolution import file_keys, known_tree
-from softsim.study.settings import refuse_overwriting, scene_with
 
 
 def checked_scenes(

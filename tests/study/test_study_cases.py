@@ -6,9 +6,9 @@ import pytest
 
 from softsim.errors import SceneError
 from softsim.scene.loading import load_scene
-from softsim.study.case import Case, Source
-from softsim.study.loading import study_from
-from softsim.study.resolution import (
+from softsim.study.cases import (
+    Case,
+    Source,
     case_key,
     file_keys,
     forget_files,
@@ -16,6 +16,7 @@ from softsim.study.resolution import (
     load_source,
     resolved,
 )
+from softsim.study.loading import study_from
 
 BLOCK = Source(Path("block.yaml"))
 MESH = "{generator: block, length: 10 mm, height: 5 mm, element_size: 1 mm}"

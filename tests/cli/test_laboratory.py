@@ -8,8 +8,8 @@ import pytest
 from rich.console import Console
 
 from softsim.calibration.specimen import section_specimen
-from softsim.commands import calibrate_section
-from softsim.commands.calibrate_section import FARTHEST, Laboratory, Settings
+from softsim.cli import laboratory as experiments
+from softsim.cli.laboratory import FARTHEST, Laboratory, Settings
 from softsim.errors import StabilityError
 from softsim.output.history import History
 from softsim.scene.loading import load_scene
@@ -53,8 +53,8 @@ def pressing(monkeypatch):
                 raise StabilityError("element 7 is crushed")
             return type("Results", (), {"history": {}})
 
-        monkeypatch.setattr(calibrate_section, "run", run)
-        monkeypatch.setattr(calibrate_section, "draw_all", lambda *_: [])
+        monkeypatch.setattr(experiments, "run", run)
+        monkeypatch.setattr(experiments, "draw_all", lambda *_: [])
         return ends
 
     return start

@@ -1,5 +1,6 @@
-"""What `softsim sweep` asks, plans, and says in the end."""
+"""What commands on a study ask, plan, and say in the end."""
 
+import shlex
 from collections.abc import Collection
 from pathlib import Path
 
@@ -9,19 +10,22 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from softsim.errors import ClusterError, OutputError
+from softsim.cli.options import unheaded
+from softsim.errors import ClusterError, OutputError, SoftsimError
 from softsim.machine import chosen_device
 from softsim.output.study_folder import TABLE_TEXT
-from softsim.study.loaded import LoadedStudy
+from softsim.report.study.findings import Findings, best_in_words
+from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case
+from softsim.study.loading import LoadedStudy
 from softsim.study.preview import describe
-from softsim.study.status import DONE, FAILED, LOST, PRUNED
-from softsim.sweep.planning import fill, jobs_of, table_of
+from softsim.sweep.job import jobs_of
+from softsim.sweep.ledger import StudyTable
 
 MANY = 10_000
 """Cases above which one is asked whether that many are meant."""
 
 GPU_BATCH = 256
-"""Cases at once on a graphics card, which share its launches; as many are lost if it fails."""
+"""Cases at once on a graphics card, which share its launches; if one fails, each runs alone."""
 
 MOST_SHOWN = 30
 """Rows of a table for people."""
@@ -55,12 +59,9 @@ def asked_batch(text: str, device: str) -> int:
 
 def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
     """What varies, the cases, what is stored of them, and how many runs are left."""
-    what = Table(show_header=False, box=None)
-    for row in describe(study):
-        what.add_row(*map(escape, row))
-    console.print(what)
-    jobs, table = jobs_of(study, folder), table_of(study)
-    waiting = fill(table, jobs, again)
+    console.print(unheaded([list(map(escape, row)) for row in describe(study)]))
+    jobs, table = jobs_of(study, folder), StudyTable.of(study)
+    waiting = table.fill(jobs, again)
     frame = table.frame()
     factors = [axis.column for axis in table.factors]
     _print_rows(frame.select("case", *factors, "status", "key"), console)
@@ -101,3 +102,27 @@ def _shown(value: float | str | None) -> str:
     if value is None:
         return ""
     return escape(value) if isinstance(value, str) else f"{value:.4g}"
+
+
+def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:
+    """The best trial, and the command that runs it alone. SoftsimError: there is none."""
+    findings = Findings.read(folder)
+    best = findings.best
+    if best is None:
+        raise SoftsimError(
+            f"none of {len(findings.table)} trials has found what is sought",
+            hint=f"the column reason of {folder / TABLE_TEXT} says of each that failed why",
+        )
+    case = study.case(best.case, {axis.name: best.values[axis.column] for axis in study.factors})
+    words = best_in_words(findings)
+    console.print(words, style="bold", highlight=False, markup=False, soft_wrap=True)
+    console.print(run_command(case), highlight=False, markup=False, soft_wrap=True)
+
+
+def run_command(case: Case) -> str:
+    """What runs a case alone: its overrides, as one types them."""
+    source = case.source
+    words = ["softsim", "run", str(source.scene)]
+    if source.robot is not None:
+        words = ["softsim", "assess", str(source.scene), "--robot", source.robot]
+    return shlex.join([*words, *(word for one in case.overrides for word in ("--set", one))])

@@ -1,47 +1,12 @@
-"""Constants for scenes: of a material from a test, of a section from a body in space."""
+"""A plane section that stands for a body in space."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
-from softsim.cli.explaining import explained
-from softsim.cli.options import DeviceName, Threads
+from softsim.cli.options import DeviceName, Threads, explained
 from softsim.errors import CalibrationError
-
-
-def fit_material(
-    file: Annotated[Path, typer.Argument(help="Table of a uniaxial test.", show_default=False)],
-    max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],
-    law: Annotated[str, typer.Option(help="Strain-energy law, as scenes name it.")] = "yeoh",
-    min_strain: Annotated[float, typer.Option(help="Leave out the slack below it.")] = 0.1,
-    terms: Annotated[int | None, typer.Option(help="Fit so many constants; default: all.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Figure; default: FILE_LAW.png here.")] = None,
-    strain_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Strain",
-    stress_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Stress",
-    stress_unit: Annotated[
-        str | None, typer.Option(help="Such as MPa; default: as the heading says.")
-    ] = None,
-    delimiter: Annotated[str | None, typer.Option(help="Default: ; or , or tab.")] = None,
-) -> None:
-    """Fit a material's constants to a tensile test, and say how well and how far they hold."""
-    with explained() as console:
-        from softsim.materials.fitting import fit_law
-        from softsim.materials.laws import named_law
-        from softsim.materials.tensile import read_tensile_test
-        from softsim.report.fit import draw_fit, fit_rows, scene_snippet
-
-        test = read_tensile_test(file, strain_column, stress_column, stress_unit, delimiter)
-        fit = fit_law(test, named_law(law), max_strain, min_strain, terms)
-        figure = out or Path(f"{file.stem}_{law}.png")
-        draw_fit(test, fit, figure)
-        table = Table(show_header=False, box=None)
-        for row in fit_rows(fit):
-            table.add_row(*row)
-        console.print(table)
-        console.print(f"figure  {figure}", highlight=False)
-        print(f"\n{scene_snippet(test, fit, law)}")
 
 
 def calibrate_section(
@@ -91,7 +56,7 @@ def calibrate_section(
         push = None if push_at is None else _quantity("--push-at", push_at, "Pa")
         folder = out or Path("runs") / f"{scene.stem}_calibration"
 
-        from softsim.commands.calibrate_section import Settings, calibrate  # imports Taichi
+        from softsim.cli.laboratory import Settings, calibrate  # imports Taichi
 
         settings = Settings(pressure, time, push, spikes, folder, device.value, threads)
         calibrate(section, body, settings, console)

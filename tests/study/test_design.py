@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from softsim.study.loading import study_from
-from softsim.study.spacing import Interval, at
+from softsim.study.values import Interval, at
 
 FACTORS = {
     "friction": {"key": "contact.friction_coefficient", "range": [0.0, 1.0]},

@@ -1,0 +1,121 @@
+"""Materials: constants from a tensile test, and what they do over frequency."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from softsim.cli.options import Overrides, explained, unheaded
+from softsim.errors import MaterialError
+
+if TYPE_CHECKING:
+    from softsim.report.spectra import DrawnSpectrum
+    from softsim.scene.materials import Material
+
+
+def fit_material(
+    file: Annotated[Path, typer.Argument(help="Table of a uniaxial test.", show_default=False)],
+    max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],
+    law: Annotated[str, typer.Option(help="Strain-energy law, as scenes name it.")] = "yeoh",
+    min_strain: Annotated[float, typer.Option(help="Leave out the slack below it.")] = 0.1,
+    terms: Annotated[int | None, typer.Option(help="Fit so many constants; default: all.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Figure; default: FILE_LAW.png here.")] = None,
+    strain_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Strain",
+    stress_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Stress",
+    stress_unit: Annotated[
+        str | None, typer.Option(help="Such as MPa; default: as the heading says.")
+    ] = None,
+    delimiter: Annotated[str | None, typer.Option(help="Default: ; or , or tab.")] = None,
+) -> None:
+    """Fit a material's constants to a tensile test, and say how well and how far they hold."""
+    with explained() as console:
+        from softsim.materials.fitting import fit_law
+        from softsim.materials.laws import named_law
+        from softsim.materials.tensile import read_tensile_test
+        from softsim.report.fit import draw_fit, fit_rows, scene_snippet
+
+        test = read_tensile_test(file, strain_column, stress_column, stress_unit, delimiter)
+        fit = fit_law(test, named_law(law), max_strain, min_strain, terms)
+        figure = out or Path(f"{file.stem}_{law}.png")
+        draw_fit(test, fit, figure)
+        console.print(unheaded(fit_rows(fit)))
+        console.print(f"figure  {figure}", highlight=False)
+        print(f"\n{scene_snippet(test, fit, law)}")
+
+
+def spectrum(
+    materials: Annotated[
+        list[str],
+        typer.Argument(help="Materials of the library, or scene files.", show_default=False),
+    ],
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Figure; default: NAME_spectrum.png here.")
+    ] = None,
+) -> None:
+    """Draw storage modulus and loss factor over frequency, a spectrum beside the branches that
+    stand for it, and say how well they do.
+    """
+    with explained() as console:
+        from softsim.report.spectra import draw_spectra, spectra_rows
+
+        found = named_spectra(materials, overrides or [])
+        figure = out or Path(f"{Path(materials[0]).stem}_spectrum.png")
+        draw_spectra(found, figure)
+        for each in found:
+            console.print(each.name, style="bold", highlight=False)
+            console.print(unheaded(spectra_rows(each)))
+        console.print(f"figure  {figure}", highlight=False)
+
+
+def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[DrawnSpectrum]":
+    """The viscoelastic materials among those that `names` mean: materials of the library, or scene
+    files, which `overrides` change.
+
+    Raises
+    ------
+    MaterialError: a name that means nothing, a spectrum that branches do not meet, or nothing to
+    draw. SceneError: a scene that is none.
+    """
+    from softsim.builder.viscoelasticity import viscoelasticity
+    from softsim.materials.laws import LAWS
+    from softsim.report.spectra import DrawnSpectrum
+
+    found: list[DrawnSpectrum] = []
+    for name in names:
+        for material, data in _meant(name, overrides).items():
+            try:
+                series, fit = viscoelasticity(data)
+            except MaterialError as error:
+                raise MaterialError(f"{material}: {error.message}", error.hint) from None
+            if len(series.moduli):
+                mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
+                found.append(DrawnSpectrum(material, mu0, series, fit))
+    if not found:
+        raise MaterialError(
+            f"{', '.join(names)}: no viscoelastic material",
+            hint="give it a spectrum, such as {kind: loss_factor, loss_factor: 0.2, "
+            "band: [2 Hz, 5 kHz]}, or a prony series",
+        )
+    return found
+
+
+def _meant(name: str, overrides: Sequence[str]) -> "dict[str, Material]":
+    """Name -> material, of the library or of a scene file."""
+    from softsim.builder import library_material, library_names
+    from softsim.builder.materials import materials_of
+    from softsim.builder.names import close_names
+    from softsim.scene.loading import load_scene
+    from softsim.scene.yaml_reading import is_file
+
+    material = library_material(name)
+    if material is not None:
+        return {name: material}
+    path = Path(name)
+    if not is_file(path):
+        raise MaterialError(
+            f"'{name}' is neither a material of the library nor a scene file",
+            hint=close_names(name, library_names(), "materials"),
+        )
+    return {key: data for key, (_, data) in materials_of(load_scene(path, overrides)).items()}

@@ -1,0 +1,123 @@
+"""Tables that commands on a scene print: of its model, of the run to come, of what a run found.
+
+It imports Taichi, and is imported by commands when they need it.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.table import Table
+
+from softsim.cli.options import unheaded
+from softsim.machine import Choice
+from softsim.mesh.mesh import Mesh
+from softsim.mesh.quality import quality
+from softsim.model import Body, Model
+from softsim.report.readable import degrees, duration, readable
+from softsim.report.table import segments
+from softsim.run.pilot import predicted_duration
+from softsim.scene.loading import LoadedScene
+from softsim.stability.time_step import estimator, first_time_increment
+
+
+def summary_table(summary: Mapping[str, Any]) -> Table:
+    """What a run says of itself in a few lines."""
+    return unheaded(readable(summary))
+
+
+def profile_table(profile: Mapping[str, Any]) -> Table:
+    """What an increment costs, pass by pass: `profile` as the summary keeps it.
+
+    Each pass was measured alone; what a whole increment takes beside them has a row of its own,
+    negative where passes alone are slower.
+    """
+    whole = profile["increment"]
+    table = Table("phase", "pass", box=None)
+    for heading in ("indices", "us", "share"):
+        table.add_column(heading, justify="right")
+
+    def row(phase: str, name: str, indices: str, seconds: float) -> None:
+        table.add_row(
+            phase, name, indices, f"{seconds * 1e6:.2f}", f"{100 * seconds / whole:.1f} %"
+        )
+
+    for cost in sorted(profile["passes"], key=lambda cost: -cost["seconds"]):
+        row(cost["phase"], cost["name"], f"{cost['count']:,}", cost["seconds"])
+    row("overhead", "not in any pass alone", "", profile["unexplained"])
+    row("increment", "measured as a whole", "", whole)
+    return table
+
+
+def model_table(model: Model) -> Table:
+    """Size and sets of each body, the stable step and what limits it."""
+    table = Table(show_header=False, box=None)
+    for body in model.bodies:
+        table.add_row(f"body '{body.name}'", _size(body, model.dimension))
+        for region in body.regions:
+            part = "" if region.cell_set is None else f" of {region.cell_set}"
+            table.add_row(f"  material{part}", region.material.describe())
+        for remark in body.remarks:
+            table.add_row("  from its file", remark)
+        for kind, sets in (("node", body.node_sets), ("facet", body.facet_sets)):
+            listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
+            table.add_row(f"  {kind} sets", listed)
+    stable = estimator(model).at_rest
+    dt = first_time_increment(model)
+    table.add_row("stable step", stable.describe())
+    table.add_row("time step", f"{dt * 1e6:.3g} us, {model.end_time / dt:.3g} increments")
+    if model.cycles is not None:
+        table.add_row("ends", _ending(model.cycles, model.end_time))
+    return table
+
+
+def _ending(cycles: int, end_time: float) -> str:
+    plural = "s" if cycles > 1 else ""
+    return f"after {cycles} pressure cycle{plural}, at {end_time:.6g} s at the latest"
+
+
+def _size(body: Body, dimension: int) -> str:
+    q = quality(Mesh(body.points, body.cells))
+    shape = {2: "triangles", 3: "tetrahedra"}[dimension]
+    volume = sum(region.volumes.sum() for region in body.regions)
+    return (
+        f"{q.node_count} nodes, {q.cell_count} {shape}, smallest altitude "
+        f"{q.smallest_altitude * 1e3:.3g} mm, angles {degrees(q.smallest_angle)} to "
+        f"{degrees(q.largest_angle)}, {volume * 1e6:.4g} ml, "
+        f"{body.mass * 1e3:.4g} g"
+        + (f", {q.piece_count} unconnected pieces" if q.piece_count > 1 else "")
+    )
+
+
+def duration_table(loaded: LoadedScene, model: Model, choice: Choice) -> Table:
+    """The predicted duration, measured rates behind it, and what it is made of."""
+    predicted = predicted_duration(loaded, model, choice)
+    table = Table(show_header=False, box=None)
+    workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
+    place = choice.device if choice.device == "cuda" else f"{choice.device}, {workers}"
+    settling = ", and the time until forces balance" if model.relaxation is not None else ""
+    table.add_row(
+        "expected",
+        f"about {duration(predicted.total)}{settling}: start {duration(predicted.start)}, "
+        f"{predicted.increment_count:.3g} increments {duration(predicted.loop)}, figures "
+        f"{duration(predicted.figures)}",
+    )
+    seen = "all" if predicted.covered == 1.0 else f"the first {100.0 * predicted.covered:.0f} %"
+    table.add_row(
+        "measured",
+        f"{predicted.rate / 1e6:.1f} M element updates/s ({place}), in a pilot that saw {seen} of "
+        "the loads' course, played faster",
+    )
+    return table
+
+
+def segments_table(report: Mapping[str, Any]) -> Table:
+    """A row a segment, of `layout` as the summary keeps it, with units below the headings."""
+    content = segments(report)
+    first, *others = content.headings
+    table = Table(first, box=None)
+    for heading in others:
+        name, _, unit = heading.rstrip("]").partition(" [")
+        table.add_column(f"{name}\n{unit}", justify="right")
+    for row in content.rows:
+        table.add_row(*(cell.text for cell in row))
+    return table

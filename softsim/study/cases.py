@@ -1,0 +1,232 @@
+"""A case of a study: a scene file and what is set in it, the scene that this makes, the key that
+its result is stored under, and what became of it.
+"""
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+import softsim
+from softsim.errors import Option, SceneError
+from softsim.scene.assessment import layout_tree
+from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
+from softsim.scene.resolved import flow_text
+from softsim.scene.tree import Keys, Origin, Tree
+
+Value = float | str
+
+DONE, FAILED, PRUNED, LOST, WAITING = "done", "failed", "pruned", "lost", "waiting"
+"""What became of a case: its run ended; a guard stopped it, or it is no scene; the optimiser
+stopped it; its process died, each time that it was tried; it was not run yet."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A scene file, with the standard robot that is put into it where it is a bare layout."""
+
+    scene: Path
+    robot: str | None = None
+
+
+@dataclass(frozen=True)
+class Case:
+    """A row of the table to be.
+
+    number: from 1, in the order of the table. values: factor -> its number, in the unit of its
+    column, or its label; with repeats also "repeat" -> 1, 2, ... overrides: "time.end=3 s" each, as
+    for `load_scene`; later ones win.
+    """
+
+    number: int
+    source: Source
+    overrides: tuple[str, ...] = ()
+    values: Mapping[str, Value] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A key of the scene and its value, as text: YAML, as --set has it; where the study says the
+    one and the other.
+    """
+
+    path: str
+    text: str
+    path_origin: Origin
+    origin: Origin
+
+    @property
+    def override(self) -> str:
+        """As `load_scene` takes it: "time.end=3 s"."""
+        return f"{self.path}={self.text}"
+
+
+def setting(path: str, value: Tree) -> Setting:
+    """The setting that an entry {path: value} of the study is."""
+    return Setting(path, flow_text(value), value.key_origin, value.origin)
+
+
+def with_settings(tree: Tree, settings: Sequence[Setting]) -> Tree:
+    """A scene's tree with the settings, of which later ones win.
+
+    Raises
+    ------
+    SceneError: the scene has no such key, at the place where the study gives it.
+    """
+    for one in settings:
+        try:
+            tree = overridden(tree, one.override)
+        except SceneError as error:
+            raise SceneError(error.message, error.hint, one.path_origin) from None
+    return tree
+
+
+def scene_with(tree: Tree, source: Source, settings: Sequence[Setting]) -> LoadedScene:
+    """The scene of a source, of which `tree` is what its files say, with the settings.
+
+    Raises
+    ------
+    SceneError: what is wrong with a setting, at the value that the study gives it; or with the
+    scene itself.
+    """
+    places = {f"--set {one.override}": one.origin for one in settings}
+    try:
+        return validated(with_settings(tree, settings), source.scene, ())
+    except SceneError as error:
+        raise _at_the_study(error, places) from None
+
+
+def _at_the_study(error: SceneError, places: dict[str, Origin]) -> SceneError:
+    """The error with locations on a command line that nobody wrote replaced."""
+    location = places.get(str(error.location), error.location)
+    further = [_at_the_study(one, places) for one in error.further]
+    return SceneError(error.message, error.hint, location, further)
+
+
+def refuse_overwriting(settings: Sequence[Setting], earlier: Sequence[Setting] = ()) -> None:
+    """Settings must not undo earlier ones, by the same key or one that holds it.
+
+    Raises
+    ------
+    SceneError: at the later one's path.
+    """
+    known = list(earlier)
+    for one in settings:
+        for other in known:
+            if _is_at_or_below(other.path, one.path):
+                hint = f"{other.path}, at {other.path_origin}"
+                raise SceneError(f"{one.path} is set already", hint, one.path_origin)
+        known.append(one)
+
+
+def option_setting(override: str) -> Setting:
+    """The setting that --set gives on the command line. SceneError: it reads not PATH=VALUE."""
+    option = Option(f"--set {override}")
+    path, equals, text = override.partition("=")
+    if not equals:
+        raise SceneError("must read PATH=VALUE", 'such as --set "time.end=3 s"', option)
+    return Setting(path.strip(), text.strip(), option, option)
+
+
+def with_options(settings: Sequence[Setting], options: Sequence[Setting]) -> tuple[Setting, ...]:
+    """The settings of a file, of which options replace those of the same key or below it."""
+    kept = list(settings)
+    for option in options:
+        kept = [one for one in kept if not _is_at_or_below(one.path, option.path)]
+        kept.append(option)
+    return tuple(kept)
+
+
+def _is_at_or_below(path: str, above: str) -> bool:
+    return path == above or path.startswith(above + ".")
+
+
+def load_source(source: Source, overrides: Sequence[str] = ()) -> LoadedScene:
+    """The scene of a source, its files read anew. SceneError as load_scene."""
+    return validated(source_tree(source), source.scene, overrides)
+
+
+def source_tree(source: Source) -> Tree:
+    """What the files of a source say. SceneError as load_scene."""
+    if source.robot is None:
+        return read_scene(source.scene)
+    return layout_tree(source.scene, source.robot)
+
+
+@lru_cache(maxsize=4096)
+def known_tree(source: Source, overrides: tuple[str, ...] = ()) -> Tree:
+    """What a source says with overrides. Each file is read once, until `forget_files`, and cases
+    share what they begin with: of ten thousand each costs some milliseconds. SceneError.
+    """
+    if not overrides:
+        return source_tree(source)
+    return overridden(known_tree(source, overrides[:-1]), overrides[-1])
+
+
+def forget_files() -> None:
+    """Read the files of all sources anew from here on."""
+    known_tree.cache_clear()
+
+
+def resolved(case: Case) -> LoadedScene:
+    """The scene of a case, of files read before. SceneError as load_scene."""
+    return validated(known_tree(case.source, case.overrides), case.source.scene, ())
+
+
+def case_key(loaded: LoadedScene) -> str:
+    """Digest of all that decides the result of a run: the same for cases that ask for the same.
+
+    That is every value of the scene, the files that it names, softsim's version and sources.
+    Raises SceneError where a file that it names is missing.
+    """
+    digest = hashlib.sha256(source_digest().encode())
+    digest.update(loaded.scene.model_dump_json().encode())
+    for keys in file_keys(loaded.scene):
+        path = loaded.resolve_file(keys)
+        digest.update(_content_digest(path, path.stat().st_mtime_ns))
+    return digest.hexdigest()[:20]
+
+
+def key_of(case: Case) -> str:
+    """The key of a case, also of one that is no scene: a combination of values that do not go
+    together is a row of the table like others, in which its run says what is wrong.
+    """
+    try:
+        return case_key(resolved(case))
+    except SceneError:
+        asked = (source_digest(), str(case.source), *case.overrides)
+        return hashlib.sha256("\n".join(asked).encode()).hexdigest()[:20]
+
+
+@lru_cache(maxsize=1)
+def source_digest() -> str:
+    """Digest of softsim's version, its sources, and the constants that come with it."""
+    home = Path(softsim.__file__).parent
+    digest = hashlib.sha256(version("softsim").encode())
+    for path in sorted(p for p in home.rglob("*") if p.suffix in (".py", ".yaml")):
+        digest.update(str(path.relative_to(home)).encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()
+
+
+def file_keys(part: Any, keys: Keys = ()) -> Iterator[Keys]:
+    """The keys of all files that a scene names: meshes of bodies, walls."""
+    entries: list[tuple[str | int, Any]] = []
+    if isinstance(part, BaseModel):
+        entries = [(name, getattr(part, name)) for name in type(part).model_fields]
+    elif isinstance(part, dict):
+        entries = list(part.items())
+    for name, entry in entries:
+        if isinstance(part, BaseModel) and name == "file" and entry is not None:
+            yield (*keys, name)
+        else:
+            yield from file_keys(entry, (*keys, name))
+
+
+@lru_cache(maxsize=256)
+def _content_digest(path: Path, changed_at: int) -> bytes:
+    return hashlib.sha256(path.read_bytes()).digest()
