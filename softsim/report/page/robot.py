@@ -15,8 +15,8 @@ from softsim.report.snapshots import is_axisymmetric, pictures
 from softsim.report.style import FRAME, GLOSS, GRID, INK, PALE, QUIET, SHADE, WALL
 from softsim.report.surface import CAMERA, corners_of_box, seen_walls
 
-SHADES = 32
-"""Colours of cells in the plane."""
+SHADES = 16
+"""Colours of cells in the plane, a trace each: more would make playing slow."""
 
 NO_VALUE = "#bbbbbb"
 """Colour of a cell whose value is not finite."""
