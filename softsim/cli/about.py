@@ -1,4 +1,4 @@
-"""What there is: keys of scenes and studies, devices."""
+"""What there is: the version, keys of scenes and studies, devices."""
 
 import json
 from enum import Enum
@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from softsim import __version__
 from softsim.cli.explaining import explained
 
 
@@ -14,6 +15,13 @@ class FileKind(str, Enum):
 
     scene = "scene"
     study = "study"
+
+
+def print_version(asked: bool) -> None:
+    """Print softsim's version and end, if it is asked for."""
+    if asked:
+        print(f"softsim {__version__}")
+        raise typer.Exit
 
 
 def schema(
