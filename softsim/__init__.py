@@ -6,6 +6,7 @@ runs many. Importing this package imports no Taichi: names load when they are as
 
 import os
 from importlib import import_module
+from importlib.metadata import version
 from typing import Any
 
 # Taichi reads these as it is imported.
@@ -18,7 +19,9 @@ _HOMES = {
     "Study": "softsim.sweep.study",
 }
 
-__all__ = ["Results", "Study", "load_scene"]
+__version__ = version("softsim")
+
+__all__ = ["Results", "Study", "__version__", "load_scene"]
 
 
 def __getattr__(name: str) -> Any:

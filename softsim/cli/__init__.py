@@ -1,21 +1,33 @@
 """The command line: what `softsim` offers, in the order of `softsim --help`."""
 
+from typing import Annotated
+
 import typer
 
-from softsim.cli.about import devices, schema
+from softsim.cli.about import devices, print_version, schema
+from softsim.cli.examples import examples
 from softsim.cli.materials import fit_material, spectrum
 from softsim.cli.reporting import report
 from softsim.cli.runs import assess, check, run
 from softsim.cli.section import calibrate_section
 from softsim.cli.studies import optimize, sweep
 
-app = typer.Typer(
-    no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False,
-    help="Explicit finite elements for soft robots.",
-)  # fmt: skip
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.callback()
+def softsim(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=print_version, is_eager=True, help="Print the version."),
+    ] = False,
+) -> None:
+    """Explicit finite elements for soft robots."""
+
+
 for command in (
-    run, check, assess, sweep, optimize, report, fit_material, spectrum, calibrate_section, schema,
-    devices,
+    examples, run, check, assess, sweep, optimize, report, fit_material, spectrum,
+    calibrate_section, schema, devices,
 ):  # fmt: skip
     app.command()(command)
 

@@ -1,4 +1,4 @@
-"""What there is: keys of scenes and studies, devices and how fast they are."""
+"""What there is: the version, keys of scenes and studies, devices and how fast they are."""
 
 import json
 from enum import Enum
@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from softsim import __version__
 from softsim.cli.options import explained
 from softsim.errors import DeviceError
 from softsim.machine import (
@@ -26,6 +27,13 @@ class FileKind(str, Enum):
 
     scene = "scene"
     study = "study"
+
+
+def print_version(asked: bool) -> None:
+    """Print softsim's version and end, if it is asked for."""
+    if asked:
+        print(f"softsim {__version__}")
+        raise typer.Exit
 
 
 def schema(

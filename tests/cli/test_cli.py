@@ -274,3 +274,9 @@ def test_sweep_refuses_very_many_cases_unless_they_are_meant(write_scene, tmp_pa
     done = softsim("sweep", write_scene(text, "study.yaml"), "--out", tmp_path / "out")
     assert done.returncode == 2 and "--yes" in done.stderr and "10,001 cases" in done.stderr
     assert not (tmp_path / "out").exists()
+
+
+def test_the_version_is_told():
+    import softsim as package
+
+    assert softsim("--version").stdout.split() == ["softsim", package.__version__]
