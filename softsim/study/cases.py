@@ -6,13 +6,13 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
 import softsim
+from softsim import __version__
 from softsim.errors import Option, SceneError
 from softsim.scene.assessment import layout_tree
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
@@ -207,7 +207,7 @@ def key_of(case: Case) -> str:
 def source_digest() -> str:
     """Digest of softsim's version, its sources, and the constants that come with it."""
     home = Path(softsim.__file__).parent
-    digest = hashlib.sha256(version("softsim").encode())
+    digest = hashlib.sha256(__version__.encode())
     for path in sorted(p for p in home.rglob("*") if p.suffix in (".py", ".yaml")):
         digest.update(str(path.relative_to(home)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()

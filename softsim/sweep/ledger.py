@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from datetime import datetime, timedelta
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from filelock import FileLock, Timeout
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
+from softsim import __version__
 from softsim.errors import Interrupted, OutputError
 from softsim.output.console import PLAIN_EVERY
 from softsim.output.folder import explained
@@ -157,7 +157,7 @@ def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
         goal=study.goal,
         repeats=study.repeats,
         case_count=case_count,
-        version=version("softsim"),
+        version=__version__,
         settings=dict(settings(study)),
     )
 

@@ -2,13 +2,13 @@
 
 import json
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from plotly.offline import get_plotlyjs
 
+from softsim import __version__
 from softsim.output.folder import json_value, replacing
 from softsim.report import style
 
@@ -37,7 +37,7 @@ def _environment() -> Environment:
     )
     environment.policies["json.dumps_function"] = _compact_json
     environment.globals |= {
-        "style": style, "plotly_js": get_plotlyjs, "version": version("softsim"),
+        "style": style, "plotly_js": get_plotlyjs, "version": __version__,
     }  # fmt: skip
     return environment
 

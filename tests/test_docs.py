@@ -1,0 +1,143 @@
+"""README and docs/: command lines are such as softsim takes, links lead somewhere, scenes load."""
+
+import ast
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.main import get_command
+
+from softsim.cli import app
+from softsim.cli.examples import examples_folder
+from softsim.scene.assessment import load_layout
+from softsim.scene.loading import load_scene
+from softsim.study.loading import load_study
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+HEADING = re.compile(r"^#+ (.*)", re.MULTILINE)
+CALLABLE = re.compile(r"^::: (\S+)", re.MULTILINE)
+OF_ARGUMENT = {"N": "4", "X": "0.5", "...": "auto"}  # of a word in a table of commands
+
+
+def blocks(page, language):
+    """The fenced blocks of a page in a language; "" for those that a shell takes."""
+    return [body for name, body in BLOCK.findall(page.read_text()) if name == language]
+
+
+def command_lines(page):
+    """Every `softsim ...` of a page, in a block or in the text, as it would be typed."""
+    shell = "\n".join(blocks(page, "")).replace("\\\n", " ").splitlines()
+    inline = re.findall(r"`(softsim [^`]+)`", BLOCK.sub("", page.read_text()))
+    for line in [*shell, *inline]:
+        yield from (part.strip() for part in line.split("&&") if part.strip()[:8] == "softsim ")
+
+
+def typed(line):
+    """The words after `softsim`, options in brackets taken, of alternatives the first."""
+    words = shlex.split(re.sub(r"\](\.\.\.)?", " ", line.replace("[", " ").replace("\\|", "|")))
+    return [OF_ARGUMENT.get(word, word) for word in (w.split("|")[0] for w in words[1:])]
+
+
+LINES = [(page.name, line) for page in PAGES for line in command_lines(page)]
+
+
+def test_there_are_pages_and_commands():
+    assert len(PAGES) > 10 and len(LINES) > 30
+
+
+def of_no_command(line):
+    """Whether a line names no command: `softsim COMMAND --help`, `softsim --version`."""
+    return typed(line)[0].startswith("-") or typed(line)[0].isupper()
+
+
+@pytest.mark.parametrize("page, line", [entry for entry in LINES if not of_no_command(entry[1])])
+def test_a_command_line_is_one_that_softsim_takes(page, line):
+    name, *words = typed(line)
+    command = get_command(app).commands[name]
+    if not words:  # named in the text, not told how to call
+        return
+    given = command.make_context(name, words).params
+    scene = given.get("scene")
+    if scene is not None and (ROOT / scene).is_file():
+        load_scene(ROOT / scene, given["overrides"] or [])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_files_that_a_page_names_exist(page):
+    named = re.findall(r"\bscenes/[\w/]+\.yaml", page.read_text())
+    assert [name for name in named if not (ROOT / name).is_file()] == []
+
+
+def anchors(page):
+    """What the headings of a page are called in links."""
+    words = (re.sub(r"[^\w\- ]", "", heading).strip().lower() for heading in HEADING.findall(page))
+    return {text.replace(" ", "-") for text in words}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for link in LINK.findall(BLOCK.sub("", page.read_text())):
+        if re.match(r"https?://", link):
+            continue
+        name, _, anchor = link.partition("#")
+        target = page.parent / name if name else page
+        assert target.is_file(), link
+        assert not anchor or anchor in anchors(target.read_text()), link
+
+
+YAML_BLOCKS = [(page.name, text) for page in PAGES for text in blocks(page, "yaml")]
+
+
+@pytest.mark.parametrize("page, text", YAML_BLOCKS)
+def test_whole_files_load(page, text, tmp_path):
+    """Scenes, layouts and studies; of the rest that it is YAML."""
+    scenes = tmp_path / "scenes"
+    shutil.copytree(examples_folder(), scenes)
+    keys = set(yaml.safe_load(text))
+    if "factors" in keys:
+        load_study(written(scenes / "studies" / "here.yaml", text))
+    elif "pipe_path" in text:
+        load_layout(written(scenes / "here.yaml", text), "pfr", [])
+    elif {"bodies", "time"} <= keys:
+        load_scene(written(scenes / "here.yaml", text))
+
+
+def written(path, text):
+    """`path`, that now holds `text`."""
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_python_in_a_page_is_python(page):
+    for text in blocks(page, "python"):
+        ast.parse(text)
+
+
+def test_the_api_page_names_what_there_is():
+    from pkgutil import resolve_name
+
+    names = CALLABLE.findall((ROOT / "docs" / "api.md").read_text())
+    assert names and all(resolve_name(name) for name in names)
+
+
+def test_every_page_is_in_the_site():
+    pages = yaml.safe_load((ROOT / "docs" / "site" / "mkdocs.yml").read_text())["nav"]
+    assert sorted(pages) == [page.name for page in PAGES[1:]]
+
+
+def test_readme_is_two_pages():
+    assert len((ROOT / "README.md").read_text().splitlines()) <= 150
+
+
+def test_ci_runs_the_test_command_of_the_readme():
+    (command,) = (
+        line for text in blocks(PAGES[0], "") for line in [text.strip()] if "pytest" in line
+    )
+    assert command in (ROOT / ".ci" / "run").read_text()
