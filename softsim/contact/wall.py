@@ -40,6 +40,10 @@ class Wall(ABC):
         """Lower bound (n,) [m] of the gap of places x (n, d) to the nearest surface at any time."""
         return np.asarray(np.min(list(self.gaps(x).values()), axis=0))
 
+    def offset(self, time: float) -> np.ndarray:
+        """How far the wall is from where it is at rest (3,) [m] at a time [s]."""
+        return np.zeros(3)
+
     def time_scaled(self, factor: float) -> "Wall":
         """The wall with its time course, if it has one, played `factor` times as fast."""
         return self

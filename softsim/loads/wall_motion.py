@@ -61,6 +61,10 @@ class MovingWall(Wall):
         table = ProfileTable([moving.displacement for moving in alike])
         return MovingFrame(force_column(self.names[0]), self.axis, table, len(alike))
 
+    def offset(self, time: float) -> np.ndarray:
+        """The displacement (3,) [m] at a time [s]; none before t = 0."""
+        return np.eye(3)[self.axis] * float(self.displacement.at(max(time, 0.0)))
+
     def time_scaled(self, factor: float) -> "MovingWall":
         """The wall, moved `factor` times as fast."""
         return replace(self, displacement=self.displacement.time_scaled(factor))

@@ -86,7 +86,8 @@ class FieldWriter:
         wall_lines (k, 2, 2), pieces of curved walls in a section [m], one after another, with the
         free side on their left; wall_faces (k, 3 or 4, 3), the same in space [m], towards the free
         side by the right-hand rule; centre_lines (k, 2, d), pieces of what bodies follow [m];
-        gravity (d,) [m/s^2];
+        of each of the walls NAME_owner (k,): its number among the walls, whose displacements are in
+        the frames as wall_offset (w, d) [m]; gravity (d,) [m/s^2];
         outlines (k, 4), one a rigid body: centre in the body's axes, length, height [m].
         A name that is there already gets the new content. Raises OutputError if the disk refuses.
         """

@@ -248,8 +248,14 @@ def frame(scenario: Scenario) -> Frame:
             "stretch": np.concatenate([b.joined(m.stretch for m in of) for b, of in parts]),
             "von_mises": np.concatenate([b.joined(m.von_mises for m in of) for b, of in parts]),
         },
-        {"frame_pose": pose_rows} if poses else {},
+        ({"frame_pose": pose_rows} if poses else {}) | wall_offsets(model, scenario.time),
     )
+
+
+def wall_offsets(model: Model, time: float) -> dict[str, np.ndarray]:
+    """Displacement of each wall (w, d) [m] at a time [s], if there are walls."""
+    offsets = [wall.offset(time)[: model.dimension] for wall in model.walls]
+    return {"wall_offset": np.array(offsets)} if offsets else {}
 
 
 def description(model: Model, title: str) -> dict:
@@ -276,9 +282,12 @@ def description(model: Model, title: str) -> dict:
 
 
 def drawn_walls(walls: Sequence[Wall]) -> dict[str, np.ndarray]:
-    """What the walls keep for the figures, those of a kind joined."""
+    """What the walls keep for the figures, those of a kind joined; NAME_owner: the number of the
+    wall that each row of NAME is of.
+    """
     parts: dict[str, list[np.ndarray]] = {}
-    for wall in walls:
+    for number, wall in enumerate(walls):
         for name, array in wall.drawn().items():
             parts.setdefault(name, []).append(array)
+            parts.setdefault(f"{name}_owner", []).append(np.full(len(array), number))
     return {name: np.concatenate(arrays) for name, arrays in parts.items()}

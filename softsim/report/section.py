@@ -19,7 +19,7 @@ THICKNESS = 0.08
 POINTS_ON_A_LINE = 33
 """By which a picture finds the walls near a body: the straights of pipes are lines of 0.1 m."""
 
-NO_LINES = np.zeros((0, 2, 2))
+NO_WALLS, NO_LINES = np.zeros((0, 4)), np.zeros((0, 2, 2))
 
 
 @dataclass(frozen=True)
@@ -57,12 +57,19 @@ class Section:
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
         boundary = boundary_edges(frames.cells)
         self.shots = [_shot(frames, index, field, boundary) for index in indices]
-        walls = frames.described.get("walls", np.zeros((0, 4))) * [MILLI, MILLI, 1.0, 1.0]
-        self.walls = self.seen_walls(walls)
-        self.wall_lines = self.seen_lines(frames.described.get("wall_lines", NO_LINES) * MILLI)
+        # In each of the frames, for walls may move.
+        self.walls = [
+            self.seen_walls(walls_at(frames, "walls", index, NO_WALLS) * [MILLI, MILLI, 1.0, 1.0])
+            for index in indices
+        ]
+        self.wall_lines = [
+            self.seen_lines(walls_at(frames, "wall_lines", index, NO_LINES) * MILLI)
+            for index in indices
+        ]
         self.centre_lines = frames.described.get("centre_lines", NO_LINES) * MILLI
         self.values = np.concatenate([shot.values for shot in self.shots])
-        self.view = view_of(self.places(), self.walls, points_on(self.wall_lines))
+        wall_points = points_on(np.concatenate(self.wall_lines))
+        self.view = view_of(self.places(), np.concatenate(self.walls), wall_points)
 
     def places(self) -> np.ndarray:
         """All places (n, 2) [mm] that any picture must show."""
@@ -72,15 +79,17 @@ class Section:
         """The straight walls (w, 4) as they are drawn: a point [mm] and the normal."""
         return walls
 
-    def solids(self, view: np.ndarray) -> list[Solid]:
-        """What stands behind all walls, as far as a view (xmin, xmax, ymin, ymax) [mm] goes."""
+    def solids(self, view: np.ndarray, number: int) -> list[Solid]:
+        """What stands behind all walls in one of the frames, as far as a view (xmin, xmax, ymin,
+        ymax) [mm] goes.
+        """
         depth = THICKNESS * max(np.ptp(self.view[:2]), np.ptp(self.view[2:]))
-        curved = [strip_behind(chain, depth) for chain in chains(self.wall_lines)]
-        return [*self.flat_solids(view), *curved]
+        curved = [strip_behind(chain, depth) for chain in chains(self.wall_lines[number])]
+        return [*self.flat_solids(view, number), *curved]
 
-    def flat_solids(self, view: np.ndarray) -> list[Solid]:
+    def flat_solids(self, view: np.ndarray, number: int) -> list[Solid]:
         """What stands behind straight walls."""
-        return [solid_behind(wall, view) for wall in self.walls]
+        return [solid_behind(wall, view) for wall in self.walls[number]]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
         """Lines (k, 2, 2) [mm] of curved walls as they are drawn, the free side on their left."""
@@ -89,7 +98,7 @@ class Section:
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames, with its walls."""
         shot = self.shots[number]
-        for solid in self.solids(self.view):
+        for solid in self.solids(self.view, number):
             draw_solid(axes, solid)
         if len(self.centre_lines):
             draw_edges(axes, self.centre_lines, QUIET, zorder=1.7)
@@ -123,9 +132,9 @@ class HalfSection(Section):
         """Each wall, and after them their mirror images."""
         return np.concatenate([walls, walls * [-1.0, 1.0, -1.0, 1.0]])
 
-    def flat_solids(self, view: np.ndarray) -> list[Solid]:
+    def flat_solids(self, view: np.ndarray, number: int) -> list[Solid]:
         """Each wall's at positive x, and its mirror image."""
-        walls = self.walls[: len(self.walls) // 2]
+        walls = self.walls[number][: len(self.walls[number]) // 2]
         right = [right_half(solid_behind(wall, view)) for wall in walls]
         return right + [Solid(mirrored(s.outline), mirrored(s.face)) for s in right]
 
@@ -201,6 +210,20 @@ def boundary_edges(cells: np.ndarray) -> np.ndarray:
         np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
     )
     return edges[first[count == 1]] if len(unique) else edges
+
+
+def walls_at(frames: Frames, name: str, index: int, none: np.ndarray) -> np.ndarray:
+    """What a run describes of its walls under a name (k, ...) [m], where they are in a frame;
+    `none` where there is nothing. The first coordinates of the last axis are places.
+    """
+    rows = frames.described.get(name, none).astype(float)
+    if f"{name}_owner" not in frames.described or "wall_offset" not in frames.extra:
+        return rows
+    owner = frames.described[f"{name}_owner"].astype(int)
+    offset = frames.extra["wall_offset"][index][owner]
+    d = offset.shape[1]
+    rows[..., :d] += offset.reshape(len(rows), *[1] * (rows.ndim - 2), d)
+    return rows
 
 
 def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
+from softsim.report.section import walls_at
 from softsim.report.style import AZIMUTH, ELEVATION, GLOSS, INK, SHADE, WALL
 
 PIPE_FACES = 72
@@ -88,11 +89,14 @@ class Surface:
         self.shots = [visible_side(c, v, self.camera) for c, v in zip(corners, values, strict=True)]
         places = np.concatenate(corners).reshape(-1, 3)
         places = places[np.isfinite(places).all(axis=1)]
-        faces, curved = seen_walls(frames, corners_of_box(places))
-        walls = [visible_side(f, np.zeros(len(f)), self.camera) for f in (faces, curved)]
-        # Quieter than the body.
-        self.walls = [replace(wall, light=0.5 + 0.5 * wall.light) for wall in walls]
-        parts = [self.camera.project(places), self.walls[0].corners.reshape(-1, 2)]
+        self.walls = []  # in each of the frames, for walls may move
+        for index in indices:
+            faces, curved = seen_walls(frames, corners_of_box(places), index)
+            sides = [visible_side(f, np.zeros(len(f)), self.camera) for f in (faces, curved)]
+            # Quieter than the body.
+            self.walls.append([replace(side, light=0.5 + 0.5 * side.light) for side in sides])
+        flat = [walls[0].corners.reshape(-1, 2) for walls in self.walls]
+        parts = [self.camera.project(places), *flat]
         if len(curved):  # it leads on and on: as far as there is something near the body
             parts.append(self.camera.project(around(corners_of_box(places))))
         shown = np.concatenate(parts)
@@ -102,7 +106,7 @@ class Surface:
 
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
         """Draw one of the frames, in front of the walls behind it."""
-        for wall in self.walls:
+        for wall in self.walls[number]:
             _draw_faces(axes, wall, np.tile(to_rgba(WALL), (len(wall.light), 1)))
         shot = self.shots[number]
         _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
@@ -142,13 +146,14 @@ def corners_of_box(places: np.ndarray) -> np.ndarray:
     return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
 
 
-def seen_walls(frames: Frames, box: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (k, 4, 3) [mm] of flat walls and straight pipes near the box, corners (8, 3) around all
-    that the body does; and those of all curved walls (m, 3|4, 3).
+def seen_walls(frames: Frames, box: np.ndarray, index: int) -> tuple[np.ndarray, np.ndarray]:
+    """Faces (k, 4, 3) [mm] in a frame: of flat walls and straight pipes near the box, corners
+    (8, 3) around all that the body does; and those of all curved walls (m, 3|4, 3).
     """
-    walls = frames.described.get("walls", np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0]
-    pipes = frames.described.get("pipes", np.zeros((0, 7))) * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI]
-    return wall_faces(walls, pipes, box), frames.described.get("wall_faces", NO_FACES) * MILLI
+    walls = walls_at(frames, "walls", index, np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0]
+    pipes = walls_at(frames, "pipes", index, np.zeros((0, 7)))
+    curved = walls_at(frames, "wall_faces", index, NO_FACES) * MILLI
+    return wall_faces(walls, pipes * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI], box), curved
 
 
 def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Pieces of plane sections, and the two halves of a body of revolution."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -20,6 +21,7 @@ from softsim.report.section import (
     right_of_axis,
     solid_behind,
     view_of,
+    walls_at,
 )
 
 TWO_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
@@ -83,7 +85,7 @@ def test_both_halves_are_seen_with_the_axis_between_them(ring_run: Path) -> None
 
 def test_a_wall_is_mirrored_and_each_stays_on_its_side(ring_run: Path) -> None:
     section = HalfSection(frames_of(ring_run), [0], "stretch")
-    assert [(wall[0], wall[2]) for wall in section.walls] == [(12.0, -1.0), (-12.0, 1.0)]
+    assert [(wall[0], wall[2]) for wall in section.walls[0]] == [(12.0, -1.0), (-12.0, 1.0)]
     axes, _ = drawn(section)
     for patch, side in zip(axes.patches, (1.0, -1.0), strict=True):
         assert (side * patch.get_xy()[:, 0] > -1e-9).all()
@@ -92,8 +94,8 @@ def test_a_wall_is_mirrored_and_each_stays_on_its_side(ring_run: Path) -> None:
 def test_a_wall_across_the_axis_ends_there(ring_run: Path) -> None:
     """Of a cone the solid behind the wall, and its face, at positive x alone."""
     section = HalfSection(frames_of(ring_run), [0], "stretch")
-    section.walls = np.array([[0.0, -5.0, -0.6, 0.8], [0.0, -5.0, 0.6, 0.8]])
-    right, left = section.flat_solids(section.view)
+    section.walls = [np.array([[0.0, -5.0, -0.6, 0.8], [0.0, -5.0, 0.6, 0.8]])]
+    right, left = section.flat_solids(section.view, 0)
     assert right.outline[:, 0].min() == 0.0 and right.face[:, 0].min() == 0.0
     np.testing.assert_array_equal(left.outline, right.outline * [-1.0, 1.0])
 
@@ -160,3 +162,22 @@ def drawn_cells(section: Section) -> np.ndarray:
         for path in part.get_paths()
     ]  # fmt: skip
     return np.array([path.vertices[:3] for path in paths])
+
+
+def test_walls_are_drawn_where_they_have_moved_to():
+    """Of two planes and a line the second plane and the line moved after the first frame."""
+    frames = SimpleNamespace(
+        described={
+            "walls": np.array([[0.0, 0.0, 0.0, 1.0], [0.0, 2.0, 0.0, -1.0]]),
+            "walls_owner": np.array([0, 1]),
+            "wall_lines": np.array([[[5.0, 0.0], [5.0, 1.0]]]),
+            "wall_lines_owner": np.array([2]),
+        },
+        extra={"wall_offset": [np.zeros((3, 2)), np.array([[0.0, 0.0], [0.0, -0.5], [1.0, 0.0]])]},
+    )
+    for index, height, x in ((0, 2.0, 5.0), (1, 1.5, 6.0)):
+        walls = walls_at(frames, "walls", index, np.zeros((0, 4)))
+        np.testing.assert_array_equal(walls[:, 1], [0.0, height])
+        np.testing.assert_array_equal(walls[:, 3], [1.0, -1.0])
+        lines = walls_at(frames, "wall_lines", index, np.zeros((0, 2, 2)))
+        np.testing.assert_array_equal(lines[0, :, 0], [x, x])

@@ -161,5 +161,5 @@ def test_a_curved_wall_is_drawn_where_it_faces_the_camera(box_run: Path) -> None
     lines = {"wall_faces": np.array([square, square[::-1], square + 1e3 * one])}
     alone = Surface(frames, [0], "stretch")
     walled = Surface(replace(frames, described=frames.described | lines), [0], "stretch")
-    assert len(walled.walls[1].light) == 2
+    assert len(walled.walls[0][1].light) == 2
     assert (walled.view[1] - walled.view[0]) < 2.0 * (alone.view[1] - alone.view[0])

@@ -17,7 +17,7 @@ from softsim.report.colours import (
     shared_scale,
     shown_values,
 )
-from softsim.report.page.robot import plane_chart, space_chart
+from softsim.report.page.robot import moving_walls, plane_chart, space_chart
 from softsim.report.section import boundary_edges, outlines_at
 from softsim.report.snapshots import is_axisymmetric, pictures
 from softsim.report.surface import around, corners_of_box, seen_walls
@@ -46,7 +46,8 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
 
     figure: the robot between its walls, without places. origins: the middle of the robot in each
     frame (f, d); near: lowest and highest coordinates (2, d), from there, of what is shown around
-    it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image.
+    it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image. walls: None, or in
+    each frame the outlines and faces of walls of which one moves.
     Frames are left out evenly where there are more than MOST_FRAMES or than fit in ROOM.
     Raises OutputError for a field that the frames do not have, or if no node has a place.
     """
@@ -71,8 +72,9 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
     }  # fmt: skip
     if d == 2:
         chart = plane_chart(frames, field, everywhere, colours)
+        walls = moving_walls(frames, chosen, field, everywhere)
     else:
-        chart = space_chart(frames, everywhere, colours)
+        chart, walls = space_chart(frames, everywhere, colours), None
     return {
         "times": frames.times[chosen],
         "frame_count": len(frames),
@@ -83,6 +85,7 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
         "places": packed(places, np.nanmin(places), np.nanmax(places), np.uint16),
         "values": packed(values, low, high, np.uint8),
         "outlines": [outlines_of(frames, index).round(3) for index in chosen],
+        "walls": walls,
         "origins": origins.round(4),
         "near": near,
         "everywhere": near + np.array([origins.min(axis=0), origins.max(axis=0)]),
@@ -140,7 +143,7 @@ def with_surroundings(
         return np.stack([np.minimum(near[0], view[0]), np.maximum(near[1], view[1])])
     corners = corners_of_box(near)
     walls = (
-        np.concatenate([f.reshape(-1, 3) for f in seen_walls(frames, corners + origin)]) - origin
+        np.concatenate([f.reshape(-1, 3) for f in seen_walls(frames, corners + origin, 0)]) - origin
     )
     low, high = box(around(corners), False)
     return box(np.concatenate([corners, walls.clip(low, high)]), False)

@@ -41,15 +41,15 @@ Trace = dict[str, Any]
 
 
 def plane_chart(frames: Frames, field: str, everywhere: np.ndarray, colours: Trace) -> Chart:
-    """Walls, the lines that bodies follow, the colour bar; then the traces that move: rigid
-    outlines, the cells of each of the SHADES, those without a value, and the rim.
+    """Walls where they are at first, the lines that bodies follow, the colour bar; then the traces
+    that move: rigid outlines, the cells of each of the SHADES, those without a value, and the rim.
 
     everywhere: lowest and highest coordinates (2, d) [mm] of the body in the whole run. colours:
     what the bar shows, in plotly's words.
     """
     picture = pictures(frames, [0], field)
     assert isinstance(picture, Section)
-    solids = picture.solids(everywhere.T.ravel())
+    solids = picture.solids(everywhere.T.ravel(), 0)
     bar = {"x": [None], "y": [None], "mode": "markers", "showlegend": False}
     traces = [
         filled(WALL, QUIET) | path(solid.outline for solid in solids),
@@ -70,11 +70,30 @@ def plane_chart(frames: Frames, field: str, everywhere: np.ndarray, colours: Tra
     return Chart("The robot", traces, layout)
 
 
-def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart:
-    """Walls; then the traces that move: the faces of the surface, and those without a value. They
-    are seen and lit as in the figures.
+def moving_walls(
+    frames: Frames, chosen: np.ndarray, field: str, everywhere: np.ndarray
+) -> list[list[list[np.ndarray]]] | None:
+    """Outlines and faces [mm] of what stands behind the walls of a section in the chosen frames:
+    the content of the first two traces of `plane_chart`. None where no wall moves.
     """
-    flat, curved = seen_walls(frames, corners_of_box(everywhere))
+    if "wall_offset" not in frames.extra:
+        return None
+    if not any(frames.extra["wall_offset"][index].any() for index in chosen):
+        return None
+    picture = pictures(frames, list(chosen), field)
+    assert isinstance(picture, Section)
+    solids = [picture.solids(everywhere.T.ravel(), number) for number in range(len(chosen))]
+    return [
+        [[part.outline.round(3) for part in parts], [part.face.round(3) for part in parts]]
+        for parts in solids
+    ]
+
+
+def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart:
+    """Walls where they are at first; then the traces that move: the faces of the surface, and those
+    without a value. They are seen and lit as in the figures.
+    """
+    flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
     look = {
         "type": "mesh3d", "flatshading": True, "hoverinfo": "skip",

@@ -7,7 +7,8 @@ const [player, play, slider, reading, speed, camera] =
 const robot = player.querySelector(".plot");
 const { times, faces, rim, signs, origins } = movie, end = times.length - 1, d = origins[0].length;
 const places = inFrames(unpacked(movie.places, Uint16Array)), values = inFrames(unpacked(movie.values, Uint8Array));
-const moving = movie.figure.data.flatMap((trace, k) => (trace.x === undefined ? [k] : []));
+const ofWalls = movie.walls ? 2 : 0; // walls are the first traces: what stands behind, and their faces
+const moving = movie.figure.data.flatMap((trace, k) => (k < ofWalls || trace.x === undefined ? [k] : []));
 let current = 0, playing = false;
 
 // Numbers from whole ones; NaN where there is none.
@@ -36,9 +37,10 @@ class Path {
   }
 }
 
-// In the plane: rigid outlines, the cells of each shade, those without a value, and the rim.
+// In the plane: walls that move, rigid outlines, the cells of each shade, those without a value, and the rim.
 function plane(frame) {
-  const paths = moving.map(() => new Path()), shades = paths.length - 3;
+  const all = moving.map(() => new Path()), paths = all.slice(ofWalls), shades = paths.length - 3;
+  for (let k = 0; k < ofWalls; k++) for (const part of movie.walls[frame][k]) all[k].add(part);
   const outlines = paths[0], noValue = paths.at(-2), edges = paths.at(-1), { low, high } = movie.values;
   for (const outline of movie.outlines[frame]) outlines.add([...outline, outline[0]]);
   for (const sign of signs) {
@@ -50,7 +52,7 @@ function plane(frame) {
     });
     for (const edge of rim) edges.add(edge.map(at));
   }
-  return { x: paths.map(({ x }) => x), y: paths.map(({ y }) => y) };
+  return { x: all.map(({ x }) => x), y: all.map(({ y }) => y) };
 }
 
 // In space: the faces that have a value, and those that have none; not those that lost a node.
