@@ -60,21 +60,18 @@ def check(
 ) -> None:
     """Check a scene and say how large it is, its stable step, and how long it will take."""
     with explained() as console:
-        from softsim.machine import choose, memory_of
+        from softsim.machine import choose
         from softsim.scene.loading import load_scene
 
         choice = choose(device.value, threads)
         loaded = load_scene(scene, overrides or [])
         # Taichi is imported from here on: an error before is told at once.
-        from softsim import backend
         from softsim.builder import build_model
         from softsim.cli.run_tables import model_table
-        from softsim.solver.memory import field_bytes, refuse_too_large
+        from softsim.solver.memory import refuse_before_start
 
         model = build_model(loaded)
-        backend.start(choice.device)
-        size = field_bytes(model, scenarios=1)
-        refuse_too_large(model, size, choice.device, memory_of(choice.device))
+        refuse_before_start(model, choice.device)
         console.print(model_table(model))
         if duration:
             from softsim.cli.run_tables import duration_table

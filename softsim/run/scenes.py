@@ -16,7 +16,7 @@ from softsim.run.batch import Batch
 from softsim.run.course import Results
 from softsim.run.files import RunFiles, fitting_checkpoint
 from softsim.scene.loading import LoadedScene, load_scene
-from softsim.solver.memory import scenarios_that_fit
+from softsim.solver.memory import refuse_before_start, scenarios_that_fit
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
 # or two to trace, ten or twenty to compile the first time.
@@ -57,6 +57,7 @@ def run(
     console = console or Console()
     loaded = scene if isinstance(scene, LoadedScene) else load_scene(scene, overrides)
     model = build_model(loaded)
+    refuse_before_start(model, choice.device)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
     if resume:
         batch = resumed(loaded, model, target, choice, console, watches)
@@ -106,7 +107,9 @@ def run_batch(
     models: dict[int, Model] = {}
     for k, loaded in enumerate(scenes):
         try:
-            models[k] = build_model(loaded)
+            model = build_model(loaded)
+            refuse_before_start(model, choice.device)
+            models[k] = model
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):

@@ -1,8 +1,8 @@
 """Whether a model fits the memory of the place where it is to run."""
 
-from softsim import fields
+from softsim import backend, fields
 from softsim.errors import DeviceError
-from softsim.machine import Place
+from softsim.machine import Place, memory_of
 from softsim.model import Model
 from softsim.solver.terms import Terms
 
@@ -11,6 +11,9 @@ from softsim.solver.terms import Terms
 # 208,000 triangles). CUDA: a context of some 0.5 GB and Taichi's own pool of 1 GiB (its
 # device_memory_GB); working arrays live in the CPU's memory.
 BESIDE = {"cpu": (300e6, 1000.0), "cuda": (1.6e9, 0.0)}
+
+# More than any element takes [bytes]: what fits with this needs no count, which takes a second.
+PLENTY = 20_000.0
 
 
 def field_bytes(model: Model, scenarios: int) -> int:
@@ -22,6 +25,17 @@ def field_bytes(model: Model, scenarios: int) -> int:
     with fields.counted() as made:
         Terms([model] * scenarios)
     return made.size
+
+
+def refuse_before_start(model: Model, device: str) -> None:
+    """Refuse a model that does not fit the free memory of a device ("cpu" or "cuda"), before
+    anything of an earlier run is touched. Raises DeviceError saying how many elements would fit.
+    """
+    place = memory_of(device)
+    if place is None or BESIDE[device][0] + PLENTY * model.element_count <= place.memory.free:
+        return
+    backend.start(device)
+    refuse_too_large(model, field_bytes(model, scenarios=1), device, place)
 
 
 def refuse_too_large(model: Model, size: int, device: str, place: Place | None) -> None:

@@ -134,3 +134,17 @@ def test_a_solver_that_does_not_fit_is_refused_before_it_takes_memory(build, cpu
     monkeypatch.setattr(explicit, "memory_of", lambda device: Card(100))
     with pytest.raises(DeviceError, match="are free on card"):
         explicit.ExplicitSolver([model])
+
+
+def test_what_cannot_fit_leaves_an_earlier_run_alone(cpu, tmp_path, monkeypatch):
+    from softsim.run import run
+    from softsim.solver import memory
+
+    (tmp_path / "large.yaml").write_text(SECTION)
+    earlier = tmp_path / "large" / "summary.json"
+    earlier.parent.mkdir()
+    earlier.write_text("of an earlier run")
+    monkeypatch.setattr(memory, "memory_of", lambda device: Card(100))
+    with pytest.raises(DeviceError, match="are free on card"):
+        run(tmp_path / "large.yaml", out=earlier.parent)
+    assert earlier.read_text() == "of an earlier run"
