@@ -25,11 +25,13 @@ def measures(model: Model, history: History) -> dict[str, Any]:
     if len(history["time"]) == 0:
         return {}
     found: dict[str, Any] = body_motion(history)
-    found["rows_in_contact"] = float(history["rows_in_contact"].max())
     found["slip_share"] = slip_share(history)
+    if model.robot.rows:
+        found["rows_in_contact"] = float(history["rows_in_contact"].max())
     if model.robot.frame is not None:
         found |= frame_motion(model, history)
-        found["rows_at_highest"] = rows_at_highest(history)
+        if model.robot.rows:
+            found["rows_at_highest"] = rows_at_highest(history)
         found["dominant_frequency"] = dominant_frequency(model, history)
     if model.chamber is not None:
         found |= cycle_measures(model, history)

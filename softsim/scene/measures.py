@@ -48,15 +48,15 @@ OF_RUNS = {
 OF_BODIES = {
     "body_displacement": LENGTH,
     "body_speed": SPEED,
-    "rows_in_contact": NUMBER,
     "slip_share": NUMBER,
 }
+OF_ROWS = {"rows_in_contact": NUMBER}
 OF_RIGID_BODIES = {
     "frame_displacement": LENGTH,
     "mean_speed": SPEED,
-    "rows_at_highest": NUMBER,
     "dominant_frequency": FREQUENCY,
 }
+OF_ROWS_ON_RIGID_BODIES = {"rows_at_highest": NUMBER}
 OF_RIGID_BODIES_IN_CYCLES = {
     "displacement_per_cycle": LENGTHS,
     "displacement_while_falling": LENGTHS,
@@ -99,8 +99,12 @@ def produced(scene: Scene) -> dict[str, Measure]:
     chamber = chambers.get(scene.robot.chamber or next(iter(chambers), ""))
     profile = chamber.profile if isinstance(chamber, FollowerPressure) else None
     found = OF_RUNS | OF_BODIES
+    if scene.robot.rows:
+        found |= OF_ROWS
     if scene.rigid_bodies:
         found |= OF_RIGID_BODIES
+        if scene.robot.rows:
+            found |= OF_ROWS_ON_RIGID_BODIES
         if has_cycles(profile):
             found |= OF_RIGID_BODIES_IN_CYCLES
     if chambers:

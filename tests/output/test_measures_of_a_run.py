@@ -15,6 +15,7 @@ bodies:
   b: {mesh: {generator: block, length: 10 mm, height: 1 mm, element_size: 1 mm},
       formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10, fixed: [bottom]}
 rigid_bodies: {frame: {mass: 8.8 g, inertia: 1 g*mm^2}}
+robot: {rows: [b.top]}
 """
 CYCLES = """
 loads:
@@ -152,7 +153,7 @@ def test_a_short_run(write_scene, tmp_path, kernel_cache, monkeypatch):
     assert set(OF_RUNS) <= set(found)
     assert found["peak_pull"] == pytest.approx(50e-3, rel=0.01)
     assert found["slip_share"] > 0.99
-    assert found["rows_at_highest"] == 0.0
+    assert not {"rows_in_contact", "rows_at_highest"} & set(found)  # it has no rows
     assert found["dominant_frequency"] == pytest.approx(100.0, abs=0.5)
     # At 150 ms, when the pressure has fallen, it is on its way back from the tendon, where it was
     # for pi / omega; the row before and the one after are up to 2 ms away.
