@@ -196,7 +196,7 @@ def test_under_strain(limits, record_verification, formulation, overrides):
     for name, x in places.items():
         solver.terms.loads[0].source.table.value.fill(18e3 if name == "pressed" else 0.0)
         exact, bound = exact_and_bound(x)
-        law = type(model.bodies[0].material.law).__name__
+        law = type(model.regions[0].material.law).__name__
         record_verification(f"stable step [s], {formulation}, {law}, {name}", exact, bound)
         assert bound < exact
         assert bound > exact / (1.1 if name == "at rest" else 1.35)

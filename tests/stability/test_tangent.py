@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from softsim.solver.tangent import tangent_bound
 
 from softsim.materials.functions import Functions
 from softsim.materials.law import FirstInvariantLaw
@@ -12,6 +11,7 @@ from softsim.materials.material import Material
 from softsim.materials.mooney_rivlin import MooneyRivlin
 from softsim.materials.ogden import Ogden
 from softsim.materials.yeoh import Yeoh
+from softsim.stability.tangent import tangent_bound
 
 LAWS = [Yeoh(36e3, 5e3, 1e3), MooneyRivlin(30e3, 6e3), MooneyRivlin(45e3, -5e3),
         Ogden((60e3, 10e3, 2e3), (1.3, -2.5, 7.0))]  # fmt: skip
