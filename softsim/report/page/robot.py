@@ -12,7 +12,7 @@ from softsim.report.colours import shades
 from softsim.report.page.charts import Chart
 from softsim.report.section import Section
 from softsim.report.snapshots import is_axisymmetric, pictures
-from softsim.report.style import FRAME, GLOSS, GRID, INK, PALE, QUIET, SHADE, WALL
+from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, WALL
 from softsim.report.surface import CAMERA, corners_of_box, seen_walls
 
 SHADES = 16
@@ -26,6 +26,17 @@ SEE_THROUGH = 0.25
 
 FAR = 1e5
 """Beyond all that is shown [mm]."""
+
+EYE = 2.5
+"""How far the eye is from the middle of the axes, in their size. Plotly lights nothing where the
+view is parallel, as in the figures: its light asks how far away the eye is."""
+
+LIGHT = {
+    "ambient": 0.7, "diffuse": 0.8, "specular": 0.1, "roughness": 0.9, "fresnel": 0.05,
+    "facenormalsepsilon": 0, "vertexnormalsepsilon": 0,  # else faces below a millimetre have none
+}  # fmt: skip
+ABOVE = np.array([0.1, 1.0, 0.0])
+"""Where the light comes from."""
 
 UPRIGHT = {"yref": "paper", "y0": 0.0, "y1": 1.0}
 
@@ -91,14 +102,13 @@ def moving_walls(
 
 def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart:
     """Walls where they are at first; then the traces that move: the faces of the surface, and those
-    without a value. They are seen and lit as in the figures.
+    without a value. They are seen from where the figures see them.
     """
     flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
     look = {
         "type": "mesh3d", "flatshading": True, "hoverinfo": "skip",
-        "lighting": {"ambient": 1.0 - SHADE, "diffuse": SHADE, "specular": GLOSS},
-        "lightposition": xyz(FAR * CAMERA.source),
+        "lighting": LIGHT, "lightposition": xyz(FAR * ABOVE),
     }  # fmt: skip
     first = np.arange(0, len(corners), 3)
     walls = look | xyz(corners.T) | {"i": first, "j": first + 1, "k": first + 2}
@@ -106,9 +116,8 @@ def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart
     traces = [walls | {"color": WALL, "opacity": SEE_THROUGH}, body, look | {"color": NO_VALUE}]
     scene = {
         "camera": {
-            "projection": {"type": "orthographic"},
             "up": xyz(np.array([0.0, 1.0, 0.0])),
-            "eye": xyz(CAMERA.towards),
+            "eye": xyz(EYE * CAMERA.towards),
         },
         "aspectmode": "manual",
         "dragmode": "orbit",
