@@ -45,7 +45,7 @@ def test_the_constant_of_a_neo_hookean_solid_comes_back(C10):
     assert fit.law.constants == pytest.approx((C10,), rel=1e-12)
 
 
-@given(number(1e3, 1e6), number(-1e3, 1e5))
+@given(number(1e3, 1e6), number(-9e2, 1e5))
 def test_the_constants_of_a_mooney_rivlin_solid_come_back(C10, C01):
     test = pulled(MooneyRivlin(C10, C01), np.linspace(0.0, 1.0, 20))
     fit = fit_law(test, MooneyRivlin, max_strain=1.0)
