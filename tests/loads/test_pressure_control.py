@@ -224,7 +224,7 @@ def test_the_speed_of_a_line_is_its_own_along_the_axis():
     assert forward_speed(felt) == pytest.approx(3.0 * 0.6 - 4.0 * 0.8, rel=1e-12)
 
 
-def test_hastened_cycles_have_the_same_course_sooner():
+def test_time_scaled_cycles_have_the_same_course_sooner():
     fast = CYCLES.time_scaled(10.0)
     command, soon = CYCLES.first_command(), fast.first_command()
     assert pressure(soon, 0.05) == pytest.approx(pressure(command, 0.5))

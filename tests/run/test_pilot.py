@@ -41,7 +41,7 @@ output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 m
 """
 
 
-def test_hastened_loads_are_the_same_at_an_earlier_time(build):
+def test_time_scaled_loads_are_the_same_at_an_earlier_time(build):
     model = build(BLOCK)
     fast = time_scaled(model, 10.0)
     assert fast.end_time == pytest.approx(5e-3)
