@@ -29,9 +29,7 @@ from softsim.scene.loading import LoadedScene
 from softsim.stability.time_step import first_time_increment
 
 PILOT_INCREMENTS = 20_000  # at the step of rest
-# A pilot gets so long [s]. A large model, or one whose step shrinks a lot, is then on its way
-# still, and the rest is taken at the pace of the pilot's last part.
-PILOT_TIME = 4.0
+PILOT_TIME = 4.0  # [s]
 LAST_PART = 0.25
 # A start that took longer [s] compiled kernels; the run finds them in the cache, so that it is
 # measured once more. Only very large models are read and built in this time.
@@ -70,8 +68,13 @@ class Mark:
     increment_count: int
 
 
-def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Duration:
+def predicted_duration(
+    loaded: LoadedScene, model: Model, choice: Choice, pilot_time: float = PILOT_TIME
+) -> Duration:
     """Run the pilot in a temporary folder.
+
+    pilot_time: wall time [s] that it gets. A large model, or one whose step shrinks a lot, is then
+    on its way still, and the rest is taken at the pace of the pilot's last part.
 
     Raises DeviceError where the device does not start, StabilityError where a guard stops the very
     first increments.
@@ -85,7 +88,7 @@ def predicted_duration(loaded: LoadedScene, model: Model, choice: Choice) -> Dur
         if started_in > COLD_START:
             pilot.close()
             pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
-        marks = _marks(pilot)
+        marks = _marks(pilot, pilot_time)
         end = pilot.solver.time if _is_done(pilot.runs[0]) else pilot_model.end_time
         loop, count, covered = extrapolated(marks, end)
         loop, count = loop * factor, count * factor
@@ -149,8 +152,8 @@ def _first_increment(
     return pilot, time.perf_counter() - began
 
 
-def _marks(pilot: Batch) -> list[Mark]:
-    """Run the pilot to its end, its time, or to where a guard stops it.
+def _marks(pilot: Batch, pilot_time: float) -> list[Mark]:
+    """Run the pilot to its end, its wall time [s], or to where a guard stops it.
 
     Raises StabilityError if a guard stops it before there is anything to measure.
     """
@@ -168,7 +171,7 @@ def _marks(pilot: Batch) -> list[Mark]:
         if isinstance(stopped, StabilityError | OutputError):
             raise stopped
         marks.append(mark())
-        if marks[-1].wall - marks[0].wall > PILOT_TIME:
+        if marks[-1].wall - marks[0].wall > pilot_time:
             break
     return marks
 
