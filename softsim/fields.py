@@ -5,6 +5,11 @@ each field that is filled or read on its own a kernel of its own, traced anew at
 model has about a hundred fields. So they are made `together`, one after another in one block of
 memory, and two kernels write and read all of them, whatever they hold: they copy words of four
 bytes, and Taichi tells at which word of the block a field begins.
+
+A compiled kernel is kept and serves again wherever the extents of the fields are the same. So these
+are rounded up (`rounded`), and what depends on the mesh is a `Number`, which a kernel reads when it
+runs: meshes of about the same size share their kernels. Arrays that are read or written have the
+shape that was asked for; the cells beyond it hold zeros, and no kernel comes there.
 """
 
 import math
@@ -23,6 +28,21 @@ from softsim.errors import DeviceError
 WORD = 4  # bytes
 CACHE_LINE = 64  # bytes
 NUMPY_TYPES: dict[Any, np.dtype] = {ti.i32: np.dtype(np.int32), ti.f64: np.dtype(np.float64)}
+EXACT = 8  # extents up to here stay: corners, lanes of a vector, components, few scenarios
+DOUBLING = 2**15  # rounding doubles up to here; beyond, where memory counts, it adds an eighth
+
+
+def rounded(extent: int) -> int:
+    """The extent that a field gets along an axis of so many cells.
+
+    >>> [rounded(n) for n in (3, 8, 9, 1000, 40_000)]
+    [3, 8, 24, 1032, 40968]
+    """
+    if extent <= EXACT:
+        return extent
+    power = 1 << (extent - 1).bit_length()
+    step = power if power <= DOUBLING else power // 16
+    return -(-extent // step) * step + EXACT
 
 
 @dataclass(frozen=True)
@@ -36,6 +56,12 @@ class _New:
     cells: tuple[int, ...]
     components: tuple[int, ...]
     values: np.ndarray | None
+
+    @property
+    def extents(self) -> tuple[int, ...]:
+        """Cells in memory along each axis: the first that is long is rounded up."""
+        long = next((axis for axis, n in enumerate(self.cells) if n > EXACT), None)
+        return tuple(rounded(n) if axis == long else n for axis, n in enumerate(self.cells))
 
     @property
     def cell_bytes(self) -> int:
@@ -52,21 +78,39 @@ class Made:
     @property
     def size(self) -> int:
         """Bytes that their numbers take."""
-        return sum(math.prod(new.cells) * new.cell_bytes for new in self.fields)
+        return sum(math.prod(new.extents) * new.cell_bytes for new in self.fields)
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a field lies: the block, its first word there, shape and type of all its numbers."""
+    """Where numbers of a field lie: the block, their first word there, their shape, that of their
+    place in memory, and their type.
+    """
 
     block: "_Block"
     first: int
     shape: tuple[int, ...]
+    extents: tuple[int, ...]
     dtype: np.dtype
 
-    def first_of(self, row: int) -> int:
-        """First word of a row, which is an index of the first axis."""
-        return self.first + row * math.prod(self.shape[1:]) * self.dtype.itemsize // WORD
+    def row(self, row: int) -> "_Place":
+        """Where a row lies, which is an index of the first axis."""
+        words = math.prod(self.extents[1:]) * self.dtype.itemsize // WORD
+        return _Place(
+            self.block, self.first + row * words, self.shape[1:], self.extents[1:], self.dtype
+        )
+
+    def read(self) -> np.ndarray:
+        """The numbers."""
+        values: np.ndarray = np.empty(self.extents, self.dtype)
+        self.block.copy_out(self.first, values.reshape(-1).view(np.int32))
+        return np.array(values[tuple(map(slice, self.shape))])
+
+    def write(self, values: np.ndarray | float) -> None:
+        """Give the numbers new values, an array or one that broadcasts to it."""
+        whole = np.zeros(self.extents, self.dtype)
+        whole[tuple(map(slice, self.shape))] = np.broadcast_to(values, self.shape)
+        self.block.copy_in(self.first, whole.reshape(-1).view(np.int32))
 
 
 _made: Made | None = None
@@ -140,36 +184,41 @@ def shape_of(field: ti.Field) -> tuple[int, ...]:
 
 def read(field: ti.Field) -> np.ndarray:
     """All numbers of a field (cells, components)."""
-    place = _places[field]
-    values: np.ndarray = np.empty(place.shape, place.dtype)
-    place.block.copy_out(place.first, values.reshape(-1).view(np.int32))
-    return values
+    return _places[field].read()
 
 
 def read_row(field: ti.Field, row: int) -> np.ndarray:
     """All numbers of one row of a field: of one scenario, where the first axis counts these."""
-    place = _places[field]
-    values: np.ndarray = np.empty(place.shape[1:], place.dtype)
-    place.block.copy_out(place.first_of(row), values.reshape(-1).view(np.int32))
-    return values
+    return _places[field].row(row).read()
 
 
 def write(field: ti.Field, values: np.ndarray | float) -> None:
     """Give a field new numbers: an array (cells, components), or one that broadcasts to it."""
-    place = _places[field]
-    place.block.copy_in(place.first, _words(values, place.shape, place.dtype))
+    _places[field].write(values)
 
 
 def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
     """Give one row of a field new numbers; the other rows stay as they are."""
-    place = _places[field]
-    place.block.copy_in(place.first_of(row), _words(values, place.shape[1:], place.dtype))
+    _places[field].row(row).write(values)
 
 
-def _words(values: np.ndarray | float, shape: tuple[int, ...], dtype: np.dtype) -> np.ndarray:
-    """Values broadcast to this shape, as words one after another."""
-    whole: np.ndarray = np.broadcast_to(values, shape)
-    return np.ascontiguousarray(whole, dtype=dtype).reshape(-1).view(np.int32)
+@ti.data_oriented
+class Number:
+    """A whole number of a model, such as how many elements it has: an index in Python; in a kernel
+    read when it runs, not written into it.
+    """
+
+    def __init__(self, value: int) -> None:
+        self.value = value
+        self.cell = index_field(np.array([value]))
+
+    def __index__(self) -> int:
+        return self.value
+
+    @ti.func
+    def read(self):
+        """The number, in a kernel."""
+        return self.cell[0]
 
 
 @ti.data_oriented
@@ -185,7 +234,7 @@ class _Block:
         self.words = ti.field(ti.i32)
         builder.dense(ti.i, CACHE_LINE // WORD).place(self.words)
         for new in made:
-            builder.dense(ti.axes(*range(len(new.cells))), new.cells).place(new.field)
+            builder.dense(ti.axes(*range(len(new.cells))), new.extents).place(new.field)
         builder.finalize()
 
     @ti.kernel
@@ -236,7 +285,7 @@ def _allocate(made: Made) -> None:
     block = _Block(placed)
     for new in placed:
         first = new.field.parent()._offset_bytes_in_parent_cell // WORD
-        shape = (*new.cells, *new.components)
-        _places[new.field] = _Place(block, first, shape, new.dtype)
+        shape, extents = (*new.cells, *new.components), (*new.extents, *new.components)
+        _places[new.field] = _Place(block, first, shape, extents, new.dtype)
         if new.values is not None:
             write(new.field, new.values)

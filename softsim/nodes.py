@@ -9,7 +9,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.fields import index_field, real_field, vector_field
+from softsim.fields import Number, index_field, real_field, rounded, vector_field
 
 # A sum over many entries of one thing (a chamber's volume, the force on a rigid body) is made of so
 # many parts, which workers or a GPU's threads sum side by side, in the same order whoever does it.
@@ -43,11 +43,13 @@ class CornerForces:
     def reserve(self, owners: np.ndarray) -> int:
         """Reserve a slot for each entry of `owners`: the node it acts on, -1 for none.
 
-        Returns the number of the first slot; they follow each other as the entries do.
+        Returns the number of the first slot; they follow each other as the entries do. Kernels have
+        it as a constant, as LLVM vectorises nothing else, so that it must not hang on the mesh: the
+        number of slots is rounded up.
         """
-        first = self.count
-        self._owners.append(np.asarray(owners, dtype=np.int32).ravel())
-        self.count += owners.size
+        first, spare = self.count, rounded(owners.size) - owners.size
+        self._owners.append(np.pad(owners.ravel(), (0, spare), constant_values=-1))
+        self.count = first + rounded(owners.size)
         return first
 
     def allocate(self, scenarios: int, node_count: int) -> None:
@@ -106,14 +108,15 @@ class NodeLists:
         order = np.argsort(owner, kind="stable")
         first = np.searchsorted(owner[order], np.arange(node_count))
         degree = np.bincount(owner[owner >= 0], minlength=node_count)
-        self.blocks = backend.lane_blocks(node_count)
-        listed_nodes = np.full(self.blocks * lanes, -1)
+        blocks = backend.lane_blocks(node_count)
+        self.blocks = Number(blocks)
+        listed_nodes = np.full(blocks * lanes, -1)
         listed_nodes[:node_count] = np.lexsort((degree, np.arange(node_count) // self.WINDOW))
         self.member = member = listed_nodes.reshape(-1, lanes)
         entries = np.where(member >= 0, degree[member], 0)
         rows = entries.max(axis=1)
         start = np.concatenate([[0], np.cumsum(rows)])
-        block = np.repeat(np.arange(self.blocks), rows)
+        block = np.repeat(np.arange(blocks), rows)
         step = (np.arange(start[-1]) - start[block])[:, None]
         listed = step < entries[block]
         place = np.where(listed, first[member[block]] + step, 0)
@@ -172,7 +175,8 @@ class Nodes:
         local_damping: np.ndarray,
         relaxes: bool,
     ) -> None:
-        self.scenarios, self.count, self.dimension = position.shape
+        self.scenarios, count, self.dimension = position.shape
+        self.count = Number(count)
         self.relaxes = relaxes
         self.local_damping = real_field(local_damping)
         self.position = vector_field(position)
@@ -184,7 +188,7 @@ class Nodes:
         self.inverse_mass = vector_field(np.where(is_free, 1.0 / movable, 0.0))
         self.gravity = vector_field(gravity)
         self.rest = vector_field(position[0])
-        self.damping_work = real_field(np.zeros((self.scenarios, self.count)))
+        self.damping_work = real_field(np.zeros((self.scenarios, count)))
         self.corner_forces = CornerForces(self.dimension)
 
     def state_fields(self) -> dict[str, ti.Field]:
@@ -251,7 +255,7 @@ class Nodes:
     def kinetic_energy(self, s, dt):
         """Of the free components [J], at the time of their positions: v less half a kick of dt."""
         energy = ti.cast(0.0, backend.real)
-        for a in range(self.count):
+        for a in range(self.count.read()):
             v = self.velocity[s, a] - 0.5 * dt * self.acceleration(s, a)
             for i in ti.static(range(self.dimension)):
                 if self.inverse_mass[a][i] > 0.0:
@@ -262,7 +266,7 @@ class Nodes:
     def weight_work(self, s):
         """Work of the free components' weight since the start [J]."""
         work = ti.cast(0.0, backend.real)
-        for a in range(self.count):
+        for a in range(self.count.read()):
             moved = self.position[s, a] - self.rest[a]
             for i in ti.static(range(self.dimension)):
                 if self.inverse_mass[a][i] > 0.0:
@@ -273,7 +277,7 @@ class Nodes:
     def damped_energy(self, s):
         """Taken out by local damping so far [J]."""
         energy = ti.cast(0.0, backend.real)
-        for a in range(self.count):
+        for a in range(self.count.read()):
             energy += self.damping_work[s, a]
         return energy
 
@@ -281,6 +285,6 @@ class Nodes:
     def mass_moment(self, s):
         """Sum of m x of all nodes [kg m]."""
         moment = ti.Vector.zero(backend.real, self.dimension)
-        for a in range(self.count):
+        for a in range(self.count.read()):
             moment += self.mass[a] * self.position[s, a]
         return moment

@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
-from softsim.fields import real_field
+from softsim.fields import Number, real_field
 
 
 class Stage(IntEnum):
@@ -98,7 +98,7 @@ class WorkingTerm(Term):
     """A term that books the `work` (scenarios, count) [J] of its own forces, index by index."""
 
     def __init__(self, scenarios: int, count: int) -> None:
-        self.count = count
+        self.count = Number(count)
         self.work = real_field(np.zeros((scenarios, count)))
 
     def state_fields(self) -> dict[str, ti.Field]:
@@ -113,6 +113,6 @@ class WorkingTerm(Term):
     def work_done(self, s, dt):
         """Work so far [J]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             total += self.work[s, i]
         return total

@@ -10,6 +10,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from softsim import fields
+
 SCENE = """
 bodies:
   far: {mesh: {generator: block, length: 1 mm, height: 1 mm, element_size: 1 mm},
@@ -53,7 +55,7 @@ def drag_load(coefficients):
             return {"dissipation": self.dissipation, "force": self.force}
 
         def readings(self, scenario, interval):
-            return {"drag": float(self.force.to_numpy()[scenario])}
+            return {"drag": float(fields.read(self.force)[scenario])}
 
         @ti.func
         def pull(self, s, i, t, dt):

@@ -16,6 +16,7 @@ ARRAYS = {
     "matrix": random.random((2, 3, 3)),
     "lane": random.random((2, 16)),
     "number": random.random(1),
+    "long": random.random((2, 21, 3)),  # of which memory holds more
 }
 MAKERS = {
     "index": fields.index_field,
@@ -24,6 +25,7 @@ MAKERS = {
     "matrix": fields.matrix_field,
     "lane": fields.lane_data,
     "number": fields.real_field,
+    "long": fields.vector_field,
 }
 
 
@@ -36,13 +38,34 @@ def made(cpu):
 def test_taichi_finds_every_number_where_it_was_written(made):
     for name, field in made.items():
         seen = field.to_numpy()
-        np.testing.assert_array_equal(seen.reshape(ARRAYS[name].shape), ARRAYS[name])
+        shape = fields.shape_of(field)
+        kept = seen[tuple(map(slice, shape))]
+        np.testing.assert_array_equal(kept.reshape(ARRAYS[name].shape), ARRAYS[name])
+        np.testing.assert_array_equal(fields.read(field), kept)
+        assert np.count_nonzero(seen) == np.count_nonzero(kept)  # what lies beyond is zero
 
 
-def test_reading_gives_what_taichi_gives(made):
-    for field in made.values():
-        assert fields.shape_of(field) == field.to_numpy().shape
-        np.testing.assert_array_equal(fields.read(field), field.to_numpy())
+def test_meshes_of_about_the_same_size_have_fields_of_the_same_extents(made):
+    shapes = {made["long"].shape}
+    for count in (9, 16):
+        shapes.add(fields.vector_field(np.ones((2, count, 3))).shape)
+    assert len(shapes) == 2
+    assert fields.rounded(17) == fields.rounded(32) < fields.rounded(33)
+    assert fields.rounded(200_001) < 1.13 * 200_001
+    for extent in (9, 1000, 100_000):  # else all fields would lie at one place of the cache
+        assert fields.rounded(extent) & (fields.rounded(extent) - 1)
+
+
+def test_a_number_is_read_when_a_kernel_runs(cpu):
+    number = fields.Number(12)
+
+    @ti.kernel
+    def doubled() -> ti.i32:
+        return 2 * number.read()
+
+    assert (doubled(), np.zeros(number).shape, int(number)) == (24, (12,), 12)
+    fields.write(number.cell, 13)
+    assert doubled() == 26
 
 
 def test_a_row_is_read_and_written_alone(made):

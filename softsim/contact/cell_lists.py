@@ -3,7 +3,7 @@
 import numpy as np
 import taichi as ti
 
-from softsim.fields import index_field, real_field, vector_field
+from softsim.fields import Number, index_field, real_field, vector_field
 
 # Hash of a cell: Teschner et al. 2003, Optimized spatial hashing for collision detection of
 # deformable objects, VMV, section 3.1.
@@ -20,7 +20,8 @@ class CellLists:
     """
 
     def __init__(self, scenarios: int, count: int, dimension: int) -> None:
-        self.count, self.dimension = count, dimension
+        self.count, self.dimension = Number(count), dimension
+        # A power of two, which meshes of about the same size share.
         self.lists = 1 << int(np.ceil(np.log2(2 * count)))
         self.place = vector_field(np.zeros((scenarios, count, dimension)))
         self.size = real_field(np.ones(scenarios))
@@ -54,13 +55,14 @@ class CellLists:
         self.size[s] = size
         for b in range(self.lists + 1):
             self.first[s, b] = 0
-        for i in range(self.count):
+        for i in range(self.count.read()):
             b = self.list_of(self.cell(s, self.place[s, i]))
             self.first[s, b] = self.first[s, b] + 1
         for b in range(self.lists):
             self.first[s, b + 1] = self.first[s, b + 1] + self.first[s, b]
-        for k in range(self.count):  # backwards: lists end at first[b] and are filled from there
-            i = self.count - 1 - k
+        count = self.count.read()
+        for k in range(count):  # backwards: lists end at first[b] and are filled from there
+            i = count - 1 - k
             b = self.list_of(self.cell(s, self.place[s, i]))
             self.first[s, b] = self.first[s, b] - 1
             self.member[s, self.first[s, b]] = i

@@ -20,7 +20,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.contact.facet_shapes import Edge, Triangle
-from softsim.fields import index_field, real_field
+from softsim.fields import Number, index_field, real_field
 from softsim.mesh.mesh import open_rim
 from softsim.nodes import Nodes
 
@@ -54,13 +54,13 @@ class DeformableSurface:
     ) -> None:
         d = nodes.dimension
         self.nodes, self.shape = nodes, SHAPES[d]()
-        self.member_count, self.facet_count = len(members), len(facets)
+        self.member_count, self.facet_count = Number(len(members)), Number(len(facets))
         self.member_size, self.facet_size = real_field(member_size), real_field(facet_size)
         self.member_part, self.facet_part = index_field(member_part), index_field(facet_part)
         self.member, self.corner = index_field(members), index_field(facets)
         # Facets around each node, in their order, and which of their corners it is.
         order = np.argsort(facets.ravel(), kind="stable")
-        first = np.searchsorted(facets.ravel()[order], np.arange(nodes.count + 1))
+        first = np.searchsorted(facets.ravel()[order], np.arange(int(nodes.count) + 1))
         self.first_around = index_field(first)
         self.facet_around, self.corner_around = index_field(order // d), index_field(order % d)
         is_rim = np.zeros(nodes.count, dtype=bool)

@@ -10,7 +10,7 @@ T and s being means of the increment's ends, d - e the slip. A node that leaves 
 import numpy as np
 import taichi as ti
 
-from softsim.fields import real_field
+from softsim.fields import Number, real_field
 from softsim.term import Term
 
 
@@ -21,7 +21,7 @@ class Dissipation(Term):
     """
 
     def __init__(self, scenarios: int, count: int) -> None:
-        self.count = count
+        self.count = Number(count)
         self.friction_dissipation = real_field(np.zeros((scenarios, count)))
         self.damping_dissipation = real_field(np.zeros((scenarios, count)))
 
@@ -47,7 +47,7 @@ class Dissipation(Term):
     def dissipated_energy(self, s):
         """Dissipated so far by friction and by damping [J]."""
         energy = ti.Vector([0.0, 0.0])
-        for i in range(self.count):
+        for i in range(self.count.read()):
             energy[0] += self.friction_dissipation[s, i]
             energy[1] += self.damping_dissipation[s, i]
         return energy

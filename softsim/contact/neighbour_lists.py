@@ -45,13 +45,15 @@ class NeighbourLists:
         """margin [m]. longest: side of a facet at rest [m]. room: times MOST_FACETS, MOST_NODES."""
         nodes = surface.nodes
         scenarios, d = nodes.scenarios, nodes.dimension
-        self.surface, self.nodes, self.margin = surface, nodes, margin
-        self.longest_reach = DEPTH * longest + margin
-        self.cells = CellLists(scenarios, surface.facet_count, d)  # of the facets' centroids
-        self.place = vector_field(np.zeros((scenarios, surface.member_count, d)))  # of the nodes
-        self.radius = real_field(np.zeros((scenarios, surface.facet_count)))
+        self.surface, self.nodes = surface, nodes
+        self.margin = real_field(np.array([margin]))
+        self.longest_reach = real_field(np.array([DEPTH * longest + margin]))
+        by_member = (scenarios, int(surface.member_count))
+        by_facet = (scenarios, int(surface.facet_count))
+        self.cells = CellLists(*by_facet, d)  # of the facets' centroids
+        self.place = vector_field(np.zeros((*by_member, d)))  # of the nodes
+        self.radius = real_field(np.zeros(by_facet))
         self.facet_room, self.node_room = room * MOST_FACETS[d], room * MOST_NODES[d]
-        by_member, by_facet = (scenarios, surface.member_count), (scenarios, surface.facet_count)
         self.near_facet = index_field(np.zeros((*by_member, self.facet_room)))
         self.near_facet_count = index_field(np.zeros(by_member))
         self.near_node = index_field(np.zeros((*by_facet, self.node_room)))
@@ -64,7 +66,7 @@ class NeighbourLists:
     @ti.func
     def watch(self, s, p, t, dt):
         """Least and most displacement of the nodes of part p since the lists were made."""
-        first, end = part_of(self.surface.member_count, p)
+        first, end = part_of(self.surface.member_count.read(), p)
         least = ti.Vector.one(backend.real, self.nodes.dimension) * 1e30
         most = -least
         for i in range(first, end):
@@ -82,16 +84,16 @@ class NeighbourLists:
             least = ti.min(least, self.least[s, part])
             most = ti.max(most, self.most[s, part])
         self.renewed[s] = self.stale[s]
-        if (most - least).norm_sqr() > self.margin * self.margin:
+        if (most - least).norm_sqr() > self.margin[0] * self.margin[0]:
             self.renewed[s] = 1
         if self.renewed[s] == 1:
             self.stale[s] = 0
-            for k in range(self.surface.member_count):
+            for k in range(self.surface.member_count.read()):
                 self.place[s, k] = self.nodes.position[s, self.surface.member[k]]
             widest = 0.0
-            for f in range(self.surface.facet_count):
+            for f in range(self.surface.facet_count.read()):
                 widest = ti.max(widest, self._place_facet(s, f))
-            self.cells.sort(s, self.longest_reach + widest)
+            self.cells.sort(s, self.longest_reach[0] + widest)
 
     @ti.func
     def _place_facet(self, s, f):
@@ -111,7 +113,7 @@ class NeighbourLists:
     def find_facets(self, s, p, t, dt):
         """Make the lists of the nodes of part p anew, if lists are."""
         if self.renewed[s] == 1:
-            first, end = part_of(self.surface.member_count, p)
+            first, end = part_of(self.surface.member_count.read(), p)
             for i in range(first, end):
                 self.near_facet_count[s, i] = self._find_facets_of(s, i)
 
@@ -127,7 +129,7 @@ class NeighbourLists:
             for e in range(self.cells.first[s, b], self.cells.first[s, b + 1]):
                 f = self.cells.member[s, e]
                 centre = self.cells.place[s, f]
-                reach = DEPTH * self.surface.length(i, f) + self.margin
+                reach = DEPTH * self.surface.length(i, f) + self.margin[0]
                 outside = reach + self.radius[s, f]
                 # Cells that share a list are told apart last: most facets are too far anyway.
                 if (
@@ -169,9 +171,9 @@ class NeighbourLists:
         it all, in order.
         """
         if self.renewed[s] == 1:
-            for f in range(self.surface.facet_count):
+            for f in range(self.surface.facet_count.read()):
                 self.near_node_count[s, f] = 0
-            for i in range(self.surface.member_count):
+            for i in range(self.surface.member_count.read()):
                 for k in range(self.near_facet_count[s, i]):
                     f = self.near_facet[s, i, k]
                     count = self.near_node_count[s, f]

@@ -62,7 +62,7 @@ class SelfContact(Dissipation):
         self.friction_coefficient = real_field(friction_coefficient)
         self.first_slot = nodes.corner_forces.reserve(members)
 
-        shape = (scenarios, self.count)
+        shape = (scenarios, len(members))
         self.facet = index_field(np.full(shape, -1))
         self.gap, self.dashpot, self.normal_force = (real_field(np.zeros(shape)) for _ in range(3))
         self.stretch, self.friction = (vector_field(np.zeros((*shape, d))) for _ in range(2))
@@ -105,7 +105,7 @@ class SelfContact(Dissipation):
     @ti.func
     def push(self, s, p, t, dt):
         """Contact forces of the nodes of part p, and what their facets' corners get."""
-        first, end = part_of(self.count, p)
+        first, end = part_of(self.count.read(), p)
         if self.lists.renewed[s] == 1:
             self.may_touch[s, p] = 0
             for i in range(first, end):
@@ -208,7 +208,7 @@ class SelfContact(Dissipation):
     @ti.func
     def gather_facet_reactions(self, s, p, t, dt):
         """All contact forces on the nodes of part p, into their slots."""
-        first, end = part_of(self.count, p)
+        first, end = part_of(self.count.read(), p)
         if self.lists.renewed[s] == 1:
             self.may_react[s, p] = self.may_touch[s, p]
             for i in range(first, end):
@@ -248,7 +248,7 @@ class SelfContact(Dissipation):
     def stored_energy(self, s):
         """Energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             total += 0.5 * self.penalty_stiffness[i] * self.gap[s, i] * self.gap[s, i]
             total += 0.5 * self.tangential_stiffness[i] * self.stretch[s, i].norm_sqr()
         return total

@@ -71,7 +71,7 @@ class SurfaceContact(Dissipation):
         self.return_time = real_field(return_times)
         self.first_slot = nodes.corner_forces.reserve(contact_nodes)
 
-        shape = (scenarios, self.count, self.surfaces)
+        shape = (scenarios, len(contact_nodes), self.surfaces)
         # The tangential stretch is zero while a node is away: its anchor follows it.
         self.anchor = vector_field(np.zeros((*shape, d)))
         self.touching = index_field(np.zeros(shape))
@@ -90,7 +90,7 @@ class SurfaceContact(Dissipation):
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        return self.frame.passes() | {Stage.MOVE: [Pass("contact", self.count, (self.push,))]}
+        return self.frame.passes() | {Stage.MOVE: [Pass("contact", int(self.count), (self.push,))]}
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -239,7 +239,7 @@ class SurfaceContact(Dissipation):
     def stored_energy(self, s):
         """Energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             q = self.frame.local_position(s, self.nodes.position[s, self.node[i]])
             for w in range(self.surfaces):
                 gap, n = self.obstacle.gap_and_normal(s, i, w, q)
@@ -259,7 +259,7 @@ class SurfaceContact(Dissipation):
     def total_force(self, s):
         """Sum of the forces on the nodes now (d) [N]."""
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             total += self.force[s, i]
         return total
 
@@ -267,7 +267,7 @@ class SurfaceContact(Dissipation):
     def touching_nodes(self, s):
         """Number of nodes that touch now."""
         count = 0
-        for i in range(self.count):
+        for i in range(self.count.read()):
             if self.normal_force[s, i] > 0.0:
                 count += 1
         return count
@@ -276,7 +276,7 @@ class SurfaceContact(Dissipation):
     def total_normal_impulse(self, s):
         """Sum of the normal impulses since they were cleared [N s]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             total += self.normal_impulse[s, i]
         return total
 
@@ -284,7 +284,7 @@ class SurfaceContact(Dissipation):
     def total_slipping_impulse(self, s):
         """Sum of the normal impulses carried in slip since they were cleared [N s]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             total += self.slipping_impulse[s, i]
         return total
 
@@ -292,7 +292,7 @@ class SurfaceContact(Dissipation):
     def total_impulse(self, s):
         """Sum of the impulses since they were cleared (d) [N s]."""
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             total += self.impulse[s, i]
         return total
 

@@ -112,7 +112,7 @@ class AxisymmetricElements(Triangles):
         self, nodes: Nodes, region: Region, metric: PlaneMetric, bulk_viscosity: float
     ) -> None:
         super().__init__(nodes, region, metric, bulk_viscosity)
-        self.hoop = lane_field((nodes.scenarios, self.blocks))
+        self.hoop = lane_field((nodes.scenarios, int(self.blocks)))
         # d(hoop stretch)/d(radius of a corner): 1 / (3 R).
         gradient = RevolvedHoop().gradient(region.points, region.cells)
         self.hoop_gradient = lane_data(self.padded(gradient[:, 0, 0]))

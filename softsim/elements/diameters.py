@@ -40,15 +40,15 @@ class Diameters:
         self.end = index_field(by_lane(ends[listed]))
         owners = np.where(listed[:, None] >= 0, ends[listed], -1)
         self.first_slot = nodes.corner_forces.reserve(by_lane(owners))
-        size = self.blocks * lanes
-        self.length = real_field(np.zeros((nodes.scenarios, size + 1)))
-        self.direction = [lane_field((nodes.scenarios, self.blocks)) for _ in range(2)]
+        blocks = int(self.blocks)
+        self.length = real_field(np.zeros((nodes.scenarios, blocks * lanes + 1)))
+        self.direction = [lane_field((nodes.scenarios, blocks)) for _ in range(2)]
         self.tension = real_field(np.zeros((nodes.scenarios, cell_count + 1)))
 
     @property
     def pad_slot(self) -> int:
         """The slot of a length that is zero."""
-        return self.blocks * backend.lanes()
+        return int(self.blocks) * backend.lanes()
 
     @ti.func
     def measure(self, s, b, t, dt):

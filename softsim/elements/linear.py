@@ -15,7 +15,7 @@ from softsim.elements.material_points import MaterialPoints
 from softsim.elements.metric import inverse_cube_root
 from softsim.elements.nodal_pressure import NodalPressure
 from softsim.elements.region import Region
-from softsim.fields import index_field, lane_data, lane_field, real_field
+from softsim.fields import Number, index_field, lane_data, lane_field, real_field
 from softsim.nodes import Nodes, by_lane
 from softsim.term import Pass, Stage, Term
 
@@ -32,7 +32,8 @@ class LinearElements(Term):
         points, cells, first_node = region.points, region.cells, region.first_node
         self.nodes, self.metric, self.first_node = nodes, metric, first_node
         self.corners = cells.shape[1]
-        self.blocks = backend.lane_blocks(len(cells))
+        blocks = backend.lane_blocks(len(cells))
+        self.blocks = Number(blocks)
 
         # Padding repeats the last cell with zero volume and sends its forces nowhere.
         padded = self.padded(cells)
@@ -51,27 +52,27 @@ class LinearElements(Term):
         self.points = MaterialPoints(region.material, metric, rest_edges, scenarios)
         size = nodal_sizes(points, cells)
         self.pressure = NodalPressure(
-            cells, volume, size, region.material, bulk_viscosity, scenarios, self.blocks * lanes
+            cells, volume, size, region.material, bulk_viscosity, scenarios, blocks * lanes
         )
 
         d = region.geometry.dimension
         # Components of the first edge, of the second, ...
-        self.edge = [lane_field((scenarios, self.blocks)) for _ in range(d * d)]
+        self.edge = [lane_field((scenarios, blocks)) for _ in range(d * d)]
         # One more than there are elements: it stays zero, for the padding of the nodes' lists.
-        self.current_volume = real_field(np.zeros((scenarios, self.blocks * lanes + 1)))
+        self.current_volume = real_field(np.zeros((scenarios, blocks * lanes + 1)))
 
     def padded(self, values: np.ndarray) -> np.ndarray:
         """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
-        padding = self.blocks * backend.lanes() - len(values)
+        padding = int(self.blocks) * backend.lanes() - len(values)
         return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        nodes = self.pressure.cells_of_node.blocks
+        nodes, blocks = int(self.pressure.cells_of_node.blocks), int(self.blocks)
         return {
-            Stage.MOVE: [Pass("elements", self.blocks, (self.deform,))],
+            Stage.MOVE: [Pass("elements", blocks, (self.deform,))],
             Stage.PRESS: [Pass("elements", nodes, (self.press_nodes,))],
-            Stage.STRESS: [Pass("elements", self.blocks, (self.stress_corners,))],
+            Stage.STRESS: [Pass("elements", blocks, (self.stress_corners,))],
         }
 
     def state_fields(self) -> dict[str, ti.Field]:
@@ -143,7 +144,7 @@ class LinearElements(Term):
     def stored_energy(self, s):
         """Energy [J] in the law, the Maxwell springs and the volume: ABAQUS's ALLSE."""
         in_elements = self.metric.lane(0.0)
-        for b in range(self.blocks):
+        for b in range(self.blocks.read()):
             C, J = self.stretch(s, b)
             r = inverse_cube_root(J)
             in_elements += self.points.stored_energy(s, b, C, r * r) * self.volume[b]
@@ -153,6 +154,6 @@ class LinearElements(Term):
     def dissipated_energy(self, s):
         """Dissipated so far [J]: nothing by friction; by Maxwell dashpots and bulk viscosity."""
         in_elements = self.metric.lane(0.0)
-        for b in range(self.blocks):
+        for b in range(self.blocks.read()):
             in_elements += self.points.dissipation(s, b) * self.volume[b]
         return ti.Vector([0.0, in_elements.sum() + self.pressure.dissipated_energy(s)])

@@ -36,24 +36,25 @@ class NodalPressure:
         element_count: int,
     ) -> None:
         self.lane = backend.lane_vector()
-        self.count, corners = len(size), cells.shape[1]
+        count, corners = len(size), cells.shape[1]
         cell_of_corner = np.repeat(np.arange(len(cells)), corners)
         self.cells_of_node = lists = NodeLists(
-            cells.ravel(), cell_of_corner, self.count, pad_entry=element_count
+            cells.ravel(), cell_of_corner, count, pad_entry=element_count
         )
         node_volume = np.bincount(
-            cells.ravel(), np.repeat(volume / corners, corners), minlength=self.count
+            cells.ravel(), np.repeat(volume / corners, corners), minlength=count
         )
-        share = np.divide(1.0, corners * node_volume, np.zeros(self.count), where=node_volume > 0.0)
+        share = np.divide(1.0, corners * node_volume, np.zeros(count), where=node_volume > 0.0)
         viscosity = bulk_viscosity * material.impedance * size
         self.volume = lane_data(lists.by_block(node_volume))
         self.share_over_volume = lane_data(lists.by_block(share))
         self.bulk_viscosity = lane_data(lists.by_block(viscosity))
         self.bulk_modulus = real_field(np.array([material.bulk_modulus]))
-        self.J = lane_data(np.ones((scenarios, lists.blocks * backend.lanes())))
-        self.viscous = lane_field((scenarios, lists.blocks))  # pressure of the last increment
-        self.dissipation = lane_field((scenarios, lists.blocks))
-        self.pressure = real_field(np.zeros((scenarios, self.count)))
+        blocks = int(lists.blocks)
+        self.J = lane_data(np.ones((scenarios, blocks * backend.lanes())))
+        self.viscous = lane_field((scenarios, blocks))  # pressure of the last increment
+        self.dissipation = lane_field((scenarios, blocks))
+        self.pressure = real_field(np.zeros((scenarios, count)))
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -89,7 +90,7 @@ class NodalPressure:
     def stored_energy(self, s):
         """Energy of compression [J]."""
         energy = self.lane(0.0)
-        for b in range(self.cells_of_node.blocks):
+        for b in range(self.cells_of_node.blocks.read()):
             dilation = self.J[s, b] - 1.0
             energy += 0.5 * self.bulk_modulus[0] * dilation * dilation * self.volume[b]
         return energy.sum()
@@ -98,6 +99,6 @@ class NodalPressure:
     def dissipated_energy(self, s):
         """Dissipated by bulk viscosity so far [J]."""
         energy = self.lane(0.0)
-        for b in range(self.cells_of_node.blocks):
+        for b in range(self.cells_of_node.blocks.read()):
             energy += self.dissipation[s, b]
         return energy.sum()

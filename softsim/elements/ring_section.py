@@ -206,12 +206,12 @@ class RingElements(Triangles):
         first, number = np.unique(name, return_inverse=True)
         number = number.reshape(name.shape)
         ends = region.first_node + np.stack([first, hoop.opposite[first]], axis=1)
-        lanes = self.blocks * backend.lanes()
+        lanes = int(self.blocks) * backend.lanes()
         self.diameters = Diameters(nodes, ends, number, np.flatnonzero(is_ring), lanes)
         place = np.full(cells.shape, self.diameters.pad_slot)
         place[is_ring] = self.diameters.places[number]
         self.place = index_field(by_lane(self.padded(place)))
-        self.hoop = lane_field((nodes.scenarios, self.blocks))
+        self.hoop = lane_field((nodes.scenarios, int(self.blocks)))
         # 1 / D of ring cells, and F_zz of the others.
         at_rest = hoop.diameters(region.points, cells).sum(axis=1)
         slope = np.divide(1.0, at_rest, out=np.zeros(len(cells)), where=is_ring)
@@ -222,9 +222,9 @@ class RingElements(Triangles):
         """Of an increment: diameters are measured before it, and pulled at after it."""
         diameters = self.diameters
         return {
-            Stage.MEASURE: [Pass("elements", diameters.blocks, (diameters.measure,))],
+            Stage.MEASURE: [Pass("elements", int(diameters.blocks), (diameters.measure,))],
             **super().passes(),
-            Stage.PULL: [Pass("elements", diameters.blocks, (diameters.pull,))],
+            Stage.PULL: [Pass("elements", int(diameters.blocks), (diameters.pull,))],
         }
 
     @ti.func

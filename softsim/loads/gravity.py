@@ -59,7 +59,7 @@ class RisingGravity(Term):
         self.nodes, self.rigid_bodies, self.table = nodes, rigid_bodies, table
         self.full = vector_field(full)
         self.increase = vector_field(np.zeros_like(full))
-        self.missed_by_nodes = real_field(np.zeros((nodes.scenarios, nodes.count)))
+        self.missed_by_nodes = real_field(np.zeros((nodes.scenarios, int(nodes.count))))
         self.missed_by_bodies = real_field(np.zeros((nodes.scenarios, rigid_bodies.count)))
 
     def passes(self) -> dict[Stage, list[Pass]]:
@@ -67,7 +67,7 @@ class RisingGravity(Term):
         return {
             Stage.MEASURE: [Pass("loads", 1, (self.follow,))],
             Stage.MOVE: [
-                Pass("loads", self.nodes.count, (self.miss_nodes,)),
+                Pass("loads", int(self.nodes.count), (self.miss_nodes,)),
                 Pass("loads", self.rigid_bodies.count, (self.miss_bodies,)),
             ],
         }
@@ -110,7 +110,7 @@ class RisingGravity(Term):
     def work_done(self, s, dt):
         """Work of all weights so far, less what it would be under the present gravity [J]."""
         work = ti.cast(0.0, backend.real)
-        for a in range(self.nodes.count):
+        for a in range(self.nodes.count.read()):
             work -= self.missed_by_nodes[s, a]
         for r in range(self.rigid_bodies.count):
             work -= self.missed_by_bodies[s, r]

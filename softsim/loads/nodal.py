@@ -51,7 +51,7 @@ class NodalForce(WorkingTerm):
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        return {Stage.MOVE: [Pass("loads", self.count, (self.push,))]}
+        return {Stage.MOVE: [Pass("loads", int(self.count), (self.push,))]}
 
     @ti.func
     def push(self, s, i, t, dt):

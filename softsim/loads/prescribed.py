@@ -52,7 +52,7 @@ class PrescribedMotion(WorkingTerm):
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        return {Stage.STEER: [Pass("loads", self.count, (self.steer,))]}
+        return {Stage.STEER: [Pass("loads", int(self.count), (self.steer,))]}
 
     @ti.func
     def steer(self, s, i, t, dt):
@@ -67,7 +67,7 @@ class PrescribedMotion(WorkingTerm):
     def work_done(self, s, dt):
         """Work so far [J], the last half step with the force of now."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count):
+        for i in range(self.count.read()):
             a = self.node[i]
             last_way = self.nodes.velocity[s, a][self.axis] * dt
             total += self.work[s, i] - 0.5 * self.nodes.force[s, a][self.axis] * last_way

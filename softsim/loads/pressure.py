@@ -97,7 +97,7 @@ class FollowerPressure(WorkingTerm):
         return {
             Stage.MOVE: [Pass("loads", parts, (self.measure_volume,))],
             Stage.PRESS: [Pass("loads", 1, (self.follow_source,))],
-            Stage.STRESS: [Pass("loads", self.count, (self.push_facets,))],
+            Stage.STRESS: [Pass("loads", int(self.count), (self.push_facets,))],
         }
 
     def state_fields(self) -> dict[str, ti.Field]:

@@ -19,7 +19,7 @@ from softsim.loads.load import Load
 from softsim.machine import memory_of
 from softsim.model import Model
 from softsim.solver.chatter import Chatter, chatter
-from softsim.solver.increments import IncrementKernels, Span, size, work_at
+from softsim.solver.increments import IncrementKernels, Span, loops, size, work_at
 from softsim.solver.memory import refuse_too_large
 from softsim.solver.terms import Terms
 
@@ -42,9 +42,9 @@ class ExplicitSolver:
         with fields.together() as made:
             self.terms = Terms(models)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
+            self.shift_stages = loops(self.terms.shift_stages())
             device = backend.device().name
             refuse_too_large(models[0], made.size, device, memory_of(device))
-        self.shift_stages = self.terms.shift_stages()
         self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
         self.increment_counts = np.zeros(self.scenarios, dtype=int)
 

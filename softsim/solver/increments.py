@@ -8,7 +8,7 @@ round-off (they are other kernels, and fast_math lets the compiler order the ari
 """
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.errors import DeviceError
-from softsim.fields import index_field, real_field, write
+from softsim.fields import Number, index_field, real_field, rounded, write
 from softsim.solver.terms import Passes, Terms
 from softsim.solver.threads import ThreadCount
 from softsim.term import Pass
@@ -53,26 +53,39 @@ COUNT, START, DT, DRIFT, KICK = range(5)
 """Columns of IncrementKernels.spans, which launches read: the numbers of a Span, a row each."""
 
 
+@dataclass(frozen=True)
+class Loop:
+    """A pass as kernels meet it: they read its count when they run. extent: rounded up, it does not
+    hang on the mesh.
+    """
+
+    count: Number
+    extent: int
+    functions: tuple[Callable[..., None], ...]
+
+
+def loops(stages: list[Passes]) -> list[list[Loop]]:
+    """The passes of each stage, for kernels."""
+    return [[Loop(Number(p.count), rounded(p.count), p.functions) for p in ps] for ps in stages]
+
+
 @ti.data_oriented
 class IncrementKernels:
-    """The kernels that run the stages of increments. threads: how many of a CPU take a call."""
+    """The kernels that run the stages of increments.
+
+    passes: of an increment, in order. threads: how many of a CPU take a call.
+    """
 
     def __init__(self, terms: Terms, scenarios: int) -> None:
         self.scenarios = scenarios
-        self.drift_stages = terms.drift_stages()
-        self.force_stages = terms.force_stages()
-        self.kick_stages = terms.kick_stages()
+        stages = [terms.drift_stages(), terms.force_stages(), terms.kick_stages()]
+        self.passes = [p for phase in stages for stage in phase for p in stage]
         if backend.device().name == "cpu":
             refuse_uncountable(self.passes)
+        self.drift_stages, self.force_stages, self.kick_stages = map(loops, stages)
         self.threads = ThreadCount(backend.device().threads)
         self.spans = real_field(np.zeros((scenarios, KICK + 1)))
         self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
-
-    @property
-    def passes(self) -> list[Pass]:
-        """The passes of an increment, in order."""
-        stages = self.drift_stages + self.force_stages + self.kick_stages
-        return [p for stage in stages for p in stage]
 
     def run(self, spans: Sequence[Span]) -> None:
         """Run a span of each scenario in the way that suits the device."""
@@ -162,9 +175,10 @@ class IncrementKernels:
     @ti.func
     def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
         """One worker's share of a stage."""
-        for p in ti.static(stage):
-            for function in ti.static(p.functions):
-                for i in range(p.count * worker // workers, p.count * (worker + 1) // workers):
+        for loop in ti.static(stage):
+            count = loop.count.read()
+            for function in ti.static(loop.functions):
+                for i in range(count * worker // workers, count * (worker + 1) // workers):
                     function(s, i & LARGEST_INDEX, t, dt)
 
     @ti.func
@@ -209,18 +223,18 @@ class IncrementKernels:
 
 @ti.func
 def work_at(stage: ti.template(), s, i, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
-    """Index i of a stage whose passes are numbered through, one after another."""
+    """Index i of a stage whose loops are numbered through by their extents, one after another."""
     first = 0
-    for p in ti.static(stage):
-        if first <= i < first + p.count:
-            for function in ti.static(p.functions):
+    for loop in ti.static(stage):
+        if first <= i < first + loop.count.read():
+            for function in ti.static(loop.functions):
                 function(s, i - first, t, dt)
-        first += p.count
+        first += loop.extent
 
 
-def size(stage: Passes) -> int:
-    """Indices of all passes of a stage."""
-    return sum(p.count for p in stage)
+def size(stage: list[Loop]) -> int:
+    """Extents of all loops of a stage."""
+    return sum(loop.extent for loop in stage)
 
 
 def refuse_uncountable(passes: list[Pass]) -> None:

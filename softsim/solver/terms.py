@@ -56,7 +56,7 @@ class Terms:
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
         self.self_contacts = self._self_contacts(models)
-        self.nodes.corner_forces.allocate(scenarios, self.nodes.count)
+        self.nodes.corner_forces.allocate(scenarios, int(self.nodes.count))
         self.rigid_bodies.allocate()
 
     def _contact(
@@ -141,7 +141,7 @@ class Terms:
         return filled(
             self._of_terms(Stage.STEER),
             [
-                Pass("integration", self.nodes.count, (self.nodes.drift,)),
+                Pass("integration", int(self.nodes.count), (self.nodes.drift,)),
                 Pass("integration", bodies.count, (bodies.drift,)),
             ],
             [Pass("integration", bodies.tied_count, (bodies.place_tied,))],
@@ -160,7 +160,7 @@ class Terms:
     def kick_stages(self) -> list[Passes]:
         """New half-step velocities from the summed forces."""
         bodies = self.rigid_bodies
-        blocks = self.nodes.corner_forces.of_node.blocks
+        blocks = int(self.nodes.corner_forces.of_node.blocks)
         return filled(
             [Pass("integration", blocks, (self.nodes.kick,))],
             [Pass("integration", bodies.count * PARTS, (bodies.collect,))],
@@ -171,7 +171,7 @@ class Terms:
         """Move half-step velocities by dt with the last forces: when the step changes."""
         return filled(
             [
-                Pass("integration", self.nodes.count, (self.nodes.shift,)),
+                Pass("integration", int(self.nodes.count), (self.nodes.shift,)),
                 Pass("integration", self.rigid_bodies.count, (self.rigid_bodies.shift,)),
             ]
         )

@@ -3,6 +3,7 @@
 import numpy as np
 import taichi as ti
 
+from softsim import fields
 from softsim.nodes import PARTS
 from softsim.solver.explicit import ExplicitSolver
 
@@ -41,27 +42,27 @@ class SurfaceRig:
     def place(self, x, v=None, dt=1e-12):
         """Forces (n, d) [N] with all nodes at x (n, d) [m] and velocities v [m/s]."""
         nodes = self.terms.nodes
-        nodes.position.from_numpy(np.ascontiguousarray(x[None]))
-        nodes.velocity.from_numpy(np.zeros((1, *x.shape)) if v is None else v[None])
+        fields.write(nodes.position, np.ascontiguousarray(x[None]))
+        fields.write(nodes.velocity, np.zeros((1, *x.shape)) if v is None else v[None])
         self._find(dt)
         members = self.model.self_contact.contact.nodes
         slots = slice(self.contact.first_slot, self.contact.first_slot + len(members))
         forces = np.zeros_like(x)
         for k, component in enumerate(nodes.corner_forces.component):
-            forces[members, k] = component.to_numpy()[0, slots]
+            forces[members, k] = fields.read(component)[0, slots]
         return forces
 
     def energy(self) -> float:
         """Energy in the springs [J]."""
         constants = self.model.self_contact.contact
-        gap, stretch = self.contact.gap.to_numpy()[0], self.contact.stretch.to_numpy()[0]
+        gap, stretch = fields.read(self.contact.gap)[0], fields.read(self.contact.stretch)[0]
         normal = (constants.penalty_stiffness * gap**2).sum()
         return 0.5 * (normal + (constants.tangential_stiffness * (stretch**2).sum(axis=1)).sum())
 
     @property
     def facets(self):
         """Facet that each node touches (k,), or -1."""
-        return self.contact.facet.to_numpy()[0]
+        return fields.read(self.contact.facet)[0]
 
     @ti.kernel
     def _find(self, dt: ti.f64):

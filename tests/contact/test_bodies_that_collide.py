@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from surface_rig import PLANE
 
+from softsim import fields
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.increments import Span
 from softsim.stability.time_step import stable_step
@@ -15,13 +16,13 @@ ASLANT = "bodies.upper.initial_velocity=[3 m/s, -8 m/s]"
 
 def touching(solver):
     """Number of nodes that touch a facet."""
-    return int((solver.terms.self_contacts[0].facet.to_numpy() >= 0).sum())
+    return int((fields.read(solver.terms.self_contacts[0].facet) >= 0).sum())
 
 
 def momenta(solver):
     """Linear and angular momentum about the origin, at half steps as the scheme keeps them."""
     mass, x = solver.models[0].mass, solver.positions()[0]
-    v = solver.terms.nodes.velocity.to_numpy()[0]
+    v = fields.read(solver.terms.nodes.velocity)[0]
     return np.array([*(mass @ v), mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])])
 
 
@@ -86,7 +87,7 @@ def test_workers_give_the_bits_of_one_in_self_contact(build, kernel_cache):
     for workers in (1, 2):
         solver.restore(rest, 0.0, 0, dt)
         solver.kernels.together(0, Span(60, solver.time, dt, drift=dt, kick=dt), workers)
-        assert solver.terms.self_contacts[0].friction_dissipation.to_numpy().any()
+        assert fields.read(solver.terms.self_contacts[0].friction_dissipation).any()
         found.append(solver.state())
     for name, array in found[0].items():
         np.testing.assert_array_equal(found[1][name], array, err_msg=name)

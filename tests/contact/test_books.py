@@ -8,6 +8,8 @@ by the trapezoidal work and (f_n^2 - f_0^2) dt^2 / 8 m, to round-off.
 import numpy as np
 import pytest
 
+from softsim import fields
+
 MASS = 10e-3
 SCENE = f"""
 bodies:
@@ -45,7 +47,7 @@ def test_friction_and_dashpots_are_booked_exactly(build, start_settled, override
     walls = solver.terms.wall_contacts[0]
 
     def state():
-        return reader.read()[0], bodies.force.to_numpy()[0, 0]
+        return reader.read()[0], fields.read(bodies.force)[0, 0]
 
     start, first_force = state()
     factor = solver.time_increment**2 / (8.0 * MASS)
@@ -54,8 +56,8 @@ def test_friction_and_dashpots_are_booked_exactly(build, start_settled, override
         now, force = state()
         missed = factor * (force @ force - first_force @ first_force)
         assert now.balance - start.balance == pytest.approx(missed, abs=1e-12 * start.kinetic)
-        assert walls.normal_force.to_numpy()[0].max() > 0.0
+        assert fields.read(walls.normal_force)[0].max() > 0.0
     assert now.friction_dissipation > 0.5 * start.kinetic
     assert now.viscous_dissipation > 0.0
-    assert walls.damping_dissipation.to_numpy().min() >= 0.0
-    assert np.all(walls.friction_dissipation.to_numpy() >= 0.0)
+    assert fields.read(walls.damping_dissipation).min() >= 0.0
+    assert np.all(fields.read(walls.friction_dissipation) >= 0.0)

@@ -5,6 +5,7 @@ import pytest
 import taichi as ti
 from surfaces import sphere
 
+from softsim import fields
 from softsim.contact import polyline, triangle_surface
 from softsim.contact.gridded_walls import GriddedObstacle
 from softsim.contact.triangle_surface import TriangleSurface
@@ -37,7 +38,7 @@ def look(walls, scenario, places):
             normals[i] = n
 
     each()
-    return gaps.to_numpy(), normals.to_numpy()
+    return fields.read(gaps), fields.read(normals)
 
 
 @pytest.mark.parametrize("made", [ground, hollow])

@@ -3,6 +3,7 @@
 import numpy as np
 from surface_rig import PLANE, SurfaceRig, pressed_together
 
+from softsim import fields
 from softsim.contact.deformable_surface import DEPTH, NEIGHBOURHOOD
 from softsim.contact.list_sizes import MARGIN
 
@@ -21,7 +22,7 @@ def listed(rig):
     found = []
     for near, count in ((lists.near_facet, lists.near_facet_count),
                         (lists.near_node, lists.near_node_count)):  # fmt: skip
-        near, count = near.to_numpy()[0], count.to_numpy()[0]
+        near, count = fields.read(near)[0], fields.read(count)[0]
         found.append([(i, j) for i, row in enumerate(near) for j in row[: count[i]]])
     return found
 
@@ -66,5 +67,5 @@ def test_a_list_without_room_is_seen(build, cpu):
     rig = SurfaceRig(model)
     rig.lists.node_room = 2
     rig.place(pressed_together(model, 0.0))
-    assert rig.lists.overfull.to_numpy()[0] == 1
-    assert rig.lists.near_node_count.to_numpy().max() == 2
+    assert fields.read(rig.lists.overfull)[0] == 1
+    assert fields.read(rig.lists.near_node_count).max() == 2

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from softsim import fields
 from tests.contact.pipe_layouts import layout, places_around
 
 
@@ -28,9 +29,9 @@ def asking(obstacle, places, scenarios):
             normals[s, i] = n
 
     def ask(now):
-        x.from_numpy(now)
+        fields.write(x, now)
         look()
-        return asked.to_numpy().astype(bool), gaps.to_numpy(), normals.to_numpy()
+        return fields.read(asked).astype(bool), fields.read(gaps), fields.read(normals)
 
     return ask
 
@@ -72,14 +73,14 @@ def test_nodes_are_followed_through_the_whole_path(cpu, dimension):
     x = x[path.gap(x) < 0.0]
     start = np.tile(path.axis_place(np.array([-1e-3]))[0], (len(x), 1))
     obstacle = PathObstacle([path], start)
-    assert set(obstacle.near.to_numpy().ravel()) == {0}
+    assert set(fields.read(obstacle.near).ravel()) == {0}
     ask = asking(obstacle, start, 1)
     ask(x)
     beside = path.beside(*path.coordinates(x)[:2])
     assert len(np.unique(beside)) > len(path.segments)
-    np.testing.assert_array_equal(obstacle.near.to_numpy()[0], beside)
+    np.testing.assert_array_equal(fields.read(obstacle.near)[0], beside)
     ask(start)
-    assert set(obstacle.near.to_numpy().ravel()) == {0}
+    assert set(fields.read(obstacle.near).ravel()) == {0}
 
 
 def test_scenarios_of_other_lengths(cpu):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from surface_rig import PLANE, SPACE, SurfaceRig, crumpled, pressed_together
 
+from softsim import fields
 from softsim.builder.self_contact import LARGEST_SHARE
 
 BULK_MODULUS, THICKNESS = 1.44e6, 5e-3
@@ -38,7 +39,7 @@ def test_forces_of_nodes_on_facets_edges_and_corners(build, cpu, text):
     rig.contact.friction_coefficient.fill(0.4)
     rig.contact.damping.fill(1e-3)
     forces = rig.place(x, np.random.default_rng(4).standard_normal(x.shape), dt=5e-6)
-    assert np.abs(rig.contact.stretch.to_numpy()).max() > 1e-6
+    assert np.abs(fields.read(rig.contact.stretch)).max() > 1e-6
     lift = np.zeros((len(x), 3 - model.dimension))
     moments = np.cross(np.hstack([x, lift]), np.hstack([forces, lift]))
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-13 * np.abs(forces).sum())
@@ -72,7 +73,7 @@ def test_the_force_is_continuous_over_a_joint(build, cpu):
         x[hollow, 1] -= 0.1e-3  # both facets lean by 0.1, and meet over 10 um at this depth
         x[corner] = x[hollow] + [shift, -DEPTH]
         rig.place(x)
-        found.append(rig.contact.force.to_numpy()[0, member])
+        found.append(fields.read(rig.contact.force)[0, member])
         facets.add(int(rig.facets[member]))
     k_n = model.self_contact.contact.penalty_stiffness[member]
     assert len(facets) == 2
@@ -90,7 +91,7 @@ def test_a_turning_pair_does_not_rub(build, cpu):
     turning = spin * np.stack([-x[:, 1], x[:, 0]], axis=1)
     rig.place(x, turning, dt)
     assert (rig.facets >= 0).sum() == 7 + 6
-    slid = np.abs(rig.contact.stretch.to_numpy()).max()
+    slid = np.abs(fields.read(rig.contact.stretch)).max()
     assert slid < 1e-12 * np.abs(turning).max() * dt
 
 

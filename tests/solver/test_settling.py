@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from softsim import fields
 from softsim.errors import SceneError, StabilityError
 
 INCLINE = """
@@ -85,7 +86,7 @@ def test_initial_velocities_wait_for_zero(blocks):
     the first half kick is all that has changed.
     """
     solver = blocks
-    x, v = solver.positions(), solver.terms.nodes.velocity.to_numpy()[THROWN]
+    x, v = solver.positions(), fields.read(solver.terms.nodes.velocity)[THROWN]
     np.testing.assert_array_equal(x[THROWN], x[0])
     model = solver.models[THROWN]
     mean = model.mass @ v / model.mass.sum()
@@ -120,7 +121,7 @@ def test_a_tether_on_a_settled_body_acts_once(build, start_settled):
     spring, speed, kick = 20e-3 / 0.1e-3, 0.0, 0.5 * step
     for _ in range(3):
         force, velocity, centre, rest = (
-            read.to_numpy().reshape(-1, 2)[0]
+            fields.read(read).reshape(-1, 2)[0]
             for read in (bodies.force, bodies.velocity, bodies.centre, bodies.rest)
         )
         forward = 50e-3 - spring * (centre - rest)[0]
@@ -129,7 +130,7 @@ def test_a_tether_on_a_settled_body_acts_once(build, start_settled):
         np.testing.assert_allclose(velocity, [speed, 0.0], rtol=1e-6, atol=1e-6 * speed)
         solver.advance(1)
         kick = step
-    normal = solver.terms.wall_contacts[0].normal_force.to_numpy().sum()
+    normal = fields.read(solver.terms.wall_contacts[0].normal_force).sum()
     far = 100.0 * 0.1 * 0.1 * 1e-3
     assert normal == pytest.approx((10e-3 + far) * 9.81 + 30e-3, rel=1e-3)
 

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
 
+from softsim import fields
+
 FAR = {
     2: "{generator: block, length: 10 mm, height: 10 mm, element_size: 10 mm}, "
     "formulation: plane_strain, thickness: 10 mm",
@@ -70,7 +72,7 @@ def sliding(dimension):
 def state(solver):
     """Centre (d,) and velocity (d,) of the rigid body."""
     bodies = solver.terms.rigid_bodies
-    return bodies.centre.to_numpy()[0, 0], bodies.velocity.to_numpy()[0, 0]
+    return fields.read(bodies.centre)[0, 0], fields.read(bodies.velocity)[0, 0]
 
 
 def points_of_particle(model):
@@ -88,7 +90,7 @@ def slide_through(solver, sample):
         solver.advance(round(sample / solver.time_increment))
         centre, velocity = state(solver)
         lengths.append(path.arc_length(centre[None])[0])
-        forces.append(contact.normal_force.to_numpy().sum())
+        forces.append(fields.read(contact.normal_force).sum())
     return np.array(lengths[1:]), np.array(forces), velocity
 
 
@@ -153,7 +155,7 @@ def test_a_stick_survives_the_joint(build, start, record_verification):
         solver.advance(100)
     # Of each point that has touched by then, friction's first force took its share of the way that
     # the point came in that increment before it touched.
-    landed = walls.friction_dissipation.to_numpy().sum()
+    landed = fields.read(walls.friction_dissipation).sum()
     while solver.time < 0.2:
         solver.advance(100)
     centre, _ = state(solver)
@@ -161,7 +163,7 @@ def test_a_stick_survives_the_joint(build, start, record_verification):
     assert centre[0] > 60e-3
     moved = centre[0] - place[0]
     assert moved == pytest.approx(exact, rel=0.02)
-    assert walls.friction_dissipation.to_numpy().sum() == landed
+    assert fields.read(walls.friction_dissipation).sum() == landed
     record_verification("particle held across a joint: F / k_t [m]", exact, moved)
 
 

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from softsim import fields
+
 ROBOT = """
 bodies:
   skin: {mesh: {generator: pfr_section, element_size: 0.5 mm}, formulation: plane_strain,
@@ -28,14 +30,14 @@ def momenta(solver):
     model, terms = solver.models[0], solver.terms
     free = model.is_free.all(axis=1)
     m, x = model.mass[free], solver.positions()[0][free]
-    v = terms.nodes.velocity.to_numpy()[0][free]
+    v = fields.read(terms.nodes.velocity)[0][free]
     bodies = terms.rigid_bodies
-    M = bodies.mass.to_numpy()[0]
-    X, V = bodies.centre.to_numpy()[0, 0], bodies.velocity.to_numpy()[0, 0]
+    M = fields.read(bodies.mass)[0]
+    X, V = fields.read(bodies.centre)[0, 0], fields.read(bodies.velocity)[0, 0]
     linear = m @ v + M * V
     angular = (m * (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0])).sum()
     angular += M * (X[0] * V[1] - X[1] * V[0])
-    angular += bodies.angular_momentum.to_numpy()[0, 0, 2]
+    angular += fields.read(bodies.angular_momentum)[0, 0, 2]
     return linear, angular
 
 
@@ -45,7 +47,7 @@ def test_free_flight_keeps_momenta(build, start):
     linear, angular = momenta(solver)
     solver.advance(4000)
     linear_after, angular_after = momenta(solver)
-    assert solver.terms.supports[0].friction_dissipation.to_numpy().sum() > 0.0
+    assert fields.read(solver.terms.supports[0].friction_dissipation).sum() > 0.0
     np.testing.assert_allclose(linear_after, linear, rtol=1e-9)
     assert angular_after == pytest.approx(angular, rel=1e-9)
 
@@ -59,7 +61,7 @@ def test_rings_in_free_flight_keep_their_momenta(build, start):
     linear, angular = momenta(solver)
     solver.advance(3500)
     linear_after, angular_after = momenta(solver)
-    w, _, _, z = solver.terms.rigid_bodies.orientation.to_numpy()[0, 0]
+    w, _, _, z = fields.read(solver.terms.rigid_bodies.orientation)[0, 0]
     assert 2.0 * np.arctan2(z, w) > 0.5
     np.testing.assert_allclose(linear_after, linear, rtol=3500 * 1e-15)
     assert angular_after == pytest.approx(angular, rel=3500 * 1e-15)
@@ -79,7 +81,8 @@ def test_pressure_in_a_closed_chamber_moves_nothing(build, start, robot):
     bodies = solver.terms.rigid_bodies
     moved = mass @ (solver.positions()[0] - model.points)[free]
     moved = (
-        moved + bodies.mass.to_numpy()[0] * (bodies.centre.to_numpy() - bodies.rest_centre)[0, 0]
+        moved
+        + fields.read(bodies.mass)[0] * (fields.read(bodies.centre) - bodies.rest_centre)[0, 0]
     )
     inflated = np.abs(solver.positions()[0] - model.points).max()
     assert inflated > 0.2e-3

@@ -7,6 +7,8 @@ steps below both are under 1e-6 of the largest force.
 import numpy as np
 import pytest
 
+from softsim import fields
+
 MESHES = {
     "plane_strain": "{generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm}",
     "axisymmetric": "{generator: block, length: 4 mm, height: 3 mm, element_size: 1 mm}",
@@ -75,11 +77,11 @@ def freeze_metric(solver):
     """
     for body in solver.terms.elements:
         metric = dict(zip(body.metric.components, body.points.viscous_metric[0], strict=True))
-        at_rest = {name: field.to_numpy() for name, field in metric.items()}
+        at_rest = {name: fields.read(field) for name, field in metric.items()}
         shear = 0.05 * np.sqrt(at_rest["aa"] * at_rest["bb"])
-        metric["aa"].from_numpy(1.1 * at_rest["aa"])
-        metric["bb"].from_numpy(0.9 * at_rest["bb"])
-        metric["ab"].from_numpy(at_rest["ab"] + shear)
+        fields.write(metric["aa"], 1.1 * at_rest["aa"])
+        fields.write(metric["bb"], 0.9 * at_rest["bb"])
+        fields.write(metric["ab"], at_rest["ab"] + shear)
         body.points.decay.fill(1.0)
 
 
@@ -87,9 +89,9 @@ def forces_at(solver, x):
     """Nodal forces (n, d) with the nodes at x."""
     nodes = solver.terms.nodes
     nodes.velocity.fill(0.0)
-    nodes.position.from_numpy(np.ascontiguousarray(x[None]))
+    fields.write(nodes.position, np.ascontiguousarray(x[None]))
     solver.find_forces(1e-9)
-    return nodes.force.to_numpy()[0]
+    return fields.read(nodes.force)[0]
 
 
 def gradient(energy, x, nodes, step=1e-9):
@@ -185,7 +187,7 @@ def test_contact_normal_and_sticking(build, start, formulation):
         read = reader.read()[0]
         return read.contact + read.internal
 
-    touching = np.flatnonzero(solver.terms.wall_contacts[0].normal_force.to_numpy()[0] > 0.0)
+    touching = np.flatnonzero(fields.read(solver.terms.wall_contacts[0].normal_force)[0] > 0.0)
     assert len(touching) > 2
     nodes = model.contact.nodes[touching[:3]]
     exact = gradient(energy, x, nodes)
@@ -313,7 +315,7 @@ def test_patch(build, start, formulation):
     """
     text = soft(formulation).replace("element_size: 1 mm", "element_size: 0.7 mm")
     model = build(text)
-    fields = {
+    gradients = {
         "plane_strain": np.array([[0.2, 0.3], [-0.1, 0.1]]),
         "axisymmetric": np.diag([0.2, -0.1]),
         "ring_section": np.diag([-0.1, 0.2]),
@@ -323,5 +325,5 @@ def test_patch(build, start, formulation):
     inside = np.setdiff1d(np.arange(len(model.points)), surface)
     assert len(inside) >= 6
     solver = start(model)
-    force = forces_at(solver, model.points @ (np.eye(model.dimension) + fields[formulation]).T)
+    force = forces_at(solver, model.points @ (np.eye(model.dimension) + gradients[formulation]).T)
     assert np.abs(force[inside]).max() < 1e-12 * np.abs(force).max()

@@ -23,6 +23,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from softsim import fields
+
 RADIUS, HEIGHT, WIDTH, FORCE = 5e-3, 9e-3, 20e-3, 0.05
 SHEAR, BULK = 72e3, 1.44e6
 E = 9.0 * BULK * SHEAR / (3.0 * BULK + SHEAR)
@@ -125,14 +127,14 @@ def pressed(solver) -> Pressed:
         solver.advance(256)
         assert solver.time < limit
     contact = solver.terms.supports[0]
-    N = contact.normal_force.to_numpy()[0]
-    centre = solver.terms.rigid_bodies.centre.to_numpy()[0, 0]
+    N = fields.read(contact.normal_force)[0]
+    centre = fields.read(solver.terms.rigid_bodies.centre)[0, 0]
     arms = solver.positions()[0][model.outlines[0].support.nodes] - centre
     gaps = np.linalg.norm(arms, axis=1) - RADIUS
     return Pressed(
         depth=HEIGHT + RADIUS - centre[1],
         penetration=-float(N @ gaps / N.sum()),
-        force=-float(contact.force.to_numpy()[0][:, 1].sum()),
+        force=-float(fields.read(contact.force)[0][:, 1].sum()),
         contact_radius=float(np.linalg.norm(np.delete(arms, 1, axis=1), axis=1)[N > 0.0].max()),
     )
 
@@ -150,7 +152,7 @@ def axisymmetric(build, start, tmp_path):
         solver = start(build(scene), share=0.8)  # stable for both
         soft = pressed(solver)
         stiffness = solver.terms.supports[0].penalty_stiffness
-        stiffness.from_numpy(2.0 * stiffness.to_numpy())
+        fields.write(stiffness, 2.0 * fields.read(stiffness))
         return soft, pressed(solver)
 
     return press

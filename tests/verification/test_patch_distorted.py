@@ -13,6 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from softsim import fields
+
 FORMULATIONS = ["plane_strain", "axisymmetric", "solid"]
 SIDE, COUNT, DEPTH = 4e-3, 4, 5e-3  # [m], cells, [m]
 C10, C20, C30, KAPPA = 36e3, 5e3, 1e3, 1.5e6  # [Pa]
@@ -55,9 +57,9 @@ def forces_at(solver, x):
     """Nodal forces (n, d) [N] with the nodes at rest at x."""
     nodes = solver.terms.nodes
     nodes.velocity.fill(0.0)
-    nodes.position.from_numpy(np.ascontiguousarray(x[None]))
+    fields.write(nodes.position, np.ascontiguousarray(x[None]))
     solver.find_forces(1e-9)
-    return nodes.force.to_numpy()[0]
+    return fields.read(nodes.force)[0]
 
 
 def facet_area(formulation):

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from softsim import fields
+
 SCENE = """
 bodies:
   b: {mesh: {generator: block, length: 2 mm, height: 1 mm, element_size: 1 mm},
@@ -18,10 +20,10 @@ def test_step_strain_relaxes_exponentially(build, start):
     model = build(SCENE)
     solver = start(model)
     F = np.array([[1.3, 0.2], [0.0, 1.0 / 1.3]])
-    solver.terms.nodes.position.from_numpy((model.points @ F.T)[None].copy())
+    fields.write(solver.terms.nodes.position, (model.points @ F.T)[None].copy())
 
     def surface_force():
-        return solver.terms.nodes.force.to_numpy()[0]
+        return fields.read(solver.terms.nodes.force)[0]
 
     solver.advance(1)
     first, t1 = surface_force(), solver.time
@@ -46,7 +48,7 @@ def test_dissipation_is_what_the_branch_loses(build, start):
     solver = start(model)
     reader = EnergyReader(solver)
     F = np.array([[1.3, 0.2], [0.0, 1.0 / 1.3]])
-    solver.terms.nodes.position.from_numpy((model.points @ F.T)[None].copy())
+    fields.write(solver.terms.nodes.position, (model.points @ F.T)[None].copy())
     solver.advance(8)
     before = reader.read()[0]
     solver.advance(2000)

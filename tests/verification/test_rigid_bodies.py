@@ -7,6 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from softsim import fields
+
 # A scene needs a meshed body: a soft box far away. Its own stable step is 40 ms.
 BODIES = """
 bodies:
@@ -63,7 +65,7 @@ def flights(kernel_cache, tmp_path_factory):
     backend.start("cpu", cache=Path(kernel_cache))
     solver = ExplicitSolver([replace(model, rigid_bodies=spun)])
     bodies, initial = solver.terms.rigid_bodies, solver.state()
-    inverse_inertia = bodies.inverse_inertia.to_numpy()
+    inverse_inertia = fields.read(bodies.inverse_inertia)
     result = []
     for dt in STEPS:
         solver.restore(initial, 0.0, 0, dt)
@@ -71,9 +73,9 @@ def flights(kernel_cache, tmp_path_factory):
         rows = []
         for t in TIMES:
             solver.advance(round((t - solver.time) / dt))
-            R, L = bodies.rotation.to_numpy()[0], bodies.angular_momentum.to_numpy()[0]
+            R, L = fields.read(bodies.rotation)[0], fields.read(bodies.angular_momentum)[0]
             omega = np.einsum("bij,bjk,blk,bl->bi", R, inverse_inertia, R, L)
-            rows.append([R, L, omega, bodies.centre.to_numpy()[0]])
+            rows.append([R, L, omega, fields.read(bodies.centre)[0]])
         result.append(Flight(*(np.array(column) for column in zip(*rows, strict=True))))
     return result
 
@@ -200,12 +202,12 @@ def momenta(solver):
     model, terms = solver.models[0], solver.terms
     free = model.is_free.all(axis=1)
     m, x = model.mass[free], solver.positions()[0][free]
-    v = terms.nodes.velocity.to_numpy()[0][free]
+    v = fields.read(terms.nodes.velocity)[0][free]
     bodies = terms.rigid_bodies
-    M, X = bodies.mass.to_numpy()[0], bodies.centre.to_numpy()[0, 0]
-    V = bodies.velocity.to_numpy()[0, 0]
+    M, X = fields.read(bodies.mass)[0], fields.read(bodies.centre)[0, 0]
+    V = fields.read(bodies.velocity)[0, 0]
     angular = m @ np.cross(x, v) + M * np.cross(X, V)
-    return m @ v + M * V, angular + bodies.angular_momentum.to_numpy()[0, 0]
+    return m @ v + M * V, angular + fields.read(bodies.angular_momentum)[0, 0]
 
 
 def test_frame_and_skin_keep_momenta(build, start, record_verification):
@@ -218,9 +220,9 @@ def test_frame_and_skin_keep_momenta(build, start, record_verification):
     solver.advance(4000)
     after = momenta(solver)
     terms = solver.terms
-    assert terms.supports[0].friction_dissipation.to_numpy().sum() > 0.0
-    assert np.abs(terms.rigid_bodies.rotation.to_numpy() - np.eye(3)).max() > 0.3
-    assert terms.elements[0].pressure.J.to_numpy().std() > 1e-4  # the skin works
+    assert fields.read(terms.supports[0].friction_dissipation).sum() > 0.0
+    assert np.abs(fields.read(terms.rigid_bodies.rotation) - np.eye(3)).max() > 0.3
+    assert fields.read(terms.elements[0].pressure.J).std() > 1e-4  # the skin works
     for name, old, new in zip(("linear", "angular"), before, after, strict=True):
         change = np.linalg.norm(new - old) / np.linalg.norm(old)
         assert change < 1e-12

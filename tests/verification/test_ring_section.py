@@ -8,6 +8,8 @@ import meshes
 import numpy as np
 import pytest
 
+from softsim import fields
+
 LENGTH, INNER, OUTER = 6e-3, 4e-3, 6e-3
 AXIS = 3e-3
 SECTOR = 1.3
@@ -85,9 +87,9 @@ def forces(solver, x):
     nodes = solver.terms.nodes
     solver.terms.elements[0].points.decay.fill(1.0)
     nodes.velocity.fill(0.0)
-    nodes.position.from_numpy(np.ascontiguousarray(x[None]))
+    fields.write(nodes.position, np.ascontiguousarray(x[None]))
     solver.find_forces(1e-9)
-    return nodes.force.to_numpy()[0]
+    return fields.read(nodes.force)[0]
 
 
 def test_masses_and_volumes_are_a_sector_of_those_revolved(revolved_and_ring):

@@ -8,6 +8,8 @@ the half-step scheme is exact for it but for the second term.
 import numpy as np
 import pytest
 
+from softsim import fields
+
 G, RAMP = 9.81, 10e-3
 SCENE = """
 bodies:
@@ -23,8 +25,8 @@ time: {end: 1 s}
 def fallen(solver):
     """Way down (nodes + 1,) [m] of all nodes and of the rigid body."""
     terms = solver.terms
-    nodes = terms.nodes.rest.to_numpy() - terms.nodes.position.to_numpy()[0]
-    body = terms.rigid_bodies.rest.to_numpy() - terms.rigid_bodies.centre.to_numpy()[0]
+    nodes = fields.read(terms.nodes.rest) - fields.read(terms.nodes.position)[0]
+    body = fields.read(terms.rigid_bodies.rest) - fields.read(terms.rigid_bodies.centre)[0]
     return np.concatenate([nodes, body])[:, 1]
 
 
@@ -78,5 +80,5 @@ def test_the_relief_follows(build, start):
     share = solver.time / RAMP
     assert 0.2 < share < 0.6
     mass = model.mass.sum() + 5e-3
-    force = solver.terms.rigid_bodies.force.to_numpy()[0, 0, 0]
+    force = fields.read(solver.terms.rigid_bodies.force)[0, 0, 0]
     assert force == pytest.approx(share * G * (0.5 * mass - 5e-3), rel=1e-9)

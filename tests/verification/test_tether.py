@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from softsim import fields
+
 MASS, INERTIA, DRAG, SPRING, TURNING = 10e-3, 1e-6, 20e-3, 200.0, 0.4e-3
 G, WEIGHT, ARM = 9.81, 5e-3, 16e-3
 OMEGA, PITCH = np.sqrt(SPRING / MASS), np.sqrt(TURNING / INERTIA)
@@ -87,15 +89,15 @@ def test_the_robots(robots, record_verification):
 
     # Weight at an arm (-16, 2) mm: force and torque at rest.
     hanging = number["hanging"]
-    force, torque = (f.to_numpy()[hanging, 0] for f in (bodies.force, bodies.torque))
+    force, torque = (fields.read(f)[hanging, 0] for f in (bodies.force, bodies.torque))
     np.testing.assert_allclose(force, [0.0, -MASS * G - WEIGHT], rtol=1e-12)
     np.testing.assert_allclose(torque, [0.0, 0.0, ARM * WEIGHT], rtol=1e-12)
 
     places, turns = [], []
     for _ in range(LOOKS):
         solver.advance(1)
-        places.append(bodies.centre.to_numpy()[:, 0])
-        turns.append(bodies.orientation.to_numpy()[number["pitching"], 0, 3])
+        places.append(fields.read(bodies.centre)[:, 0])
+        turns.append(fields.read(bodies.orientation)[number["pitching"], 0, 3])
     kept, t = solver.state(), DT * np.arange(1, LOOKS + 1)
     way = dict(zip(SCENARIOS, np.moveaxis(places, 0, 1), strict=True))
     energies = {name: reader.read(s)[0] for name, s in number.items()}
@@ -142,7 +144,7 @@ def test_the_robots(robots, record_verification):
 
     # Where the drag is the only force, its books are the integrator's own to round-off: kinetic
     # energy changes by the trapezoidal work and (f_n^2 - f_0^2) dt^2 / 8 m, as at t = 0 f is 0.
-    force = bodies.force.to_numpy()[number["thrown"], 0, 0]
+    force = fields.read(bodies.force)[number["thrown"], 0, 0]
     error = energies["thrown"].balance - start["thrown"].balance
     assert error == pytest.approx((force * DT) ** 2 / (8.0 * MASS), rel=1e-5)
 
@@ -168,7 +170,9 @@ def test_frequencies_of_turning(build, cpu, record_verification):
     turns = []
     for _ in range(2000):
         solver.advance(1)
-        turns.append(2.0 * np.diagonal(solver.terms.rigid_bodies.orientation.to_numpy()[:, 0, 1:]))
+        turns.append(
+            2.0 * np.diagonal(fields.read(solver.terms.rigid_bodies.orientation)[:, 0, 1:])
+        )
     turns = np.array(turns)
     for axis, name in enumerate(("roll", "yaw", "pitch")):
         turn = turns[:, axis]
@@ -197,7 +201,7 @@ def test_the_torque_is_the_gradient_of_the_energy(build, start):
         memory["rigid_bodies/orientation"][0, 0] = turned / np.linalg.norm(turned)
         solver.restore(memory, 0.0, 0, solver.time_increment)
         solver.find_forces(solver.time_increment)
-        return reader.read()[0].internal, solver.terms.rigid_bodies.torque.to_numpy()[0, 0]
+        return reader.read()[0].internal, fields.read(solver.terms.rigid_bodies.torque)[0, 0]
 
     gradient = [(at(h * side)[0] - at(-h * side)[0]) / (2.0 * h) for side in np.eye(3)]
     np.testing.assert_allclose(at(np.zeros(3))[1], -np.array(gradient), rtol=1e-6)

@@ -13,6 +13,8 @@ couples its bounce with pitch and roll, whatever the time step), and so creep do
 import numpy as np
 import pytest
 
+from softsim import fields
+
 WEDGE, FRICTION = 0.8, 0.4
 
 BOX = """
@@ -61,7 +63,7 @@ def kernel_gaps(obstacle, places):
             normals[w, i] = n
 
     look()
-    return gaps.to_numpy(), normals.to_numpy()
+    return fields.read(gaps), fields.read(normals)
 
 
 def test_gap_and_normal(build, cpu):
@@ -129,7 +131,7 @@ def test_dropped_box_rests_on_two_edges(build, start, record_verification):
     assert np.abs(after - before).max() < 1e-7
     assert -1e-6 < after[1] - (-4e-3 + 1.5e-3) < 0.0
     contact = solver.terms.wall_contacts[0]
-    touching = model.points[model.contact.nodes[contact.touching.to_numpy()[0, :, 0] == 1]]
+    touching = model.points[model.contact.nodes[fields.read(contact.touching)[0, :, 0] == 1]]
     assert len(touching) == 10  # five nodes an edge
     np.testing.assert_allclose(touching[:, 1], -3e-3)
     np.testing.assert_allclose(np.abs(touching[:, 2]), 3e-3)
@@ -209,7 +211,7 @@ def test_cylinder_falls_flat(build, start, record_verification):
     bodies, steepest = solver.terms.rigid_bodies, 0.0
     while solver.time < 1.0:
         solver.advance(20)
-        steepest = max(steepest, abs(bodies.rotation.to_numpy()[0, 0, 1, 0]))
+        steepest = max(steepest, abs(fields.read(bodies.rotation)[0, 0, 1, 0]))
     assert steepest > 0.02
     for walls in solver.terms.wall_contacts:
         walls.clear_impulses(0)
@@ -223,7 +225,7 @@ def test_cylinder_falls_flat(build, start, record_verification):
     np.testing.assert_allclose(grip.impulse / grip.normal_impulse, [0.0, 1.0, 0.0], atol=1e-6)
     # On the contact springs of two corners.
     stiffness = model.contact.penalty_stiffness.max()
-    sunk = 5e-3 - bodies.centre.to_numpy()[0, 0, 1]
+    sunk = 5e-3 - fields.read(bodies.centre)[0, 0, 1]
     assert sunk == pytest.approx(weight / (2.0 * stiffness), rel=1e-6)
-    np.testing.assert_allclose(bodies.rotation.to_numpy()[0, 0], np.eye(3), atol=1e-6)
+    np.testing.assert_allclose(fields.read(bodies.rotation)[0, 0], np.eye(3), atol=1e-6)
     record_verification("cylinder on a plane: normal force [N]", weight, normal)
