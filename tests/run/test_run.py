@@ -141,7 +141,7 @@ def test_threads_that_do_not_fit_start_nothing(write_scene, tmp_path, run):
 
 
 class TouchDown:
-    """A watch that is over at the first contact."""
+    """A stop condition that is met at the first contact."""
 
     name = "touch down"
 
@@ -153,24 +153,30 @@ class TouchDown:
         self.is_over = self.is_over or row["contact_count"] > 0
 
 
-def test_a_watch_ends_the_run_early(write_scene, tmp_path, run):
-    watch = TouchDown()
-    found = run(write_scene(SCENE), out=tmp_path / "out", watches=[watch])
+def test_a_stop_condition_ends_the_run_early(write_scene, tmp_path, run):
+    condition = TouchDown()
+    found = run(write_scene(SCENE), out=tmp_path / "out", stop_conditions=[lambda _: condition])
     assert (found.summary["status"], found.summary["ended_by"]) == ("done", "touch down")
-    assert watch.rows == len(found.history["time"])
-    np.testing.assert_array_equal(np.flatnonzero(found.history["contact_count"]), [watch.rows - 1])
+    assert condition.rows == len(found.history["time"])
+    np.testing.assert_array_equal(
+        np.flatnonzero(found.history["contact_count"]), [condition.rows - 1]
+    )
     assert found.summary["simulated_time"] == found.history["time"][-1] < 60e-3
     assert read_frames(tmp_path / "out" / "results.vtkhdf").times[-1] == found.history["time"][-1]
 
 
-def test_a_watch_of_a_resumed_run_has_seen_the_rows_before(write_scene, tmp_path, run):
+def test_a_stop_condition_of_a_resumed_run_has_seen_the_rows_before(write_scene, tmp_path, run):
     done = run(write_scene(SCENE), "time.end=30 ms", out=tmp_path / "out")
     assert "ended_by" not in done.summary
-    watch = TouchDown()
+    condition = TouchDown()
     run(
-        write_scene(SCENE), "time.end=30 ms", out=tmp_path / "out", resume=True, watches=[watch]
-    )  # fmt: skip
-    assert watch.rows == len(done.history["time"])
+        write_scene(SCENE),
+        "time.end=30 ms",
+        out=tmp_path / "out",
+        resume=True,
+        stop_conditions=[lambda _: condition],
+    )
+    assert condition.rows == len(done.history["time"])
 
 
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
