@@ -107,11 +107,11 @@ def finite(value: float) -> float | None:
 
 def blockage_report(passage: Passage, history: History) -> dict[str, Any]:
     """What blocked a stuck body, what that was read from, and the thresholds of the rules."""
-    found = blockage.evidence(passage, history)
+    indicators = blockage.blockage_indicators(passage, history)
     return {
-        "blocked_by": blockage.blocked_by(found),
-        "remark": blockage.remark(found),
-        "evidence": asdict(found),
+        "blocked_by": blockage.blocked_by(indicators),
+        "remark": blockage.contact_description(indicators),
+        "evidence": asdict(indicators),
         "thresholds": {
             "touching_share": blockage.TOUCHING,
             "pinch_share": blockage.PINCHED,
