@@ -19,18 +19,18 @@ from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case, case_key, reso
 from softsim.study.loading import LoadedStudy
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import Objective, Prune
-from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome
 from softsim.sweep.ledger import StudyTable, kept_ledger, record_of
 from softsim.sweep.trials import JOURNAL, PruningCondition, Trials
 from softsim.sweep.work import Simulate, simulate
+from softsim.sweep.worker_pool import WorkerPool
 
 
 def optimize(
     study: LoadedStudy,
     folder: Path,
-    crew: AbstractContextManager[Crew],
+    pool: AbstractContextManager[WorkerPool],
     device: str = "auto",
     count: int | None = None,
     console: Console | None = None,
@@ -78,7 +78,7 @@ def optimize(
 
     with kept_ledger(folder, record, table, left, console) as ledger:
         if trials.is_open(count):
-            with crew as workers:
+            with pool as workers:
                 for ended in completed(jobs(), workers, (LOST,), 1, ledger.keep_up, simulate):
                     note(*ended)
     return table.frame()
