@@ -17,7 +17,7 @@ from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 from softsim.rigid.body import RigidBodyData
 from softsim.sharing import Own, alike
 
@@ -227,12 +227,12 @@ class Model:
         return sum(len(b.cells) for b in self.bodies)
 
     @property
-    def pressures(self) -> tuple[PressureData, ...]:
+    def pressures(self) -> tuple[FollowerPressure, ...]:
         """Of chambers, in the order of the scene."""
-        return self.of_kind(PressureData)
+        return self.of_kind(FollowerPressure)
 
     @property
-    def chamber(self) -> PressureData | None:
+    def chamber(self) -> FollowerPressure | None:
         """The pressure of the robot's chamber, if it has one."""
         return next((p for p in self.pressures if p.name == self.robot.chamber), None)
 

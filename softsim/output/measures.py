@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from softsim.loads.cycles import Cycle
-from softsim.loads.tendon import TendonData
+from softsim.loads.tendon import Tendon
 from softsim.model import Model
 from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.passage import Verdict
@@ -37,7 +37,7 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found |= cycle_measures(model, history)
     if model.passage is not None:
         found["layout"] = layout_report(model.passage, history)
-    if model.of_kind(TendonData):
+    if model.of_kind(Tendon):
         found["peak_pull"] = float(history["pull"].max())
         found["mean_pull"] = mean_pull(history)
     if model.probes:

@@ -14,7 +14,7 @@ from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output import along_path
 from softsim.scene.outputs import probe_columns
@@ -139,7 +139,7 @@ def observe(
     return Observation(row, energies)
 
 
-def chamber_readings(scenario: Scenario, load: PressureData) -> dict[str, float]:
+def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, float]:
     """Pressure of a chamber, and its volume where it is driven by that."""
     term = scenario.term_of(load)
     if isinstance(load.drive, GivenPressure):

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softsim.loads.nodal import NodalLoad
-from softsim.loads.prescribed import PrescribedData
+from softsim.loads.nodal import NodalForce
+from softsim.loads.prescribed import PrescribedMotion
 from softsim.machine import choose
 from softsim.run.pilot import Mark, extrapolated, predicted_duration, time_scaled
 from softsim.scene.loading import load_scene
@@ -50,8 +50,8 @@ def test_time_scaled_loads_are_the_same_at_an_earlier_time(build):
     pairs = [
         (model.pressures[0].drive.profile, fast.pressures[0].drive.profile),
         (model.pressures[0].drive.section_profile, fast.pressures[0].drive.section_profile),
-        (model.of_kind(PrescribedData)[0].profile, fast.of_kind(PrescribedData)[0].profile),
-        (model.of_kind(NodalLoad)[0].share, fast.of_kind(NodalLoad)[0].share),
+        (model.of_kind(PrescribedMotion)[0].profile, fast.of_kind(PrescribedMotion)[0].profile),
+        (model.of_kind(NodalForce)[0].share, fast.of_kind(NodalForce)[0].share),
     ]
     for slow, sooner in pairs:
         assert np.ptp(slow.at(t)) > 0.0
