@@ -104,9 +104,9 @@ def displacement_while_falling(cycles: list[Cycle], t: np.ndarray, x: np.ndarray
 
 def rows_at_highest(history: History) -> float | None:
     """Median of the rows of spikes in contact while the pressure is highest; None without one."""
-    pressure = history["pressure"]
-    if not (pressure > 0.0).any():
+    if "pressure" not in history or not (history["pressure"] > 0.0).any():
         return None
+    pressure = history["pressure"]
     full = pressure >= NEARLY_HIGHEST * pressure.max()
     return float(np.median(history["rows_in_contact"][full]))
 
