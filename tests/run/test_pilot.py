@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from batches import FALLING_STRIP
 
 from softsim.loads.nodal import NodalForce
 from softsim.loads.prescribed import PrescribedMotion
@@ -27,17 +28,6 @@ loads:
   push: {kind: nodal_force, nodes: b.left, force: [-10 mN, 0 N], ramp: 10 ms}
 time: {end: 50 ms}
 output: {history_interval: 1 ms}
-"""
-
-FALL = """
-title: A strip falls on a floor
-bodies:
-  strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
-          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
-          position: [0 mm, 1 mm]}
-environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
-time: {end: 60 ms}
-output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 ms}
 """
 
 
@@ -85,7 +75,7 @@ def test_increments_of_a_short_run_are_foreseen(write_scene, tmp_path, kernel_ca
     from softsim.builder import build_model
     from softsim.run import run
 
-    loaded = load_scene(write_scene(FALL))
+    loaded = load_scene(write_scene(FALLING_STRIP))
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
     done = run(loaded, out=tmp_path / "out", device="cpu", threads=1).summary
     assert foreseen.increment_count == pytest.approx(done["increments"], abs=2)
