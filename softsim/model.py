@@ -29,7 +29,8 @@ class Body:
     """A meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each of which
     is in one of its regions.
 
-    node_sets, facet_sets: numbered within the model (within the body plus first_node).
+    node_sets, facet_sets: numbered within the model (within the body plus first_node). cell_sets:
+    numbers of cells within the body.
     remarks: what reading its mesh changed, for people.
     """
 
@@ -40,6 +41,7 @@ class Body:
     regions: tuple[Region, ...]
     node_sets: Own[dict[str, np.ndarray]]
     facet_sets: Own[dict[str, np.ndarray]]
+    cell_sets: Own[dict[str, np.ndarray]]
     remarks: Own[tuple[str, ...]]
 
     @property
