@@ -35,8 +35,8 @@ measures: {error: {of: energy_error}}
 def overhead_rows(folder: Path, program: Path | None, effort: Effort) -> list[Row]:
     """A study's cost a case from its file to its table, and of one that is stored already."""
     from softsim.study.loading import load_study
-    from softsim.sweep.crew import local_crew
     from softsim.sweep.sweep import sweep
+    from softsim.sweep.worker_pool import local_pool
 
     (folder / "block.yaml").write_text(SCENE)
     file = folder / "study.yaml"
@@ -45,7 +45,7 @@ def overhead_rows(folder: Path, program: Path | None, effort: Effort) -> list[Ro
     for name in ("a sweep's own cost a case", "a case that is stored"):
         began = time.perf_counter()
         sweep(
-            load_study(file), folder / "overhead", local_crew(processor_count()), "cpu",
+            load_study(file), folder / "overhead", local_pool(processor_count()), "cpu",
             console=Console(file=io.StringIO()), simulate=left_out,
         )  # fmt: skip
         cost = (time.perf_counter() - began) / effort.cases * 1e3

@@ -17,7 +17,7 @@ from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 from softsim.rigid.body import RigidBodyData
 from softsim.sharing import Own, alike
 
@@ -29,7 +29,8 @@ class Body:
     """A meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each of which
     is in one of its regions.
 
-    node_sets, facet_sets: numbered within the model (within the body plus first_node).
+    node_sets, facet_sets: numbered within the model (within the body plus first_node). cell_sets:
+    numbers of cells within the body.
     remarks: what reading its mesh changed, for people.
     """
 
@@ -40,6 +41,7 @@ class Body:
     regions: tuple[Region, ...]
     node_sets: Own[dict[str, np.ndarray]]
     facet_sets: Own[dict[str, np.ndarray]]
+    cell_sets: Own[dict[str, np.ndarray]]
     remarks: Own[tuple[str, ...]]
 
     @property
@@ -227,12 +229,12 @@ class Model:
         return sum(len(b.cells) for b in self.bodies)
 
     @property
-    def pressures(self) -> tuple[PressureData, ...]:
+    def pressures(self) -> tuple[FollowerPressure, ...]:
         """Of chambers, in the order of the scene."""
-        return self.of_kind(PressureData)
+        return self.of_kind(FollowerPressure)
 
     @property
-    def chamber(self) -> PressureData | None:
+    def chamber(self) -> FollowerPressure | None:
         """The pressure of the robot's chamber, if it has one."""
         return next((p for p in self.pressures if p.name == self.robot.chamber), None)
 

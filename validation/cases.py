@@ -22,11 +22,11 @@ from softsim.report.figures import draw_all
 from softsim.scene.loading import LoadedScene
 from softsim.study.cases import DONE, FAILED, LOST, Source, case_key, load_source
 from softsim.study.cases import Case as StudyCase
-from softsim.sweep.crew import local_crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job, known_outcome
 from softsim.sweep.job import Outcome as Stored
 from softsim.sweep.work import simulate
+from softsim.sweep.worker_pool import local_pool
 from validation.progress import CaseProgress
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"
@@ -130,8 +130,8 @@ def run_cases(
         (out / CASES).mkdir(parents=True, exist_ok=True)
         total = sum(distinct[job.key].simulated_time for job in missing)
         progress = CaseProgress(console, total, len(missing))
-        with local_crew(workers) as crew:
-            for job, outcome in completed(missing, crew, AGAIN, simulate=simulate_and_draw):
+        with local_pool(workers) as pool:
+            for job, outcome in completed(missing, pool, AGAIN, simulate=simulate_and_draw):
                 case = distinct[job.key]
                 found[job.key] = outcome
                 progress.finished(case.name, case.simulated_time, _failure(outcome))

@@ -10,9 +10,9 @@ from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.builder.profiles import share_profile
 from softsim.builder.regions import material_keys
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.loads.gravity import GravityProfile
+from softsim.loads.gravity import RisingGravity
 from softsim.loads.load import of_kind
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
@@ -70,12 +70,12 @@ def build_model(loaded: LoadedScene) -> Model:
     walls.refuse_penetration(names, all_walls, points[touching])
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     acting = loads.built_loads(loads.Loaded(names, bodies, points, mass, is_free, tied, total_mass))
-    chamber = roles.chamber(names, of_kind(acting, PressureData))
+    chamber = roles.chamber(names, of_kind(acting, FollowerPressure))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity
     if rise is not None:
         starting_gravity = rise.at(0.0) * full_gravity
-        acting = (*acting, GravityProfile(full_gravity, rise))
+        acting = (*acting, RisingGravity(full_gravity, rise))
     model = Model(
         bodies=bodies,
         points=points,

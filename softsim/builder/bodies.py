@@ -216,6 +216,7 @@ def built_bodies(names: Names) -> tuple[Body, ...]:
             remarks=part.remarks,
             node_sets={k: part.first_node + v for k, v in part.mesh.node_sets.items()},
             facet_sets={k: part.first_node + v for k, v in part.mesh.facet_sets.items()},
+            cell_sets=part.mesh.cell_sets,
         )
         for name, part in names.bodies.items()
     )

@@ -10,7 +10,7 @@ from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
-from softsim.loads.prescribed import PrescribedData
+from softsim.loads.prescribed import PrescribedMotion
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
 from softsim.scene.tree import Keys
@@ -61,7 +61,7 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
     return held
 
 
-def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedData, ...]:
+def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedMotion, ...]:
     """Prescribed motions; a component follows one of them only and is not held otherwise."""
     taken = held.copy()
     result = []
@@ -80,7 +80,7 @@ def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedData, ...]:
             )
         taken[nodes, axis] = True
         profile = displacement(names, condition.displacement, (*keys, "displacement"))
-        result.append(PrescribedData(nodes, axis, profile))
+        result.append(PrescribedMotion(nodes, axis, profile))
     return tuple(result)
 
 

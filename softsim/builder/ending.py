@@ -2,10 +2,10 @@
 
 from softsim.builder.names import Names
 from softsim.errors import SceneError
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 
 
-def end_time(names: Names, chamber: PressureData | None) -> float:
+def end_time(names: Names, chamber: FollowerPressure | None) -> float:
     """Latest end of the run [s]: its time, or the end of the last pressure cycle that it waits for,
     where a profile tells when that is.
     """
@@ -18,7 +18,7 @@ def end_time(names: Names, chamber: PressureData | None) -> float:
     return min(time.end, chamber.drive.cycle_end(time.cycles))
 
 
-def refuse_missing_cycles(names: Names, chamber: PressureData, asked: int) -> None:
+def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -> None:
     """More cycles than the robot's chamber ever makes; the history counts those of no other."""
     most, name = chamber.drive.cycle_count, chamber.name
     if asked <= most:

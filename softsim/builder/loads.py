@@ -18,17 +18,17 @@ from softsim.builder.profiles import pressure_profile, rising_profile, share_pro
 from softsim.builder.regions import bounded, common_geometry
 from softsim.builder.rigid import freedom
 from softsim.elements.geometry import nodal_sums
-from softsim.loads.axial_relief import AxialReliefData
+from softsim.loads.axial_relief import AxialRelief
 from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Drive, GivenPressure
 from softsim.loads.load import Load
-from softsim.loads.nodal import NodalLoad
-from softsim.loads.pressure import PressureData
+from softsim.loads.nodal import NodalForce
+from softsim.loads.pressure import FollowerPressure
 from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import Profile, smooth_rise
-from softsim.loads.rigid_force import RigidLoad
-from softsim.loads.rotor import RotorData, RotorLoad, eccentric_mass, sinusoidal_force
-from softsim.loads.tendon import TendonData
-from softsim.loads.tether import TetherData
+from softsim.loads.rigid_force import RigidForce
+from softsim.loads.rotor import Rotor, RotorForce, eccentric_mass, sinusoidal_force
+from softsim.loads.tendon import Tendon
+from softsim.loads.tether import Tether
 from softsim.model import Body
 from softsim.scene import loads as scene_loads
 from softsim.scene.profiles import EventCyclesProfile
@@ -75,7 +75,7 @@ def built_loads(loaded: Loaded) -> tuple[Load, ...]:
     )
 
 
-def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> PressureData:
+def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
     """A pressure on facets."""
     names, points, is_free = loaded.names, loaded.points, loaded.is_free
     facets = joined_facets(names, load.facets, keys)
@@ -97,7 +97,7 @@ def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> PressureData:
     nothing = smallest_volume(geometry, facets, points)
     compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
     drive = built_drive(names, load, volume, nothing, loaded.stiffest, compliance, keys)
-    return PressureData(str(keys[-1]), facets, closing, geometry, drive, body)
+    return FollowerPressure(str(keys[-1]), facets, closing, geometry, drive, body)
 
 
 def built_drive(
@@ -158,7 +158,7 @@ def pressure_on_facets(load: scene_loads.FollowerPressure, profile: Profile) -> 
     return on_skin.reduced(load.factor, load.offset)
 
 
-def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> RotorLoad:
+def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> Rotor:
     """A vibration motor on a rigid body."""
     rotor = eccentric_mass(
         load.factor * load.eccentric_mass, load.radius, load.frequency, load.rotation_axis,
@@ -167,14 +167,14 @@ def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys)
     return rotor_load(loaded, load.acts_on, rotor, keys)
 
 
-def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> RotorLoad:
+def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> Rotor:
     """A sinusoidal force on a rigid body."""
     direction = loaded.names.vector(load.direction, (*keys, "direction"))
     rotor = sinusoidal_force(load.amplitude, direction, load.frequency, load.spin_up, load.phase)
     return rotor_load(loaded, load.acts_on, rotor, keys)
 
 
-def rotor_load(loaded: Loaded, acts_on: str, rotor: RotorData, keys: Keys) -> RotorLoad:
+def rotor_load(loaded: Loaded, acts_on: str, rotor: RotorForce, keys: Keys) -> Rotor:
     """What vibrates, on the rigid body that it acts on."""
     names = loaded.names
     if names.scene.time.procedure == "static":
@@ -183,10 +183,10 @@ def rotor_load(loaded: Loaded, acts_on: str, rotor: RotorData, keys: Keys) -> Ro
             f"'{keys[-1]}' vibrates: a static procedure seeks an equilibrium and finds none",
             "leave the motor out, or write time.procedure: dynamic",
         )
-    return RotorLoad(names.rigid_number(acts_on, (*keys, "acts_on")), rotor)
+    return Rotor(names.rigid_number(acts_on, (*keys, "acts_on")), rotor)
 
 
-def nodal_load(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> NodalLoad:
+def nodal_force(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> NodalForce:
     """A force on a node set."""
     names = loaded.names
     nodes = names.node_set(load.nodes, (*keys, "nodes"))
@@ -198,10 +198,10 @@ def nodal_load(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> Noda
         )
     share = loaded.mass[nodes] / loaded.mass[nodes].sum()
     force = names.vector(load.force, (*keys, "force"))
-    return NodalLoad(nodes, np.outer(share, force), over_time(loaded, load))
+    return NodalForce(nodes, np.outer(share, force), over_time(loaded, load))
 
 
-def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Keys) -> NodalLoad:
+def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Keys) -> NodalForce:
     """A force per area at rest on facets: on each corner int N_a t dA."""
     names = loaded.names
     facets = joined_facets(names, load.facets, keys)
@@ -213,7 +213,7 @@ def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Ke
     return distributed(loaded, load, nodal_sums(facets, areas, len(loaded.points)), traction)
 
 
-def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> NodalLoad:
+def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> NodalForce:
     """A force per volume at rest on bodies, by their lumped volume."""
     names = loaded.names
     volumes = np.zeros(len(loaded.points))
@@ -233,10 +233,10 @@ def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> Nodal
 
 def distributed(
     loaded: Loaded, load: scene_loads.OverTime, measure: np.ndarray, per_measure: np.ndarray
-) -> NodalLoad:
+) -> NodalForce:
     """A force per area or volume on the nodes that stand for some: `measure` (n,) [m^2, m^3]."""
     nodes = np.flatnonzero(measure)
-    return NodalLoad(nodes, np.outer(measure[nodes], per_measure), over_time(loaded, load))
+    return NodalForce(nodes, np.outer(measure[nodes], per_measure), over_time(loaded, load))
 
 
 def over_time(loaded: Loaded, load: scene_loads.OverTime) -> Profile:
@@ -246,20 +246,20 @@ def over_time(loaded: Loaded, load: scene_loads.OverTime) -> Profile:
     return share_profile(load.profile, loaded.names.scene.time.end)
 
 
-def rigid_load(loaded: Loaded, load: scene_loads.RigidForce, keys: Keys) -> RigidLoad:
+def rigid_force(loaded: Loaded, load: scene_loads.RigidForce, keys: Keys) -> RigidForce:
     """A force on a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
-    return RigidLoad(body, names.vector(load.force, (*keys, "force")), over_time(loaded, load))
+    return RigidForce(body, names.vector(load.force, (*keys, "force")), over_time(loaded, load))
 
 
-def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialReliefData:
+def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialRelief:
     """What takes a share of the weight of all bodies off a rigid body along its axis."""
     body = loaded.names.rigid_number(load.acts_on, (*keys, "acts_on"))
-    return AxialReliefData(body, load.share * loaded.total_mass)
+    return AxialRelief(body, load.share * loaded.total_mass)
 
 
-def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> TendonData:
+def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> Tendon:
     """A tendon that holds a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
@@ -272,10 +272,10 @@ def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> TendonData:
             "never be taut",
             f"let it move that way (rigid_bodies.{load.acts_on}.free), or turn the tendon",
         )
-    return TendonData(body, load.stiffness, direction / np.linalg.norm(direction), load.slack)
+    return Tendon(body, load.stiffness, direction / np.linalg.norm(direction), load.slack)
 
 
-def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> TetherData:
+def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> Tether:
     """A tether that a rigid body trails."""
     names = loaded.names
     strength = float(np.linalg.norm(names.scene.environment.gravity))
@@ -287,7 +287,7 @@ def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> TetherData:
             f"let it move that way (rigid_bodies.{load.acts_on}.free), or write 0 N",
         )
     centre = names.vector(names.scene.rigid_bodies[load.acts_on].center, keys)
-    return TetherData(
+    return Tether(
         body=body,
         point=centre + names.vector(load.at, (*keys, "at")),
         stiffness=load.drag / ELASTIC_SLIP if load.stiffness == "auto" else load.stiffness,
@@ -316,10 +316,10 @@ BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
     scene_loads.AddedGas: pressure,
     scene_loads.EccentricMass: eccentric_motor,
     scene_loads.SinusoidalForce: sinusoid,
-    scene_loads.NodalForce: nodal_load,
+    scene_loads.NodalForce: nodal_force,
     scene_loads.SurfaceTraction: surface_traction,
     scene_loads.BodyForce: body_force,
-    scene_loads.RigidForce: rigid_load,
+    scene_loads.RigidForce: rigid_force,
     scene_loads.AxialRelief: axial_relief,
     scene_loads.Tendon: tendon,
     scene_loads.Tether: tether,

@@ -7,7 +7,7 @@ import numpy as np
 from softsim.builder.names import Names, close_names
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 from softsim.model import Passage
 from softsim.scene.bodies import BallOutline, CylinderOutline
 from softsim.scene.layout import Layout
@@ -18,7 +18,7 @@ def passage(
     names: Names,
     walls: Sequence[Wall],
     outline_nodes: Sequence[np.ndarray],
-    chamber: PressureData | None,
+    chamber: FollowerPressure | None,
 ) -> Passage | None:
     """What the scene's layout asks; None without one. outline_nodes: of each rigid body (k,)."""
     layout = names.scene.layout

@@ -1,10 +1,10 @@
-"""Pipes along a path: from the items that a user lays to segments, and what is wrong with them."""
+"""Pipes along a path: from the items of a scene to segments, and what is wrong with them."""
 
 import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.names import Names, in_mm
-from softsim.contact import laying
+from softsim.contact import pipe_layout
 from softsim.contact.pipe_path import PipePath
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
@@ -17,7 +17,7 @@ ALIKE = 1e-9
 
 
 def pipe_paths(names: Names) -> list[PipePath]:
-    """All pipes along a path. SceneError where one cannot be laid, or runs into itself."""
+    """All pipes along a path. SceneError where one cannot be built, or runs into itself."""
     return [
         pipe_path(names, name, wall)
         for name, wall in names.scene.environment.walls.items()
@@ -36,8 +36,8 @@ def pipe_path(names: Names, name: str, wall: PipePathWall) -> PipePath:
         )
     refuse_idle_steps(names, keys, wall)
     refuse_wrong_diameters(names, keys, wall)
-    items = [laid_item(names, (*keys, "pipe", k), item) for k, item in enumerate(wall.pipe)]
-    path = laying.laid(
+    items = [layout_item(names, (*keys, "pipe", k), item) for k, item in enumerate(wall.pipe)]
+    path = pipe_layout.path_of_items(
         name, items, wall.diameter, names.vector(wall.start, (*keys, "start")),
         ("start" in wall.closed, "end" in wall.closed),
     )  # fmt: skip
@@ -46,21 +46,21 @@ def pipe_path(names: Names, name: str, wall: PipePathWall) -> PipePath:
     return path
 
 
-def laid_item(names: Names, keys: Keys, item: PipeItem) -> laying.Item:
-    """An item as laying takes it: bends turn by a positive angle towards a side."""
+def layout_item(names: Names, keys: Keys, item: PipeItem) -> pipe_layout.Item:
+    """An item as `pipe_layout` takes it: bends turn by a positive angle towards a side."""
     if isinstance(item, StraightItem):
-        return laying.Straight(item.straight)
+        return pipe_layout.Straight(item.straight)
     if isinstance(item, TaperItem):
-        return laying.Taper(item.taper, item.to)
+        return pipe_layout.Taper(item.taper, item.to)
     if isinstance(item, StepItem):
-        return laying.Step(item.step)
+        return pipe_layout.Step(item.step)
     if names.dimension == 2 and item.turned != 0.0:
         raise names.loaded.error(
             (*keys, "turned"),
             "a bend cannot be turned out of the plane of a section",
             "leave turned out; to the right: bend: -90 deg",
         )
-    return laying.Bend(abs(item.bend), item.radius, item.turned + (item.bend < 0.0) * np.pi)
+    return pipe_layout.Bend(abs(item.bend), item.radius, item.turned + (item.bend < 0.0) * np.pi)
 
 
 def refuse_idle_steps(names: Names, keys: Keys, wall: PipePathWall) -> None:
@@ -112,7 +112,7 @@ def refuse_tight_bends(names: Names, keys: Keys, path: PipePath) -> None:
 
 def refuse_crossing(names: Names, keys: Keys, path: PipePath) -> None:
     """No two segments lie in each other."""
-    found = laying.crossing(path)
+    found = pipe_layout.crossing(path)
     if found is None:
         return
     first, second = (segment.item for segment in found)

@@ -8,11 +8,11 @@ from softsim.builder.profiles import displacement
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.sphere import Sphere
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.loads.rigid_motion import RigidMotionData
+from softsim.loads.rigid_motion import RigidMotion
 from softsim.model import OutlineData
 from softsim.rigid.body import RigidBodyData
+from softsim.scene import conditions
 from softsim.scene.bodies import BallOutline, RigidBody
-from softsim.scene.conditions import RigidMotion
 from softsim.scene.surroundings import PipeWall, PlaneWall
 
 # Of a model of each kind, in the order x, y, z, rotations about x, y, z.
@@ -61,17 +61,17 @@ def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
     moved = {
         condition.direction
         for condition in names.scene.conditions.values()
-        if isinstance(condition, RigidMotion) and condition.body == name
+        if isinstance(condition, conditions.RigidMotion) and condition.body == name
     }
     free = zip(DIRECTIONS, freedom(names, name), strict=True)
     return tuple(yes and d not in moved for d, yes in free)
 
 
-def rigid_motions(names: Names) -> tuple[RigidMotionData, ...]:
+def rigid_motions(names: Names) -> tuple[RigidMotion, ...]:
     """Prescribed motions of rigid bodies, each direction by one of them."""
-    result: list[RigidMotionData] = []
+    result: list[RigidMotion] = []
     for key, condition in names.scene.conditions.items():
-        if not isinstance(condition, RigidMotion):
+        if not isinstance(condition, conditions.RigidMotion):
             continue
         keys = ("conditions", key)
         body = names.rigid_number(condition.body, (*keys, "body"))
@@ -85,7 +85,7 @@ def rigid_motions(names: Names) -> tuple[RigidMotionData, ...]:
                 f"let it move that way (rigid_bodies.{condition.body}.free), by one condition",
             )
         profile = displacement(names, condition.displacement, (*keys, "displacement"))
-        result.append(RigidMotionData(body, axis, profile))
+        result.append(RigidMotion(body, axis, profile))
     return tuple(result)
 
 

@@ -6,13 +6,13 @@ from fnmatch import fnmatchcase
 import numpy as np
 
 from softsim.builder.names import Names, close_names
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 from softsim.model import Body, Robot
 
 PLACE = ("robot",)
 
 
-def robot(names: Names, bodies: Sequence[Body], chamber: PressureData | None) -> Robot:
+def robot(names: Names, bodies: Sequence[Body], chamber: FollowerPressure | None) -> Robot:
     """What the scene says, or the first of each kind; chamber: what `chamber` tells."""
     return Robot(frame(names), None if chamber is None else chamber.name, rows(names, bodies))
 
@@ -25,7 +25,7 @@ def frame(names: Names) -> int | None:
     return 0 if names.scene.rigid_bodies else None
 
 
-def chamber(names: Names, chambers: Sequence[PressureData]) -> PressureData | None:
+def chamber(names: Names, chambers: Sequence[FollowerPressure]) -> FollowerPressure | None:
     """The load that is a pressure; None where there is none."""
     given = names.scene.robot.chamber
     if given is None:

@@ -58,9 +58,11 @@ def model_table(model: Model) -> Table:
             table.add_row(f"  material{part}", region.material.describe())
         for remark in body.remarks:
             table.add_row("  from its file", remark)
-        for kind, sets in (("node", body.node_sets), ("facet", body.facet_sets)):
-            listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
-            table.add_row(f"  {kind} sets", listed)
+        kinds = {"node": body.node_sets, "facet": body.facet_sets, "cell": body.cell_sets}
+        for kind, sets in kinds.items():
+            if sets:
+                listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
+                table.add_row(f"  {kind} sets", listed)
     stable = estimator(model).at_rest
     dt = first_time_increment(model)
     table.add_row("stable step", stable.describe())

@@ -43,12 +43,12 @@ def sweep(
         if dry_run:
             study_tables.print_plan(loaded, folder, again, console)
             return
-        from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.sweep import sweep as run_sweep
+        from softsim.sweep.worker_pool import pool_for  # imports dask
 
-        crew = crew_for(folder, device.value, workers, scheduler)
+        pool = pool_for(folder, device.value, workers, scheduler)
         size = study_tables.asked_batch(batch, device.value)
-        frame = run_sweep(loaded, folder, crew, device.value, size, again, console)
+        frame = run_sweep(loaded, folder, pool, device.value, size, again, console)
         study_tables.print_results(loaded, frame, folder, console)
         report_study(folder, console)
 
@@ -77,11 +77,11 @@ def optimize(
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
         from softsim.cli.study_tables import print_best, print_results
-        from softsim.sweep.crew import crew_for  # imports dask
         from softsim.sweep.optimisation import optimize as run_trials  # and optuna
+        from softsim.sweep.worker_pool import pool_for  # imports dask
 
-        crew = crew_for(folder, device.value, workers, scheduler)
-        table = run_trials(loaded, folder, crew, device.value, trials, console)
+        pool = pool_for(folder, device.value, workers, scheduler)
+        table = run_trials(loaded, folder, pool, device.value, trials, console)
         print_results(loaded, table, folder, console)
         report_study(folder, console)
         print_best(loaded, folder, console)

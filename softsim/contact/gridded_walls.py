@@ -1,7 +1,7 @@
 """Walls on grids of distances in kernels: gap and normal by interpolation between the nodes."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import taichi as ti
@@ -9,6 +9,9 @@ import taichi as ti
 from softsim import backend
 from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
+
+if TYPE_CHECKING:  # a wall imports its obstacle
+    from softsim.contact.distance_grid import DistanceGrid
 
 
 @ti.data_oriented
@@ -20,7 +23,7 @@ class GriddedObstacle(Obstacle):
 
     count = 1
 
-    def __init__(self, walls: Sequence[Any]) -> None:
+    def __init__(self, walls: Sequence["DistanceGrid"]) -> None:
         self.dimension = walls[0].values.ndim
         self.value, first = joined([w.values for w in walls])
         self.first = index_field(first)

@@ -7,7 +7,7 @@ asked of it. At the joints of cylinders and tori of one radius gap and normal ar
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import taichi as ti
@@ -16,6 +16,9 @@ from softsim import backend
 from softsim.contact.pipe_segment import BEND, FACE
 from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
+
+if TYPE_CHECKING:  # a wall imports its obstacle
+    from softsim.contact.pipe_path import PipePath
 
 
 @ti.data_oriented
@@ -35,7 +38,7 @@ class PathObstacle(Obstacle):
 
     count = 1
 
-    def __init__(self, walls: Sequence[Any], places: np.ndarray) -> None:
+    def __init__(self, walls: Sequence["PipePath"], places: np.ndarray) -> None:
         tables = [Tables(wall) for wall in walls]
         self.segments = max(len(wall.segments) for wall in walls) + 2
         self.origin = vector_field(padded([t.origin for t in tables]))
@@ -156,7 +159,7 @@ class PathObstacle(Obstacle):
 class Tables:
     """What the kernels look up of each segment, in numpy: arrays (segments + 2, ...)."""
 
-    def __init__(self, wall: Any) -> None:
+    def __init__(self, wall: "PipePath") -> None:
         first, last = wall.joints[0], wall.joints[-1]
         segments = wall.segments
         dimension = len(first.point)

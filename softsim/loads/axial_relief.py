@@ -23,7 +23,7 @@ from softsim.term import Term
 
 
 @dataclass(frozen=True, eq=False)
-class AxialReliefData(Load):
+class AxialRelief(Load):
     """Takes the weight of `mass` [kg], as far as it lies along x of rigid body number `body`, off
     it.
     """
@@ -32,14 +32,14 @@ class AxialReliefData(Load):
     mass: Own[float]
 
     def term(
-        self, alike: Sequence["AxialReliefData"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "AxialRelief":
+        self, alike: Sequence["AxialRelief"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "AxialReliefTerm":
         """Its force on the body."""
-        return AxialRelief(rigid_bodies, self.body, np.array([relief.mass for relief in alike]))
+        return AxialReliefTerm(rigid_bodies, self.body, np.array([relief.mass for relief in alike]))
 
 
 @ti.data_oriented
-class AxialRelief(Term):
+class AxialReliefTerm(Term):
     """On rigid body number `body`, whose axis is its own x. masses: share times the robot's mass
     (scenarios,) [kg].
     """

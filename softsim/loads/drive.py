@@ -4,7 +4,7 @@ added mass of gas.
 Under a given pressure an inflated skin runs away where its pressure curve falls with the volume.
 A chamber driven by volume or by mass stays stable there: its pressure falls as the skin gives way.
 
-Of each kind the data, and the source of pressure that kernels ask.
+Of each kind the data, `AddedGas`, and the source of pressure that kernels ask, `AddedGasSource`.
 """
 
 import dataclasses
@@ -73,13 +73,13 @@ class GivenPressure(_Scheduled):
             section_profile=self.section_profile.time_scaled(factor),
         )
 
-    def source(self, alike: Sequence["GivenPressure"]) -> "PressureFollowsProfile":
+    def source(self, alike: Sequence["GivenPressure"]) -> "GivenPressureSource":
         """In kernels; alike: this drive in every scenario, this one first."""
-        return PressureFollowsProfile(alike)
+        return GivenPressureSource(alike)
 
 
 @ti.data_oriented
-class PressureFollowsProfile:
+class GivenPressureSource:
     """The pressure on the facets is given."""
 
     asks_volume = False
@@ -115,13 +115,13 @@ class AddedVolume(_Scheduled):
         """-dp/dV [Pa/m^3]."""
         return self.bulk_modulus / self.initial_volume
 
-    def source(self, alike: Sequence["AddedVolume"]) -> "PressureOfLiquid":
+    def source(self, alike: Sequence["AddedVolume"]) -> "AddedVolumeSource":
         """In kernels; alike: this drive in every scenario, this one first."""
-        return PressureOfLiquid(alike)
+        return AddedVolumeSource(alike)
 
 
 @ti.data_oriented
-class PressureOfLiquid:
+class AddedVolumeSource:
     """p = kappa_f (V_0 + added - V) / V_0."""
 
     asks_volume = True
@@ -170,13 +170,13 @@ class AddedGas(_Scheduled):
         mass = self.initial_mass + float(self.profile.values.max())
         return mass * self.specific_energy / (volume + self.side_volume) ** 2
 
-    def source(self, alike: Sequence["AddedGas"]) -> "PressureOfGas":
+    def source(self, alike: Sequence["AddedGas"]) -> "AddedGasSource":
         """In kernels; alike: this drive in every scenario, this one first."""
-        return PressureOfGas(alike)
+        return AddedGasSource(alike)
 
 
 @ti.data_oriented
-class PressureOfGas:
+class AddedGasSource:
     """p = m R T / (V + V_s) - p_a."""
 
     asks_volume = True
@@ -224,13 +224,13 @@ class ControlledPressure:
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
         return 0.0
 
-    def source(self, alike: Sequence["ControlledPressure"]) -> "PressureFollowsCommands":
+    def source(self, alike: Sequence["ControlledPressure"]) -> "ControlledPressureSource":
         """In kernels; alike: this drive in every scenario, this one first."""
-        return PressureFollowsCommands(alike)
+        return ControlledPressureSource(alike)
 
 
 @ti.data_oriented
-class PressureFollowsCommands:
+class ControlledPressureSource:
     """p(t) = p_0 + r (t - t_0), between p_0 and where the command ends.
 
     One command a scenario; the host exchanges them between two blocks of increments.

@@ -25,27 +25,27 @@ from softsim.term import Pass, Stage, Term
 
 
 @dataclass(frozen=True, eq=False)
-class GravityProfile(Load):
+class RisingGravity(Load):
     """Gravity `full` (d,) [m/s^2] times `share` over time."""
 
     full: Own[np.ndarray]
     share: Own[Profile]
 
     def term(
-        self, alike: Sequence["GravityProfile"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "RisingGravity":
+        self, alike: Sequence["RisingGravity"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "RisingGravityTerm":
         """What changes the gravity of everything."""
         full = np.stack([gravity.full for gravity in alike])
         table = ProfileTable([gravity.share for gravity in alike])
-        return RisingGravity(nodes, rigid_bodies, full, table)
+        return RisingGravityTerm(nodes, rigid_bodies, full, table)
 
-    def time_scaled(self, factor: float) -> "GravityProfile":
+    def time_scaled(self, factor: float) -> "RisingGravity":
         """Gravity rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))
 
 
 @ti.data_oriented
-class RisingGravity(Term):
+class RisingGravityTerm(Term):
     """Sets the gravity of all nodes and rigid bodies to `table` times `full` (scenarios, d)
     [m/s^2]; before the table's first time to its first value.
 

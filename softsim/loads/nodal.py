@@ -17,7 +17,7 @@ from softsim.term import Pass, Stage, WorkingTerm
 
 
 @dataclass(frozen=True, eq=False)
-class NodalLoad(Load):
+class NodalForce(Load):
     """`forces` (k, d) [N] on `nodes` (k,), times `share` over time."""
 
     nodes: np.ndarray
@@ -25,19 +25,21 @@ class NodalLoad(Load):
     share: Own[Profile]
 
     def term(
-        self, alike: Sequence["NodalLoad"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "NodalForce":
+        self, alike: Sequence["NodalForce"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "NodalForceTerm":
         """Its force on the nodes."""
         forces = np.stack([load.forces for load in alike])
-        return NodalForce(nodes, self.nodes, forces, ProfileTable([load.share for load in alike]))
+        return NodalForceTerm(
+            nodes, self.nodes, forces, ProfileTable([load.share for load in alike])
+        )
 
-    def time_scaled(self, factor: float) -> "NodalLoad":
+    def time_scaled(self, factor: float) -> "NodalForce":
         """The force rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))
 
 
 @ti.data_oriented
-class NodalForce(WorkingTerm):
+class NodalForceTerm(WorkingTerm):
     """`forces` (scenarios, k, d) [N] times `table` on `loaded` nodes (k,)."""
 
     def __init__(

@@ -18,7 +18,7 @@ from softsim.term import Pass, Stage, WorkingTerm
 
 
 @dataclass(frozen=True, eq=False)
-class PrescribedData(Load):
+class PrescribedMotion(Load):
     """Component `axis` of `nodes` is displaced by `profile` [m over s]."""
 
     nodes: np.ndarray
@@ -26,19 +26,19 @@ class PrescribedData(Load):
     profile: Own[Profile]
 
     def term(
-        self, alike: Sequence["PrescribedData"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "PrescribedMotion":
+        self, alike: Sequence["PrescribedMotion"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "PrescribedMotionTerm":
         """The motion of the nodes."""
         profiles = [motion.profile for motion in alike]
-        return PrescribedMotion(nodes, self.nodes, self.axis, ProfileTable(profiles))
+        return PrescribedMotionTerm(nodes, self.nodes, self.axis, ProfileTable(profiles))
 
-    def time_scaled(self, factor: float) -> "PrescribedData":
+    def time_scaled(self, factor: float) -> "PrescribedMotion":
         """The motion, `factor` times as fast."""
         return replace(self, profile=self.profile.time_scaled(factor))
 
 
 @ti.data_oriented
-class PrescribedMotion(WorkingTerm):
+class PrescribedMotionTerm(WorkingTerm):
     """Component `axis` of the `moved` nodes (k,) is displaced by `table` [m over s].
 
     The velocity of a step is (u(t) - u(t - dt)) / dt, so positions follow the profile exactly. The

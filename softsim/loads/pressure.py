@@ -27,7 +27,7 @@ OPEN = -1
 
 
 @dataclass(frozen=True, eq=False)
-class PressureData(Load):
+class FollowerPressure(Load):
     """Follower pressure on `facets` (k, corners); `lids`: further facets that close the surface,
     without pressure of their own. `body` closes the chamber, or is None. geometry: of the facets.
     """
@@ -40,16 +40,16 @@ class PressureData(Load):
     body: int | None
 
     def term(
-        self, alike: Sequence["PressureData"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "FollowerPressure":
+        self, alike: Sequence["FollowerPressure"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "FollowerPressureTerm":
         """The pressure on the facets."""
         facets, lids = (self.geometry.facets(nodes, f) for f in (self.facets, self.lids))
         drives: list[Any] = [load.drive for load in alike]
         source = self.drive.source(drives)
         body = OPEN if self.body is None else self.body
-        return FollowerPressure(nodes, rigid_bodies, facets, lids, source, body)
+        return FollowerPressureTerm(nodes, rigid_bodies, facets, lids, source, body)
 
-    def time_scaled(self, factor: float) -> "PressureData":
+    def time_scaled(self, factor: float) -> "FollowerPressure":
         """The pressure, or what drives it, `factor` times as fast."""
         return replace(self, drive=self.drive.time_scaled(factor))
 
@@ -59,7 +59,7 @@ class PressureData(Load):
 
 
 @ti.data_oriented
-class FollowerPressure(WorkingTerm):
+class FollowerPressureTerm(WorkingTerm):
     """Pressure on facets.
 
     Parameters

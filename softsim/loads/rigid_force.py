@@ -17,7 +17,7 @@ from softsim.term import Term
 
 
 @dataclass(frozen=True, eq=False)
-class RigidLoad(Load):
+class RigidForce(Load):
     """`force` (d,) [N] at the centre of mass of rigid body number `body`, times `share`."""
 
     body: int
@@ -25,20 +25,20 @@ class RigidLoad(Load):
     share: Own[Profile]
 
     def term(
-        self, alike: Sequence["RigidLoad"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "RigidForce":
+        self, alike: Sequence["RigidForce"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "RigidForceTerm":
         """Its force on the body."""
         forces = np.stack([load.force for load in alike])
         table = ProfileTable([load.share for load in alike])
-        return RigidForce(rigid_bodies, self.body, forces, table)
+        return RigidForceTerm(rigid_bodies, self.body, forces, table)
 
-    def time_scaled(self, factor: float) -> "RigidLoad":
+    def time_scaled(self, factor: float) -> "RigidForce":
         """The force rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))
 
 
 @ti.data_oriented
-class RigidForce(Term):
+class RigidForceTerm(Term):
     """`forces` (scenarios, d) [N] times `table` on rigid body number `body`."""
 
     def __init__(

@@ -19,7 +19,7 @@ from softsim.term import Pass, Stage, Term
 
 
 @dataclass(frozen=True, eq=False)
-class RigidMotionData(Load):
+class RigidMotion(Load):
     """Component `axis` of rigid body number `body`, which is not free, is displaced by `profile`
     [m over s]. The history gets the force that moves it as `drive_force`, the mean over the
     interval.
@@ -32,19 +32,19 @@ class RigidMotionData(Load):
     profile: Own[Profile]
 
     def term(
-        self, alike: Sequence["RigidMotionData"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "RigidMotion":
+        self, alike: Sequence["RigidMotion"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "RigidMotionTerm":
         """The motion of the body."""
         table = ProfileTable([motion.profile for motion in alike])
-        return RigidMotion(rigid_bodies, self.body, self.axis, table)
+        return RigidMotionTerm(rigid_bodies, self.body, self.axis, table)
 
-    def time_scaled(self, factor: float) -> "RigidMotionData":
+    def time_scaled(self, factor: float) -> "RigidMotion":
         """The motion, `factor` times as fast."""
         return replace(self, profile=self.profile.time_scaled(factor))
 
 
 @ti.data_oriented
-class RigidMotion(Term):
+class RigidMotionTerm(Term):
     """Component `axis` of rigid body number `body` is displaced by `table` [m over s].
 
     As of nodes (loads/prescribed.py): the velocity of a step is (u(t) - u(t - dt)) / dt, and the

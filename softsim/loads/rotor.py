@@ -25,7 +25,7 @@ from softsim.term import Term
 
 
 @dataclass(frozen=True)
-class RotorData:
+class RotorForce:
     """Force cos(angle) `cosine` + sin(angle) `sine`, both (d,) [N] at full speed.
 
     frequency [Hz], spin_up [s], phase: the angle at t = 0 [rad].
@@ -46,7 +46,7 @@ def eccentric_mass(
     spin_up: float,
     phase: float,
     dimension: int,
-) -> RotorData:
+) -> RotorForce:
     """The rotor of an eccentric mass [kg] at a radius [m]; rotation_axis: "x" or "z".
 
     A model of two dimensions sees the x and y parts of its force.
@@ -54,36 +54,36 @@ def eccentric_mass(
     amplitude = mass * radius * (2.0 * np.pi * frequency) ** 2
     x, y, z = np.eye(3)[:, :dimension]
     cosine, sine = {"x": (y, z), "z": (x, y)}[rotation_axis]
-    return RotorData(amplitude * cosine, amplitude * sine, frequency, spin_up, phase)
+    return RotorForce(amplitude * cosine, amplitude * sine, frequency, spin_up, phase)
 
 
 def sinusoidal_force(
     amplitude: float, direction: np.ndarray, frequency: float, spin_up: float, phase: float
-) -> RotorData:
+) -> RotorForce:
     """amplitude [N] along `direction` times the sine of the angle."""
     unit = np.asarray(direction) / np.linalg.norm(direction)
-    return RotorData(np.zeros(2), amplitude * unit, frequency, spin_up, phase)
+    return RotorForce(np.zeros(2), amplitude * unit, frequency, spin_up, phase)
 
 
 @dataclass(frozen=True, eq=False)
-class RotorLoad(Load):
+class Rotor(Load):
     """A motor on rigid body number `body`."""
 
     body: int
-    rotor: RotorData
+    rotor: RotorForce
 
     def term(
-        self, alike: Sequence["RotorLoad"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "Rotor":
+        self, alike: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "RotorTerm":
         """Its force on the body."""
-        return Rotor(rigid_bodies, self.body, [load.rotor for load in alike])
+        return RotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
 
 
 @ti.data_oriented
-class Rotor(Term):
-    """A motor on rigid body number `body`; one RotorData a scenario."""
+class RotorTerm(Term):
+    """A motor on rigid body number `body`; one RotorForce a scenario."""
 
-    def __init__(self, rigid_bodies: RigidBodies, body: int, rotors: list[RotorData]) -> None:
+    def __init__(self, rigid_bodies: RigidBodies, body: int, rotors: list[RotorForce]) -> None:
         self.rigid_bodies, self.body = rigid_bodies, body
         self.cosine = vector_field(np.array([r.cosine for r in rotors]))
         self.sine = vector_field(np.array([r.sine for r in rotors]))

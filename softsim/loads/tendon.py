@@ -23,7 +23,7 @@ from softsim.term import Term
 
 
 @dataclass(frozen=True, eq=False)
-class TendonData(Load):
+class Tendon(Load):
     """A tendon on rigid body number `body` towards the unit vector `direction` (d,), which pulls
     with `stiffness` [N/m] once `slack` [m] is used up.
 
@@ -38,10 +38,10 @@ class TendonData(Load):
     slack: Own[float]
 
     def term(
-        self, alike: Sequence["TendonData"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "Tendon":
+        self, alike: Sequence["Tendon"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "TendonTerm":
         """The tendon on its body."""
-        return Tendon(
+        return TendonTerm(
             rigid_bodies, self.body, np.array([tendon.stiffness for tendon in alike]),
             np.stack([tendon.direction for tendon in alike]),
             np.array([tendon.slack for tendon in alike]),
@@ -53,7 +53,7 @@ class TendonData(Load):
 
 
 @ti.data_oriented
-class Tendon(Term):
+class TendonTerm(Term):
     """A tendon on rigid body number `body`.
 
     stiffness: k (scenarios,) [N/m]. directions: d (scenarios, dimension). slack: s (scenarios,)

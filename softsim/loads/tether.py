@@ -33,7 +33,7 @@ from softsim.term import Term
 
 
 @dataclass(frozen=True, eq=False)
-class TetherData(Load):
+class Tether(Load):
     """A tether on rigid body number `body`, attached at `point` (d,) [m], in space at rest.
 
     Along the body's own x a spring of `stiffness` [N/m] slides at `drag` [N]; `carried_mass` [kg]
@@ -51,10 +51,10 @@ class TetherData(Load):
     turning_stiffness: Own[np.ndarray]
 
     def term(
-        self, alike: Sequence["TetherData"], nodes: Nodes, rigid_bodies: RigidBodies
-    ) -> "Tether":
+        self, alike: Sequence["Tether"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "TetherTerm":
         """The tether on its body."""
-        return Tether(
+        return TetherTerm(
             rigid_bodies, self.body,
             np.stack([tether.point for tether in alike]) - rigid_bodies.rest_centre[self.body],
             np.array([tether.stiffness for tether in alike]),
@@ -74,7 +74,7 @@ class TetherData(Load):
 
 
 @ti.data_oriented
-class Tether(Term):
+class TetherTerm(Term):
     """A tether on rigid body number `body`.
 
     arms: of the attachment point from the centre of mass, in the body's axes (scenarios, d) [m].

@@ -23,7 +23,7 @@ MAIN_PART = 0.5
 
 
 @dataclass(frozen=True)
-class Evidence:
+class BlockageIndicators:
     """Of the last rows: touching_share, in which the frame touches; pinch_share, of the walls'
     forces on it that cancel out; frame_drag_share and narrowing_drag_share, of the walls' forces
     against the way that act on the frame, and where the pipe narrows; most_rows, of spikes in
@@ -42,8 +42,8 @@ class Evidence:
     has_fallen: bool
 
 
-def evidence(passage: Passage, history: History) -> Evidence:
-    """What the rules ask about."""
+def blockage_indicators(passage: Passage, history: History) -> BlockageIndicators:
+    """What the rules are asked of: the rows of the last whole cycle."""
     rows = last_rows(passage, history)
     sums = {
         name: float(history[name][rows].sum())
@@ -52,7 +52,7 @@ def evidence(passage: Passage, history: History) -> Evidence:
     s = history["arc_length"]
     way = s[rows]
     fell_back = float(s.max() - s[-1])
-    return Evidence(
+    return BlockageIndicators(
         touching_share=float((history["clearance"][rows] <= 0.0).mean()),
         pinch_share=share(sums["frame_pinch"], sums["frame_wall_force"]),
         frame_drag_share=share(sums["frame_drag"], sums["drag"]),
@@ -70,25 +70,25 @@ def share(part: float, whole: float) -> float:
     return part / whole if whole > 0.0 else 0.0
 
 
-def lost_grip(found: Evidence) -> bool:
+def lost_grip(indicators: BlockageIndicators) -> bool:
     """It ended farther behind than its own length: it did not stop there, it fell."""
-    return found.has_fallen
+    return indicators.has_fallen
 
 
-def is_wedged(found: Evidence) -> bool:
+def is_wedged(indicators: BlockageIndicators) -> bool:
     """The frame, which does not yield, touches most of the time, and is either clamped from two
     sides or takes the most of what holds the robot back.
     """
-    clamped = found.pinch_share >= PINCHED or found.frame_drag_share >= MAIN_PART
-    return found.touching_share >= TOUCHING and clamped
+    clamped = indicators.pinch_share >= PINCHED or indicators.frame_drag_share >= MAIN_PART
+    return indicators.touching_share >= TOUCHING and clamped
 
 
-def is_caught(found: Evidence) -> bool:
+def is_caught(indicators: BlockageIndicators) -> bool:
     """The most of what holds the robot back acts on nodes where the pipe narrows."""
-    return found.narrowing_drag_share >= MAIN_PART
+    return indicators.narrowing_drag_share >= MAIN_PART
 
 
-RULES: dict[str, Callable[[Evidence], bool]] = {
+RULES: dict[str, Callable[[BlockageIndicators], bool]] = {
     "lost grip and fell": lost_grip,
     "frame wedged": is_wedged,
     "spikes caught on a step": is_caught,
@@ -97,15 +97,15 @@ NO_THRUST = "no thrust"
 """What is left where no rule holds: nothing is in the way, and yet it does not go on."""
 
 
-def blocked_by(found: Evidence) -> str:
+def blocked_by(indicators: BlockageIndicators) -> str:
     """The first of the rules that holds."""
-    return next((name for name, holds in RULES.items() if holds(found)), NO_THRUST)
+    return next((name for name, holds in RULES.items() if holds(indicators)), NO_THRUST)
 
 
-def remark(found: Evidence) -> str:
+def contact_description(indicators: BlockageIndicators) -> str:
     """What the spikes did, in words."""
-    if found.most_rows == 0.0:
+    if indicators.most_rows == 0.0:
         return "no row of spikes touches the wall"
-    rows = f"up to {found.most_rows:g} rows of spikes touch"
-    forward, back = found.way_forward * 1e3, found.way_back * 1e3
+    rows = f"up to {indicators.most_rows:g} rows of spikes touch"
+    forward, back = indicators.way_forward * 1e3, indicators.way_back * 1e3
     return f"{rows}; at last {forward:.1f} mm forward and {back:.1f} mm back"

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from softsim.loads.cycles import Cycle
-from softsim.loads.tendon import TendonData
+from softsim.loads.tendon import Tendon
 from softsim.model import Model
 from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.passage import Verdict
@@ -37,7 +37,7 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found |= cycle_measures(model, history)
     if model.passage is not None:
         found["layout"] = layout_report(model.passage, history)
-    if model.of_kind(TendonData):
+    if model.of_kind(Tendon):
         found["peak_pull"] = float(history["pull"].max())
         found["mean_pull"] = mean_pull(history)
     if model.probes:
@@ -104,9 +104,9 @@ def displacement_while_falling(cycles: list[Cycle], t: np.ndarray, x: np.ndarray
 
 def rows_at_highest(history: History) -> float | None:
     """Median of the rows of spikes in contact while the pressure is highest; None without one."""
-    pressure = history["pressure"]
-    if not (pressure > 0.0).any():
+    if "pressure" not in history or not (history["pressure"] > 0.0).any():
         return None
+    pressure = history["pressure"]
     full = pressure >= NEARLY_HIGHEST * pressure.max()
     return float(np.median(history["rows_in_contact"][full]))
 

@@ -14,7 +14,7 @@ from softsim.contact.wall import Wall
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
-from softsim.loads.pressure import PressureData
+from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output import along_path
 from softsim.scene.outputs import probe_columns
@@ -24,26 +24,25 @@ from softsim.solver.settling import unbalanced_share
 
 
 def columns(model: Model) -> dict[str, str]:
-    """Columns of the history of a model -> unit. Energies carry ABAQUS's names in comments."""
+    """Columns of the history of a model -> unit: of what it has. Energies carry ABAQUS's names in
+    comments.
+    """
     axes = "xyz"[: model.dimension]
-    first = {
-        "time": "s",
-        "pressure": "Pa",  # of the robot's chamber: what its gauge shows
-        "section_pressure": "Pa",  # what acts on the plane model
-        "cycles_done": "-",  # cycles of the pressure that have ended
-    }
     chamber = model.chamber
+    first = {"time": "s"}
+    if chamber is not None:
+        first["pressure"] = "Pa"  # of the robot's chamber: what its gauge shows
+        first["section_pressure"] = "Pa"  # what acts on the plane model
+    first["cycles_done"] = "-"  # cycles of the pressure that have ended
     if chamber is not None and isinstance(chamber.drive, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
     if chamber is not None and chamber.drive.asks_volume:
         first["chamber_volume"] = "m^3"  # enclosed by the surface of the robot's chamber
-    space = {f"frame_rotation_{a}": "rad" for a in "xyz"} if model.dimension == 3 else {}
+    if model.robot.frame is not None:
+        first |= frame_columns(axes)
     owners: list[Load | Wall] = [*model.loads, *model.walls]
     of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
     last = {
-        **{f"frame_{a}": "m" for a in axes},
-        "frame_angle": "rad",  # about z
-        **space,  # rotation vector
         **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
         "contact_count": "-",  # nodes in contact with walls at this moment
         "rows_in_contact": "-",  # rows of spikes that touched within the interval
@@ -66,6 +65,14 @@ def columns(model: Model) -> dict[str, str]:
     for probe in model.probes:
         last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
     return first | last
+
+
+def frame_columns(axes: str) -> dict[str, str]:
+    """Columns of the robot's frame -> unit; axes: of the model."""
+    found = {f"frame_{a}": "m" for a in axes} | {"frame_angle": "rad"}  # about z
+    if axes == "xyz":
+        found |= {f"frame_rotation_{a}": "rad" for a in axes}  # rotation vector
+    return found
 
 
 PROBE_UNITS = {"displacement": "m", "radius": "m", "reaction": "N", "volume": "m^3"}
@@ -139,7 +146,7 @@ def observe(
     return Observation(row, energies)
 
 
-def chamber_readings(scenario: Scenario, load: PressureData) -> dict[str, float]:
+def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, float]:
     """Pressure of a chamber, and its volume where it is driven by that."""
     term = scenario.term_of(load)
     if isinstance(load.drive, GivenPressure):

@@ -14,7 +14,7 @@ from softsim.model import Passage
 History = dict[str, np.ndarray]
 
 SEEN = ("time", "arc_length", "cycles_done")
-"""Columns of a history that a watch looks at."""
+"""Columns of a history that tell the verdict."""
 
 
 class Verdict(str, Enum):
@@ -25,8 +25,8 @@ class Verdict(str, Enum):
     UNFINISHED = "unfinished"
 
 
-class PassageWatch:
-    """Follows a body along its pipe: a watch that ends a run with the verdict."""
+class PassageCondition:
+    """Follows a body along its pipe; ends a run with the verdict."""
 
     name = "layout"
 
@@ -79,12 +79,12 @@ def has_fallen(passage: Passage, way_back: float) -> bool:
     return way_back > passage.length
 
 
-def watched(passage: Passage, history: History) -> PassageWatch:
-    """The watch after all rows of a history."""
-    watch = PassageWatch(passage)
+def after_history(passage: Passage, history: History) -> PassageCondition:
+    """The condition after all rows of a history."""
+    condition = PassageCondition(passage)
     for row in zip(*(history[name].tolist() for name in SEEN), strict=True):
-        watch.see(*row)
-    return watch
+        condition.see(*row)
+    return condition
 
 
 def last_rows(passage: Passage, history: History) -> np.ndarray:

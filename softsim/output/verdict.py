@@ -9,19 +9,19 @@ from softsim.contact.path_features import nearest_feature
 from softsim.contact.pipe_segment import Segment
 from softsim.model import Passage
 from softsim.output import blockage
-from softsim.output.passage import History, Verdict, watched
+from softsim.output.passage import History, Verdict, after_history
 
 
 def layout_report(passage: Passage, history: History) -> dict[str, Any]:
     """Verdict, place, segments, and what blocked it, SI; lengths are arc lengths along the path."""
-    watch = watched(passage, history)
+    course = after_history(passage, history)
     time, s = history["time"], history["arc_length"]
     report = {
-        "verdict": watch.verdict.value,
+        "verdict": course.verdict.value,
         "start": passage.start,
         "goal": passage.goal,
         "time": float(time[-1]),
-        "where": where(passage, watch.farthest),
+        "where": where(passage, course.farthest),
         "final_arc_length": float(s[-1]),
         "segments": [
             segment_report(passage, segment, history) for segment in passage.path.segments
@@ -31,7 +31,7 @@ def layout_report(passage: Passage, history: History) -> dict[str, Any]:
             "clearance": finite(history["clearance"][-1]),
         },
     }
-    if watch.verdict is Verdict.STUCK:
+    if course.verdict is Verdict.STUCK:
         report |= blockage_report(passage, history)
     report["patience"] = {
         name: getattr(passage, name) for name in ("patience", "patience_time", "least_progress")
@@ -107,11 +107,11 @@ def finite(value: float) -> float | None:
 
 def blockage_report(passage: Passage, history: History) -> dict[str, Any]:
     """What blocked a stuck body, what that was read from, and the thresholds of the rules."""
-    found = blockage.evidence(passage, history)
+    indicators = blockage.blockage_indicators(passage, history)
     return {
-        "blocked_by": blockage.blocked_by(found),
-        "remark": blockage.remark(found),
-        "evidence": asdict(found),
+        "blocked_by": blockage.blocked_by(indicators),
+        "remark": blockage.contact_description(indicators),
+        "evidence": asdict(indicators),
         "thresholds": {
             "touching_share": blockage.TOUCHING,
             "pinch_share": blockage.PINCHED,

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.signal import lombscargle
 
-from softsim.loads.rotor import RotorLoad
+from softsim.loads.rotor import Rotor
 from softsim.model import Model
 
 # What is looked at: so much of the end of the run [s], if the motor ran steadily all the time, and
@@ -67,7 +67,7 @@ def dominant_frequency(model: Model, history: dict[str, np.ndarray]) -> float | 
     None without a motor, where the body does not vibrate, where the motor has not run steadily for
     LEAST_TURNS, or with fewer than two rows a turn, of which no frequency can be told.
     """
-    motors = model.of_kind(RotorLoad)
+    motors = model.of_kind(Rotor)
     if not motors:
         return None
     motor, t = motors[0].rotor, history["time"]

@@ -15,7 +15,7 @@ from softsim.interruption import stop_signals
 from softsim.machine import Choice
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.console import ProgressReport
-from softsim.output.watch import Watch
+from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.cost import measured_profile
 from softsim.run.course import Results, Run, WallClock
 from softsim.run.files import RunFiles
@@ -29,15 +29,15 @@ class Batch:
     """Runs that share a solver, each with its own step and end: one that has ended, or that a guard
     has stopped, rests while the others go on.
 
-    files: those of each run, with its scene and model. watches: those of each run. checkpoint: from
-    which a batch of one is resumed.
+    files: those of each run, with its scene and model. stop_conditions: given to each run
+    beside those of its scene. checkpoint: from which a batch of one is resumed.
     """
 
     def __init__(
         self,
         files: Sequence[RunFiles],
         choice: Choice,
-        watches: Sequence[Sequence[Watch]],
+        stop_conditions: Sequence[Sequence[MakesStopCondition]],
         checkpoint: Checkpoint | None = None,
     ) -> None:
         self.clock = WallClock()
@@ -47,8 +47,8 @@ class Batch:
         self.solver = ExplicitSolver([of_run.model for of_run in files])
         self.reader = EnergyReader(self.solver)
         self.runs = [
-            Run(of_run, self.solver.scenario(s), self.reader, self.clock, watching)
-            for s, (of_run, watching) in enumerate(zip(files, watches, strict=True))
+            Run(of_run, self.solver.scenario(s), self.reader, self.clock, given)
+            for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
         ]
         self.unsettled: dict[int, StabilityError] = {}
         if checkpoint is None:

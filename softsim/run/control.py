@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from scipy.spatial.transform import Rotation
 
-from softsim.loads.drive import ControlledPressure, PressureFollowsCommands, Scheduled
+from softsim.loads.drive import ControlledPressure, ControlledPressureSource, Scheduled
 from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
 from softsim.solver.explicit import Scenario
 
@@ -45,7 +45,7 @@ class ClosedLoop:
     def __init__(
         self,
         scenario: Scenario,
-        source: PressureFollowsCommands,
+        source: ControlledPressureSource,
         settings: EventCycles,
         state: ControlState | None,
     ) -> None:

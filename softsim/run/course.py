@@ -19,9 +19,15 @@ from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.measures import failed_expectations, measures
 from softsim.output.observation import observe
-from softsim.output.passage import PassageWatch
+from softsim.output.passage import PassageCondition
 from softsim.output.progress import Progress
-from softsim.output.watch import CycleWatch, Watch, ended_by, see_history
+from softsim.output.stop_conditions import (
+    CycleLimit,
+    MakesStopCondition,
+    StopCondition,
+    ended_by,
+    see_history,
+)
 from softsim.run.control import feedback
 from softsim.run.files import RunFiles
 from softsim.solver.chatter import chatter_warnings
@@ -92,12 +98,12 @@ class Run:
         scenario: Scenario,
         reader: EnergyReader,
         clock: WallClock,
-        watches: Sequence[Watch],
+        given_conditions: Sequence[MakesStopCondition],
     ) -> None:
         self.files, self.scenario, self.reader, self.clock = files, scenario, reader, clock
         self.model, self.output = files.model, files.loaded.scene.output
         self.estimator = estimator(self.model)
-        self.given_watches = watches
+        self.given_conditions = given_conditions
         self.finished = False
         self.energy_error, self.contact_count = 0.0, 0
         self.outcome: Results | SoftsimError | None = None
@@ -139,8 +145,11 @@ class Run:
         self.progress = progress
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
-        self.watches = [*watches_of(self.model), *self.given_watches]
-        see_history(self.watches, self.files.rows())
+        self.stop_conditions = [
+            *conditions_of_scene(self.model),
+            *(make(self.model) for make in self.given_conditions),
+        ]
+        see_history(self.stop_conditions, self.files.rows())
         self.finished = self._is_done()
 
     # --- blocks of increments --------------------------------------------------------------------
@@ -172,7 +181,7 @@ class Run:
         now, progress = self.scenario.time, self.progress
         if self.row_is_due:
             self._write_row()
-        self.finished = self.finished or any(watch.is_over for watch in self.watches)
+        self.finished = self.finished or any(c.is_over for c in self.stop_conditions)
         if now >= progress.next_frame or self.finished:
             self.files.write_frame(self.scenario)
             progress.next_frame = _next_multiple(self.output.frame_interval, now)
@@ -246,8 +255,8 @@ class Run:
         row = seen.row | self.loop.readings()
         self.files.history.append(row)
         self.loop.follow(row)
-        for watch in self.watches:
-            watch.see_row(row)
+        for condition in self.stop_conditions:
+            condition.see_row(row)
         progress.last_history = scenario.time
         progress.next_history = _next_multiple(self.output.history_interval, scenario.time)
         progress.largest_energy = self.balance.largest_energy
@@ -327,7 +336,7 @@ class Run:
             chatter = scenario.chatter()
             summary["contact_chatter"] = chatter.returns
             self.files.warn(chatter_warnings(model, chatter))
-            if (name := ended_by(self.watches)) is not None:
+            if (name := ended_by(self.stop_conditions)) is not None:
                 summary["ended_by"] = name
         if failure is not None:
             summary["failure"] = failure
@@ -340,14 +349,14 @@ class Run:
         return failed_expectations(self.files.loaded.scene.expect, found)
 
 
-def watches_of(model: Model) -> list[Watch]:
-    """The watches with which a scene may end its run before its time."""
-    watches: list[Watch] = []
+def conditions_of_scene(model: Model) -> list[StopCondition]:
+    """The conditions with which a scene may end its run before its time."""
+    conditions: list[StopCondition] = []
     if model.passage is not None:
-        watches.append(PassageWatch(model.passage))
+        conditions.append(PassageCondition(model.passage))
     if model.cycles is not None:
-        watches.append(CycleWatch(model.cycles))
-    return watches
+        conditions.append(CycleLimit(model.cycles))
+    return conditions
 
 
 def longest_block(element_count: int) -> int:

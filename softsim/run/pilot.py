@@ -146,7 +146,7 @@ def _first_increment(
     files = RunFiles(loaded, model, target, Console(quiet=True))
     pilot = Batch([files], choice, [()])
     # A layout's verdict says nothing here: the loads are faster, the robot is not.
-    pilot.runs[0].watches.clear()
+    pilot.runs[0].stop_conditions.clear()
     pilot.write_due()
     pilot.solver.advance(1)
     return pilot, time.perf_counter() - began

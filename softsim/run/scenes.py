@@ -11,7 +11,7 @@ from softsim.errors import DeviceError, SoftsimError
 from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
 from softsim.output.folder import RunFolder
-from softsim.output.watch import Watch
+from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.batch import Batch
 from softsim.run.course import Results
 from softsim.run.files import RunFiles, fitting_checkpoint
@@ -32,7 +32,7 @@ def run(
     console: Console | None = None,
     threads: int | str = AUTO,
     profile_after: float = PROFILE_AFTER,
-    watches: Sequence[Watch] = (),
+    stop_conditions: Sequence[MakesStopCondition] = (),
 ) -> Results:
     """Run a scene to its end and return its results.
 
@@ -43,8 +43,8 @@ def run(
     resume: continue from the checkpoint in the run folder.
     threads: CPU threads, a number or auto: one for a small model, else all processors.
     profile_after: a run whose loop took longer [s] ends with measuring what each pass costs.
-    watches: see each row of the history, and may end the run early; the summary's `ended_by` names
-    the one that did.
+    stop_conditions: each makes, of the model, what sees each row of the history and may end the run
+    early; the summary's `ended_by` names the one that did.
 
     Raises
     ------
@@ -60,9 +60,9 @@ def run(
     refuse_before_start(model, choice.device)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
     if resume:
-        batch = resumed(loaded, model, target, choice, console, watches)
+        batch = resumed(loaded, model, target, choice, console, stop_conditions)
     else:
-        batch = Batch([RunFiles(loaded, model, target, console)], choice, [watches])
+        batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
     [outcome] = batch.run(console)
     batch.add_profile(profile_after)
     if isinstance(outcome, SoftsimError):
@@ -72,7 +72,7 @@ def run(
 
 def resumed(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice, console: Console,
-    watches: Sequence[Watch] = (),
+    stop_conditions: Sequence[MakesStopCondition] = (),
 ) -> Batch:  # fmt: skip
     """A batch of one, resumed from the checkpoint in its folder.
 
@@ -80,7 +80,7 @@ def resumed(
     """
     checkpoint = fitting_checkpoint(loaded, target, choice.device)
     files = RunFiles(loaded, model, target, console, float(checkpoint.progress["time"]))
-    return Batch([files], choice, [watches], checkpoint)
+    return Batch([files], choice, [stop_conditions], checkpoint)
 
 
 def run_batch(
@@ -88,13 +88,14 @@ def run_batch(
     folders: Sequence[Path],
     device: str = AUTO,
     threads: int | str = AUTO,
-    watches: Sequence[Sequence[Watch]] | None = None,
+    stop_conditions: Sequence[Sequence[MakesStopCondition]] | None = None,
 ) -> list[Results | SoftsimError]:
     """Run several scenes in this process, each as `run` does, those of one structure side by side.
 
     Scenes that share mesh, materials and kinds of loads and walls are computed together, as many at
     once as fit into memory; a static one is alone. The results of a scene do not depend on the
-    others. folders, watches: those of each scene. Nothing is printed, no passes are measured.
+    others. folders, stop_conditions: those of each scene. Nothing is printed, no passes are
+    measured.
 
     Returns the outcome of each: Results, or the error that stopped it; DeviceError where not even
     one of its structure fits.
@@ -102,7 +103,7 @@ def run_batch(
     was running has a checkpoint then, and goes on by `run(..., resume=True)`.
     """
     choice, console = choose(device, threads), Console(quiet=True)
-    watches = [()] * len(scenes) if watches is None else watches
+    stop_conditions = [()] * len(scenes) if stop_conditions is None else stop_conditions
     outcomes: dict[int, Results | SoftsimError] = {}
     models: dict[int, Model] = {}
     for k, loaded in enumerate(scenes):
@@ -123,7 +124,7 @@ def run_batch(
         if not files:
             continue
         try:
-            batch = Batch(list(files.values()), choice, [watches[k] for k in files])
+            batch = Batch(list(files.values()), choice, [stop_conditions[k] for k in files])
         except DeviceError as error:  # not even one of this structure fits
             for file in files.values():
                 file.close()

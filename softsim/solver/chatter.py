@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.loads.rotor import RotorLoad
+from softsim.loads.rotor import Rotor
 from softsim.model import Model
 
 RETURN_SHARE = 0.1
@@ -37,7 +37,7 @@ def oscillation_period(model: Model) -> float:
     """Period [s] of the slow motion: of the first motor, else of the first shear mode of the
     thinnest body that lies on its side, 4 h / sqrt(mu0 / rho), of its stiffest material.
     """
-    for load in model.of_kind(RotorLoad):
+    for load in model.of_kind(Rotor):
         return 1.0 / load.rotor.frequency
     return min(
         4.0 * float(np.ptp(r.points, axis=0).min())

@@ -4,7 +4,7 @@ To be read in this order:
 
     job            a case to run in a folder, and its outcome, as the folder keeps it
     work           what a worker does with jobs
-    crew           the workers
+    worker_pool    the workers
     engine         jobs go to workers, outcomes come back
     ledger         table, files and progress of a study that runs
     sweep          all cases of a study

@@ -12,9 +12,9 @@ from distributed.client import FutureCancelledError
 from softsim.errors import ClusterError, Interrupted, SoftsimError
 from softsim.interruption import stop_signals
 from softsim.study.cases import LOST, WAITING
-from softsim.sweep.crew import Crew
 from softsim.sweep.job import Job, Outcome, forget_starts, known_outcome, starts, write_outcome
 from softsim.sweep.work import Simulate, simulate, work
+from softsim.sweep.worker_pool import WorkerPool
 
 POLL = 0.25
 """Seconds between looks for a signal."""
@@ -31,7 +31,7 @@ MOST_GIVEN_OUT = 10
 
 def completed(
     jobs: Iterable[Job],
-    crew: Crew,
+    pool: WorkerPool,
     again: Collection[str] = (LOST,),
     batch: int = 1,
     meanwhile: Callable[[int], None] = lambda in_flight: None,
@@ -53,7 +53,7 @@ def completed(
     Interrupted: SIGINT or SIGTERM came, and the runs in flight wrote their checkpoints.
     OutputError: a disk refuses. ClusterError: the workers are gone, or cannot see the folder.
     """
-    flights = _InFlight(crew, simulate, batch)
+    flights = _InFlight(pool, simulate, batch)
     queue = iter(jobs)
     is_dry = False
     with stop_signals() as asked:
@@ -81,8 +81,8 @@ def completed(
 class _InFlight:
     """What workers do now: units of up to `batch` jobs of different keys."""
 
-    def __init__(self, crew: Crew, simulate: Simulate, batch: int) -> None:
-        self.crew, self.simulate, self.batch = crew, simulate, batch
+    def __init__(self, pool: WorkerPool, simulate: Simulate, batch: int) -> None:
+        self.pool, self.simulate, self.batch = pool, simulate, batch
         self.gathered: list[Job] = []  # for the next unit
         self.rows: dict[str, list[Job]] = {}  # key -> jobs that wait for its outcome
         self.units: dict[Future, Sequence[Job]] = {}
@@ -99,7 +99,7 @@ class _InFlight:
         """A unit a worker, so that few wait behind one that brings its worker down; one where
         there are no workers yet.
         """
-        return self.count < self.batch * max(1, self.crew.size)
+        return self.count < self.batch * max(1, self.pool.size)
 
     def take(self, job: Job | None, again: Collection[str]) -> Iterator[tuple[Job, Outcome]]:
         """Run a job, or wait for the one of the same key; if it is stored, here is its outcome.
@@ -124,7 +124,7 @@ class _InFlight:
             self.gathered = []
 
     def _submit(self, unit: Sequence[Job]) -> None:
-        future = self.crew.submit(work, unit, self.simulate)
+        future = self.pool.submit(work, unit, self.simulate)
         self.units[future] = unit
         self.given_out.update(job.key for job in unit)
         future.add_done_callback(self.finished.put)
@@ -170,7 +170,7 @@ class _InFlight:
         """Ask what is in flight to write its checkpoint; what came to its end all the same."""
         began = time.monotonic()
         while self.units and time.monotonic() - began < PATIENCE:
-            self.crew.ask_to_stop()
+            self.pool.ask_to_stop()
             yield from self.collect()
 
 

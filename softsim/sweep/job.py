@@ -8,8 +8,8 @@ from typing import Any
 
 from softsim.errors import OutputError
 from softsim.output.folder import RunFolder, explained, read_summary
+from softsim.output.stop_conditions import MakesStopCondition
 from softsim.output.study_folder import CASES
-from softsim.output.watch import Watch
 from softsim.study.cases import Case, key_of
 from softsim.study.loading import LoadedStudy
 
@@ -21,12 +21,17 @@ THIN, EVERYTHING = "thin", "everything"
 """What is kept of a case: a thinned history and no fields, or all that a run leaves."""
 
 
+PRUNING = "pruning"
+"""What the summary of a trial that was stopped early says has ended its run."""
+
+
 @dataclass(frozen=True)
 class Job:
     """A case to run in `folder`.
 
     key: digest of all that decides its result; jobs of the same key are one run. device: auto, cpu,
-    cuda. keep: THIN or EVERYTHING. watches: what may end the run before its time.
+    cuda. keep: THIN or EVERYTHING. stop_conditions: what may end the run before its
+    time.
     """
 
     case: Case
@@ -34,7 +39,7 @@ class Job:
     folder: Path
     device: str = "auto"
     keep: str = THIN
-    watches: tuple[Watch, ...] = ()
+    stop_conditions: tuple[MakesStopCondition, ...] = ()
 
 
 def jobs_of(study: LoadedStudy, folder: Path, device: str = "auto") -> list[Job]:

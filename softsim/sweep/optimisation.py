@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import polars
@@ -10,6 +11,7 @@ from rich.console import Console
 
 from softsim.errors import OutputError, SceneError
 from softsim.output.folder import RunFolder
+from softsim.output.stop_conditions import MakesStopCondition
 from softsim.output.study_folder import CASES
 from softsim.scene.tree import nearest
 from softsim.study.axes import Goal
@@ -17,18 +19,18 @@ from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case, case_key, reso
 from softsim.study.loading import LoadedStudy
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import Objective, Prune
-from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, stored_outcome
 from softsim.sweep.ledger import StudyTable, kept_ledger, record_of
-from softsim.sweep.trials import JOURNAL, PruningWatch, Trials
+from softsim.sweep.trials import JOURNAL, PruningCondition, Trials
 from softsim.sweep.work import Simulate, simulate
+from softsim.sweep.worker_pool import WorkerPool
 
 
 def optimize(
     study: LoadedStudy,
     folder: Path,
-    crew: AbstractContextManager[Crew],
+    pool: AbstractContextManager[WorkerPool],
     device: str = "auto",
     count: int | None = None,
     console: Console | None = None,
@@ -76,7 +78,7 @@ def optimize(
 
     with kept_ledger(folder, record, table, left, console) as ledger:
         if trials.is_open(count):
-            with crew as workers:
+            with pool as workers:
                 for ended in completed(jobs(), workers, (LOST,), 1, ledger.keep_up, simulate):
                     note(*ended)
     return table.frame()
@@ -114,10 +116,12 @@ class Plan:
     def job(self, case: Case) -> Job:
         """The job of a trial. SceneError: its values make no scene."""
         key = case_key(resolved(case))
-        watches: tuple[PruningWatch, ...] = ()
+        pruning: tuple[MakesStopCondition, ...] = ()
         if self.prune is not None:
-            watches = (PruningWatch(self.folder, case, self.column, self.prune),)
-        return Job(case, key, self.folder / CASES / key, self.device, self.keep, watches)
+            pruning = (
+                partial(PruningCondition, self.folder, case.number, self.column, self.prune),
+            )
+        return Job(case, key, self.folder / CASES / key, self.device, self.keep, pruning)
 
     def refused(self, case: Case, error: SceneError) -> tuple[Job, Outcome]:
         """What became of a trial whose values make no scene."""

@@ -13,9 +13,9 @@ from softsim.report.study.figures import draw_study
 from softsim.report.study.page import write_study_page
 from softsim.study.cases import Case
 from softsim.study.loading import load_study, study_from
-from softsim.sweep.crew import Crew, crew_for
 from softsim.sweep.optimisation import optimize
 from softsim.sweep.sweep import sweep
+from softsim.sweep.worker_pool import WorkerPool, pool_for
 
 
 class Study:
@@ -66,8 +66,8 @@ class Study:
         the device refuse. Interrupted: SIGINT or SIGTERM came; the same call goes on.
         """
         folder = Path(out or Path("runs") / self.loaded.path.stem)
-        crew = _crew(folder, device, workers, scheduler)
-        return sweep(self.loaded, folder, crew, device, batch)
+        pool = _pool(folder, device, workers, scheduler)
+        return sweep(self.loaded, folder, pool, device, batch)
 
     def optimize(
         self,
@@ -83,8 +83,8 @@ class Study:
         default as many as the study says. The others, and what is raised, as for `run`.
         """
         folder = Path(out or Path("runs") / f"{self.loaded.path.stem}_optimum")
-        crew = _crew(folder, device, workers, scheduler)
-        return optimize(self.loaded, folder, crew, device, trials)
+        pool = _pool(folder, device, workers, scheduler)
+        return optimize(self.loaded, folder, pool, device, trials)
 
     def report(self, out: Path | str | None = None) -> Path:
         """Draw the figures, and write report.html, of what is in a folder so far; its path.
@@ -97,12 +97,12 @@ class Study:
         return write_study_page(folder)
 
 
-def _crew(
+def _pool(
     folder: Path, device: str, workers: int | None, scheduler: str | None
-) -> AbstractContextManager[Crew]:
+) -> AbstractContextManager[WorkerPool]:
     if scheduler is None:
         refuse_unguarded_script()
-    return crew_for(folder, device, workers, scheduler)
+    return pool_for(folder, device, workers, scheduler)
 
 
 def refuse_unguarded_script() -> None:

@@ -11,17 +11,17 @@ from softsim.output.folder import RunFolder
 from softsim.output.study_folder import CASES
 from softsim.study.cases import LOST, PRUNED
 from softsim.study.loading import LoadedStudy
-from softsim.sweep.crew import Crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import jobs_of
 from softsim.sweep.ledger import StudyTable, kept_ledger, record_of
 from softsim.sweep.work import Simulate, simulate
+from softsim.sweep.worker_pool import WorkerPool
 
 
 def sweep(
     study: LoadedStudy,
     folder: Path,
-    crew: AbstractContextManager[Crew],
+    pool: AbstractContextManager[WorkerPool],
     device: str = "auto",
     batch: int = 1,
     again: Collection[str] = (LOST, PRUNED),
@@ -32,7 +32,7 @@ def sweep(
 
     Parameters
     ----------
-    crew: `local_crew(workers)` or `remote_crew(address, folder)`; it starts if there is work.
+    pool: `local_pool(workers)` or `remote_pool(address, folder)`; it starts if there is work.
     device: auto, cpu, cuda. batch: cases that a worker runs at once. again: statuses of stored
     cases that are run again.
 
@@ -50,7 +50,7 @@ def sweep(
     record = record_of(study, len(jobs))
     with kept_ledger(folder, record, table, len(waiting), console) as ledger:
         if waiting:
-            with crew as workers:
+            with pool as workers:
                 for ended in completed(waiting, workers, again, batch, ledger.keep_up, simulate):
                     ledger.note(*ended)
     return table.frame()

@@ -11,7 +11,6 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +20,14 @@ from optuna.storages.journal import JournalFileBackend, JournalStorage
 from optuna.study import StudyDirection
 from optuna.trial import TrialState
 
-from softsim.builder import build_model
 from softsim.errors import OutputError
 from softsim.model import Model
 from softsim.output.measures import measures
-from softsim.study.cases import Case, Value, resolved
+from softsim.study.cases import Value
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import Prune
 from softsim.study.values import Interval, Space, at, rounded
+from softsim.sweep.job import PRUNING
 
 JOURNAL = "trials.journal"
 NAME = "optimisation"
@@ -202,25 +201,24 @@ PARTS = 10
 """A run is looked at after each of so many parts of it."""
 
 
-class PruningWatch:
+class PruningCondition:
     """Ends the run of a trial that is worse than the median of the finished ones were by then.
 
     It works in the worker: what the run has found so far goes into the journal in `folder`, where
-    those of the other trials are. column: the measure that is sought.
+    those of the other trials are. number: of the trial, from 1. column: the measure that is
+    sought. model: of its run.
     """
 
-    name = "pruning"
+    name = PRUNING
 
-    def __init__(self, folder: Path, case: Case, column: MeasureColumn, prune: Prune) -> None:
-        self.folder, self.case, self.column, self.prune = folder, case, column, prune
+    def __init__(
+        self, folder: Path, number: int, column: MeasureColumn, prune: Prune, model: Model
+    ) -> None:
+        self.folder, self.number, self.column, self.prune = folder, number, column, prune
+        self.model = model
         self.history: dict[str, list[float]] = {}
         self.parts_seen = 0
         self.is_over = False
-
-    @cached_property
-    def model(self) -> Model:
-        """What measures are taken of."""
-        return build_model(resolved(self.case))
 
     def see_row(self, row: Mapping[str, float]) -> None:
         """A row of the history."""
@@ -254,9 +252,9 @@ class PruningWatch:
                 self.prune.after_trials, round(100 * self.prune.after_share)
             ),
         )
-        known = study.get_trials(deepcopy=False)[self.case.number - 1].intermediate_values
+        known = study.get_trials(deepcopy=False)[self.number - 1].intermediate_values
         if percent in known:  # a run that goes on shows its rows again
             return False
-        trial = trial_in(study, storage, self.case.number)
+        trial = trial_in(study, storage, self.number)
         trial.report(float(value), percent)
         return trial.should_prune()

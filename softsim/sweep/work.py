@@ -30,6 +30,7 @@ from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING, case_key, l
 from softsim.sweep.job import (
     CASE,
     FAILURE,
+    PRUNING,
     THIN,
     Job,
     Outcome,
@@ -92,8 +93,8 @@ def _end(job: Job, fault: Exception | None, wall_time: float) -> Outcome:
         return Outcome(job.key, WAITING)
     summary = read_summary(job.folder)
     if fault is None or isinstance(fault, ExpectationError):
-        stopped = summary.get("ended_by") in {watch.name for watch in job.watches}
-        status, reason = PRUNED if stopped else DONE, "" if fault is None else fault.message
+        is_pruned = summary.get("ended_by") == PRUNING
+        status, reason = PRUNED if is_pruned else DONE, "" if fault is None else fault.message
     else:
         status, reason = FAILED, _reason(fault)
         with explained(job.folder / FAILURE):
@@ -141,7 +142,7 @@ def _fault(job: Job) -> Exception | None:
     try:
         run(
             scene_of(job), (), job.folder, job.device, _goes_on(job), silent, threads=1,
-            profile_after=math.inf, watches=job.watches,
+            profile_after=math.inf, stop_conditions=job.stop_conditions,
         )  # fmt: skip
     except Exception as error:
         return error
@@ -165,7 +166,7 @@ def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
     try:
         found = run_batch(
             list(scenes.values()), [job.folder for job in ready], ready[0].device, 1,
-            [job.watches for job in ready],
+            [job.stop_conditions for job in ready],
         )  # fmt: skip
     except SoftsimError as error:  # a stop, a disk that is full: it concerns all
         return faults | dict.fromkeys(scenes, error)

@@ -1,4 +1,4 @@
-"""Pipes along a path in a scene: what is laid, and what bad input gets."""
+"""Pipes along a path in a scene: the path that is built, and what bad input gets."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ ITEMS = """\
 TURNED = ITEMS + "        - {bend: 90 deg, radius: 60 mm, turned: 90 deg}\n"
 
 
-def laid(path) -> PipePath:
+def built_path(path) -> PipePath:
     (wall,) = build_model(load_scene(path)).walls
     assert isinstance(wall, PipePath)
     return wall
@@ -47,7 +47,7 @@ def laid(path) -> PipePath:
 
 def test_as_users_write_it(write_scene):
     """In a section: left, right, wider, narrower; at 120 + 2 60 mm, 120 mm up, then on."""
-    path = laid(write_scene(SECTION + WALL + ITEMS))
+    path = built_path(write_scene(SECTION + WALL + ITEMS))
     kinds = ["straight", "bend", "bend", "taper", "straight"]
     assert [s.kind for s in path.segments] == kinds
     end = path.joints[-1]
@@ -59,7 +59,7 @@ def test_as_users_write_it(write_scene):
 
 def test_in_space(write_scene):
     """The last bend leads up, along z."""
-    path = laid(write_scene(SPACE + WALL + TURNED))
+    path = built_path(write_scene(SPACE + WALL + TURNED))
     end = path.joints[-1]
     np.testing.assert_allclose(end.point, [0.430, 0.120, 0.060], atol=1e-15)
     np.testing.assert_allclose(end.tangent, [0.0, 0.0, 1.0], atol=1e-15)
@@ -134,7 +134,7 @@ def test_a_bend_that_is_too_narrow_for_what_starts_in_it(write_scene):
 
 def test_a_body_before_an_open_end_is_free(write_scene):
     text = SECTION.replace("[5 mm, -3 mm]", "[-100 mm, 50 mm]") + WALL + ITEMS
-    path = laid(write_scene(text.replace("closed: [start]", "closed: [end]")))
+    path = built_path(write_scene(text.replace("closed: [start]", "closed: [end]")))
     assert path.gap(np.array([[-0.1, 0.05]]))[0] > 0.05
 
 

@@ -8,8 +8,8 @@ import pytest
 from softsim.builder import build_model
 from softsim.calibration.experiments import PUSH_DISTANCE, inflation, push
 from softsim.calibration.specimen import reference_specimen, section_specimen
-from softsim.loads.prescribed import PrescribedData
-from softsim.loads.rotor import RotorLoad
+from softsim.loads.prescribed import PrescribedMotion
+from softsim.loads.rotor import Rotor
 from softsim.scene.loading import load_scene
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -37,7 +37,7 @@ def test_nothing_acts_but_the_air_and_all_of_it(section):
     """Motor and gravity are gone, the factor of the scene too; friction stays."""
     before = build_model(section.loaded)
     model = build_model(inflation(section, 10e3, 0.2))
-    assert before.of_kind(RotorLoad) and not model.of_kind(RotorLoad)
+    assert before.of_kind(Rotor) and not model.of_kind(Rotor)
     assert not model.gravity.any()
     profile = model.pressures[0].drive.section_profile
     assert profile.at(0.2) == pytest.approx(10e3, rel=1e-12)
@@ -54,7 +54,7 @@ def test_the_frame_is_held_by_the_nodes_tied_to_it(which, request):
     knots = np.unique(before.rigid_bodies[0].tied[before.mass[before.rigid_bodies[0].tied] > 0.0])
     assert not any(model.rigid_bodies[0].free)
     for axis in range(len(specimen.axes)):
-        held = [m for m in model.of_kind(PrescribedData) if m.axis == axis]
+        held = [m for m in model.of_kind(PrescribedMotion) if m.axis == axis]
         assert np.array_equal(np.unique(np.concatenate([m.nodes for m in held])), knots)
         assert all((m.profile.values == 0.0).all() for m in held)
 
@@ -64,7 +64,7 @@ def test_a_push_moves_it_across_and_then_along_the_pipe(section):
     model = build_model(experiment.scene)
     assert [move.axis for move in experiment.moves] == ["y", "x"]
     for move in experiment.moves:
-        (moved,) = [m for m in model.of_kind(PrescribedData) if "xyz"[m.axis] == move.axis]
+        (moved,) = [m for m in model.of_kind(PrescribedMotion) if "xyz"[m.axis] == move.axis]
         assert moved.profile.at(move.begin) == 0.0
         assert moved.profile.at(move.end) == pytest.approx(PUSH_DISTANCE)
         assert moved.profile.at(move.until) == pytest.approx(PUSH_DISTANCE)

@@ -80,7 +80,7 @@ def test_check_prints_every_set_of_a_mesh_file_and_what_reading_changed(write_sc
     assert done.returncode == 0, done.stderr
     said = re.sub(r"\s+", " ", done.stdout)
     for words in ("foot (2)", "bore (2)", "half (4)", "surface (4)", "bore (1)",
-                  "1 inverted cells turned"):  # fmt: skip
+                  "cell sets half (2)", "1 inverted cells turned"):  # fmt: skip
         assert words in said, words
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from softsim.contact.laying import Bend, Item, Step, Straight, Taper, laid
+from softsim.contact.pipe_layout import Bend, Item, Step, Straight, Taper, path_of_items
 from softsim.contact.pipe_path import PipePath
 
 RIGHT_ANGLE = 0.5 * np.pi
@@ -29,7 +29,7 @@ TURNED = [
 def layout(dimension: int, closed: tuple[bool, bool] = (False, True)) -> PipePath:
     """Every kind of segment and joint; it starts 30 mm wide at (2, 1[, -3]) mm."""
     items = ALL_KINDS if dimension == 2 else TURNED
-    return laid("pipe", items, 30e-3, np.array([2e-3, 1e-3, -3e-3])[:dimension], closed)
+    return path_of_items("pipe", items, 30e-3, np.array([2e-3, 1e-3, -3e-3])[:dimension], closed)
 
 
 def places_around(path: PipePath, count: int, depth: float, seed: int) -> np.ndarray:

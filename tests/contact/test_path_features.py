@@ -1,10 +1,10 @@
-"""Joints, steps and narrow places of a laid pipe."""
+"""Joints, steps and narrow places of a pipe along a path."""
 
 import numpy as np
 import pytest
 
-from softsim.contact.laying import Bend, Step, Straight, Taper, laid
 from softsim.contact.path_features import Edge, features, narrowings, nearest_feature
+from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, path_of_items
 
 QUARTER = 0.5 * np.pi
 ITEMS = [
@@ -19,7 +19,7 @@ ITEMS = [
 
 
 def path(items=ITEMS, diameter=30e-3):
-    return laid("pipe", items, diameter, np.zeros(2), (False, False))
+    return path_of_items("pipe", items, diameter, np.zeros(2), (False, False))
 
 
 def test_features_are_where_something_changes():

@@ -85,10 +85,10 @@ def test_nodes_are_followed_through_the_whole_path(cpu, dimension):
 
 def test_scenarios_of_other_lengths(cpu):
     """Paths of another number of segments side by side: each has its own."""
-    from softsim.contact.laying import Straight, laid
     from softsim.contact.path_obstacle import PathObstacle
+    from softsim.contact.pipe_layout import Straight, path_of_items
 
-    short = laid("pipe", [Straight(0.01)], 0.03, np.zeros(2), (True, True))
+    short = path_of_items("pipe", [Straight(0.01)], 0.03, np.zeros(2), (True, True))
     paths = [layout(2), short]
     x = np.array([[5e-3, 14e-3], [5e-3, 15.5e-3], [12e-3, 2e-3]])
     _, gaps, _ = asking(PathObstacle(paths, x), x, 2)(x)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from softsim.contact.laying import Bend, Straight, Taper, laid
+from softsim.contact.pipe_layout import Bend, Straight, Taper, path_of_items
 from tests.contact.pipe_layouts import RIGHT_ANGLE, layout, places_around
 
 DEPTH = 2e-3  # in the wall: less than any wall is thick
@@ -92,8 +92,8 @@ def test_gap_changes_no_faster_than_the_place(dimension):
 
 def test_gap_is_continuous_where_a_joint_is_smooth():
     """Across the planes of straight, bend, straight: to round-off, on both sides of the wall."""
-    path = laid("p", [Straight(0.1), Bend(1.0, 0.03, 2.0), Straight(0.1)], 0.036, np.zeros(3),
-                (False, False))  # fmt: skip
+    items = [Straight(0.1), Bend(1.0, 0.03, 2.0), Straight(0.1)]
+    path = path_of_items("p", items, 0.036, np.zeros(3), (False, False))
     assert [len(p) for p in path.pieces] == [1, 1, 0, 1, 1]  # the faces of the open ends
     rng = np.random.default_rng(5)
     for joint in path.joints[1:3]:
@@ -107,7 +107,7 @@ def test_ends():
     """A closed end is a wall, solid behind; an open one lies in a flat face with free space before
     it, from where a corner is the nearest wall.
     """
-    path = laid("p", [Straight(0.1)], 0.02, np.zeros(2), (False, True))
+    path = path_of_items("p", [Straight(0.1)], 0.02, np.zeros(2), (False, True))
     x = np.array([[-0.03, 0.0], [-0.03, 0.05], [0.01, 0.013], [0.004, 0.02], [0.098, 0.0],
                   [0.101, 0.002], [0.103, 0.014]])  # fmt: skip
     exact = [np.hypot(0.03, 0.01), 0.03, -0.003, -0.004, 0.002, -0.001, -0.005]
@@ -132,7 +132,7 @@ def test_coordinates_and_places_are_inverse():
 def test_a_place_behind_the_start_is_beside_what_lies_there():
     """A pipe that comes back behind its own start: the start does not claim places there."""
     items = [Straight(0.05), *[Bend(RIGHT_ANGLE, 0.05, 0.0)] * 3, Straight(0.2)]
-    path = laid("p", items, 0.02, np.zeros(2), (False, False))
+    path = path_of_items("p", items, 0.02, np.zeros(2), (False, False))
     behind = path.axis_place(np.array([path.length - 0.1]))[0]
     assert path.arc_length(behind)[0] == pytest.approx(path.length - 0.1)
     assert path.gap(behind)[0] == pytest.approx(0.01)
@@ -140,7 +140,9 @@ def test_a_place_behind_the_start_is_beside_what_lies_there():
 
 def test_long_bend():
     """Of 300 deg: beside its first and its last quarter alike."""
-    path = laid("p", [Bend(np.radians(300.0), 0.05, 0.0)], 0.02, np.zeros(2), (False, False))
+    path = path_of_items(
+        "p", [Bend(np.radians(300.0), 0.05, 0.0)], 0.02, np.zeros(2), (False, False)
+    )
     angle = np.radians(np.array([5.0, 100.0, 181.0, 295.0]))
     x = 0.056 * np.stack([np.sin(angle), -np.cos(angle)], axis=1) + [0.0, 0.05]
     np.testing.assert_allclose(path.gap(x), 0.004, rtol=0.0, atol=1e-15)
@@ -172,7 +174,7 @@ def test_drawn_wall():
 
 def test_cone_is_exact():
     """From within a cone: the distance to its slanted line, not to the circle beside."""
-    path = laid("p", [Straight(0.1), Taper(0.03, 0.1), Straight(0.1)], 0.02, np.zeros(2),
+    path = path_of_items("p", [Straight(0.1), Taper(0.03, 0.1), Straight(0.1)], 0.02, np.zeros(2),
                 (False, False))  # fmt: skip
     angle = np.arctan2(0.04, 0.03)
     x = np.array([[0.115, 0.02]])

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from softsim.contact.laying import Bend, Step, Straight, laid
+from softsim.contact.pipe_layout import Bend, Step, Straight, path_of_items
 from softsim.model import Passage
 
 ARC = 0.06 * 0.5 * np.pi
-PATH = laid(
+PATH = path_of_items(
     "pipe",
     [Straight(0.12), Bend(0.5 * np.pi, 0.06, 0.0), Straight(0.04), Step(30e-3), Straight(0.1)],
     36e-3,

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from passages import history, passage
 
-from softsim.output.blockage import blocked_by, evidence, remark
+from softsim.output.blockage import blockage_indicators, blocked_by, contact_description
 
 STANDING = ([0.0, 4.0], [100.0, 100.0])
 
 
 def found(times_and_places=STANDING, **columns) -> str:
-    return blocked_by(evidence(passage(), history(*times_and_places, **columns)))
+    return blocked_by(blockage_indicators(passage(), history(*times_and_places, **columns)))
 
 
 def test_wedged_is_clamped_from_two_sides():
@@ -28,7 +28,7 @@ def test_wedged_is_held_back_by_the_frame():
 def test_a_frame_that_rattles_is_not_wedged():
     rows = history(*STANDING, frame_wall_force=2.0, frame_pinch=1.0)
     rows["clearance"] = np.where(np.arange(len(rows["time"])) % 3 == 0, -1e-6, 1e-3)
-    assert blocked_by(evidence(passage(), rows)) == "no thrust"
+    assert blocked_by(blockage_indicators(passage(), rows)) == "no thrust"
 
 
 def test_only_the_last_whole_cycle_counts():
@@ -37,7 +37,7 @@ def test_only_the_last_whole_cycle_counts():
     early = rows["time"] < 2.0 - 1e-6
     rows["clearance"] = np.where(early, -1e-6, 1e-3)
     rows["frame_wall_force"], rows["frame_pinch"] = 2.0 * early, 1.0 * early
-    assert blocked_by(evidence(passage(), rows)) == "no thrust"
+    assert blocked_by(blockage_indicators(passage(), rows)) == "no thrust"
 
 
 def test_a_fall_is_more_than_its_own_length():
@@ -51,11 +51,11 @@ def test_caught_is_held_back_where_the_pipe_narrows():
 
 
 def test_the_remark_tells_what_the_spikes_did():
-    free = evidence(passage(), history(*STANDING, rows_in_contact=0.0))
-    assert remark(free) == "no row of spikes touches the wall"
+    free = blockage_indicators(passage(), history(*STANDING, rows_in_contact=0.0))
+    assert contact_description(free) == "no row of spikes touches the wall"
     rows = history([0.0, 1.0, 2.0, 4.0], [100.0, 103.0, 101.0, 101.0], period=10.0)
-    walking = evidence(passage(), rows)
+    walking = blockage_indicators(passage(), rows)
     assert (walking.way_forward, walking.way_back) == pytest.approx((3e-3, 2e-3))
-    assert remark(walking) == (
+    assert contact_description(walking) == (
         "up to 3 rows of spikes touch; at last 3.0 mm forward and 2.0 mm back"
     )

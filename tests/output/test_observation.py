@@ -40,6 +40,33 @@ def test_probes_of_a_pulled_bar(write_scene, tmp_path):
     assert results.history["room"][0] == pytest.approx(-4e-9, rel=1e-9)
     units = read_units(tmp_path / "out" / "history.csv")
     assert [units[n] for n in ("end_x", "root_z", "room")] == ["m", "N", "m^3"]
+    assert all(np.isfinite(column).all() for column in results.history.values())
+
+
+FRAME = "rigid_bodies: {r: {mass: 1 g, inertia: 1 kg*mm^2}}\n"
+AIR = """\
+loads: {air: {kind: follower_pressure, facets: [b.top], profile: {kind: constant, value: 1 kPa}}}
+"""
+OF_FRAME = {"frame_x", "frame_y", "frame_z", "frame_angle"} | {
+    f"frame_rotation_{axis}" for axis in "xyz"
+}
+
+
+@pytest.mark.parametrize(
+    ("added", "expected"),
+    [
+        ("", set()),
+        (FRAME, OF_FRAME),
+        (AIR, {"pressure", "section_pressure"}),
+        (FRAME + AIR, OF_FRAME | {"pressure", "section_pressure"}),
+    ],
+)
+def test_columns_of_what_there_is(build, added, expected):
+    """A robot without a chamber has no pressure, a body without a frame has no place of one."""
+    from softsim.output.observation import columns
+
+    everything = OF_FRAME | {"pressure", "section_pressure"}
+    assert everything & set(columns(build(BAR + added))) == expected
 
 
 SPINNING = """\

@@ -3,17 +3,17 @@
 import pytest
 from passages import STEP, history, passage
 
-from softsim.output.passage import PassageWatch, Verdict, has_fallen, last_rows, watched
+from softsim.output.passage import PassageCondition, Verdict, after_history, has_fallen, last_rows
 
 
 def ended(asked, rows) -> tuple[Verdict, float | None]:
     """The verdict, and the time [s] at which it came."""
-    watch = PassageWatch(asked)
+    condition = PassageCondition(asked)
     for row in zip(rows["time"], rows["arc_length"], rows["cycles_done"], strict=True):
-        watch.see(*row)
-        if watch.is_over:
-            return watch.verdict, float(row[0])
-    return watch.verdict, None
+        condition.see(*row)
+        if condition.is_over:
+            return condition.verdict, float(row[0])
+    return condition.verdict, None
 
 
 def test_it_passes_as_soon_as_it_is_at_the_goal():
@@ -71,14 +71,14 @@ def test_a_fall_ends_it_at_once():
     assert not has_fallen(passage(), 32e-3)
 
 
-def test_a_resumed_watch_decides_alike():
+def test_a_resumed_condition_decides_alike():
     rows = history([0.0, 5.0, 20.0], [30.0, 100.0, 100.0])
     shown = {name: column[:700] for name, column in rows.items()}
-    watch = watched(passage(), shown)
-    assert not watch.is_over
+    condition = after_history(passage(), shown)
+    assert not condition.is_over
     for k in range(700, len(rows["time"])):
-        watch.see(*(float(rows[name][k]) for name in ("time", "arc_length", "cycles_done")))
-        if watch.is_over:
+        condition.see(*(float(rows[name][k]) for name in ("time", "arc_length", "cycles_done")))
+        if condition.is_over:
             break
     assert rows["time"][k] == pytest.approx(10.0)
 

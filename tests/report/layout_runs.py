@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.contact.laying import Bend, Step, Straight, Taper, laid
+from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, path_of_items
 from softsim.mesh.mesh import Mesh
 from softsim.model import Passage
 from softsim.output.along_path import path_samples
@@ -36,7 +36,7 @@ def write_layout_run(folder: Path, mesh: Mesh, farthest: float, wedged: bool) ->
     while the pressure falls. Wedged, it does all of its way in the first two.
     """
     d = mesh.points.shape[1]
-    path = laid("pipe", ITEMS, 36e-3, np.zeros(d), (False, False))
+    path = path_of_items("pipe", ITEMS, 36e-3, np.zeros(d), (False, False))
     times = np.arange(0.0, END + 1e-9, 0.04)
     moves = np.interp(times % PERIOD, [0.0, 2.0, PERIOD], [0.0, 0.0, 1.0]) + times // PERIOD
     s = 0.025 + (farthest - 0.025) * np.minimum(moves / (2.0 if wedged else 4.0), 1.0)

@@ -7,7 +7,7 @@ import pytest
 from layout_runs import ITEMS, write_layout_run
 from matplotlib.image import imread
 
-from softsim.contact.laying import Bend, Straight, laid
+from softsim.contact.pipe_layout import Bend, Straight, path_of_items
 from softsim.output.along_path import path_samples
 from softsim.output.fields import read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
@@ -22,7 +22,7 @@ QUARTER = 0.5 * np.pi
 
 
 def pipe(items=ITEMS, dimension: int = 2) -> Pipe:
-    path = laid("pipe", items, 36e-3, np.zeros(dimension), (False, False))
+    path = path_of_items("pipe", items, 36e-3, np.zeros(dimension), (False, False))
     return Pipe.described(path_samples(path))
 
 

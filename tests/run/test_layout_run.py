@@ -1,8 +1,10 @@
 """Runs along a pipe: they end when the question is answered, the same after an interruption."""
 
+from functools import partial
+
 import numpy as np
 import pytest
-from rich.console import Console
+from batches import finished
 
 # A block that nothing touches stands before the pipe; a ball inside is pushed along it.
 SCENE = """
@@ -26,34 +28,9 @@ output: {frame_interval: 20 ms}
 
 
 @pytest.fixture
-def batch(write_scene, tmp_path, kernel_cache, monkeypatch):
+def batch(batch_of):
     """A batch of one, the scene in a folder of that name."""
-    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
-
-    def start(folder, *overrides, resume=False):
-        from softsim.builder import build_model
-        from softsim.machine import choose
-        from softsim.output.folder import RunFolder
-        from softsim.run.batch import Batch
-        from softsim.run.files import RunFiles
-        from softsim.run.scenes import resumed
-        from softsim.scene.loading import load_scene
-
-        loaded, target = load_scene(write_scene(SCENE), overrides), RunFolder(tmp_path / folder)
-        model, choice, quiet = build_model(loaded), choose("cpu", 1), Console(quiet=True)
-        if resume:
-            return resumed(loaded, model, target, choice, quiet)
-        return Batch([RunFiles(loaded, model, target, quiet)], choice, [()])
-
-    return start
-
-
-def finished(batch):
-    """What a batch of one has found at its end."""
-    [outcome] = batch.run(Console(quiet=True))
-    if isinstance(outcome, Exception):
-        raise outcome
-    return outcome
+    return partial(batch_of, SCENE)
 
 
 def test_a_pushed_ball_passes_and_the_run_ends(batch):

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from batches import FALLING_STRIP
 
-from softsim.loads.nodal import NodalLoad
-from softsim.loads.prescribed import PrescribedData
+from softsim.loads.nodal import NodalForce
+from softsim.loads.prescribed import PrescribedMotion
 from softsim.machine import choose
 from softsim.run.pilot import Mark, extrapolated, predicted_duration, time_scaled
 from softsim.scene.loading import load_scene
@@ -29,17 +30,6 @@ time: {end: 50 ms}
 output: {history_interval: 1 ms}
 """
 
-FALL = """
-title: A strip falls on a floor
-bodies:
-  strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
-          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
-          position: [0 mm, 1 mm]}
-environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
-time: {end: 60 ms}
-output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 ms}
-"""
-
 
 def test_time_scaled_loads_are_the_same_at_an_earlier_time(build):
     model = build(BLOCK)
@@ -50,8 +40,8 @@ def test_time_scaled_loads_are_the_same_at_an_earlier_time(build):
     pairs = [
         (model.pressures[0].drive.profile, fast.pressures[0].drive.profile),
         (model.pressures[0].drive.section_profile, fast.pressures[0].drive.section_profile),
-        (model.of_kind(PrescribedData)[0].profile, fast.of_kind(PrescribedData)[0].profile),
-        (model.of_kind(NodalLoad)[0].share, fast.of_kind(NodalLoad)[0].share),
+        (model.of_kind(PrescribedMotion)[0].profile, fast.of_kind(PrescribedMotion)[0].profile),
+        (model.of_kind(NodalForce)[0].share, fast.of_kind(NodalForce)[0].share),
     ]
     for slow, sooner in pairs:
         assert np.ptp(slow.at(t)) > 0.0
@@ -85,7 +75,7 @@ def test_increments_of_a_short_run_are_foreseen(write_scene, tmp_path, kernel_ca
     from softsim.builder import build_model
     from softsim.run import run
 
-    loaded = load_scene(write_scene(FALL))
+    loaded = load_scene(write_scene(FALLING_STRIP))
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
     done = run(loaded, out=tmp_path / "out", device="cpu", threads=1).summary
     assert foreseen.increment_count == pytest.approx(done["increments"], abs=2)

@@ -10,22 +10,12 @@ import time
 
 import numpy as np
 import pytest
+from batches import FALLING_STRIP
 from rich.console import Console
 
 from softsim.errors import DeviceError, ExpectationError, OutputError, SceneError, StabilityError
 from softsim.output.fields import read_frames
 from softsim.output.history import read_history
-
-SCENE = """
-title: A strip falls on a floor
-bodies:
-  strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
-          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
-          position: [0 mm, 1 mm]}
-environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
-time: {end: 60 ms}
-output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 ms}
-"""
 
 
 @pytest.fixture
@@ -43,7 +33,7 @@ def run(kernel_cache, monkeypatch):
 
 
 def test_the_run_folder(write_scene, tmp_path, run):
-    results = run(write_scene(SCENE), out=tmp_path / "out")
+    results = run(write_scene(FALLING_STRIP), out=tmp_path / "out")
     names = {p.name for p in (tmp_path / "out").iterdir()}
     assert {
         "scene.resolved.yaml", "summary.json", "history.csv", "results.vtkhdf", "checkpoint.h5",
@@ -66,7 +56,7 @@ def test_the_run_folder(write_scene, tmp_path, run):
 
 
 def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
-    scene = write_scene(SCENE)
+    scene = write_scene(FALLING_STRIP)
     run(scene, "time.end=10 ms", out=tmp_path / "plain")
     summary = run(scene, "time.end=10 ms", out=tmp_path / "out", profile_after=0.0).summary
     same_files(tmp_path / "plain", tmp_path / "out")
@@ -102,7 +92,7 @@ def test_the_first_inspection_comes_after_the_first_interval(
         inspect(run_of_one)
 
     monkeypatch.setattr(Run, "_inspect", watched)
-    run(write_scene(SCENE), "time.end=1 ms", out=tmp_path / "out")
+    run(write_scene(FALLING_STRIP), "time.end=1 ms", out=tmp_path / "out")
     assert done_at[0] == FIRST_INTERVAL
 
 
@@ -113,12 +103,12 @@ def test_a_step_longer_than_advised_is_said_once(write_scene, tmp_path, run, bui
     """Contact asks for a shorter step than stability: a run goes on, and says it once."""
     from softsim.stability.time_step import stable_step
 
-    model = build(SCENE, STIFF)
+    model = build(FALLING_STRIP, STIFF)
     found = stable_step(model, model.points)
     step = 0.5 * (found.value + found.stable)
     assert step > found.value
     run(
-        write_scene(SCENE), STIFF, f"time.increment={step} s", f"time.end={100 * step} s",
+        write_scene(FALLING_STRIP), STIFF, f"time.increment={step} s", f"time.end={100 * step} s",
         out=tmp_path / "out",
     )  # fmt: skip
     log = (tmp_path / "out" / "run.log").read_text()
@@ -130,18 +120,20 @@ def test_threads_asked_for_are_threads_used(write_scene, tmp_path, run):
     from softsim.machine import processor_count
 
     everything = processor_count()
-    done = run(write_scene(SCENE), "time.end=1 ms", out=tmp_path / "out", threads=everything)
+    done = run(
+        write_scene(FALLING_STRIP), "time.end=1 ms", out=tmp_path / "out", threads=everything
+    )
     assert done.summary["threads"] == everything
 
 
 def test_threads_that_do_not_fit_start_nothing(write_scene, tmp_path, run):
     with pytest.raises(DeviceError, match="--threads 0"):
-        run(write_scene(SCENE), out=tmp_path / "out", threads=0)
+        run(write_scene(FALLING_STRIP), out=tmp_path / "out", threads=0)
     assert not (tmp_path / "out").exists()
 
 
 class TouchDown:
-    """A watch that is over at the first contact."""
+    """A stop condition that is met at the first contact."""
 
     name = "touch down"
 
@@ -153,29 +145,37 @@ class TouchDown:
         self.is_over = self.is_over or row["contact_count"] > 0
 
 
-def test_a_watch_ends_the_run_early(write_scene, tmp_path, run):
-    watch = TouchDown()
-    found = run(write_scene(SCENE), out=tmp_path / "out", watches=[watch])
+def test_a_stop_condition_ends_the_run_early(write_scene, tmp_path, run):
+    condition = TouchDown()
+    found = run(
+        write_scene(FALLING_STRIP), out=tmp_path / "out", stop_conditions=[lambda _: condition]
+    )
     assert (found.summary["status"], found.summary["ended_by"]) == ("done", "touch down")
-    assert watch.rows == len(found.history["time"])
-    np.testing.assert_array_equal(np.flatnonzero(found.history["contact_count"]), [watch.rows - 1])
+    assert condition.rows == len(found.history["time"])
+    np.testing.assert_array_equal(
+        np.flatnonzero(found.history["contact_count"]), [condition.rows - 1]
+    )
     assert found.summary["simulated_time"] == found.history["time"][-1] < 60e-3
     assert read_frames(tmp_path / "out" / "results.vtkhdf").times[-1] == found.history["time"][-1]
 
 
-def test_a_watch_of_a_resumed_run_has_seen_the_rows_before(write_scene, tmp_path, run):
-    done = run(write_scene(SCENE), "time.end=30 ms", out=tmp_path / "out")
+def test_a_stop_condition_of_a_resumed_run_has_seen_the_rows_before(write_scene, tmp_path, run):
+    done = run(write_scene(FALLING_STRIP), "time.end=30 ms", out=tmp_path / "out")
     assert "ended_by" not in done.summary
-    watch = TouchDown()
+    condition = TouchDown()
     run(
-        write_scene(SCENE), "time.end=30 ms", out=tmp_path / "out", resume=True, watches=[watch]
-    )  # fmt: skip
-    assert watch.rows == len(done.history["time"])
+        write_scene(FALLING_STRIP),
+        "time.end=30 ms",
+        out=tmp_path / "out",
+        resume=True,
+        stop_conditions=[lambda _: condition],
+    )
+    assert condition.rows == len(done.history["time"])
 
 
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     """SIGTERM in the middle, then --resume: history and fields as if nothing had happened."""
-    scene = write_scene(SCENE)
+    scene = write_scene(FALLING_STRIP)
     run(scene, out=tmp_path / "whole")
     code = (
         "import sys; from softsim.cli import main; "
@@ -193,7 +193,7 @@ def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
 
 def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     """kill -9: the history is readable up to its last row, the last checkpoint resumes."""
-    scene = write_scene(SCENE)
+    scene = write_scene(FALLING_STRIP)
     run(scene, out=tmp_path / "whole")
     code = (
         "from softsim.run import run; from pathlib import Path; "
@@ -234,7 +234,7 @@ def same_files(one, other):
 
 
 def test_resuming_a_finished_run_changes_nothing(write_scene, tmp_path, run):
-    scene = write_scene(SCENE)
+    scene = write_scene(FALLING_STRIP)
     run(scene, "time.end=5 ms", out=tmp_path / "out")
     before = (tmp_path / "out" / "history.csv").read_bytes()
     run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True)
@@ -244,7 +244,7 @@ def test_resuming_a_finished_run_changes_nothing(write_scene, tmp_path, run):
 
 def test_history_rows_keep_their_interval(write_scene, tmp_path, run):
     """A row at the first increment at or after each multiple of the interval."""
-    history = run(write_scene(SCENE), out=tmp_path / "out").history
+    history = run(write_scene(FALLING_STRIP), out=tmp_path / "out").history
     step = json.loads((tmp_path / "out" / "summary.json").read_text())["time_increment"]
     wanted = np.arange(len(history["time"])) * 1e-3
     assert len(wanted) == 61
@@ -255,7 +255,10 @@ def test_history_rows_keep_their_interval(write_scene, tmp_path, run):
 def test_a_scene_in_which_nothing_happens_runs(write_scene, tmp_path, run):
     """Round-off is no energy error."""
     results = run(
-        write_scene(SCENE), "environment.gravity=0 m/s^2", "time.end=5 ms", out=tmp_path / "out"
+        write_scene(FALLING_STRIP),
+        "environment.gravity=0 m/s^2",
+        "time.end=5 ms",
+        out=tmp_path / "out",
     )
     assert results.summary["energy_error"] < 1e-3
 
@@ -263,7 +266,7 @@ def test_a_scene_in_which_nothing_happens_runs(write_scene, tmp_path, run):
 def test_resume_on_another_device_is_refused(write_scene, tmp_path, run):
     import h5py
 
-    scene = write_scene(SCENE)
+    scene = write_scene(FALLING_STRIP)
     run(scene, "time.end=5 ms", out=tmp_path / "out")
     with h5py.File(tmp_path / "out" / "checkpoint.h5", "r+") as file:
         file.attrs["device"] = "cuda"
@@ -297,7 +300,7 @@ def test_two_rigid_bodies_of_which_one_has_an_outline(write_scene, tmp_path, run
 
 
 def test_resume_of_another_scene_is_refused(write_scene, tmp_path, run):
-    scene = write_scene(SCENE)
+    scene = write_scene(FALLING_STRIP)
     run(scene, "time.end=5 ms", out=tmp_path / "out")
     with pytest.raises(OutputError, match="another scene"):
         run(scene, "time.end=6 ms", out=tmp_path / "out", resume=True)
@@ -305,11 +308,11 @@ def test_resume_of_another_scene_is_refused(write_scene, tmp_path, run):
 
 def test_resume_without_a_checkpoint_says_so(write_scene, tmp_path, run):
     with pytest.raises(OutputError, match="no checkpoint"):
-        run(write_scene(SCENE), out=tmp_path / "none", resume=True)
+        run(write_scene(FALLING_STRIP), out=tmp_path / "none", resume=True)
 
 
 def test_expectations(write_scene, tmp_path, run):
-    scene = write_scene(SCENE + "expect: {body_displacement: {min: 1 m}}\n")
+    scene = write_scene(FALLING_STRIP + "expect: {body_displacement: {min: 1 m}}\n")
     with pytest.raises(ExpectationError, match="body_displacement"):
         run(scene, "time.end=5 ms", out=tmp_path / "out")
     assert status(tmp_path / "out") == "done"
@@ -317,7 +320,7 @@ def test_expectations(write_scene, tmp_path, run):
 
 def test_a_crushed_element_stops_the_run(write_scene, tmp_path, run):
     """A pressure far beyond the material: named, with place and time, and the frame is kept."""
-    text = SCENE + (
+    text = FALLING_STRIP + (
         "loads: {p: {kind: follower_pressure, facets: [strip.surface], "
         "profile: {kind: constant, value: 10 MPa, ramp: 2 ms}}}\n"
     )
@@ -333,7 +336,7 @@ def test_a_crushed_element_stops_the_run(write_scene, tmp_path, run):
 
 def test_the_energy_guard(write_scene, tmp_path, run):
     with pytest.raises(StabilityError, match="energy balance"):
-        run(write_scene(SCENE), "solver.energy_error_limit=1e-9", out=tmp_path / "out")
+        run(write_scene(FALLING_STRIP), "solver.energy_error_limit=1e-9", out=tmp_path / "out")
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
@@ -341,12 +344,12 @@ def test_an_unwritable_folder_is_said_at_once(write_scene, tmp_path, run):
     locked = tmp_path / "locked"
     locked.mkdir(mode=0o500)
     with pytest.raises(OutputError, match="cannot write"):
-        run(write_scene(SCENE), out=locked / "out")
+        run(write_scene(FALLING_STRIP), out=locked / "out")
 
 
 def test_bad_input_starts_nothing(write_scene, tmp_path, run):
     with pytest.raises(SceneError):
-        run(write_scene(SCENE), "time.end=-1 s", out=tmp_path / "out")
+        run(write_scene(FALLING_STRIP), "time.end=-1 s", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -358,6 +361,6 @@ loads:
         profile: {kind: cycles, highest: 2 kPa, inflation_rate: 333.3333333333333 kPa/s,
                   deflation_rate: 333.3333333333333 kPa/s, lowest: 1 kPa, count: 3}}
 """
-    found = run(write_scene(SCENE + air), "time.cycles=2", out=tmp_path / "out")
+    found = run(write_scene(FALLING_STRIP + air), "time.cycles=2", out=tmp_path / "out")
     assert (found.summary["ended_by"], found.summary["cycles_done"]) == ("cycles", 2)
     assert found.history["time"][-1] == pytest.approx(15e-3, rel=1e-12)

@@ -7,7 +7,7 @@ import pytest
 
 from softsim.builder import build_model
 from softsim.errors import SceneError
-from softsim.loads.tether import TetherData
+from softsim.loads.tether import Tether
 from softsim.scene.assessment import load_layout
 from softsim.scene.loading import load_scene
 from softsim.scene.robots import LIBRARY, part_names, robot_names
@@ -38,7 +38,7 @@ def test_the_tether_goes_with_section_and_space(write_scene, scene):
     write_scene(shipped, "robot.yaml")
     tethered = write_scene("include: [robot.yaml, robot:pfr/tether]\n")
     model = build_model(load_scene(tethered, []))
-    (tether,) = model.of_kind(TetherData)
+    (tether,) = model.of_kind(Tether)
     assert tether.drag == 10e-3
     assert np.linalg.norm(tether.carried_mass * model.gravity) == pytest.approx(3.4e-3)
 

@@ -1,22 +1,22 @@
-"""A crew that the tests of a module share, and a study of a block."""
+"""A pool that the tests of a module share, and a study of a block."""
 
 import os
 
 import pytest
 from falling_block import BLOCK, STUDY
 
-from softsim.sweep.crew import local_crew
+from softsim.sweep.worker_pool import local_pool
 
 WORKERS = 2
 
 
 @pytest.fixture(scope="module")
-def crew(kernel_cache):
+def pool(kernel_cache):
     """Two workers."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(os.environ, "SOFTSIM_CACHE", kernel_cache)
-        with local_crew(WORKERS) as crew:
-            yield crew
+        with local_pool(WORKERS) as pool:
+            yield pool
 
 
 @pytest.fixture

@@ -9,13 +9,13 @@ from rich.console import Console
 
 from softsim.errors import SoftsimError
 from softsim.study.loading import load_study
-from softsim.sweep.crew import local_crew
 from softsim.sweep.sweep import sweep
+from softsim.sweep.worker_pool import local_pool
 
 if __name__ == "__main__":
     study, folder, silent = load_study(sys.argv[1]), Path(sys.argv[2]), Console(file=io.StringIO())
     try:
-        sweep(study, folder, local_crew(1), simulate=stand_ins.waiting, console=silent)
+        sweep(study, folder, local_pool(1), simulate=stand_ins.waiting, console=silent)
     except SoftsimError as error:
         print(error, file=sys.stderr)
         sys.exit(error.exit_code)

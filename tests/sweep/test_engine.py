@@ -8,9 +8,9 @@ import stand_ins
 
 from softsim.errors import OutputError
 from softsim.study.cases import DONE, FAILED, LOST, Case, Source
-from softsim.sweep.crew import Crew, local_crew
 from softsim.sweep.engine import completed
 from softsim.sweep.job import EVERYTHING, Job
+from softsim.sweep.worker_pool import WorkerPool, local_pool
 
 
 @pytest.fixture
@@ -33,26 +33,26 @@ def outcomes(found):
     return {job.case.number: outcome for job, outcome in found}
 
 
-def test_all_cases_end_with_their_summary_and_are_thinned(crew, jobs):
-    found = outcomes(completed(jobs(5), crew, simulate=stand_ins.fine))
+def test_all_cases_end_with_their_summary_and_are_thinned(pool, jobs):
+    found = outcomes(completed(jobs(5), pool, simulate=stand_ins.fine))
     assert {number: o.summary["increments"] for number, o in found.items()} == {
         n: 100 * n for n in range(1, 6)
     }
     assert {o.status for o in found.values()} == {DONE}
 
 
-def test_thin_and_everything(crew, jobs):
+def test_thin_and_everything(pool, jobs):
     (thin,) = jobs(1)
-    list(completed([thin], crew, simulate=stand_ins.fine))
+    list(completed([thin], pool, simulate=stand_ins.fine))
     assert sorted(p.name for p in thin.folder.iterdir()) == [
         "case.json", "history.csv", "summary.json",
     ]  # fmt: skip
     (whole,) = jobs(1, ["whole"], keep=EVERYTHING)
-    list(completed([whole], crew, simulate=stand_ins.fine))
+    list(completed([whole], pool, simulate=stand_ins.fine))
     assert (whole.folder / "results.vtkhdf").exists() and (whole.folder / "checkpoint.h5").exists()
 
 
-def test_jobs_are_pulled_as_workers_become_free(crew, jobs):
+def test_jobs_are_pulled_as_workers_become_free(pool, jobs):
     pulled, ended = [], []
 
     def source():
@@ -60,53 +60,53 @@ def test_jobs_are_pulled_as_workers_become_free(crew, jobs):
             pulled.append(len(ended))
             yield job
 
-    for job, _ in completed(source(), crew, simulate=stand_ins.slow):
+    for job, _ in completed(source(), pool, simulate=stand_ins.slow):
         ended.append(job.case.number)
     in_flight = [index - before for index, before in enumerate(pulled)]
-    assert max(in_flight) < crew.size and sorted(ended) == list(range(1, 9))
+    assert max(in_flight) < pool.size and sorted(ended) == list(range(1, 9))
 
 
-def test_stored_cases_are_not_run_again(crew, jobs):
-    first = outcomes(completed(jobs(3), crew, simulate=stand_ins.fine))
-    again = outcomes(completed(jobs(3), crew, simulate=stand_ins.on_a_full_disk))
+def test_stored_cases_are_not_run_again(pool, jobs):
+    first = outcomes(completed(jobs(3), pool, simulate=stand_ins.fine))
+    again = outcomes(completed(jobs(3), pool, simulate=stand_ins.on_a_full_disk))
     assert again == first
 
 
-def test_failed_ones_run_again_when_asked(crew, jobs):
-    first = outcomes(completed(jobs(3), crew, simulate=stand_ins.faulty))
+def test_failed_ones_run_again_when_asked(pool, jobs):
+    first = outcomes(completed(jobs(3), pool, simulate=stand_ins.faulty))
     assert [first[n].status for n in (1, 2, 3)] == [FAILED, FAILED, DONE]
     assert first[1].reason == "element 7 is inverted" and "no such" in first[2].reason
     told = [(job.folder / "failure.txt").read_text() for job in jobs(2)]
     assert "smaller steps" in told[0] and "Traceback" not in told[0]
     assert (jobs(1)[0].folder / "results.vtkhdf").exists()  # shows why
-    assert outcomes(completed(jobs(3), crew, simulate=stand_ins.fine)) == first
-    again = completed(jobs(3), crew, again=(FAILED, LOST), simulate=stand_ins.fine)
+    assert outcomes(completed(jobs(3), pool, simulate=stand_ins.fine)) == first
+    again = completed(jobs(3), pool, again=(FAILED, LOST), simulate=stand_ins.fine)
     assert {o.status for o in outcomes(again).values()} == {DONE}
     assert not (jobs(1)[0].folder / "failure.txt").exists()
 
 
-def test_the_same_key_is_one_run(crew, jobs):
+def test_the_same_key_is_one_run(pool, jobs):
     same = jobs(4, ["a", "a", "b", "a"])
-    found = outcomes(completed(same, crew, simulate=stand_ins.slow))
+    found = outcomes(completed(same, pool, simulate=stand_ins.slow))
     assert len({found[n].summary["increments"] for n in (1, 2, 4)}) == 1
     assert len(found) == 4 and len({o.key for o in found.values()}) == 2
 
 
 @pytest.mark.parametrize("keys", [list("abcde"), list("aaaab")])
-def test_units_of_several_jobs(crew, jobs, keys):
-    found = outcomes(completed(jobs(5, keys), crew, batch=3, simulate=stand_ins.fine))
+def test_units_of_several_jobs(pool, jobs, keys):
+    found = outcomes(completed(jobs(5, keys), pool, batch=3, simulate=stand_ins.fine))
     assert [found[n].key for n in range(1, 6)] == keys
 
 
-def test_a_case_that_kills_its_process_is_lost_and_the_others_go_on(crew, jobs):
-    found = outcomes(completed(jobs(4), crew, simulate=stand_ins.deadly))
+def test_a_case_that_kills_its_process_is_lost_and_the_others_go_on(pool, jobs):
+    found = outcomes(completed(jobs(4), pool, simulate=stand_ins.deadly))
     assert [found[n].status for n in (1, 2, 3, 4)] == [LOST, DONE, DONE, DONE]
     assert "died 2 times" in found[1].reason
     case = json.loads((jobs(1)[0].folder / "case.json").read_text())
     assert case["status"] == LOST and case["values"] == {"rate": 0}
 
 
-class Overbooked(Crew):
+class Overbooked(WorkerPool):
     """It says that it has a worker more, whose unit waits behind the other's."""
 
     @property
@@ -116,9 +116,9 @@ class Overbooked(Crew):
 
 @pytest.fixture
 def overbooked():
-    """A crew of one worker that gets two units."""
-    with local_crew(1) as crew:
-        yield Overbooked(crew.client)
+    """A pool of one worker that gets two units."""
+    with local_pool(1) as pool:
+        yield Overbooked(pool.client)
 
 
 @pytest.mark.parametrize("batch", [1, 2])
@@ -128,11 +128,11 @@ def test_a_case_that_only_waited_where_one_died_is_not_lost(overbooked, jobs, ba
     assert [found[n].status for n in (1, 2, 3, 4)] == [LOST, DONE, DONE, DONE]
 
 
-def test_a_full_disk_ends_the_study(crew, jobs):
+def test_a_full_disk_ends_the_study(pool, jobs):
     with pytest.raises(OutputError, match="no space left"):
-        list(completed(jobs(4), crew, simulate=stand_ins.on_a_full_disk))
+        list(completed(jobs(4), pool, simulate=stand_ins.on_a_full_disk))
     assert not (jobs(1)[0].folder / "case.json").exists()
 
 
-def test_nothing_to_do(crew):
-    assert list(completed([], crew)) == []
+def test_nothing_to_do(pool):
+    assert list(completed([], pool)) == []

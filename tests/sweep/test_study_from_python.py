@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 from falling_block import BLOCK
-from trial_stand_ins import CrewHere
+from trial_stand_ins import PoolHere
 
 import softsim
 from softsim.errors import ClusterError, SceneError
@@ -33,7 +33,7 @@ FALL = {
 def here(tmp_path, write_scene, monkeypatch):
     """In a folder with the block's scene; who is asked for workers gets this thread."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("softsim.sweep.study.crew_for", lambda *asked: nullcontext(CrewHere()))
+    monkeypatch.setattr("softsim.sweep.study.pool_for", lambda *asked: nullcontext(PoolHere()))
     return write_scene(BLOCK + "environment: {inclination: 30 deg}", "block.yaml").parent
 
 

@@ -22,9 +22,9 @@ from softsim.errors import ClusterError, OutputError
 from softsim.output.study_folder import read_study, read_table
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
-from softsim.sweep.crew import crew_for, remote_crew
 from softsim.sweep.ledger import claimed
 from softsim.sweep.sweep import collect, sweep
+from softsim.sweep.worker_pool import pool_for, remote_pool
 
 WALL_TIME = "wall_time [s]"
 HERE = Path(__file__).parent
@@ -34,16 +34,16 @@ def rewrite(file, old, new):
     file.write_text(file.read_text().replace(old, new))
 
 
-def swept(file, folder, crew, simulate, overrides=(), **settings):
+def swept(file, folder, pool, simulate, overrides=(), **settings):
     """The table of a study that is run with a stand-in, and what was said."""
     console = Console(file=io.StringIO(), width=200)
     study = load_study(file, overrides)
-    table = sweep(study, folder, nullcontext(crew), simulate=simulate, console=console, **settings)
+    table = sweep(study, folder, nullcontext(pool), simulate=simulate, console=console, **settings)
     return table, console.file.getvalue()
 
 
-def test_table_and_record(study_file, tmp_path, crew):
-    table, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+def test_table_and_record(study_file, tmp_path, pool):
+    table, said = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     assert table["time [ms]"].to_list() == pytest.approx([2, 4, 6, 8, 10, 12])
     assert table["case"].to_list() == list(range(1, 7)) and set(table["status"]) == {DONE}
     assert "6 cases, 0 of them stored" in said
@@ -53,38 +53,38 @@ def test_table_and_record(study_file, tmp_path, crew):
     assert (record.status, record.case_count, record.title) == ("done", 6, "A block falls")
 
 
-def test_only_what_is_missing_or_changed_runs(study_file, tmp_path, crew):
-    first, _ = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
-    same, said = swept(study_file, tmp_path / "out", crew, stand_ins.on_a_full_disk)
+def test_only_what_is_missing_or_changed_runs(study_file, tmp_path, pool):
+    first, _ = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
+    same, said = swept(study_file, tmp_path / "out", pool, stand_ins.on_a_full_disk)
     assert "6 cases, 6 of them stored" in said
     assert_frame_equal(first, same)
     rewrite(study_file, "count: 6", "count: 11")
-    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    _, said = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     assert "11 cases, 6 of them stored" in said
     _, said = swept(
-        study_file, tmp_path / "out", crew, stand_ins.fine, ["bodies.block.thickness=9 mm"]
+        study_file, tmp_path / "out", pool, stand_ins.fine, ["bodies.block.thickness=9 mm"]
     )
     assert "11 cases, 0 of them stored" in said
     rewrite(study_file.with_name("block.yaml"), "thickness: 10 mm", "thickness: 11 mm")
-    _, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    _, said = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     assert "11 cases, 0 of them stored" in said
 
 
-def test_a_new_measure_needs_no_run(study_file, tmp_path, crew):
-    swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+def test_a_new_measure_needs_no_run(study_file, tmp_path, pool):
+    swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     study_file.write_text(study_file.read_text() + "  steps: {of: increments}\n")
     table = collect(load_study(study_file), tmp_path / "out")
     assert table["steps"].to_list() == [100.0 * n for n in range(1, 7)]
 
 
-def test_failed_cases_have_their_row(study_file, tmp_path, crew):
-    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
+def test_failed_cases_have_their_row(study_file, tmp_path, pool):
+    table, _ = swept(study_file, tmp_path / "out", pool, stand_ins.faulty)
     assert table["status"].to_list() == [FAILED, FAILED, *[DONE] * 4]
     assert table["reason"][0] == "element 7 is inverted" and table["reason"][2] is None
 
 
-def test_what_failed_is_told_word_by_word(study_file, tmp_path, crew):
-    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.faulty)
+def test_what_failed_is_told_word_by_word(study_file, tmp_path, pool):
+    table, _ = swept(study_file, tmp_path / "out", pool, stand_ins.faulty)
     table = table.with_columns(reason=polars.lit("no such key: '[/rate]' " + 20 * "long "))
     console = Console(file=io.StringIO(), width=80)
     print_results(load_study(study_file), table, tmp_path / "out", console)
@@ -93,14 +93,14 @@ def test_what_failed_is_told_word_by_word(study_file, tmp_path, crew):
     assert "4 of 6 cases done" in said
 
 
-def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, crew):
+def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, pool):
     scene = study_file.with_name("block.yaml")
     scene.write_text(scene.read_text().replace("0.1 ms", "0.005 ms"))
     study_file.write_text(
         study_file.read_text().replace("range: [2 ms, 12 ms], count: 6", "values: [12 ms]")
     )
     study = load_study(study_file)
-    table = sweep(study, tmp_path / "out", nullcontext(crew), "cpu")
+    table = sweep(study, tmp_path / "out", nullcontext(pool), "cpu")
     assert table["status"].to_list() == [DONE] and table["energy"][0] < 1e-3
     folder = tmp_path / "out" / "cases" / table["key"][0]
     assert json.loads((folder / "summary.json").read_text())["simulated_time"] == 0.012
@@ -111,11 +111,11 @@ def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, crew
     assert len(times) <= 1000 and not (folder / "results.vtkhdf").exists()
 
 
-def test_cases_run_side_by_side_as_they_do_alone(study_file, tmp_path, crew):
+def test_cases_run_side_by_side_as_they_do_alone(study_file, tmp_path, pool):
     rewrite(study_file, "range: [2 ms, 12 ms], count: 6", "values: [2 ms, 3 ms]")
     study = load_study(study_file)
-    alone = sweep(study, tmp_path / "alone", nullcontext(crew), "cpu")
-    together = sweep(study, tmp_path / "together", nullcontext(crew), "cpu", batch=2)
+    alone = sweep(study, tmp_path / "alone", nullcontext(pool), "cpu")
+    together = sweep(study, tmp_path / "together", nullcontext(pool), "cpu", batch=2)
     assert_frame_equal(alone.drop(WALL_TIME), together.drop(WALL_TIME))
 
 
@@ -132,26 +132,26 @@ def started(study_file, folder):
     return process, psutil.Process(process.pid).children(recursive=True)
 
 
-def goes_on(study_file, folder, crew):
+def goes_on(study_file, folder, pool):
     """The sweep again: two cases stay as they are, and the table is as if nothing had happened."""
     stored = {file: file.stat().st_mtime_ns for file in folder.glob("cases/*/case.json")}
     assert len(stored) == 2
-    table, said = swept(study_file, folder, crew, stand_ins.fine)
+    table, said = swept(study_file, folder, pool, stand_ins.fine)
     assert "6 cases, 2 of them stored" in said
     assert all(file.stat().st_mtime_ns == time for file, time in stored.items())
-    other, _ = swept(study_file, folder.with_name("undisturbed"), crew, stand_ins.fine)
+    other, _ = swept(study_file, folder.with_name("undisturbed"), pool, stand_ins.fine)
     assert_frame_equal(table.drop(WALL_TIME), other.drop(WALL_TIME))
 
 
-def test_after_a_kill_the_same_command_goes_on(study_file, tmp_path, crew):
+def test_after_a_kill_the_same_command_goes_on(study_file, tmp_path, pool):
     process, workers = started(study_file, tmp_path / "out")
     process.kill()
     process.communicate()
     assert not psutil.wait_procs(workers, timeout=10.0)[1]
-    goes_on(study_file, tmp_path / "out", crew)
+    goes_on(study_file, tmp_path / "out", pool)
 
 
-def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew):
+def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, pool):
     folder = tmp_path / "out"
     process, workers = started(study_file, folder)
     os.killpg(process.pid, signal.SIGINT)  # all processes of a terminal get it
@@ -163,39 +163,39 @@ def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, crew):
     assert read_study(folder).status == "interrupted"
     assert read_table(folder)["status"].to_list() == [DONE, DONE, *[WAITING] * 4]
     assert len(list(folder.glob("cases/*/checkpoint.h5"))) == 1
-    goes_on(study_file, folder, crew)
+    goes_on(study_file, folder, pool)
 
 
-def test_a_folder_has_one_sweep_at_a_time(study_file, tmp_path, crew):
+def test_a_folder_has_one_sweep_at_a_time(study_file, tmp_path, pool):
     (tmp_path / "out").mkdir()
     with (
         claimed(tmp_path / "out"),
         pytest.raises(OutputError, match=f"process {os.getpid()} on .* works in"),
     ):
-        swept(study_file, tmp_path / "out", crew, stand_ins.fine)
-    assert len(swept(study_file, tmp_path / "out", crew, stand_ins.fine)[0]) == 6
+        swept(study_file, tmp_path / "out", pool, stand_ins.fine)
+    assert len(swept(study_file, tmp_path / "out", pool, stand_ins.fine)[0]) == 6
 
 
-def test_a_folder_that_cannot_be_made(study_file, tmp_path, crew):
+def test_a_folder_that_cannot_be_made(study_file, tmp_path, pool):
     with pytest.raises(OutputError, match=r"cannot write to the run folder .*cases"):
-        swept(study_file, study_file / "out", crew, stand_ins.fine)
+        swept(study_file, study_file / "out", pool, stand_ins.fine)
 
 
-def test_what_an_optimisation_stopped_early_runs_to_its_end(study_file, tmp_path, crew):
-    table, _ = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+def test_what_an_optimisation_stopped_early_runs_to_its_end(study_file, tmp_path, pool):
+    table, _ = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     pruned = tmp_path / "out" / "cases" / table["key"][1] / "case.json"
     rewrite(pruned, '"done"', '"pruned"')
-    again, said = swept(study_file, tmp_path / "out", crew, stand_ins.fine)
+    again, said = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     assert "6 cases, 5 of them stored" in said and set(again["status"]) == {DONE}
 
 
 def test_a_scheduler_has_its_own_workers(tmp_path):
     with pytest.raises(ClusterError, match="has workers already"):
-        crew_for(tmp_path, "cpu", 2, "tcp://127.0.0.1:9")
+        pool_for(tmp_path, "cpu", 2, "tcp://127.0.0.1:9")
 
 
 def test_a_scheduler_that_does_not_answer(tmp_path):
-    nobody = remote_crew("tcp://127.0.0.1:9", tmp_path)
+    nobody = remote_pool("tcp://127.0.0.1:9", tmp_path)
     with (
         pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"),
         nobody,

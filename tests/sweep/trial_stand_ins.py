@@ -1,4 +1,4 @@
-"""An optimisation without simulations: a crew that works here and now, and runs that are formulas.
+"""An optimisation without simulations: a pool that works here and now, and runs that are formulas.
 
 python trial_stand_ins.py STUDY FOLDER: an optimisation whose process is killed in its fourth trial.
 """
@@ -22,7 +22,7 @@ BEST = {"gravity": 7.0, "slope": 30.0}
 """Where the formula is smallest: m/s^2, deg."""
 
 
-class CrewHere:
+class PoolHere:
     """One worker: this thread."""
 
     size = 1
@@ -70,7 +70,7 @@ def optimized(file, folder, simulate=formula, **settings):
     """The table of an optimisation with a stand-in, and what was said."""
     console = Console(file=io.StringIO(), width=200)
     table = optimize(
-        load_study(file), folder, nullcontext(CrewHere()), simulate=simulate, console=console,
+        load_study(file), folder, nullcontext(PoolHere()), simulate=simulate, console=console,
         **settings,
     )  # fmt: skip
     return table, console.file.getvalue()

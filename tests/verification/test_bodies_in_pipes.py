@@ -175,10 +175,10 @@ LONGEST = 2.0 * np.sqrt(WIDEST**2 - (INNER + HEIGHT) ** 2)
 
 
 def bend_path(dimension):
-    from softsim.contact.laying import Bend, laid
+    from softsim.contact.pipe_layout import Bend, path_of_items
 
     turn = [Bend(np.pi, BEND, 0.0)]
-    return laid("pipe", turn, BORE, np.zeros(dimension), (False, False))
+    return path_of_items("pipe", turn, BORE, np.zeros(dimension), (False, False))
 
 
 def outline_gap(path, points, lateral, tilt):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import SceneError
-from softsim.loads.rigid_motion import RigidMotionData
+from softsim.loads.rigid_motion import RigidMotion
 
 STIFFNESS, WAY = 100.0, 6e-3
 SCENE = """
@@ -32,7 +32,7 @@ def test_place_force_and_work(build, start, record_verification):
 
     model = build(SCENE)
     solver = start(model)
-    (motion,) = model.of_kind(RigidMotionData)
+    (motion,) = model.of_kind(RigidMotion)
     reader, term = EnergyReader(solver), solver.scenario(0).term_of(motion)
     balance = EnergyBalance.starting(reader.read()[0], model)
     while solver.time < 25e-3:

@@ -132,7 +132,7 @@ def begin(kernel_cache, tmp_path_factory):
 def on_the_slope(request, begin):
     """Name of the case, histories of the block held, sliding and shaken."""
     from softsim import fields
-    from softsim.loads.nodal import NodalLoad
+    from softsim.loads.nodal import NodalForce
     from softsim.loads.profile import Profile
 
     build = begin(*request.param)
@@ -142,7 +142,7 @@ def on_the_slope(request, begin):
         """With the force of the plate's acceleration, of so much [m/s^2], on all nodes."""
         force = np.outer(model.mass * amplitude, [1.0, 0.0])
         swing = Profile(t, np.sin(2.0 * np.pi * FREQUENCY * t))
-        load = NodalLoad(np.arange(len(model.points)), force, swing)
+        load = NodalForce(np.arange(len(model.points)), force, swing)
         return dataclasses.replace(model, loads=(load,))
 
     held, sliding, at_once = build(at_share(0.97)), build(at_share(1.03)), "time.settle=null"

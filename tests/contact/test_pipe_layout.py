@@ -1,9 +1,9 @@
-"""Where a pipe leads that is laid item by item, and whether it runs into itself."""
+"""Where a pipe leads that is given item by item, and whether it runs into itself."""
 
 import numpy as np
 import pytest
 
-from softsim.contact.laying import Bend, Step, Straight, Taper, crossing, laid
+from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, crossing, path_of_items
 from tests.contact.pipe_layouts import RIGHT_ANGLE, layout
 
 OPEN = (False, False)
@@ -20,7 +20,7 @@ def test_bends_in_the_plane():
     """To the left and to the right; radii and diameters as given, arc lengths added up."""
     items = [Straight(0.1), Bend(RIGHT_ANGLE, 0.05, LEFT), Step(0.03),
              Bend(RIGHT_ANGLE, 0.04, RIGHT), Taper(0.02, 0.05), Straight(0.1)]  # fmt: skip
-    path = laid("p", items, 0.02, np.array([0.01, 0.02]), OPEN)
+    path = path_of_items("p", items, 0.02, np.array([0.01, 0.02]), OPEN)
     np.testing.assert_allclose(ends(path), [0.32, 0.11, 1.0, 0.0], atol=1e-15)
     assert path.length == pytest.approx(0.22 + 0.09 * RIGHT_ANGLE)
     assert [s.item for s in path.segments] == [0, 1, 3, 4, 5]
@@ -36,9 +36,9 @@ def test_bends_in_space():
     through both bends without twist has its left turned along.
     """
     up = Bend(RIGHT_ANGLE, 0.1, RIGHT_ANGLE)
-    path = laid("p", [Bend(RIGHT_ANGLE, 0.1, LEFT), up], 0.02, np.zeros(3), OPEN)
+    path = path_of_items("p", [Bend(RIGHT_ANGLE, 0.1, LEFT), up], 0.02, np.zeros(3), OPEN)
     np.testing.assert_allclose(ends(path), [0.1, 0.2, 0.1, 0.0, 0.0, 1.0], atol=1e-15)
-    path = laid("p", [up, Bend(RIGHT_ANGLE, 0.1, LEFT)], 0.02, np.zeros(3), OPEN)
+    path = path_of_items("p", [up, Bend(RIGHT_ANGLE, 0.1, LEFT)], 0.02, np.zeros(3), OPEN)
     np.testing.assert_allclose(ends(path), [0.1, 0.1, 0.2, 0.0, 1.0, 0.0], atol=1e-15)
 
 
@@ -54,7 +54,9 @@ def test_joints_are_smooth():
 def test_a_path_that_crosses_itself():
     """Three quarters of a turn and on; the two segments that meet are named."""
     three = [Bend(RIGHT_ANGLE, 0.05, LEFT)] * 3
-    found = crossing(laid("p", [Straight(0.1), *three, Straight(0.1)], 0.02, np.zeros(2), OPEN))
+    found = crossing(
+        path_of_items("p", [Straight(0.1), *three, Straight(0.1)], 0.02, np.zeros(2), OPEN)
+    )
     assert found is not None
     assert [segment.item for segment in found] == [0, 4]
 
@@ -70,12 +72,12 @@ def test_a_path_that_crosses_itself():
     ids=["hairpin", "tight S", "stops before it crosses", "nearly a ring"],
 )
 def test_a_path_that_comes_close_does_not_cross(items):
-    assert crossing(laid("p", items, 0.02, np.zeros(2), OPEN)) is None
+    assert crossing(path_of_items("p", items, 0.02, np.zeros(2), OPEN)) is None
 
 
 def test_legs_too_close():
     """A hairpin that widens on its way back touches its first leg."""
     items = [Straight(0.1), Bend(np.pi, 0.011, LEFT), Taper(0.02, 0.04), Straight(0.08)]
-    found = crossing(laid("p", items, 0.02, np.zeros(2), OPEN))
+    found = crossing(path_of_items("p", items, 0.02, np.zeros(2), OPEN))
     assert found is not None
     assert found[0].item == 0

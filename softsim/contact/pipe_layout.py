@@ -1,4 +1,4 @@
-"""Lays a pipe: what a user says of its segments, one after another, becomes a path in space."""
+"""The layout of a pipe: what a user says of its segments becomes a path in space."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ class Step:
 Item = Straight | Bend | Taper | Step
 
 
-def laid(
+def path_of_items(
     name: str,
     items: Sequence[Item],
     diameter: float,

@@ -25,7 +25,7 @@ COUNT_EVERY = 2.0
 """Seconds between looks how many workers there are."""
 
 
-class Crew:
+class WorkerPool:
     """Workers that each do one thing at a time, in the same thread: Taichi has one runtime a
     process, which stays in the thread that started it.
     """
@@ -51,9 +51,9 @@ class Crew:
         self.client.run(ask_threads_to_stop, on_error="ignore")
 
 
-def crew_for(
+def pool_for(
     folder: Path, device: str, workers: int | None = None, scheduler: str | None = None
-) -> AbstractContextManager[Crew]:
+) -> AbstractContextManager[WorkerPool]:
     """The workers of the dask scheduler at an address; else so many processes of this machine, by
     default one a core. A graphics card is one worker's alone. Raises ClusterError: both are asked.
     """
@@ -63,13 +63,13 @@ def crew_for(
                 f"the scheduler at {scheduler} has workers already: {workers} cannot be asked for",
                 hint="leave the number of workers out",
             )
-        return remote_crew(scheduler, folder)
+        return remote_pool(scheduler, folder)
     alone = chosen_device(device) == "cuda"
-    return local_crew(workers or (1 if alone else processor_count()))
+    return local_pool(workers or (1 if alone else processor_count()))
 
 
 @contextmanager
-def local_crew(workers: int) -> Iterator[Crew]:
+def local_pool(workers: int) -> Iterator[WorkerPool]:
     """So many processes of this machine; they end with this one, however it ends."""
     settings = {"distributed.scheduler.allowed-failures": 0}  # the engine knows what to do
     with (
@@ -86,7 +86,7 @@ def local_crew(workers: int) -> Iterator[Crew]:
         Client(cluster) as client,
     ):
         client.register_plugin(_ChildProcess())
-        yield Crew(client)
+        yield WorkerPool(client)
 
 
 class _ChildProcess(WorkerPlugin):
@@ -104,7 +104,7 @@ class _ChildProcess(WorkerPlugin):
 
 
 @contextmanager
-def remote_crew(address: str, folder: Path) -> Iterator[Crew]:
+def remote_pool(address: str, folder: Path) -> Iterator[WorkerPool]:
     """The workers of the dask scheduler at `address`, which share the disk of `folder`.
 
     Raises ClusterError: nobody answers there, or a worker cannot be worked with.
@@ -118,7 +118,7 @@ def remote_crew(address: str, folder: Path) -> Iterator[Crew]:
         ) from error
     with client:
         _refuse_strangers(client, folder)
-        yield Crew(client)
+        yield WorkerPool(client)
 
 
 def _refuse_strangers(client: Client, folder: Path) -> None:

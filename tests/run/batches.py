@@ -1,0 +1,22 @@
+"""A strip that falls on a floor, and what a batch of one found at its end."""
+
+from rich.console import Console
+
+FALLING_STRIP = """
+title: A strip falls on a floor
+bodies:
+  strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+          position: [0 mm, 1 mm]}
+environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
+time: {end: 60 ms}
+output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 1 ms}
+"""
+
+
+def finished(batch):
+    """What a batch of one has found at its end."""
+    [outcome] = batch.run(Console(quiet=True))
+    if isinstance(outcome, Exception):
+        raise outcome
+    return outcome
