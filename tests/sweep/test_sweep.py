@@ -19,11 +19,11 @@ from rich.console import Console
 
 from softsim.cli.study_tables import print_results
 from softsim.errors import ClusterError, OutputError
+from softsim.output.claim import claimed
 from softsim.output.study_folder import read_study, read_table
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
 from softsim.sweep.crew import crew_for, remote_crew
-from softsim.sweep.ledger import claimed
 from softsim.sweep.sweep import collect, sweep
 
 WALL_TIME = "wall_time [s]"
