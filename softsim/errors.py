@@ -116,19 +116,23 @@ class OutputError(SoftsimError):
     exit_code = 2
 
 
-class StabilityError(SoftsimError):
+class RunError(SoftsimError):
+    """The end of a run, or of a study, that had begun: its folder keeps what it found."""
+
+
+class StabilityError(RunError):
     """A run stopped by a guard."""
 
     exit_code = 3
 
 
-class Interrupted(SoftsimError):  # noqa: N818 - no fault of anybody
+class Interrupted(RunError):  # noqa: N818 - no fault of anybody
     """A run stopped by a signal; its checkpoint is written."""
 
     exit_code = 4
 
 
-class ExpectationError(SoftsimError):
+class ExpectationError(RunError):
     """A finished run outside what its scene expects."""
 
     exit_code = 5

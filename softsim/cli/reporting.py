@@ -1,5 +1,7 @@
 """The figures and the page of a folder."""
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -7,7 +9,7 @@ import typer
 from rich.console import Console
 
 from softsim.cli.options import explained
-from softsim.errors import OutputError
+from softsim.errors import OutputError, RunError
 
 
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
@@ -26,9 +28,20 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
             )
 
 
+@contextmanager
+def ended_by(show: Callable[[], None]) -> Iterator[None]:
+    """Call `show` after a run, one that was stopped too; a refusal leaves the folder as it is."""
+    try:
+        yield
+    except RunError:
+        show()
+        raise
+    show()
+
+
 def report_what_there_is(folder: Path, console: Console) -> None:
-    """The report of a run, unless it ended before it had a history."""
-    if has_run(folder):
+    """The report of a run, unless it ended before t = 0: its first summary is written then."""
+    if (folder / "summary.json").is_file():
         report_run(folder, console)
 
 

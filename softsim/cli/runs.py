@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
-from softsim.cli.reporting import report_what_there_is
+from softsim.cli.reporting import ended_by, report_what_there_is
 from softsim.errors import ExpectationError
 
 
@@ -32,17 +33,15 @@ def run(
 
         folder = out or Path("runs") / scene.stem
         try:
-            results = run_scene(
-                scene, overrides or [], folder, device.value, resume, console, threads,
-                profile_after=0.0 if profile else PROFILE_AFTER,
-            )  # fmt: skip
+            with ended_by(lambda: report_what_there_is(folder, console)):
+                results = run_scene(
+                    scene, overrides or [], folder, device.value, resume, console, threads,
+                    profile_after=0.0 if profile else PROFILE_AFTER,
+                )  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
             if profile:
                 console.print(profile_table(read_summary(folder)["profile"]))
             raise
-        finally:
-            # A stopped run keeps its pictures too; nothing to draw is no second failure.
-            report_what_there_is(folder, console)
         if profile:
             console.print(profile_table(results.summary["profile"]))
         console.print(summary_table(results.summary))
@@ -99,23 +98,26 @@ def assess(
     soon as the verdict is there.
     """
     with explained() as console:
-        from softsim.cli.run_tables import segments_table
-        from softsim.output.folder import read_summary
         from softsim.scene.assessment import load_layout
 
         loaded = load_layout(layout, robot, overrides or [])
         folder = out or Path("runs") / f"{layout.stem}_{robot}"
         from softsim.run import run as run_scene  # imports Taichi
 
-        try:
+        with ended_by(lambda: _show_passage(folder, console)):
             run_scene(
                 loaded, [], folder, device.value, resume, console, threads, profile_after=math.inf
             )
-        finally:
-            # Whatever ended it, what is known of the way is shown.
-            report_what_there_is(folder, console)
-            report = read_summary(folder).get("layout")
-            if report is not None:
-                console.print(segments_table(report))
-                console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
-                console.print(f"results in {folder}", highlight=False)
+
+
+def _show_passage(folder: Path, console: Console) -> None:
+    """The report of an assessment, its segments and its verdict, as far as they are known."""
+    from softsim.cli.run_tables import segments_table
+    from softsim.output.folder import read_summary
+
+    report_what_there_is(folder, console)
+    report = read_summary(folder).get("layout")
+    if report is not None:
+        console.print(segments_table(report))
+        console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
+        console.print(f"results in {folder}", highlight=False)

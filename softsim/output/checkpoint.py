@@ -11,6 +11,9 @@ import numpy as np
 from softsim.errors import OutputError
 from softsim.output.folder import replacing
 
+FORMAT = ("v110", "v110")
+"""HDF5 1.10's file format, which has checksums of all that is no array's content."""
+
 
 @dataclass(frozen=True)
 class Checkpoint:
@@ -28,40 +31,50 @@ class Checkpoint:
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Replace the checkpoint; a reader finds the old or the new one, never a part.
 
-    Raises OutputError if the disk refuses.
+    Arrays have Fletcher's checksums, and the file's format those of its structure: reading tells a
+    flipped bit. Raises OutputError if the disk refuses.
     """
-    with replacing(path) as partial, h5py.File(partial, "w") as file:
+    # Python's JSON writes floats so that reading gives the same bits.
+    texts = {
+        "progress": json.dumps(checkpoint.progress),
+        "scene": checkpoint.scene,
+        "device": checkpoint.device,
+    }
+    with replacing(path) as partial, h5py.File(partial, "w", libver=FORMAT) as file:
         for name, array in checkpoint.state.items():
-            file[f"state/{name}"] = array
-        # Python's JSON writes floats so that reading gives the same bits. These may be longer than
-        # the 64 kB that an attribute holds.
-        file["progress"] = json.dumps(checkpoint.progress)
-        file["scene"] = checkpoint.scene
-        file.attrs["device"] = checkpoint.device
+            _write(file, f"state/{name}", array)
+        for name, text in texts.items():  # as bytes: texts of HDF5's have no checksums
+            _write(file, name, np.frombuffer(text.encode(), np.uint8))
 
 
 def read_checkpoint(path: Path) -> Checkpoint:
     """The checkpoint in a run folder.
 
-    Raises OutputError if there is none or it cannot be read.
+    Raises OutputError if there is none, or it is damaged.
     """
     if not path.is_file():
         raise OutputError(
             f"there is no checkpoint {path}", hint="run without --resume to start anew"
         )
+    state: dict[str, np.ndarray] = {}
+
+    def note(name: str, item: h5py.Group | h5py.Dataset) -> None:
+        if isinstance(item, h5py.Dataset):
+            state[name] = item[()]
+
     try:
         with h5py.File(path, "r") as file:
-            state: dict[str, np.ndarray] = {}
-            file["state"].visititems(
-                lambda name, item: (
-                    state.update({name: item[()]}) if isinstance(item, h5py.Dataset) else None
-                )
-            )
-            progress = json.loads(file["progress"].asstr()[()])
-            scene, device = str(file["scene"].asstr()[()]), str(file.attrs["device"])
-    except (OSError, KeyError, ValueError) as error:
+            file["state"].visititems(note)
+            texts = [file[name][:].tobytes().decode() for name in ("progress", "scene", "device")]
+        progress = json.loads(texts[0])
+    except (OSError, KeyError, ValueError, RuntimeError) as error:
         raise OutputError(
             f"{path} is not a readable checkpoint: {error}",
-            hint="run without --resume to start from the beginning",
+            hint="remove it, and the run starts anew",
         ) from error
-    return Checkpoint(state, progress, scene, device)
+    return Checkpoint(state, progress, texts[1], texts[2])
+
+
+def _write(file: h5py.File, name: str, array: np.ndarray) -> None:
+    """Write an array, with checksums; one of no numbers has nothing to check."""
+    file.create_dataset(name, data=array, fletcher32=array.size > 0)

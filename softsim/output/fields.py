@@ -65,6 +65,7 @@ class FieldWriter:
         self.path, self._declared = Path(path), False
         self.last_time = -np.inf
         """Time of the newest frame [s]; minus infinity before the first."""
+        self.frame_count = 0
         if resumed_at is None:
             with replacing(self.path) as partial, h5py.File(partial, "w", libver=FORMAT) as file:
                 _write_mesh(file, points, cells)
@@ -74,6 +75,7 @@ class FieldWriter:
             kept = int(np.searchsorted(times, resumed_at, side="right"))
             _shorten(file, kept)
             self._declared = TIMES in file
+        self.frame_count = kept
         if kept:
             self.last_time = float(times[kept - 1])
 
@@ -132,7 +134,7 @@ class FieldWriter:
             with _single_writer(self.path) as file:
                 _check(self.path, file, frame)
                 _append(file, time, frame)
-        self.last_time = float(time)
+        self.last_time, self.frame_count = float(time), self.frame_count + 1
 
 
 @dataclass(frozen=True)
@@ -208,22 +210,46 @@ def read_frames(path: Path | str) -> Frames:
         )
 
 
-def _opened(path: Path) -> h5py.File:
-    """The file for reading; single-writer mode also opens what a killed run left."""
+@contextmanager
+def _opened(path: Path) -> Iterator[h5py.File]:
+    """The file for reading; single-writer mode also opens what a killed run left.
+
+    Raises OutputError if there is none, it is not softsim's, or it is found damaged in the block.
+    """
     if not path.is_file():
         raise OutputError(
             f"there is no {path}", hint="name a folder that a run with field output has written"
         )
     try:
-        file = h5py.File(path, "r", libver=FORMAT, swmr=True, locking=False)
-    except OSError as error:
+        _refuse_truncated(path)
+        with h5py.File(path, "r", libver=FORMAT, swmr=True, locking=False) as file:
+            if OWN not in file or STEPS not in file:
+                raise OutputError(
+                    f"{path} is no result of softsim: {OWN} or {STEPS} is missing in it"
+                )
+            yield file
+    except (OSError, KeyError, RuntimeError) as error:  # h5py has no error of its own
         raise OutputError(
-            f"cannot read {path}: {error}", hint="it is damaged or no HDF5 file: run again"
+            f"cannot read {path}: {error}",
+            hint="it is damaged or no HDF5 file: run again, without --resume",
         ) from error
-    if OWN not in file or STEPS not in file:
-        file.close()
-        raise OutputError(f"{path} is no result of softsim: {OWN} or {STEPS} is missing in it")
-    return file
+
+
+def _refuse_truncated(path: Path) -> None:
+    """Raise OSError if the file is shorter than when it was closed: a reader in single-writer
+    mode would wait for the rest without end.
+
+    HDF5 File Format Specification II.A, superblock of version 3: byte 8 is the version, byte 11
+    tells of a writer, bytes 28 to 35 are the end of the file.
+    """
+    with path.open("rb") as stream:
+        superblock = stream.read(36)
+    if len(superblock) < 36:
+        raise OSError("it ends before its superblock does")
+    closed = (superblock[8], superblock[11]) == (3, 0)
+    size, end = path.stat().st_size, int.from_bytes(superblock[28:36], "little")
+    if closed and size < end:
+        raise OSError(f"it is truncated, {size} of {end} bytes are left")
 
 
 @contextmanager

@@ -18,6 +18,9 @@ RESULTS = "results.vtkhdf"
 CHECKPOINT = "checkpoint.h5"
 LOG = "run.log"
 
+WRITTEN_ANEW = "run with --resume, which writes it anew; of a study's case, remove its folder"
+"""The way out where a file is damaged that a run writes whatever was there."""
+
 RESERVE = 64 * 2**20
 """Free space that a run must find when it starts [bytes]: a fine plane run's files fit in it."""
 
@@ -70,9 +73,22 @@ class RunFolder:
 
 
 def read_summary(folder: Path) -> dict[str, Any]:
-    """What summary.json of a run folder holds; nothing where there is none."""
+    """What summary.json of a run folder holds; nothing where there is none.
+
+    Raises OutputError where it is damaged.
+    """
     file = folder / SUMMARY
-    found: dict[str, Any] = json.loads(file.read_text("utf-8")) if file.is_file() else {}
+    return read_json(file, WRITTEN_ANEW) if file.is_file() else {}
+
+
+def read_json(file: Path, hint: str) -> dict[str, Any]:
+    """The dictionary in a JSON file. Raises OutputError with `hint` where there is none."""
+    try:
+        found = json.loads(file.read_text("utf-8"))
+        if not isinstance(found, dict):
+            raise ValueError("not in braces")
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{file} is damaged: {error}", hint) from error
     return found
 
 

@@ -30,6 +30,7 @@ class History:
     ) -> None:
         self.path, self.columns = Path(path), tuple(units)
         kept = [] if resumed_at is None else _rows_until(self.path, units, resumed_at)
+        self.row_count = len(kept)
         with replacing(self.path) as partial:
             text = "".join([_header(units), *kept])
             partial.write_text(text, encoding="utf-8", newline="\n")
@@ -50,6 +51,12 @@ class History:
             )
         with explained(self.path):
             self._stream.write(",".join(repr(float(row[name])) for name in self.columns) + "\n")
+        self.row_count += 1
+
+    def save(self) -> None:
+        """Put the rows on the disk. Raises OutputError if the disk refuses."""
+        with explained(self.path):
+            os.fsync(self._stream.fileno())
 
     def close(self) -> None:
         """Put the rows on the disk and close. Raises OutputError if the disk refuses."""

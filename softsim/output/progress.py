@@ -11,7 +11,8 @@ from softsim.stability.schedule import StableStepSchedule
 class Progress:
     """The progress of a run, beside the solver's state: times [s], energies [J], counts.
 
-    time_increment: the step in use [s]. control: state of a controlled pressure.
+    time_increment: the step in use [s]. control: state of a controlled pressure. row_count,
+    frame_count: entries of the run's files when the checkpoint was written.
     """
 
     schedule: StableStepSchedule
@@ -25,6 +26,8 @@ class Progress:
     largest_energy: float = 0.0
     largest_energy_error: float = 0.0
     wall_time: float = 0.0
+    row_count: int = 0
+    frame_count: int = 0
     control: ControlState | None = None
 
     @classmethod

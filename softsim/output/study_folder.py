@@ -10,18 +10,18 @@ only), `status`, `reason`, `wall_time [s]`, `key`. A column of numbers with a un
 """
 
 import io
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import polars
 
 from softsim.errors import OutputError
-from softsim.output.folder import RunFolder, replacing
+from softsim.output.folder import RunFolder, read_json, replacing
 from softsim.study.axes import Axis, Goal, Plot
 
 STUDY, TABLE, TABLE_TEXT, CASES = "study.json", "table.parquet", "table.csv", "cases"
+
+BEGIN_AGAIN = "remove it and start the study again: cases that have ended do not run again"
 
 
 @dataclass(frozen=True)
@@ -50,16 +50,19 @@ def write_study(folder: Path, record: StudyRecord) -> None:
 
 
 def read_study(folder: Path) -> StudyRecord:
-    """Read study.json. Raises OutputError where there is none."""
+    """Read study.json. Raises OutputError where there is none, or it is damaged."""
     file = folder / STUDY
     if not file.is_file():
         raise OutputError(f"{folder} is no folder of a study: it has no {STUDY}")
-    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    found["factors"] = tuple(Axis(**axis) for axis in found["factors"])
-    found["measures"] = tuple(Axis(**axis) for axis in found["measures"])
-    found["plots"] = tuple(Plot(**plot) for plot in found["plots"])
-    found["goal"] = Goal(**found["goal"]) if found["goal"] else None
-    return StudyRecord(**found)
+    found = read_json(file, BEGIN_AGAIN)
+    try:
+        found["factors"] = tuple(Axis(**axis) for axis in found["factors"])
+        found["measures"] = tuple(Axis(**axis) for axis in found["measures"])
+        found["plots"] = tuple(Plot(**plot) for plot in found["plots"])
+        found["goal"] = Goal(**found["goal"]) if found["goal"] else None
+        return StudyRecord(**found)
+    except (KeyError, TypeError) as error:
+        raise OutputError(f"{file} is not what softsim wrote: {error}", BEGIN_AGAIN) from error
 
 
 def write_table(folder: Path, table: polars.DataFrame) -> None:
@@ -73,11 +76,14 @@ def write_table(folder: Path, table: polars.DataFrame) -> None:
 
 
 def read_table(folder: Path) -> polars.DataFrame:
-    """Read the table. Raises OutputError where there is none."""
+    """Read the table. Raises OutputError where there is none, or it is damaged."""
     file = folder / TABLE
     if not file.is_file():
         raise OutputError(f"{folder} has no {TABLE}: the study has not begun")
-    return polars.read_parquet(file)
+    try:
+        return polars.read_parquet(file)
+    except (OSError, polars.exceptions.PolarsError) as error:
+        raise OutputError(f"{file} is damaged: {error}", BEGIN_AGAIN) from error
 
 
 def is_study(folder: Path) -> bool:

@@ -4,6 +4,7 @@ import logging
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,9 @@ from softsim.errors import OutputError
 from softsim.model import Model
 from softsim.output import folder as files
 from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
-from softsim.output.fields import FieldWriter
+from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import RunFolder
-from softsim.output.history import History, read_history
+from softsim.output.history import TIME, History, read_history
 from softsim.output.observation import columns, description, frame, mesh_of
 from softsim.output.progress import Progress
 from softsim.scene.loading import LoadedScene
@@ -51,7 +52,7 @@ class RunFiles:
         if resumed_at is None:
             for stale in (files.CHECKPOINT, files.SUMMARY, files.LOG):
                 (self.path / stale).unlink(missing_ok=True)
-            target.write_text_atomic(files.SCENE, loaded.resolved())
+        target.write_text_atomic(files.SCENE, loaded.resolved())
         self.history = History(self.path / files.HISTORY, columns(model), resumed_at)
         self.fields = FieldWriter(self.path / files.RESULTS, *mesh_of(model), resumed_at)
         if resumed_at is None:
@@ -86,7 +87,9 @@ class RunFiles:
             self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
 
     def write_checkpoint(self, scenario: Scenario, progress: Progress) -> None:
-        """Write the full state, from which --resume continues."""
+        """Write the full state, from which --resume continues, after the rows before it."""
+        self.history.save()
+        progress.row_count, progress.frame_count = self.history.row_count, self.fields.frame_count
         scene, device = self.loaded.scene.model_dump_json(), backend.device().name
         content = Checkpoint(scenario.state(), asdict(progress), scene, device)
         write_checkpoint(self.path / files.CHECKPOINT, content)
@@ -108,7 +111,8 @@ class RunFiles:
 def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, device: str) -> Checkpoint:
     """The checkpoint in a run folder.
 
-    Raises OutputError where there is none, or it is of another scene or device.
+    Raises OutputError where there is none, it is of another scene or device, or the history or the
+    frames do not reach up to it.
     """
     path = target.path
     checkpoint = read_checkpoint(path / files.CHECKPOINT)
@@ -123,4 +127,22 @@ def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, device: str) -> C
             f"{device}: the run would not go on to the same bits",
             hint=f"resume with --device {checkpoint.device}",
         )
+    progress = Progress.written(checkpoint.progress)
+    rows, frames = read_history(path / files.HISTORY)[TIME], read_frames(path / files.RESULTS).times
+    _refuse_hole(path / files.HISTORY, rows, progress.time, progress.row_count)
+    _refuse_hole(path / files.RESULTS, frames, progress.time, progress.frame_count)
     return checkpoint
+
+
+def _refuse_hole(file: Path, times: np.ndarray, reached: float, count: int) -> None:
+    """Raise OutputError if fewer than `count` of the times (n,) [s] in a file are up to the
+    checkpoint's, `reached` [s].
+    """
+    found = times[times <= reached]
+    if len(found) < count:
+        latest = f", the latest of t = {found[-1]:.6g} s" if len(found) else ""
+        raise OutputError(
+            f"{file} has {len(found)} of {count} entries up to the checkpoint at "
+            f"t = {reached:.6g} s{latest}: a resumed run would leave a hole",
+            hint=f"put the whole file back, or remove {files.CHECKPOINT} and the run starts anew",
+        )

@@ -1,6 +1,7 @@
 """Runs of scenes: one scene with its folder and console, or several that share a structure."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
 from rich.console import Console
@@ -10,7 +11,8 @@ from softsim.builder import build_model
 from softsim.errors import DeviceError, SoftsimError
 from softsim.machine import AUTO, Choice, choose, memory_of
 from softsim.model import Model
-from softsim.output.folder import RunFolder
+from softsim.output.claim import claimed
+from softsim.output.folder import CHECKPOINT, RunFolder
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.batch import Batch
 from softsim.run.course import Results
@@ -40,7 +42,7 @@ def run(
     ----------
     scene: path of a scene file, or a loaded scene. overrides: "a.b.c=value".
     out: run folder, `runs/<scene's name>` by default. device: auto, cpu, cuda.
-    resume: continue from the checkpoint in the run folder.
+    resume: continue from the checkpoint in the run folder; without one the run starts anew.
     threads: CPU threads, a number or auto: one for a small model, else all processors.
     profile_after: a run whose loop took longer [s] ends with measuring what each pass costs.
     stop_conditions: each makes, of the model, what sees each row of the history and may end the run
@@ -48,7 +50,8 @@ def run(
 
     Raises
     ------
-    SceneError, MeshError, OutputError, DeviceError: before anything long starts.
+    SceneError, MeshError, OutputError, DeviceError: before anything long starts; OutputError also
+    where another run works in the folder.
     StabilityError: a guard stopped the run; the folder keeps what was computed, the failed frame
     too. Interrupted: SIGINT or SIGTERM came; a checkpoint is written.
     ExpectationError: the run ended outside the scene's `expect` block.
@@ -59,12 +62,15 @@ def run(
     model = build_model(loaded)
     refuse_before_start(model, choice.device)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
-    if resume:
-        batch = resumed(loaded, model, target, choice, console, stop_conditions)
-    else:
-        batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
-    [outcome] = batch.run(console)
-    batch.add_profile(profile_after)
+    with claimed(target.path):
+        if resume and (target.path / CHECKPOINT).is_file():
+            batch = resumed(loaded, model, target, choice, console, stop_conditions)
+        else:
+            if resume:
+                console.print(f"nothing to resume in {target.path}: the run starts anew")
+            batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
+        [outcome] = batch.run(console)
+        batch.add_profile(profile_after)
     if isinstance(outcome, SoftsimError):
         raise outcome
     return outcome
@@ -115,22 +121,24 @@ def run_batch(
             outcomes[k] = error
     for group in groups(models, choice):
         files: dict[int, RunFiles] = {}
-        for k in group:
+        with ExitStack() as claims:
+            for k in group:
+                try:
+                    target = RunFolder(folders[k])
+                    claims.enter_context(claimed(target.path))
+                    files[k] = RunFiles(scenes[k], models[k], target, console)
+                except SoftsimError as error:
+                    outcomes[k] = error
+            if not files:
+                continue
             try:
-                target = RunFolder(folders[k])
-                files[k] = RunFiles(scenes[k], models[k], target, console)
-            except SoftsimError as error:
-                outcomes[k] = error
-        if not files:
-            continue
-        try:
-            batch = Batch(list(files.values()), choice, [stop_conditions[k] for k in files])
-        except DeviceError as error:  # not even one of this structure fits
-            for file in files.values():
-                file.close()
-            outcomes |= dict.fromkeys(files, error)
-        else:
-            outcomes |= dict(zip(files, batch.run(console), strict=True))
+                batch = Batch(list(files.values()), choice, [stop_conditions[k] for k in files])
+            except DeviceError as error:  # not even one of this structure fits
+                for file in files.values():
+                    file.close()
+                outcomes |= dict.fromkeys(files, error)
+            else:
+                outcomes |= dict(zip(files, batch.run(console), strict=True))
     return [outcomes[k] for k in range(len(scenes))]
 
 

@@ -1,7 +1,5 @@
 """What a study keeps while it runs: its table, the files of its folder, a line of progress."""
 
-import os
-import socket
 import time
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
@@ -12,14 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import polars
-from filelock import FileLock, Timeout
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from softsim import __version__
-from softsim.errors import Interrupted, OutputError
+from softsim.errors import Interrupted
+from softsim.output.claim import claimed
 from softsim.output.console import PLAIN_EVERY
-from softsim.output.folder import explained
 from softsim.output.study_folder import (
     StudyRecord,
     is_study,
@@ -36,9 +33,6 @@ from softsim.sweep.job import Job, Outcome, known_outcome
 
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
-
-LOCK, OWNER = ".lock", ".owner"
-"""Files in a study's folder: held by whoever works there, and who that is."""
 
 
 class StudyTable:
@@ -220,27 +214,6 @@ def kept_ledger(
             raise Interrupted(f"{stop.message}, {progress.told}", stop.hint) from None
         finally:
             ledger.close(status)
-
-
-@contextmanager
-def claimed(folder: Path) -> Iterator[None]:
-    """Keep other sweeps and optimisations out of a study's folder, on all machines that share its
-    disk. The system takes the claim back when the process ends, however it ends.
-
-    Raises OutputError: another one works there, or the disk refuses.
-    """
-    owner = folder / OWNER
-    with explained(folder / LOCK):
-        try:
-            held = FileLock(folder / LOCK).acquire(timeout=0)
-        except Timeout:
-            name = owner.read_text(encoding="utf-8") if owner.is_file() else "another process"
-            hint = "wait for its end, or choose another folder with --out"
-            raise OutputError(f"{name} works in {folder} now", hint) from None
-    with held:
-        with explained(owner):
-            owner.write_text(f"process {os.getpid()} on {socket.gethostname()}", encoding="utf-8")
-        yield
 
 
 def _moment(now: datetime, later: timedelta) -> str:

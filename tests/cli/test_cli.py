@@ -1,11 +1,15 @@
 """The command line as a user types it: exit codes, places, no tracebacks."""
 
 import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 
 import pytest
+
+from softsim.output.claim import claimed
 
 SCENE = """
 bodies:
@@ -39,6 +43,38 @@ def test_run_and_report(write_scene, tmp_path):
         file.unlink()
     assert softsim("report", tmp_path / "out").returncode == 0
     assert all(file.exists() for file in written)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """The scene and the folder of a run."""
+    place = tmp_path_factory.mktemp("finished")
+    (place / "scene.yaml").write_text(SCENE)
+    done = softsim("run", place / "scene.yaml", "--out", place / "out", "--device", "cpu")
+    assert done.returncode == 0, done.stderr
+    return place / "scene.yaml", place / "out"
+
+
+@pytest.mark.parametrize("name", ["summary.json", "scene.resolved.yaml", "results.vtkhdf"])
+def test_a_report_tells_a_damaged_file(finished, tmp_path, name):
+    out = shutil.copytree(finished[1], tmp_path / "out")
+    whole = (out / name).read_bytes()
+    (out / name).write_bytes(whole[: len(whole) // 2] + b": {[")
+    done = softsim("report", out)
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    message, hint = done.stderr.splitlines()
+    assert name in message and "run" in hint
+
+
+def test_a_refusal_draws_nothing(finished):
+    """A folder that another process works in keeps the figures of its run as they are."""
+    scene, out = finished
+    before = {file: file.stat().st_mtime_ns for file in out.glob("*.*")}
+    with claimed(out):
+        done = softsim("run", scene, "--out", out, "--device", "cpu")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert f"process {os.getpid()} on" in done.stderr and len(done.stderr.splitlines()) == 2
+    assert {file: file.stat().st_mtime_ns for file in before} == before
 
 
 def test_a_report_of_nothing_is_refused(tmp_path):

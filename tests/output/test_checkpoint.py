@@ -29,3 +29,46 @@ def test_a_broken_checkpoint(tmp_path):
     (tmp_path / "c.h5").write_bytes(b"not hdf5")
     with pytest.raises(OutputError, match="not a readable checkpoint"):
         read_checkpoint(tmp_path / "c.h5")
+
+
+def small(path):
+    """A checkpoint of some numbers of each kind, and an array without any."""
+    state = {
+        "nodes/position": np.linspace(0.0, 1.0, 10).reshape(1, 5, 2),
+        "a/0/touching": np.arange(3),
+        "b/flags": np.array([True, False]),
+        "c/none": np.zeros((1, 0, 3)),
+    }
+    kept = Checkpoint(state, {"time": 0.1}, "scene: text\n", "cpu")
+    write_checkpoint(path, kept)
+    return kept
+
+
+def test_a_flipped_bit_is_told_or_changes_nothing(tmp_path):
+    """A bit of each seventh byte: of arrays, texts, and what HDF5 writes around them."""
+    kept = small(tmp_path / "c.h5")
+    whole, told = (tmp_path / "c.h5").read_bytes(), 0
+    for place in range(0, len(whole), 7):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << place % 8
+        (tmp_path / "c.h5").write_bytes(damaged)
+        try:
+            read = read_checkpoint(tmp_path / "c.h5")
+        except OutputError:
+            told += 1
+            continue
+        assert (read.progress, read.scene, read.device) == (kept.progress, kept.scene, kept.device)
+        assert read.state.keys() == kept.state.keys()
+        for name, array in kept.state.items():
+            np.testing.assert_array_equal(read.state[name], array)
+    assert told > 100
+
+
+def test_a_truncated_checkpoint_is_told_wherever_it_ends(tmp_path):
+    small(tmp_path / "c.h5")
+    whole = (tmp_path / "c.h5").read_bytes()
+    for size in range(0, len(whole), 97):
+        (tmp_path / "c.h5").write_bytes(whole[:size])
+        with pytest.raises(OutputError, match="not a readable checkpoint") as told:
+            read_checkpoint(tmp_path / "c.h5")
+        assert "remove it" in told.value.hint

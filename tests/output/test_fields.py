@@ -39,6 +39,16 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "results.vtkhdf"
 
 
+def test_a_truncated_file_is_told(path: Path) -> None:
+    """Wherever it ends, on opening or on reading a frame."""
+    written(path, 3)
+    whole = path.read_bytes()
+    for size in range(0, len(whole) - 1, len(whole) // 50):
+        path.write_bytes(whole[:size])
+        with pytest.raises(OutputError, match=r"results\.vtkhdf"):
+            check_frames(path, 3)
+
+
 def check_frames(path: Path, count: int) -> None:
     frames = read_frames(path)
     assert len(frames) == count

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from softsim.errors import ExpectationError, StabilityError
+from softsim.errors import ExpectationError, OutputError, StabilityError
 from softsim.output.fields import read_frames
 from softsim.output.history import read_history
 
@@ -77,3 +77,12 @@ def same_course(one, other):
         np.testing.assert_allclose(column, b[name], rtol=0.0, atol=1e-8 * size, err_msg=name)
     times = [read_frames(folder / "results.vtkhdf").times for folder in (one, other)]
     np.testing.assert_allclose(*times, rtol=1e-9)
+
+
+def test_two_into_one_folder_are_one_and_a_refusal(scenes, tmp_path):
+    from softsim.run import run_batch
+
+    loaded = scenes("rough", "rough")
+    first, second = run_batch(loaded, [tmp_path / "out", tmp_path / "out"], "cpu", 1)
+    assert first.summary["status"] == "done"
+    assert isinstance(second, OutputError) and "works in" in second.message

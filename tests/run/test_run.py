@@ -14,6 +14,7 @@ from batches import FALLING_STRIP
 from rich.console import Console
 
 from softsim.errors import DeviceError, ExpectationError, OutputError, SceneError, StabilityError
+from softsim.output.claim import claimed
 from softsim.output.fields import read_frames
 from softsim.output.history import read_history
 
@@ -25,9 +26,8 @@ def run(kernel_cache, monkeypatch):
     from softsim.run import run as run_scene
 
     def quiet(scene, *overrides, out, **options):
-        return run_scene(
-            scene, overrides, out, "cpu", console=Console(file=io.StringIO()), **options
-        )
+        options = {"console": Console(file=io.StringIO())} | options
+        return run_scene(scene, overrides, out, "cpu", **options)
 
     return quiet
 
@@ -269,7 +269,8 @@ def test_resume_on_another_device_is_refused(write_scene, tmp_path, run):
     scene = write_scene(FALLING_STRIP)
     run(scene, "time.end=5 ms", out=tmp_path / "out")
     with h5py.File(tmp_path / "out" / "checkpoint.h5", "r+") as file:
-        file.attrs["device"] = "cuda"
+        del file["device"]
+        file["device"] = np.frombuffer(b"cuda", np.uint8)
     with pytest.raises(OutputError, match="computed on cuda"):
         run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True)
 
@@ -306,9 +307,83 @@ def test_resume_of_another_scene_is_refused(write_scene, tmp_path, run):
         run(scene, "time.end=6 ms", out=tmp_path / "out", resume=True)
 
 
-def test_resume_without_a_checkpoint_says_so(write_scene, tmp_path, run):
-    with pytest.raises(OutputError, match="no checkpoint"):
-        run(write_scene(FALLING_STRIP), out=tmp_path / "none", resume=True)
+def test_resume_of_nothing_starts_anew_and_says_so(write_scene, tmp_path, run):
+    """A cluster's command is the same whether the job was there before or not."""
+    scene, console = write_scene(FALLING_STRIP), Console(file=io.StringIO(), width=500)
+    run(scene, "time.end=5 ms", out=tmp_path / "plain")
+    run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True, console=console)
+    said = console.file.getvalue()
+    assert f"nothing to resume in {tmp_path / 'out'}: the run starts anew" in said
+    same_files(tmp_path / "plain", tmp_path / "out")
+
+
+def contents(folder):
+    return {file.name: file.read_bytes() for file in folder.iterdir() if not file.is_dir()}
+
+
+def test_a_folder_in_which_a_run_is_at_work_is_left_alone(write_scene, tmp_path, run):
+    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
+    run(scene, "time.end=5 ms", out=out)
+    for resume in (False, True):
+        with claimed(out):
+            before = contents(out)
+            with pytest.raises(OutputError, match=f"process {os.getpid()} on .* works in"):
+                run(scene, "time.end=5 ms", out=out, resume=resume)
+            assert contents(out) == before
+    run(scene, "time.end=5 ms", out=out, resume=True)
+
+
+def without_rows(out, start, stop):
+    """Take rows start to stop out of the history, as a disk that lost them would."""
+    lines = (out / "history.csv").read_text().splitlines(keepends=True)
+    (out / "history.csv").write_text("".join(lines[: 2 + start] + lines[2 + stop :]))
+
+
+@pytest.mark.parametrize("start, stop", [(4, 11), (3, 5), (0, 11)], ids=["end", "middle", "all"])
+def test_a_history_with_a_hole_is_not_resumed(write_scene, tmp_path, run, start, stop):
+    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
+    run(scene, "time.end=10 ms", out=out)
+    without_rows(out, start, stop)
+    before = contents(out)
+    said = rf"history\.csv has {11 - stop + start} of 11 entries .*at t = 0\.01 s.*hole"
+    with pytest.raises(OutputError, match=said) as told:
+        run(scene, "time.end=10 ms", out=out, resume=True)
+    assert "remove checkpoint.h5" in told.value.hint
+    assert contents(out) == before
+
+
+def test_frames_with_a_hole_are_not_resumed(write_scene, tmp_path, run):
+    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
+    run(scene, "time.end=5 ms", out=out)
+    shorter = (out / "results.vtkhdf").read_bytes()
+    run(scene, "time.end=20 ms", out=out)
+    (out / "results.vtkhdf").write_bytes(shorter)
+    with pytest.raises(OutputError, match=r"results\.vtkhdf has 2 of 3 entries"):
+        run(scene, "time.end=20 ms", out=out, resume=True)
+
+
+@pytest.mark.parametrize("name", ["checkpoint.h5", "results.vtkhdf"])
+def test_a_truncated_file_is_not_resumed(write_scene, tmp_path, run, name):
+    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
+    run(scene, "time.end=5 ms", out=out)
+    whole = (out / name).read_bytes()
+    (out / name).write_bytes(whole[: len(whole) // 2])
+    before = contents(out)
+    with pytest.raises(OutputError, match=name) as told:
+        run(scene, "time.end=5 ms", out=out, resume=True)
+    assert "anew" in told.value.hint or "run again" in told.value.hint
+    assert contents(out) == before
+
+
+def test_a_resumed_run_repairs_what_it_writes_anyway(write_scene, tmp_path, run):
+    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
+    run(scene, "time.end=5 ms", out=out)
+    whole = (out / "scene.resolved.yaml").read_text()
+    for name in ("summary.json", "scene.resolved.yaml"):
+        (out / name).write_text(whole[:100] + ": {")
+    run(scene, "time.end=5 ms", out=out, resume=True)
+    assert status(out) == "done"
+    assert (out / "scene.resolved.yaml").read_text() == whole
 
 
 def test_expectations(write_scene, tmp_path, run):

@@ -19,10 +19,10 @@ from rich.console import Console
 
 from softsim.cli.study_tables import print_results
 from softsim.errors import ClusterError, OutputError
+from softsim.output.claim import claimed
 from softsim.output.study_folder import read_study, read_table
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
-from softsim.sweep.ledger import claimed
 from softsim.sweep.sweep import collect, sweep
 from softsim.sweep.worker_pool import pool_for, remote_pool
 

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from softsim.output.folder import SCENE
+from softsim.errors import OutputError
+from softsim.output.folder import SCENE, WRITTEN_ANEW
 from softsim.report.colours import MILLI
 from softsim.report.curves import displacement, pressurised, travelling_column, travels
 from softsim.report.page.animation import animation
@@ -39,17 +40,35 @@ def run_context(folder: Path) -> dict[str, Any]:
     run = recorded(folder)
     curves = [] if run.layout is None else [way(run.history, run.layout)]
     curves += signals(run.history, run.units).values()
-    scene = (folder / SCENE).read_text("utf-8") if (folder / SCENE).is_file() else ""
+    text, scene = resolved_scene(folder / SCENE)
     return {
         "title": run.summary.get("title") or folder.name,
         "scene": run.summary.get("scene", ""),
-        "verdicts": list(verdicts(run.summary, yaml.safe_load(scene) or {})),
+        "verdicts": list(verdicts(run.summary, scene)),
         "measures": [row for row in readable(run.summary) if row[0] not in SAID_ABOVE],
         "segments": None if run.layout is None else segments(run.layout),
         "charts": list(map(chart_of, curves)),
         "animation": animation_of(run),
-        "settings": [setting(line) for line in scene.splitlines()],
+        "settings": [setting(line) for line in text.splitlines()],
     }
+
+
+def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
+    """The resolved scene that a run wrote, as text and as a dictionary; empty where there is none.
+
+    Raises OutputError where it is damaged.
+    """
+    if not file.is_file():
+        return "", {}
+    try:
+        text = file.read_text("utf-8")
+        scene = yaml.safe_load(text)
+    except (OSError, UnicodeError, yaml.YAMLError) as error:
+        reason = " ".join(str(error).split())
+        raise OutputError(f"{file} is damaged: {reason}", WRITTEN_ANEW) from error
+    if not isinstance(scene, dict):
+        raise OutputError(f"{file} is damaged: it is no scene", WRITTEN_ANEW)
+    return text, scene
 
 
 def animation_of(run: Recorded) -> dict[str, Any] | None:

@@ -1,0 +1,44 @@
+"""The folder of a study: files that are damaged are told."""
+
+import polars
+import pytest
+
+from softsim.errors import OutputError
+from softsim.output.study_folder import (
+    STUDY,
+    TABLE,
+    StudyRecord,
+    read_study,
+    read_table,
+    write_study,
+    write_table,
+)
+
+
+def cut(file):
+    """Leave the first half of a file."""
+    content = file.read_bytes()
+    file.write_bytes(content[: len(content) // 2])
+
+
+def test_a_damaged_record_is_told(tmp_path):
+    record = StudyRecord("title", "study.yaml", (), ())
+    write_study(tmp_path, record)
+    assert read_study(tmp_path) == record
+    cut(tmp_path / STUDY)
+    with pytest.raises(OutputError, match=r"study\.json is damaged") as told:
+        read_study(tmp_path)
+    assert "start the study again" in told.value.hint
+
+
+def test_a_record_of_something_else_is_told(tmp_path):
+    (tmp_path / STUDY).write_text("{}")
+    with pytest.raises(OutputError, match=r"study\.json is not what softsim wrote"):
+        read_study(tmp_path)
+
+
+def test_a_damaged_table_is_told(tmp_path):
+    write_table(tmp_path, polars.DataFrame({"case": [1, 2]}))
+    cut(tmp_path / TABLE)
+    with pytest.raises(OutputError, match=r"table\.parquet is damaged"):
+        read_table(tmp_path)
