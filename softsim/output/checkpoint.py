@@ -16,11 +16,13 @@ from softsim.output.folder import replacing
 class Checkpoint:
     """state: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
 
-    scene: the scene it belongs to, as JSON. device: where it was computed.
+    inspected: places of the nodes (n, d) [m] at the last inspection of the elements. scene: the
+    scene it belongs to, as JSON. device: where it was computed.
     """
 
     state: dict[str, np.ndarray]
     progress: dict[str, Any]
+    inspected: np.ndarray
     scene: str
     device: str
 
@@ -33,6 +35,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     with replacing(path) as partial, h5py.File(partial, "w") as file:
         for name, array in checkpoint.state.items():
             file[f"state/{name}"] = array
+        file["inspected"] = checkpoint.inspected
         # Python's JSON writes floats so that reading gives the same bits. These may be longer than
         # the 64 kB that an attribute holds.
         file["progress"] = json.dumps(checkpoint.progress)
@@ -58,10 +61,11 @@ def read_checkpoint(path: Path) -> Checkpoint:
                 )
             )
             progress = json.loads(file["progress"].asstr()[()])
+            inspected = file["inspected"][()]
             scene, device = str(file["scene"].asstr()[()]), str(file.attrs["device"])
     except (OSError, KeyError, ValueError) as error:
         raise OutputError(
             f"{path} is not a readable checkpoint: {error}",
             hint="run without --resume to start from the beginning",
         ) from error
-    return Checkpoint(state, progress, scene, device)
+    return Checkpoint(state, progress, inspected, scene, device)

@@ -24,6 +24,7 @@ from softsim.output.progress import Progress
 from softsim.output.watch import CycleWatch, Watch, ended_by, see_history
 from softsim.run.control import feedback
 from softsim.run.files import RunFiles
+from softsim.run.wall_clock import CHECKPOINTS, FRAMES, INSPECTIONS, ROWS, WallClock
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
@@ -36,6 +37,7 @@ from softsim.solver.guards import (
     step_warnings,
 )
 from softsim.solver.settling import moves, unbalanced_share
+from softsim.stability.reference_shape import ReferenceShape
 from softsim.stability.schedule import GROWTH, StableStepSchedule
 from softsim.stability.time_step import estimator
 
@@ -54,29 +56,6 @@ class Results:
     folder: Path
     summary: dict[str, Any]
     history: dict[str, np.ndarray]
-
-
-class WallClock:
-    """Wall time of runs that are computed together: since they began, since their loop began, and
-    since its first block, which compiles kernels; the rate counts from there on.
-
-    counts_before: increments of each run (scenarios,) done before the rate counts.
-    """
-
-    def __init__(self) -> None:
-        self.began = time.monotonic()
-        self.first_increment_after = 0.0
-
-    def enter_loop(self, increment_counts: np.ndarray) -> None:
-        """The loop begins, with so many increments done by each run (scenarios,)."""
-        self.loop_began = self.steady_since = time.monotonic()
-        self.counts_before = increment_counts.copy()
-
-    def note_block(self, increment_counts: np.ndarray) -> None:
-        """A block has ended, with so many increments done by each run (scenarios,)."""
-        if self.first_increment_after == 0.0:
-            self.steady_since, self.counts_before = time.monotonic(), increment_counts.copy()
-            self.first_increment_after = self.steady_since - self.began
 
 
 class Run:
@@ -117,6 +96,7 @@ class Run:
         self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)[0]
         self.balance = EnergyBalance.starting(energies, self.model)
+        self.shape = ReferenceShape(self.model, self.model.points)
         self._set_out(
             Progress(
                 StableStepSchedule(stable.value),
@@ -132,6 +112,7 @@ class Run:
             checkpoint.state, progress.time, progress.increment_count, progress.time_increment
         )
         self.balance = EnergyBalance(progress.initial_balance, progress.largest_energy)
+        self.shape = ReferenceShape(self.model, checkpoint.inspected)
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increment_count)
         self._set_out(progress)
 
@@ -146,9 +127,10 @@ class Run:
     # --- blocks of increments --------------------------------------------------------------------
 
     def next_block(self) -> int:
-        """Increments of the next block; inspects the elements before, if that is due."""
-        if self.scenario.increment_count >= self.progress.schedule.due:
-            self._inspect()
+        """Increments of the next block; looks at the elements before, if that is due."""
+        if self.scenario.increment_count >= self.progress.schedule.look_due:
+            with self.clock.spending_on(INSPECTIONS):
+                self._look()
         return self._block_length()
 
     def end_block(self) -> None:
@@ -171,10 +153,12 @@ class Run:
         """Write the history row and the frame that are due; for a row the reader was updated."""
         now, progress = self.scenario.time, self.progress
         if self.row_is_due:
-            self._write_row()
+            with self.clock.spending_on(ROWS):
+                self._write_row()
         self.finished = self.finished or any(watch.is_over for watch in self.watches)
         if now >= progress.next_frame or self.finished:
-            self.files.write_frame(self.scenario)
+            with self.clock.spending_on(FRAMES):
+                self.files.write_frame(self.scenario)
             progress.next_frame = _next_multiple(self.output.frame_interval, now)
 
     def has_reached_end(self) -> bool:
@@ -204,7 +188,7 @@ class Run:
         scenario, dt = self.scenario, self.scenario.time_increment
         left = self.model.end_time - scenario.time
         to_row = np.ceil((self.progress.next_history - scenario.time) / dt - 1e-9)
-        to_inspection = self.progress.schedule.due - scenario.increment_count
+        to_inspection = self.progress.schedule.look_due - scenario.increment_count
         longest = longest_block(self.model.element_count)
         count = min(longest, to_inspection, max(1, int(to_row)))
         if left <= 0.0:  # a static run settles
@@ -215,11 +199,21 @@ class Run:
         scenario.change_time_increment(left / to_end)
         return to_end
 
+    def _look(self) -> None:
+        """Inspect the elements if that is due, or if they deformed much since the last time."""
+        count, schedule = self.scenario.increment_count, self.progress.schedule
+        near = count < schedule.estimate_due and self.shape.is_near(self.scenario.positions())
+        if near:
+            schedule.plan_look(count)
+        else:
+            self._inspect()
+
     def _inspect(self) -> None:
         """Check the elements, and take the stable step, which changes as they deform."""
         scenario, model = self.scenario, self.model
         self._refuse_broken_elements()
-        stable = self.estimator.at(scenario.positions())
+        self.shape = ReferenceShape(model, scenario.positions())
+        stable = self.estimator.at(self.shape.x)
         run_length = model.end_time / scenario.time_increment
         self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
         if model.time_increment is not None:
@@ -267,7 +261,8 @@ class Run:
 
     def finish(self) -> None:
         """Inspect the elements a last time, and set the outcome."""
-        self._inspect()
+        with self.clock.spending_on(INSPECTIONS):
+            self._inspect()
         self.checkpoint()
         failure = self._failed_expectations()
         self.stop("done", failure)
@@ -294,7 +289,8 @@ class Run:
         self.progress.wall_time = self._wall_time()
         self.progress.time_increment = self.scenario.time_increment
         self.progress.control = self.loop.state
-        self.files.write_checkpoint(self.scenario, self.progress)
+        with self.clock.spending_on(CHECKPOINTS):
+            self.files.write_checkpoint(self.scenario, self.progress, self.shape.x)
 
     def _wall_time(self) -> float:
         return self.wall_before + time.monotonic() - self.clock.began
@@ -318,6 +314,7 @@ class Run:
             "increments": scenario.increment_count,
             "simulated_time": scenario.time,
             "wall_time": self._wall_time(),
+            "wall_times": dict(self.clock.spent),
             "first_increment_after": self.clock.first_increment_after,
             "element_updates_per_second": rate if done else None,
             "energy_error": float(self.progress.largest_energy_error),

@@ -85,10 +85,15 @@ class RunFiles:
             self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
             self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
 
-    def write_checkpoint(self, scenario: Scenario, progress: Progress) -> None:
-        """Write the full state, from which --resume continues."""
+    def write_checkpoint(
+        self, scenario: Scenario, progress: Progress, inspected: np.ndarray
+    ) -> None:
+        """Write the full state, from which --resume continues.
+
+        inspected: places of the nodes (n, d) [m] at the last inspection.
+        """
         scene, device = self.loaded.scene.model_dump_json(), backend.device().name
-        content = Checkpoint(scenario.state(), asdict(progress), scene, device)
+        content = Checkpoint(scenario.state(), asdict(progress), inspected, scene, device)
         write_checkpoint(self.path / files.CHECKPOINT, content)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
