@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
-from softsim.cli.reporting import report_what_there_is
+from softsim.cli.reporting import put_off_report, report_what_there_is
 from softsim.errors import ExpectationError
 
 
@@ -20,31 +20,44 @@ def run(
     precision: Annotated[Precision, typer.Option(help="Number format.")] = Precision.f64,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
     profile: Annotated[
-        bool, typer.Option("--profile", help="End with what each pass of an increment costs.")
+        bool,
+        typer.Option(
+            "--profile", help="End with what the wall time and each pass of an increment went into."
+        ),
     ] = False,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="Draw the figures and the page at the end.")
+    ] = True,
 ) -> None:
     """Run a scene: numbers, curves and pictures into a run folder."""
     with explained() as console:
-        from softsim.cli.run_tables import profile_table, summary_table
+        from softsim.cli.run_tables import profile_table, summary_table, wall_time_table
         from softsim.output.folder import read_summary
         from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
         from softsim.run import run as run_scene
 
         folder = out or Path("runs") / scene.stem
-        try:
-            results = run_scene(
-                scene, overrides or [], folder, device.value, resume, console, threads,
-                profile_after=0.0 if profile else PROFILE_AFTER,
-            )  # fmt: skip
-        except ExpectationError:  # the run is done all the same, and measured
+        end_with = report_what_there_is if report else put_off_report
+
+        def show_profile() -> None:
             if profile:
-                console.print(profile_table(read_summary(folder)["profile"]))
+                summary = read_summary(folder)
+                console.print(profile_table(summary["profile"]))
+                console.print(wall_time_table(summary["wall_times"]))
+
+        try:
+            try:
+                results = run_scene(
+                    scene, overrides or [], folder, device.value, resume, console, threads,
+                    profile_after=0.0 if profile else PROFILE_AFTER,
+                )  # fmt: skip
+            finally:
+                # A stopped run keeps its pictures too; nothing to draw is no second failure.
+                end_with(folder, console)
+        except ExpectationError:  # the run is done all the same, and measured
+            show_profile()
             raise
-        finally:
-            # A stopped run keeps its pictures too; nothing to draw is no second failure.
-            report_what_there_is(folder, console)
-        if profile:
-            console.print(profile_table(results.summary["profile"]))
+        show_profile()
         console.print(summary_table(results.summary))
         console.print(f"results in {folder}", highlight=False)
 

@@ -39,12 +39,14 @@ from softsim.solver.guards import (
 from softsim.solver.settling import moves, unbalanced_share
 from softsim.stability.reference_shape import ReferenceShape
 from softsim.stability.schedule import GROWTH, StableStepSchedule
-from softsim.stability.time_step import estimator
+from softsim.stability.time_step import StableStep, estimator
 
 # Element updates of a block of increments (output, signals): 80 ms at 50 M/s. Of a million elements
 # the shortest takes 0.3 s. It depends on the model only, so that every run has the same blocks.
 BLOCK_UPDATES = 4_000_000
 SHORTEST_BLOCK, LONGEST_BLOCK = 16, 512
+# A stable step that has changed by this share is told.
+TOLD_CHANGE = 0.2
 
 log = logging.getLogger("softsim")
 
@@ -102,6 +104,7 @@ class Run:
                 StableStepSchedule(stable.value),
                 time_increment=self.scenario.time_increment,
                 initial_balance=self.balance.initial,
+                told_step=stable.value,
             )
         )
 
@@ -216,6 +219,7 @@ class Run:
         stable = self.estimator.at(self.shape.x)
         run_length = model.end_time / scenario.time_increment
         self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
+        self._tell_step(stable)
         if model.time_increment is not None:
             refuse_unstable_step(model, stable, scenario.time)
             self.files.warn(step_warnings(model, stable))
@@ -224,6 +228,17 @@ class Run:
         if scenario.time_increment > allowed or scenario.time_increment * GROWTH < allowed:
             scenario.change_time_increment(allowed)
             self.progress.time_increment = allowed
+
+    def _tell_step(self, stable: StableStep) -> None:
+        """Tell the stable step, and what limits it now, when it has changed by TOLD_CHANGE."""
+        ratio = stable.value / self.progress.told_step
+        if max(ratio, 1.0 / ratio) < 1.0 + TOLD_CHANGE:
+            return
+        self.progress.told_step = stable.value
+        self.files.tell(
+            f"t = {self.scenario.time:.6g} s: stable step {stable.describe()} "
+            f"({100.0 * (ratio - 1.0):+.0f} %)"
+        )
 
     def _refuse_broken_elements(self) -> None:
         """Stop at a broken element, with the failed frame kept."""
@@ -314,7 +329,7 @@ class Run:
             "increments": scenario.increment_count,
             "simulated_time": scenario.time,
             "wall_time": self._wall_time(),
-            "wall_times": dict(self.clock.spent),
+            "wall_times": self.clock.parts(),
             "first_increment_after": self.clock.first_increment_after,
             "element_updates_per_second": rate if done else None,
             "energy_error": float(self.progress.largest_energy_error),

@@ -78,6 +78,11 @@ class RunFiles:
                 log.warning(text)
                 self.console.print(f"warning: {text}", highlight=False)
 
+    def tell(self, text: str) -> None:
+        """Write what happened into the log and onto the console."""
+        log.info(text)
+        self.console.print(text, highlight=False)
+
     def write_frame(self, scenario: Scenario) -> None:
         """Write the present fields, unless they are there, and warnings about their strains."""
         if scenario.time > self.fields.last_time:

@@ -37,6 +37,11 @@ class WallClock:
             self.steady_since, self.counts_before = time.monotonic(), increment_counts.copy()
             self.first_increment_after = self.steady_since - self.began
 
+    def parts(self) -> dict[str, float]:
+        """Wall time [s] since the runs began, by part; "other": what is in none."""
+        whole = time.monotonic() - self.began
+        return self.spent | {"other": whole - sum(self.spent.values())}
+
     @contextmanager
     def spending_on(self, part: str) -> Iterator[None]:
         """Book the wall time of the block, in which no other part is booked."""

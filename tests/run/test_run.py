@@ -54,6 +54,11 @@ def test_the_run_folder(write_scene, tmp_path, run):
                 "increments", "simulated_time", "wall_time", "element_updates_per_second",
                 "energy_error"):  # fmt: skip
         assert key in summary, key
+    parts = summary["wall_times"]
+    assert {"start", "kernel", "inspections", "rows", "frames", "checkpoints", "other"} == set(
+        parts
+    )
+    assert sum(parts.values()) == pytest.approx(summary["wall_time"], rel=0.01)
     assert summary["status"] == "done"
     assert summary["simulated_time"] == pytest.approx(60e-3, rel=1e-9)
     history = read_history(tmp_path / "out" / "history.csv")
