@@ -77,7 +77,7 @@ class Batch:
     def run(self, console: Console) -> list[Results | SoftsimError]:
         """Run the loop, and write a summary whatever ends it; returns the outcome of each run."""
         for run in self.runs:
-            run.write_summary("running")
+            run.write_summary("running", {})
         end = max(run.model.end_time for run in self.runs)
         report = ProgressReport(console, end, self.solver.time)
         status = "aborted"

@@ -279,10 +279,13 @@ class Run:
         with self.clock.spending_on(INSPECTIONS):
             self._inspect()
         self.checkpoint()
-        failure = self._failed_expectations()
-        self.stop("done", failure)
+        history = self.files.rows()
+        found = measures(self.model, history)
+        error = {"energy_error": self.progress.largest_energy_error}
+        failure = failed_expectations(self.files.loaded.scene.expect, found | error)
+        self._end("done", found, failure)
         if failure is None:
-            self.outcome = Results(self.files.path, self.files.summary, self.files.rows())
+            self.outcome = Results(self.files.path, self.files.summary, history)
         else:
             self.outcome = ExpectationError(
                 failure, hint=f"the run itself is done: {self.files.path}"
@@ -295,8 +298,19 @@ class Run:
         self.stop("aborted", str(error))
 
     def stop(self, status: str, failure: str | None = None) -> None:
-        """Write the summary, and close the files."""
-        self.write_summary(status, failure)
+        """Write the summary of a run that did not reach its end, and close the files."""
+        self._end(status, measures(self.model, self.files.rows()), failure)
+
+    def _end(self, status: str, found: dict[str, Any], failure: str | None) -> None:
+        """Write the summary with the measures found, and close the files."""
+        chatter = self.scenario.chatter()
+        found |= {"contact_chatter": chatter.returns}
+        self.files.warn(chatter_warnings(self.model, chatter))
+        if (name := ended_by(self.watches)) is not None:
+            found["ended_by"] = name
+        if failure is not None:
+            found["failure"] = failure
+        self.write_summary(status, found)
         self.files.close()
 
     def checkpoint(self) -> None:
@@ -310,8 +324,8 @@ class Run:
     def _wall_time(self) -> float:
         return self.wall_before + time.monotonic() - self.clock.began
 
-    def write_summary(self, status: str, failure: str | None = None) -> None:
-        """Write the summary; with measures and warnings, unless the run is running."""
+    def write_summary(self, status: str, found: dict[str, Any]) -> None:
+        """Write the summary: what the run is doing or has done, and what was found."""
         scenario, model, device = self.scenario, self.model, backend.device()
         done = scenario.increment_count - int(self.clock.counts_before[scenario.number])
         rate = model.element_count * done / (time.monotonic() - self.clock.steady_since)
@@ -334,22 +348,7 @@ class Run:
             "element_updates_per_second": rate if done else None,
             "energy_error": float(self.progress.largest_energy_error),
         }
-        if status != "running":
-            summary |= measures(model, self.files.rows())
-            chatter = scenario.chatter()
-            summary["contact_chatter"] = chatter.returns
-            self.files.warn(chatter_warnings(model, chatter))
-            if (name := ended_by(self.watches)) is not None:
-                summary["ended_by"] = name
-        if failure is not None:
-            summary["failure"] = failure
-        self.files.write_summary(summary)
-
-    def _failed_expectations(self) -> str | None:
-        """Text of the demands in the scene's `expect` block that the run failed, or None."""
-        found = measures(self.model, self.files.rows())
-        found |= {"energy_error": self.progress.largest_energy_error}
-        return failed_expectations(self.files.loaded.scene.expect, found)
+        self.files.write_summary(summary | found)
 
 
 def watches_of(model: Model) -> list[Watch]:
