@@ -232,7 +232,7 @@ class Run:
     def _tell_step(self, stable: StableStep) -> None:
         """Tell the stable step, and what limits it now, when it has changed by TOLD_CHANGE."""
         ratio = stable.value / self.progress.told_step
-        if max(ratio, 1.0 / ratio) < 1.0 + TOLD_CHANGE:
+        if abs(ratio - 1.0) < TOLD_CHANGE:
             return
         self.progress.told_step = stable.value
         self.files.tell(

@@ -68,7 +68,7 @@ class WallContactTotals:
 
 @ti.data_oriented
 class EnergyReader:
-    """Reads energies, wall contact and the places of rigid bodies of all scenarios in one kernel:
+    """Reads energies, wall contact and the places of rigid bodies of all scenarios in two kernels:
     copying every field out would cost more than a hundred increments.
 
     places (scenarios, bodies, d + 4 + 9): centre, orientation, rotation of each body. touched
@@ -88,7 +88,8 @@ class EnergyReader:
     def update(self) -> None:
         """Read the present values of all scenarios; `of_scenario` returns them."""
         self.touched[:] = 0
-        self._read(self.solver.time_increments, self.readings, self.places, self.touched)
+        self._read(self.solver.time_increments, self.readings)
+        self._see(self.places, self.touched)
 
     def of_scenario(self, scenario: int) -> tuple[Energies, WallContactTotals, np.ndarray]:
         """Energies, wall contact, and the centre of mass of all nodes (d,) [m] of a scenario at the
@@ -124,8 +125,6 @@ class EnergyReader:
         self,
         steps: ti.types.ndarray(ti.f64, ndim=1),  # type: ignore[valid-type]  # Taichi wants an instance
         readings: ti.types.ndarray(ti.f64, ndim=2),  # type: ignore[valid-type]
-        places: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]
-        touched: ti.types.ndarray(ti.i32, ndim=2),  # type: ignore[valid-type]
     ):
         # A parallel loop misses Taichi's kernel cache; on a GPU a scenario after the other is slow.
         ti.loop_config(serialize=self.serially)
@@ -173,6 +172,16 @@ class EnergyReader:
             for i in ti.static(range(self.dimension)):
                 readings[s, 9 + i] = impulse[i]
                 readings[s, 9 + self.dimension + i] = moment[i]
+
+    @ti.kernel
+    def _see(
+        self,
+        places: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]  # Taichi wants an instance
+        touched: ti.types.ndarray(ti.i32, ndim=2),  # type: ignore[valid-type]
+    ):
+        # A kernel of its own: beside it the compiler adds up impulses in another order.
+        ti.loop_config(serialize=self.serially)
+        for s in range(self.solver.scenarios):
             for walls in ti.static(self.terms.wall_contacts):
                 for i in range(walls.count):
                     if walls.normal_impulse[s, i] > 0.0:
