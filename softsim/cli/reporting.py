@@ -1,5 +1,6 @@
 """The figures and the page of a folder."""
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,21 +46,38 @@ def report_what_there_is(folder: Path, console: Console) -> None:
         report_run(folder, console)
 
 
+def put_off_report(folder: Path, console: Console) -> None:
+    """Say on the console and in the log how figures and page of a run are drawn later."""
+    from softsim.output.folder import LOG
+
+    if has_run(folder):
+        text = f"no figures and no page: softsim report {folder} draws them"
+        console.print(text, highlight=False, soft_wrap=True)
+        with (folder / LOG).open("a", encoding="utf-8") as log:
+            log.write(f"{text}\n")
+
+
 def has_run(folder: Path) -> bool:
     """Whether `folder` has a run's history."""
     return (folder / "history.csv").is_file()
 
 
 def report_run(folder: Path, console: Console) -> None:
-    """All figures and the page of a run folder."""
-    from softsim.output.folder import read_summary
+    """All figures and the page of a run folder; its summary keeps how long they took."""
+    from softsim.output.folder import SUMMARY, RunFolder, read_summary
     from softsim.report.figures import draw_all
     from softsim.report.page.run import write_run_page
 
-    field = read_summary(folder).get("snapshot_field", "stretch")
-    for figure in draw_all(folder, field):
+    summary = read_summary(folder)
+    began = time.monotonic()
+    for figure in draw_all(folder, summary.get("snapshot_field", "stretch")):
         console.print(f"figure  {figure}", highlight=False)
+    drawn = time.monotonic()
     console.print(f"page    {write_run_page(folder)}", highlight=False)
+    if "wall_times" in summary:
+        took = {"figures": drawn - began, "page": time.monotonic() - drawn}
+        summary["wall_times"] |= took
+        RunFolder(folder).write_json_atomic(SUMMARY, summary)
 
 
 def report_study(folder: Path, console: Console) -> None:

@@ -25,6 +25,17 @@ def summary_table(summary: Mapping[str, Any]) -> Table:
     return unheaded(readable(summary))
 
 
+def wall_time_table(wall_times: Mapping[str, float]) -> Table:
+    """What the wall time of a run went into, part by part, as the summary keeps it."""
+    whole = sum(wall_times.values())
+    table = Table("part", box=None)
+    for heading in ("wall time", "share"):
+        table.add_column(heading, justify="right")
+    for part, seconds in [*wall_times.items(), ("whole", whole)]:
+        table.add_row(part, f"{seconds:.2f} s", f"{100 * seconds / whole:.1f} %")
+    return table
+
+
 def profile_table(profile: Mapping[str, Any]) -> Table:
     """What an increment costs, pass by pass: `profile` as the summary keeps it.
 

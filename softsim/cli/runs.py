@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
-from softsim.cli.reporting import ended_by, report_what_there_is
+from softsim.cli.reporting import ended_by, put_off_report, report_what_there_is
 from softsim.errors import ExpectationError
 
 
@@ -21,29 +21,41 @@ def run(
     precision: Annotated[Precision, typer.Option(help="Number format.")] = Precision.f64,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
     profile: Annotated[
-        bool, typer.Option("--profile", help="End with what each pass of an increment costs.")
+        bool,
+        typer.Option(
+            "--profile", help="End with what the wall time and each pass of an increment went into."
+        ),
     ] = False,
+    report: Annotated[
+        bool, typer.Option("--report/--no-report", help="Draw the figures and the page at the end.")
+    ] = True,
 ) -> None:
     """Run a scene: numbers, curves and pictures into a run folder."""
     with explained() as console:
-        from softsim.cli.run_tables import profile_table, summary_table
+        from softsim.cli.run_tables import profile_table, summary_table, wall_time_table
         from softsim.output.folder import read_summary
         from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
         from softsim.run import run as run_scene
 
         folder = out or Path("runs") / scene.stem
+        end_with = report_what_there_is if report else put_off_report
+
+        def show_profile() -> None:
+            if profile:
+                summary = read_summary(folder)
+                console.print(profile_table(summary["profile"]))
+                console.print(wall_time_table(summary["wall_times"]))
+
         try:
-            with ended_by(lambda: report_what_there_is(folder, console)):
+            with ended_by(lambda: end_with(folder, console)):
                 results = run_scene(
                     scene, overrides or [], folder, device.value, resume, console, threads,
                     profile_after=0.0 if profile else PROFILE_AFTER,
                 )  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
-            if profile:
-                console.print(profile_table(read_summary(folder)["profile"]))
+            show_profile()
             raise
-        if profile:
-            console.print(profile_table(results.summary["profile"]))
+        show_profile()
         console.print(summary_table(results.summary))
         console.print(f"results in {folder}", highlight=False)
 

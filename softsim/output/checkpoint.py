@@ -19,11 +19,13 @@ FORMAT = ("v110", "v110")
 class Checkpoint:
     """state: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
 
-    scene: the scene it belongs to, as JSON. device: where it was computed.
+    inspected: places of the nodes (n, d) [m] at the last inspection of the elements. scene: the
+    scene it belongs to, as JSON. device: where it was computed.
     """
 
     state: dict[str, np.ndarray]
     progress: dict[str, Any]
+    inspected: np.ndarray
     scene: str
     device: str
 
@@ -43,6 +45,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     with replacing(path) as partial, h5py.File(partial, "w", libver=FORMAT) as file:
         for name, array in checkpoint.state.items():
             _write(file, f"state/{name}", array)
+        _write(file, "inspected", checkpoint.inspected)
         for name, text in texts.items():  # as bytes: texts of HDF5's have no checksums
             _write(file, name, np.frombuffer(text.encode(), np.uint8))
 
@@ -65,6 +68,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
     try:
         with h5py.File(path, "r") as file:
             file["state"].visititems(note)
+            inspected = file["inspected"][()]
             texts = [file[name][:].tobytes().decode() for name in ("progress", "scene", "device")]
         progress = json.loads(texts[0])
     except (OSError, KeyError, ValueError, RuntimeError) as error:
@@ -72,7 +76,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
             f"{path} is not a readable checkpoint: {error}",
             hint="remove it, and the run starts anew",
         ) from error
-    return Checkpoint(state, progress, texts[1], texts[2])
+    return Checkpoint(state, progress, inspected, texts[1], texts[2])
 
 
 def _write(file: h5py.File, name: str, array: np.ndarray) -> None:

@@ -10,7 +10,7 @@ of frames is raised last: a frame of which only a part was written does not coun
 cannot do, adding arrays, is done on a copy that takes the file's place.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -153,11 +153,18 @@ class FrameSeries:
         return self.frames
 
     def __getitem__(self, index: int) -> np.ndarray:
-        index = range(self.frames)[index]
+        return self.at([index])[0]
+
+    def at(self, indices: Iterable[int]) -> list[np.ndarray]:
+        """The arrays of several frames: the file is opened once, which takes longer than to read a
+        small array.
+        """
+        numbers = [range(self.frames)[index] for index in indices]
         with _opened(self.path) as file:
+            stored = file[self.name]
             if self.rows is None:
-                return file[self.name][index]
-            return file[self.name][index * self.rows : (index + 1) * self.rows]
+                return [stored[k] for k in numbers]
+            return [stored[k * self.rows : (k + 1) * self.rows] for k in numbers]
 
 
 @dataclass(frozen=True)

@@ -114,12 +114,12 @@ def observe(
     if model.chamber is not None:
         row |= chamber_readings(scenario, model.chamber)
     if model.robot.frame is not None:
-        row |= frame_readings(scenario, model.robot.frame)
+        row |= frame_readings(place_now(scenario, reader, model.robot.frame))
     row["contact_count"] = walls.contact_count
     row["slip_share"] = walls.slip_share
     row["rows_in_contact"] = row["wall_force_normal"] = 0.0
     if walls.normal_impulse > 0.0 and interval > 0.0:
-        row["rows_in_contact"] = rows_in_contact(scenario)
+        row["rows_in_contact"] = rows_in_contact(model, reader.touching(scenario.number))
         row["wall_force_normal"] = walls.normal_impulse / interval
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
@@ -136,7 +136,7 @@ def observe(
     if model.relaxation is not None:
         row["unbalanced_share"] = unbalanced_share(scenario)
     if model.passage is not None:
-        place = frame_pose(scenario, model.passage.body).centre
+        place = place_now(scenario, reader, model.passage.body).centre
         row |= along_path.path_readings(scenario, model.passage, place, interval)
     if model.probes:
         x = scenario.positions()
@@ -161,12 +161,10 @@ def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, fl
     return now
 
 
-def rows_in_contact(scenario: Scenario) -> int:
-    """Rows of spikes of which a node touched a wall since impulses were cleared."""
-    model = scenario.model
+def rows_in_contact(model: Model, touching: np.ndarray) -> int:
+    """Rows of spikes of which a node is among those (k,) that touched a wall."""
     touched = np.zeros(len(model.points), dtype=bool)
-    for walls in scenario.terms.wall_contacts:
-        touched[model.contact.nodes] |= scenario.read(walls.normal_impulse) > 0.0
+    touched[touching] = True
     return sum(bool(touched[nodes].any()) for nodes in model.robot.rows.values())
 
 
@@ -195,18 +193,29 @@ class Pose:
 
 
 def frame_pose(scenario: Scenario, body: int) -> Pose:
-    """Where a rigid body is now."""
+    """Where a rigid body is now, read from its fields."""
     bodies = scenario.terms.rigid_bodies
-    rotation = scenario.read(bodies.rotation)[body]
+    moved = (bodies.centre, bodies.orientation, bodies.rotation)
+    return pose(scenario, body, *(scenario.read(field)[body] for field in moved))
+
+
+def place_now(scenario: Scenario, reader: EnergyReader, body: int) -> Pose:
+    """Where a rigid body was at the reader's last update."""
+    return pose(scenario, body, *reader.place_of(scenario.number, body))
+
+
+def pose(
+    scenario: Scenario, body: int, centre: np.ndarray, orientation: np.ndarray, rotation: np.ndarray
+) -> Pose:
+    """The pose of a rigid body whose centre of mass is at `centre` (d,) [m]; rotation (3, 3)."""
+    bodies = scenario.terms.rigid_bodies
     d = bodies.dimension
     arm = bodies.bodies[body].centre - bodies.rest_centre[body]
-    centre = scenario.read(bodies.centre)[body] + rotation[:d, :d] @ arm
-    return Pose(centre, scenario.read(bodies.orientation)[body])
+    return Pose(centre + rotation[:d, :d] @ arm, orientation)
 
 
-def frame_readings(scenario: Scenario, body: int) -> dict[str, float]:
-    """Place and turn of the robot's frame, rigid body number `body`."""
-    pose = frame_pose(scenario, body)
+def frame_readings(pose: Pose) -> dict[str, float]:
+    """Place and turn of the robot's frame."""
     now = {f"frame_{a}": float(c) for a, c in zip("xyz", pose.centre, strict=False)}
     now["frame_angle"] = pose.angle
     if len(pose.centre) == 3:

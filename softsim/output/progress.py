@@ -11,14 +11,16 @@ from softsim.stability.schedule import StableStepSchedule
 class Progress:
     """The progress of a run, beside the solver's state: times [s], energies [J], counts.
 
-    time_increment: the step in use [s]. control: state of a controlled pressure. row_count,
-    frame_count: entries of the run's files when the checkpoint was written.
+    time_increment: the step in use [s]. told_step: the stable step that was told last [s]. control:
+    state of a controlled pressure. row_count, frame_count: entries of the run's files when the
+    checkpoint was written.
     """
 
     schedule: StableStepSchedule
     time: float = 0.0
     increment_count: int = 0
     time_increment: float = 0.0
+    told_step: float = 0.0
     next_history: float = 0.0
     next_frame: float = 0.0
     last_history: float = -1.0  # before the first row

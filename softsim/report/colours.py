@@ -1,5 +1,6 @@
 """What a body is coloured by, and the scale that all pictures of a run share."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,17 +48,22 @@ def refuse_missing_field(frames: Frames, field: str) -> None:
 
 
 def shown_values(
-    frames: Frames, index: int, field: str, faces: np.ndarray, owners: np.ndarray | slice
+    frames: Frames,
+    indices: Iterable[int],
+    field: str,
+    faces: np.ndarray,
+    owners: np.ndarray | slice,
 ) -> np.ndarray:
-    """The field on each face (k,), in the unit of its label: the length of a vector.
+    """The field on each face in some frames (f, k), in the unit of its label: the length of a
+    vector.
 
     faces: (k, 2 to 4) nodes, whose mean is taken of point data. owners: the cell of each face.
     """
     of_cells = field in frames.cell_data
-    values = (frames.cell_data if of_cells else frames.point_data)[field][index]
-    if values.ndim == 2:
-        values = np.linalg.norm(values, axis=1)
-    values = values[owners] if of_cells else values[faces].mean(axis=1)
+    values = np.array((frames.cell_data if of_cells else frames.point_data)[field].at(indices))
+    if values.ndim == 3:
+        values = np.linalg.norm(values, axis=2)
+    values = values[:, owners] if of_cells else values[:, faces].mean(axis=2)
     return values * FIELDS[field].factor
 
 

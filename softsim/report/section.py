@@ -240,7 +240,7 @@ def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
     positions = (frames.points + frames.point_data["displacement"][index][:, :2]) * MILLI
-    values = shown_values(frames, index, field, frames.cells, slice(None))
+    values = shown_values(frames, [index], field, frames.cells, slice(None))[0]
     return Shot(positions[frames.cells], values, outlines_at(frames, index), positions[boundary])
 
 

@@ -84,7 +84,7 @@ class Surface:
             (frames.points + frames.point_data["displacement"][index])[facets] * MILLI
             for index in indices
         ]
-        values = [shown_values(frames, index, field, facets, owners) for index in indices]
+        values = shown_values(frames, indices, field, facets, owners)
         self.values = np.concatenate(values)
         self.shots = [visible_side(c, v, self.camera) for c, v in zip(corners, values, strict=True)]
         places = np.concatenate(corners).reshape(-1, 3)

@@ -17,8 +17,9 @@ from softsim.output.checkpoint import Checkpoint
 from softsim.output.console import ProgressReport
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.cost import measured_profile
-from softsim.run.course import Results, Run, WallClock
+from softsim.run.course import Results, Run
 from softsim.run.files import RunFiles
+from softsim.run.wall_clock import KERNEL, ROWS, WallClock
 from softsim.solver.energy import EnergyReader
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.settling import settle
@@ -76,7 +77,7 @@ class Batch:
     def run(self, console: Console) -> list[Results | SoftsimError]:
         """Run the loop, and write a summary whatever ends it; returns the outcome of each run."""
         for run in self.runs:
-            run.write_summary("running")
+            run.write_summary("running", {})
         end = max(run.model.end_time for run in self.runs)
         report = ProgressReport(console, end, self.solver.time)
         status = "aborted"
@@ -115,7 +116,8 @@ class Batch:
         for run in self.running:
             with self._attended(run):
                 counts[run.scenario.number] = run.next_block()
-        self.solver.advance(counts)
+        with self.clock.spending_on(KERNEL):
+            self.solver.advance(counts)
         self.clock.note_block(self.solver.increment_counts)
         for run in self.running:
             with self._attended(run):
@@ -125,7 +127,8 @@ class Batch:
     def write_due(self) -> None:
         """Write the rows and frames that are due, and finish the runs that are at their end."""
         if any(run.row_is_due for run in self.running):
-            self.reader.update()
+            with self.clock.spending_on(ROWS):
+                self.reader.update()
         for run in self.running:
             with self._attended(run):
                 run.write_due()

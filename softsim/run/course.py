@@ -30,6 +30,7 @@ from softsim.output.stop_conditions import (
 )
 from softsim.run.control import feedback
 from softsim.run.files import RunFiles
+from softsim.run.wall_clock import CHECKPOINTS, FRAMES, INSPECTIONS, ROWS, WallClock
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
@@ -42,13 +43,16 @@ from softsim.solver.guards import (
     step_warnings,
 )
 from softsim.solver.settling import moves, unbalanced_share
+from softsim.stability.reference_shape import ReferenceShape
 from softsim.stability.schedule import GROWTH, StableStepSchedule
-from softsim.stability.time_step import estimator
+from softsim.stability.time_step import StableStep, estimator
 
 # Element updates of a block of increments (output, signals): 80 ms at 50 M/s. Of a million elements
 # the shortest takes 0.3 s. It depends on the model only, so that every run has the same blocks.
 BLOCK_UPDATES = 4_000_000
 SHORTEST_BLOCK, LONGEST_BLOCK = 16, 512
+# A stable step that has changed by this share is told.
+TOLD_CHANGE = 0.2
 
 log = logging.getLogger("softsim")
 
@@ -60,29 +64,6 @@ class Results:
     folder: Path
     summary: dict[str, Any]
     history: dict[str, np.ndarray]
-
-
-class WallClock:
-    """Wall time of runs that are computed together: since they began, since their loop began, and
-    since its first block, which compiles kernels; the rate counts from there on.
-
-    counts_before: increments of each run (scenarios,) done before the rate counts.
-    """
-
-    def __init__(self) -> None:
-        self.began = time.monotonic()
-        self.first_increment_after = 0.0
-
-    def enter_loop(self, increment_counts: np.ndarray) -> None:
-        """The loop begins, with so many increments done by each run (scenarios,)."""
-        self.loop_began = self.steady_since = time.monotonic()
-        self.counts_before = increment_counts.copy()
-
-    def note_block(self, increment_counts: np.ndarray) -> None:
-        """A block has ended, with so many increments done by each run (scenarios,)."""
-        if self.first_increment_after == 0.0:
-            self.steady_since, self.counts_before = time.monotonic(), increment_counts.copy()
-            self.first_increment_after = self.steady_since - self.began
 
 
 class Run:
@@ -123,11 +104,13 @@ class Run:
         self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)[0]
         self.balance = EnergyBalance.starting(energies, self.model)
+        self.shape = ReferenceShape(self.model, self.model.points)
         self._set_out(
             Progress(
                 StableStepSchedule(stable.value),
                 time_increment=self.scenario.time_increment,
                 initial_balance=self.balance.initial,
+                told_step=stable.value,
             )
         )
 
@@ -138,6 +121,7 @@ class Run:
             checkpoint.state, progress.time, progress.increment_count, progress.time_increment
         )
         self.balance = EnergyBalance(progress.initial_balance, progress.largest_energy)
+        self.shape = ReferenceShape(self.model, checkpoint.inspected)
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increment_count)
         self._set_out(progress)
 
@@ -155,9 +139,10 @@ class Run:
     # --- blocks of increments --------------------------------------------------------------------
 
     def next_block(self) -> int:
-        """Increments of the next block; inspects the elements before, if that is due."""
-        if self.scenario.increment_count >= self.progress.schedule.due:
-            self._inspect()
+        """Increments of the next block; looks at the elements before, if that is due."""
+        if self.scenario.increment_count >= self.progress.schedule.look_due:
+            with self.clock.spending_on(INSPECTIONS):
+                self._look()
         return self._block_length()
 
     def end_block(self) -> None:
@@ -180,10 +165,12 @@ class Run:
         """Write the history row and the frame that are due; for a row the reader was updated."""
         now, progress = self.scenario.time, self.progress
         if self.row_is_due:
-            self._write_row()
+            with self.clock.spending_on(ROWS):
+                self._write_row()
         self.finished = self.finished or any(c.is_over for c in self.stop_conditions)
         if now >= progress.next_frame or self.finished:
-            self.files.write_frame(self.scenario)
+            with self.clock.spending_on(FRAMES):
+                self.files.write_frame(self.scenario)
             progress.next_frame = _next_multiple(self.output.frame_interval, now)
 
     def has_reached_end(self) -> bool:
@@ -213,7 +200,7 @@ class Run:
         scenario, dt = self.scenario, self.scenario.time_increment
         left = self.model.end_time - scenario.time
         to_row = np.ceil((self.progress.next_history - scenario.time) / dt - 1e-9)
-        to_inspection = self.progress.schedule.due - scenario.increment_count
+        to_inspection = self.progress.schedule.look_due - scenario.increment_count
         longest = longest_block(self.model.element_count)
         count = min(longest, to_inspection, max(1, int(to_row)))
         if left <= 0.0:  # a static run settles
@@ -224,13 +211,24 @@ class Run:
         scenario.change_time_increment(left / to_end)
         return to_end
 
+    def _look(self) -> None:
+        """Inspect the elements if that is due, or if they deformed much since the last time."""
+        count, schedule = self.scenario.increment_count, self.progress.schedule
+        near = count < schedule.estimate_due and self.shape.is_near(self.scenario.positions())
+        if near:
+            schedule.plan_look(count)
+        else:
+            self._inspect()
+
     def _inspect(self) -> None:
         """Check the elements, and take the stable step, which changes as they deform."""
         scenario, model = self.scenario, self.model
         self._refuse_broken_elements()
-        stable = self.estimator.at(scenario.positions())
+        self.shape = ReferenceShape(model, scenario.positions())
+        stable = self.estimator.at(self.shape.x)
         run_length = model.end_time / scenario.time_increment
         self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
+        self._tell_step(stable)
         if model.time_increment is not None:
             refuse_unstable_step(model, stable, scenario.time)
             self.files.warn(step_warnings(model, stable))
@@ -239,6 +237,17 @@ class Run:
         if scenario.time_increment > allowed or scenario.time_increment * GROWTH < allowed:
             scenario.change_time_increment(allowed)
             self.progress.time_increment = allowed
+
+    def _tell_step(self, stable: StableStep) -> None:
+        """Tell the stable step, and what limits it now, when it has changed by TOLD_CHANGE."""
+        ratio = stable.value / self.progress.told_step
+        if abs(ratio - 1.0) < TOLD_CHANGE:
+            return
+        self.progress.told_step = stable.value
+        self.files.tell(
+            f"t = {self.scenario.time:.6g} s: stable step {stable.describe()} "
+            f"({100.0 * (ratio - 1.0):+.0f} %)"
+        )
 
     def _refuse_broken_elements(self) -> None:
         """Stop at a broken element, with the failed frame kept."""
@@ -276,12 +285,16 @@ class Run:
 
     def finish(self) -> None:
         """Inspect the elements a last time, and set the outcome."""
-        self._inspect()
+        with self.clock.spending_on(INSPECTIONS):
+            self._inspect()
         self.checkpoint()
-        failure = self._failed_expectations()
-        self.stop("done", failure)
+        history = self.files.rows()
+        found = measures(self.model, history)
+        error = {"energy_error": self.progress.largest_energy_error}
+        failure = failed_expectations(self.files.loaded.scene.expect, found | error)
+        self._end("done", found, failure)
         if failure is None:
-            self.outcome = Results(self.files.path, self.files.summary, self.files.rows())
+            self.outcome = Results(self.files.path, self.files.summary, history)
         else:
             self.outcome = ExpectationError(
                 failure, hint=f"the run itself is done: {self.files.path}"
@@ -294,8 +307,19 @@ class Run:
         self.stop("aborted", str(error))
 
     def stop(self, status: str, failure: str | None = None) -> None:
-        """Write the summary, and close the files."""
-        self.write_summary(status, failure)
+        """Write the summary of a run that did not reach its end, and close the files."""
+        self._end(status, measures(self.model, self.files.rows()), failure)
+
+    def _end(self, status: str, found: dict[str, Any], failure: str | None) -> None:
+        """Write the summary with the measures found, and close the files."""
+        chatter = self.scenario.chatter()
+        found |= {"contact_chatter": chatter.returns}
+        self.files.warn(chatter_warnings(self.model, chatter))
+        if (name := ended_by(self.stop_conditions)) is not None:
+            found["ended_by"] = name
+        if failure is not None:
+            found["failure"] = failure
+        self.write_summary(status, found)
         self.files.close()
 
     def checkpoint(self) -> None:
@@ -303,13 +327,14 @@ class Run:
         self.progress.wall_time = self._wall_time()
         self.progress.time_increment = self.scenario.time_increment
         self.progress.control = self.loop.state
-        self.files.write_checkpoint(self.scenario, self.progress)
+        with self.clock.spending_on(CHECKPOINTS):
+            self.files.write_checkpoint(self.scenario, self.progress, self.shape.x)
 
     def _wall_time(self) -> float:
         return self.wall_before + time.monotonic() - self.clock.began
 
-    def write_summary(self, status: str, failure: str | None = None) -> None:
-        """Write the summary; with measures and warnings, unless the run is running."""
+    def write_summary(self, status: str, found: dict[str, Any]) -> None:
+        """Write the summary: what the run is doing or has done, and what was found."""
         scenario, model, device = self.scenario, self.model, backend.device()
         done = scenario.increment_count - int(self.clock.counts_before[scenario.number])
         rate = model.element_count * done / (time.monotonic() - self.clock.steady_since)
@@ -327,26 +352,12 @@ class Run:
             "increments": scenario.increment_count,
             "simulated_time": scenario.time,
             "wall_time": self._wall_time(),
+            "wall_times": self.clock.parts(),
             "first_increment_after": self.clock.first_increment_after,
             "element_updates_per_second": rate if done else None,
             "energy_error": float(self.progress.largest_energy_error),
         }
-        if status != "running":
-            summary |= measures(model, self.files.rows())
-            chatter = scenario.chatter()
-            summary["contact_chatter"] = chatter.returns
-            self.files.warn(chatter_warnings(model, chatter))
-            if (name := ended_by(self.stop_conditions)) is not None:
-                summary["ended_by"] = name
-        if failure is not None:
-            summary["failure"] = failure
-        self.files.write_summary(summary)
-
-    def _failed_expectations(self) -> str | None:
-        """Text of the demands in the scene's `expect` block that the run failed, or None."""
-        found = measures(self.model, self.files.rows())
-        found |= {"energy_error": self.progress.largest_energy_error}
-        return failed_expectations(self.files.loaded.scene.expect, found)
+        self.files.write_summary(summary | found)
 
 
 def conditions_of_scene(model: Model) -> list[StopCondition]:

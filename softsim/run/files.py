@@ -79,6 +79,11 @@ class RunFiles:
                 log.warning(text)
                 self.console.print(f"warning: {text}", highlight=False)
 
+    def tell(self, text: str) -> None:
+        """Write what happened into the log and onto the console."""
+        log.info(text)
+        self.console.print(text, highlight=False)
+
     def write_frame(self, scenario: Scenario) -> None:
         """Write the present fields, unless they are there, and warnings about their strains."""
         if scenario.time > self.fields.last_time:
@@ -86,12 +91,17 @@ class RunFiles:
             self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
             self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
 
-    def write_checkpoint(self, scenario: Scenario, progress: Progress) -> None:
-        """Write the full state, from which --resume continues, after the rows before it."""
+    def write_checkpoint(
+        self, scenario: Scenario, progress: Progress, inspected: np.ndarray
+    ) -> None:
+        """Write the full state, from which --resume continues, after the rows before it.
+
+        inspected: places of the nodes (n, d) [m] at the last inspection.
+        """
         self.history.save()
         progress.row_count, progress.frame_count = self.history.row_count, self.fields.frame_count
         scene, device = self.loaded.scene.model_dump_json(), backend.device().name
-        content = Checkpoint(scenario.state(), asdict(progress), scene, device)
+        content = Checkpoint(scenario.state(), asdict(progress), inspected, scene, device)
         write_checkpoint(self.path / files.CHECKPOINT, content)
 
     def write_summary(self, summary: dict[str, Any]) -> None:

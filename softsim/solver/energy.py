@@ -68,20 +68,28 @@ class WallContactTotals:
 
 @ti.data_oriented
 class EnergyReader:
-    """Reads energies and wall contact of all scenarios in one kernel: copying every field out would
-    cost more than a hundred increments.
+    """Reads energies, wall contact and the places of rigid bodies of all scenarios in two kernels:
+    copying every field out would cost more than a hundred increments.
+
+    places (scenarios, bodies, d + 4 + 9): centre, orientation, rotation of each body. touched
+    (scenarios, contact nodes): whether each touched a wall since impulses were cleared.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
         self.solver = solver
-        self.terms = solver.terms
+        self.terms, self.bodies = solver.terms, solver.terms.rigid_bodies
         self.dimension = solver.terms.nodes.dimension
         self.serially = backend.device().name == "cpu"
         self.readings = np.zeros((solver.scenarios, 9 + 2 * self.dimension))
+        bodies, contact = len(solver.models[0].rigid_bodies), solver.models[0].contact
+        self.places = np.zeros((solver.scenarios, max(1, bodies), self.dimension + 4 + 9))
+        self.touched = np.zeros((solver.scenarios, max(1, len(contact.nodes))), dtype=np.int32)
 
     def update(self) -> None:
         """Read the present values of all scenarios; `of_scenario` returns them."""
+        self.touched[:] = 0
         self._read(self.solver.time_increments, self.readings)
+        self._see(self.places, self.touched)
 
     def of_scenario(self, scenario: int) -> tuple[Energies, WallContactTotals, np.ndarray]:
         """Energies, wall contact, and the centre of mass of all nodes (d,) [m] of a scenario at the
@@ -92,6 +100,20 @@ class EnergyReader:
         impulse, moment = row[9 : 9 + self.dimension].copy(), row[9 + self.dimension :]
         walls = WallContactTotals(int(row[6]), row[7], row[8], impulse)
         return Energies(*row[:6]), walls, moment / mass
+
+    def place_of(self, scenario: int, body: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Centre of mass (d,) [m], orientation (4,) and rotation (3, 3) of a rigid body at the last
+        update.
+        """
+        centre, orientation, rotation = np.split(
+            self.places[scenario, body].copy(), [self.dimension, self.dimension + 4]
+        )
+        return centre, orientation, rotation.reshape(3, 3)
+
+    def touching(self, scenario: int) -> np.ndarray:
+        """Numbers of the nodes that touched a wall since impulses were cleared."""
+        nodes = self.solver.models[scenario].contact.nodes
+        return nodes[self.touched[scenario, : len(nodes)] > 0]
 
     def read(self, scenario: int = 0) -> tuple[Energies, WallContactTotals, np.ndarray]:
         """Update, and return the values of a scenario."""
@@ -150,6 +172,27 @@ class EnergyReader:
             for i in ti.static(range(self.dimension)):
                 readings[s, 9 + i] = impulse[i]
                 readings[s, 9 + self.dimension + i] = moment[i]
+
+    @ti.kernel
+    def _see(
+        self,
+        places: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]  # Taichi wants an instance
+        touched: ti.types.ndarray(ti.i32, ndim=2),  # type: ignore[valid-type]
+    ):
+        # A kernel of its own: beside it the compiler adds up impulses in another order.
+        ti.loop_config(serialize=self.serially)
+        for s in range(self.solver.scenarios):
+            for walls in ti.static(self.terms.wall_contacts):
+                for i in range(walls.count):
+                    if walls.normal_impulse[s, i] > 0.0:
+                        touched[s, i] = 1
+            for r in range(self.bodies.count):
+                for i in ti.static(range(self.dimension)):
+                    places[s, r, i] = self.bodies.centre[s, r][i]
+                for i in ti.static(range(4)):
+                    places[s, r, self.dimension + i] = self.bodies.orientation[s, r][i]
+                for i, j in ti.static(ti.ndrange(3, 3)):
+                    places[s, r, self.dimension + 4 + 3 * i + j] = self.bodies.rotation[s, r][i, j]
 
 
 def weight_energy(model: Model) -> float:

@@ -1,8 +1,12 @@
-"""The schedule of inspections: the stable step changes as elements deform.
+"""The schedule of inspections, which estimate the stable step: it changes as elements deform.
 
 The step in use leaves room below the stable one (solver.safety_factor, 0.9 unless given). A load
 that starts grows with the square or the cube of time, so from one interval to the next, twice as
-long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then is 8/100.
+long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then is 8/100. An estimate costs as much
+as some hundred increments, a look at the elements a tenth of that. So where the step hardly falls,
+estimates lie further apart than looks, each of which asks for an estimate where elements were
+strained since the last one (stability/reference_shape.py): no load that starts, no impact goes
+unseen for longer than LOOK_INTERVAL.
 """
 
 from dataclasses import dataclass
@@ -10,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 FIRST_INTERVAL = 16
-LONGEST_INTERVAL = 2048
+LOOK_INTERVAL = 2048
+LONGEST_INTERVAL = 4 * LOOK_INTERVAL
 # A run is looked at so many times at least: what its loads do takes a share of its time.
 LEAST_INSPECTIONS = 32
 ALLOWED_CHANGE = 0.01
@@ -20,29 +25,37 @@ GROWTH = 1.05
 
 @dataclass
 class StableStepSchedule:
-    """The next inspection, which estimates the stable step, of a run whose first one is known.
+    """The next look at the elements, and the next estimate of the stable step, of a run whose first
+    one is known.
 
-    lowest: the smallest stable step [s] since it last grew by GROWTH. due: the increment count at
-    which the next inspection is due. interval: increments between the last inspection and that one.
+    lowest: the smallest stable step [s] since it last grew by GROWTH. look_due, estimate_due: the
+    increment counts at which they are due. interval: increments between the last estimate and the
+    next one.
     """
 
     lowest: float
-    due: int = FIRST_INTERVAL
+    look_due: int = FIRST_INTERVAL
+    estimate_due: int = FIRST_INTERVAL
     interval: int = FIRST_INTERVAL
 
     def plan_next(self, stable: float, increment_count: int, run_length: float) -> None:
-        """Plan the next inspection after one that found the stable step `stable` [s].
+        """Plan the next estimate after one that found the stable step `stable` [s].
 
         increment_count: done so far. run_length: increments of the whole run.
         """
         self.interval = next_interval(self.interval, self.lowest, stable, run_length)
-        self.due = increment_count + self.interval
+        self.estimate_due = increment_count + self.interval
+        self.plan_look(increment_count)
         grown = stable > GROWTH * self.lowest
         self.lowest = stable if grown else min(self.lowest, stable)
 
+    def plan_look(self, increment_count: int) -> None:
+        """Plan the next look, so many increments being done."""
+        self.look_due = min(self.estimate_due, increment_count + LOOK_INTERVAL)
+
 
 def next_interval(interval: int, lowest: float, now: float, run_length: float) -> int:
-    """Increments to the next inspection, after `interval` of them.
+    """Increments to the next estimate, after `interval` of them.
 
     lowest: the smallest stable step [s] lately, from which the step in use was taken; `now`:
     that of now. While a body only swings, the lowest is soon known and nothing falls below it.

@@ -90,8 +90,24 @@ def test_a_profile_is_printed_whatever_the_scene_expects(write_scene, tmp_path, 
     scene = write_scene(SCENE + expect)
     done = softsim("run", scene, "--profile", "--out", tmp_path / "out", "--device", "cpu")
     assert done.returncode == exit_code, done.stderr
-    for word in ("elements", "not in any pass alone", "measured as a whole"):
+    for word in (
+        "elements",
+        "not in any pass alone",
+        "measured as a whole",
+        "inspections",
+        "figures",
+        "page",
+    ):
         assert word in done.stdout, word
+
+
+def test_figures_and_page_can_be_left_for_later(write_scene, tmp_path):
+    out = tmp_path / "out"
+    done = softsim("run", write_scene(SCENE), "--no-report", "--out", out, "--device", "cpu")
+    assert done.returncode == 0, done.stderr
+    assert not [*out.glob("*.png"), *out.glob("*.html")]
+    later = f"softsim report {out}"
+    assert later in done.stdout and later in (out / "run.log").read_text()
 
 
 def test_check_says_size_step_and_duration(write_scene):

@@ -4,7 +4,7 @@ import io
 
 from rich.console import Console
 
-from softsim.cli.run_tables import segments_table, summary_table
+from softsim.cli.run_tables import segments_table, summary_table, wall_time_table
 
 SEGMENT = {
     "segment": 1, "what": "straight 70 mm", "start": 0.0, "end": 0.07, "entered": 0.0, "left": 2.5,
@@ -34,3 +34,10 @@ def test_cycles_without_motion_are_told() -> None:
     Console(file=out, width=100).print(summary_table(summary))
     lines = {line.strip()[:14]: " ".join(line.split()[2:]) for line in out.getvalue().splitlines()}
     assert lines == {"onset pressure": "14.2 kPa, no motion", "mean speed    ": "12.3 mm/s"}
+
+
+def test_the_parts_of_the_wall_time_and_their_shares():
+    out = io.StringIO()
+    Console(file=out, width=80).print(wall_time_table({"kernel": 9.0, "rows": 1.0}))
+    rows = [" ".join(line.split()) for line in out.getvalue().splitlines()[1:]]
+    assert rows == ["kernel 9.00 s 90.0 %", "rows 1.00 s 10.0 %", "whole 10.00 s 100.0 %"]

@@ -11,9 +11,12 @@ def test_round_trip_to_the_bit(tmp_path):
     rng = np.random.default_rng(0)
     memory = {"nodes/position": rng.standard_normal((1, 5, 2)), "a/0/touching": np.arange(3)}
     progress = {"time": 0.1 + 0.2, "increments": 7}
-    write_checkpoint(tmp_path / "c.h5", Checkpoint(memory, progress, "scene: text\n", "cpu"))
+    places = rng.standard_normal((5, 2))
+    kept = Checkpoint(memory, progress, places, "scene: text\n", "cpu")
+    write_checkpoint(tmp_path / "c.h5", kept)
     read = read_checkpoint(tmp_path / "c.h5")
     assert read.progress == progress
+    np.testing.assert_array_equal(read.inspected, places)
     assert (read.scene, read.device) == ("scene: text\n", "cpu")
     assert read.state.keys() == memory.keys()
     for name, array in memory.items():

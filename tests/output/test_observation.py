@@ -83,7 +83,8 @@ time: {end: 1 s}
 
 def test_the_pose_of_a_spinning_body(build, start):
     """omega t about z; the angle goes on beyond half a turn, the rotation vector too."""
-    from softsim.output.observation import frame_pose, frame_readings
+    from softsim.output.observation import frame_pose, frame_readings, place_now
+    from softsim.solver.energy import EnergyReader
 
     solver = start(build(SPINNING))
     while solver.time < 13e-3:
@@ -94,6 +95,11 @@ def test_the_pose_of_a_spinning_body(build, start):
     assert pose.angle == pytest.approx(turned, rel=1e-9)
     expected = [1.0, 2.0 * solver.time, 0.5 + solver.time]
     np.testing.assert_allclose(pose.centre, expected, rtol=1e-9)
-    readings = frame_readings(solver.scenario(0), 0)
+    readings = frame_readings(pose)
     assert readings["frame_rotation_z"] == pytest.approx(turned, rel=1e-9)
     assert readings["frame_rotation_x"] == readings["frame_rotation_y"] == 0.0
+    reader = EnergyReader(solver)
+    reader.update()
+    read = place_now(solver.scenario(0), reader, 0)
+    np.testing.assert_array_equal(read.centre, pose.centre)
+    np.testing.assert_array_equal(read.orientation, pose.orientation)

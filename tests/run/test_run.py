@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -44,6 +45,11 @@ def test_the_run_folder(write_scene, tmp_path, run):
                 "increments", "simulated_time", "wall_time", "element_updates_per_second",
                 "energy_error"):  # fmt: skip
         assert key in summary, key
+    parts = summary["wall_times"]
+    assert {"start", "kernel", "inspections", "rows", "frames", "checkpoints", "other"} == set(
+        parts
+    )
+    assert sum(parts.values()) == pytest.approx(summary["wall_time"], rel=0.01)
     assert summary["status"] == "done"
     assert summary["simulated_time"] == pytest.approx(60e-3, rel=1e-9)
     history = read_history(tmp_path / "out" / "history.csv")
@@ -53,6 +59,27 @@ def test_the_run_folder(write_scene, tmp_path, run):
     frames = read_frames(tmp_path / "out" / "results.vtkhdf")
     assert len(frames) >= 6
     assert results.summary["energy_error"] < 0.05
+
+
+def test_a_step_that_changed_by_a_fifth_is_told(write_scene, tmp_path, run):
+    scene = write_scene("""
+title: A strip is pulled
+bodies:
+  strip: {mesh: {generator: block, length: 10 mm, height: 2 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
+environment: {gravity: 0 m/s^2}
+conditions:
+  hold: {kind: fixed, nodes: strip.left}
+  pull: {kind: prescribed, nodes: strip.right, direction: x,
+         displacement: {kind: ramp, value: 8 mm, duration: 20 ms}}
+time: {end: 20 ms}
+""")
+    run(scene, out=tmp_path / "out")
+    told = re.search(
+        r"t = \S+ s: stable step \S+ us, limited by .+'strip'.+\(-2\d %\)",
+        (tmp_path / "out" / "run.log").read_text(),
+    )
+    assert told
 
 
 def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):

@@ -8,6 +8,7 @@ from softsim.stability.schedule import (
     GROWTH,
     LEAST_INSPECTIONS,
     LONGEST_INTERVAL,
+    LOOK_INTERVAL,
     StableStepSchedule,
     next_interval,
 )
@@ -40,9 +41,9 @@ def test_a_short_run_is_looked_at_often_enough():
 
 def test_the_plan_starts_from_the_step_found_at_the_start():
     plan = StableStepSchedule(5e-6)
-    assert plan.due == FIRST_INTERVAL
+    assert plan.look_due == plan.estimate_due == FIRST_INTERVAL
     plan.plan_next(5e-6, FIRST_INTERVAL, LONG)
-    assert plan.due == FIRST_INTERVAL + 2 * FIRST_INTERVAL
+    assert plan.look_due == plan.estimate_due == FIRST_INTERVAL + 2 * FIRST_INTERVAL
 
 
 def test_the_plan_keeps_the_lowest_step_until_it_has_grown():
@@ -50,3 +51,13 @@ def test_the_plan_keeps_the_lowest_step_until_it_has_grown():
     for now, lowest in ((4e-6, 4e-6), (0.99 * GROWTH * 4e-6, 4e-6), (5e-6, 5e-6)):
         plan.plan_next(now, 100, LONG)
         assert plan.lowest == lowest
+
+
+def test_looks_lie_closer_together_than_estimates():
+    plan, count, looks = StableStepSchedule(5e-6, interval=LONGEST_INTERVAL), 0, []
+    plan.plan_next(5e-6, count, LONG)
+    while count < plan.estimate_due:
+        count = plan.look_due
+        looks.append(count)
+        plan.plan_look(count)
+    assert looks == [*range(LOOK_INTERVAL, LONGEST_INTERVAL + 1, LOOK_INTERVAL)]

@@ -54,13 +54,13 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
     refuse_missing_field(frames, field)
     d, mirrored, skin = frames.points.shape[1], is_axisymmetric(frames), skin_of(frames)
     chosen = chosen_frames(len(frames), len(skin.nodes) * d, len(skin.faces))
-    places = np.array([_places(frames, index)[skin.nodes] for index in chosen])
+    places = _places(frames, chosen)[:, skin.nodes]
     kept = np.isfinite(places).all(axis=2).any(axis=1)
     if not kept.any():
         raise OutputError("the results hold no frame in which a node still has a place")
     chosen, places = chosen[kept], places[kept]
     origins = np.nanmean(places, axis=1) * ([0.0, 1.0] if mirrored else 1.0)
-    values = np.array([shown_values(frames, k, field, skin.faces, skin.owners) for k in chosen])
+    values = shown_values(frames, chosen, field, skin.faces, skin.owners)
     low, high = shared_scale(values.ravel())[0].get_clim()
     everywhere = box(places, mirrored)
     around_it = box(places - origins[:, None], mirrored)
@@ -154,6 +154,7 @@ def outlines_of(frames: Frames, index: int) -> np.ndarray:
     return outlines_at(frames, index) if frames.points.shape[1] == 2 else np.zeros((0, 4, 2))
 
 
-def _places(frames: Frames, index: int) -> np.ndarray:
+def _places(frames: Frames, indices: np.ndarray) -> np.ndarray:
     d = frames.points.shape[1]
-    return (frames.points + frames.point_data["displacement"][index][:, :d]) * MILLI
+    displacements = np.array(frames.point_data["displacement"].at(indices))[..., :d]
+    return (frames.points + displacements) * MILLI

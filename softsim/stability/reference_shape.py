@@ -1,0 +1,44 @@
+"""The shape for which the stable step was estimated: near it, the estimate holds.
+
+The bound takes contact as if every node that may touch did (contact_stiffness.py), and chambers as
+full as they ever get: what changes it is that elements deform, and that nodes come near a wall. An
+element whose principal stretches have changed by the share e since the estimate has gradients of at
+most 1 / (1 - e) of those then, so that its stable step has fallen by about e, and by as much again
+where its law stiffens with strain.
+"""
+
+import numpy as np
+
+from softsim.model import Model
+from softsim.stability.contact_stiffness import REACH
+
+# Root sum of squares of the strains since the estimate: of an incompressible plane element that is
+# e = 4 %, for which the stable step may have fallen by 8 %. A step in use has 10 % of room.
+ALLOWED_STRAIN = 0.06
+
+
+class ReferenceShape:
+    """A model with all nodes at x (n, d) [m]."""
+
+    def __init__(self, model: Model, x: np.ndarray) -> None:
+        self.model, self.x = model, x
+        self.inverses = [np.linalg.inv(r.deformation(x[r.nodes])) for r in model.regions]
+        self.reach = 0.5 * REACH * np.ptp(model.points, axis=0).max()
+
+    def is_near(self, x: np.ndarray) -> bool:
+        """True if, with all nodes at x (n, d) [m], no element is strained against this shape by
+        more than ALLOWED_STRAIN, and no node moved by half the reach of contact. NaN is not near.
+        """
+        with np.errstate(invalid="ignore", over="ignore"):
+            if not np.abs(x - self.x).max() <= self.reach:
+                return False
+            return all(
+                largest_strain(region.deformation(x[region.nodes]) @ inverse) <= ALLOWED_STRAIN
+                for region, inverse in zip(self.model.regions, self.inverses, strict=True)
+            )
+
+
+def largest_strain(F: np.ndarray) -> float:
+    """The largest norm of Green's strain (F^T F - I) / 2 of deformations F (m, 3, 3)."""
+    strain = 0.5 * (F.transpose(0, 2, 1) @ F - np.eye(3))
+    return float(np.sqrt(np.einsum("eij,eij->e", strain, strain).max()))
