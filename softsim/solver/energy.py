@@ -183,7 +183,7 @@ class EnergyReader:
         ti.loop_config(serialize=self.serially)
         for s in range(self.solver.scenarios):
             for walls in ti.static(self.terms.wall_contacts):
-                for i in range(walls.count):
+                for i in range(walls.count.read()):
                     if walls.normal_impulse[s, i] > 0.0:
                         touched[s, i] = 1
             for r in range(self.bodies.count):
