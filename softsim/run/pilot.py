@@ -88,13 +88,13 @@ def predicted_duration(
         if started_in > COLD_START:
             pilot.close()
             pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
+        began = time.perf_counter()
+        pilot.runs[0].checkpoint()
+        checkpoint = time.perf_counter() - began
         marks = _marks(pilot, pilot_time)
         end = pilot.solver.time if _is_done(pilot.runs[0]) else pilot_model.end_time
         loop, count, covered = extrapolated(marks, end)
         loop, count = loop * factor, count * factor
-        began = time.perf_counter()
-        pilot.runs[0].checkpoint()
-        checkpoint = time.perf_counter() - began
         pilot.close()
     loop += checkpoint * (1.0 + loop // loaded.scene.output.checkpoint_interval)
     rate = count * model.element_count / loop

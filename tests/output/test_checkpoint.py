@@ -42,7 +42,7 @@ def small(path):
         "b/flags": np.array([True, False]),
         "c/none": np.zeros((1, 0, 3)),
     }
-    kept = Checkpoint(state, {"time": 0.1}, "scene: text\n", "cpu")
+    kept = Checkpoint(state, {"time": 0.1}, np.zeros((5, 2)), "scene: text\n", "cpu")
     write_checkpoint(path, kept)
     return kept
 
