@@ -58,14 +58,9 @@ class _New:
     field: Any
     dtype: np.dtype
     cells: tuple[int, ...]
+    extents: tuple[int, ...]
     components: tuple[int, ...]
     values: np.ndarray | None
-
-    @property
-    def extents(self) -> tuple[int, ...]:
-        """Cells in memory along each axis: the first that is long is rounded up."""
-        long = next((axis for axis, n in enumerate(self.cells) if n > EXACT), None)
-        return tuple(rounded(n) if axis == long else n for axis, n in enumerate(self.cells))
 
     @property
     def cell_bytes(self) -> int:
@@ -73,11 +68,21 @@ class _New:
 
 
 class Made:
-    """Fields made in one block, so far."""
+    """Fields made in one block, so far, for so many scenarios."""
 
-    def __init__(self, counted_only: bool) -> None:
-        self.counted_only = counted_only
+    def __init__(self, counted_only: bool, scenarios: int) -> None:
+        self.counted_only, self.scenarios = counted_only, scenarios
         self.fields: list[_New] = []
+
+    def extents(self, cells: tuple[int, ...]) -> tuple[int, ...]:
+        """Cells in memory along each axis: the first long one is rounded up, not that of scenarios.
+
+        That of scenarios, the first, is told by its length: a mesh that happens to have as many of
+        something only shares no kernels.
+        """
+        first = 1 if cells[0] == self.scenarios else 0
+        long = next((axis for axis in range(first, len(cells)) if cells[axis] > EXACT), None)
+        return tuple(rounded(n) if axis == long else n for axis, n in enumerate(cells))
 
     @property
     def size(self) -> int:
@@ -122,22 +127,23 @@ _places: WeakKeyDictionary[ti.Field, _Place] = WeakKeyDictionary()
 
 
 @contextmanager
-def together() -> Iterator[Made]:
-    """Give the fields made inside one block of memory, and their values, when it closes.
+def together(scenarios: int = 1) -> Iterator[Made]:
+    """Give the fields made inside, of so many scenarios, one block of memory, and their values,
+    when it closes.
 
     Until then Taichi refuses to run any kernel: "These field(s) are not placed".
 
     Raises DeviceError where the block would be larger than its words can be numbered (8 GiB).
     """
-    with _gathered(Made(counted_only=False)) as made:
+    with _gathered(Made(counted_only=False, scenarios=scenarios)) as made:
         yield made
     _allocate(made)
 
 
 @contextmanager
-def counted() -> Iterator[Made]:
+def counted(scenarios: int = 1) -> Iterator[Made]:
     """Only count the fields made inside: they never get memory, and None stands for each."""
-    with _gathered(Made(counted_only=True)) as made:
+    with _gathered(Made(counted_only=True, scenarios=scenarios)) as made:
         yield made
 
 
@@ -265,11 +271,13 @@ def _new(
     dtype: type, cells: tuple[int, ...], components: tuple[int, ...], values: np.ndarray | None
 ) -> ti.Field:
     """A field that gets its memory at once, or with the others that are made together."""
-    made = Made(counted_only=False) if _made is None else _made
+    made = Made(counted_only=False, scenarios=1) if _made is None else _made
     field = None
     if not made.counted_only:
         field = (ti.field, ti.Vector.field, ti.Matrix.field)[len(components)](*components, dtype)
-    made.fields.append(_New(field, NUMPY_TYPES[dtype], cells, components, values))
+    made.fields.append(
+        _New(field, NUMPY_TYPES[dtype], cells, made.extents(cells), components, values)
+    )
     if _made is None:
         _allocate(made)
     return field

@@ -56,6 +56,13 @@ def test_meshes_of_about_the_same_size_have_fields_of_the_same_extents(made):
         assert fields.rounded(extent) & (fields.rounded(extent) - 1)
 
 
+def test_scenarios_take_no_more_memory_than_they_need(cpu):
+    with fields.together(scenarios=20):
+        field = fields.real_field(np.ones((20, 30)))
+    assert field.shape == (20, fields.rounded(30))
+    np.testing.assert_array_equal(fields.read_row(field, 19), np.ones(30))
+
+
 def test_a_number_is_read_when_a_kernel_runs(cpu):
     number = fields.Number(12)
 

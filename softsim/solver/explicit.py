@@ -39,7 +39,7 @@ class ExplicitSolver:
     def __init__(self, models: list[Model]) -> None:
         self.models = models
         self.scenarios = len(models)
-        with fields.together() as made:
+        with fields.together(self.scenarios) as made:
             self.terms = Terms(models)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
             self.shift_stages = loops(self.terms.shift_stages())

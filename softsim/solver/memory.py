@@ -22,7 +22,7 @@ def field_bytes(model: Model, scenarios: int) -> int:
     It takes the time in which terms are made, half a second for 30,000 tetrahedra, and the lanes of
     a backend that has been started.
     """
-    with fields.counted() as made:
+    with fields.counted(scenarios) as made:
         Terms([model] * scenarios)
     return made.size
 
