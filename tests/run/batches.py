@@ -1,6 +1,11 @@
-"""A strip that falls on a floor, and what a batch of one found at its end."""
+"""A strip that falls on a floor, and what runs of it have left behind."""
 
+import json
+
+import numpy as np
 from rich.console import Console
+
+from softsim.output.fields import read_frames
 
 FALLING_STRIP = """
 title: A strip falls on a floor
@@ -20,3 +25,17 @@ def finished(batch):
     if isinstance(outcome, Exception):
         raise outcome
     return outcome
+
+
+def status(folder):
+    return json.loads((folder / "summary.json").read_text())["status"]
+
+
+def same_files(one, other):
+    assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
+    a, b = read_frames(one / "results.vtkhdf"), read_frames(other / "results.vtkhdf")
+    np.testing.assert_array_equal(a.times, b.times)
+    for k in range(len(a)):
+        np.testing.assert_array_equal(
+            a.point_data["displacement"][k], b.point_data["displacement"][k]
+        )

@@ -1,4 +1,6 @@
-"""Batches of one, to be begun, stopped and resumed."""
+"""Runs, and batches of one that can be begun, stopped and resumed."""
+
+import io
 
 import pytest
 from rich.console import Console
@@ -25,3 +27,16 @@ def batch_of(write_scene, tmp_path, kernel_cache, monkeypatch):
         return Batch([RunFiles(loaded, model, target, quiet)], choice, [()])
 
     return start
+
+
+@pytest.fixture
+def run(kernel_cache, monkeypatch):
+    """Run a scene quietly on the CPU."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.run import run as run_scene
+
+    def quiet(scene, *overrides, out, **options):
+        options = {"console": Console(file=io.StringIO())} | options
+        return run_scene(scene, overrides, out, "cpu", **options)
+
+    return quiet

@@ -46,6 +46,26 @@ def test_scenarios_side_by_side_are_those_alone(build, start):
         np.testing.assert_allclose(alone.positions()[0], together[k], rtol=0.0, atol=1e-12 * size)
 
 
+def test_meshes_of_about_the_same_size_share_their_kernels(build, tmp_path):
+    """Taichi writes what it has compiled when it is started anew."""
+    from softsim import backend
+    from softsim.solver.energy import EnergyReader
+    from softsim.solver.explicit import ExplicitSolver
+
+    kept = []
+    for length in ("12 mm", "14 mm"):
+        model = build(STRIP, f"bodies.strip.mesh.length={length}")
+        backend.start("cpu", cache=tmp_path / "kernels")
+        solver = ExplicitSolver([model])
+        solver.begin(1e-6)
+        solver.advance(1)
+        EnergyReader(solver).update()
+        backend.start("cpu", cache=tmp_path / "kernels")
+        kept.append((model.element_count, len(list((tmp_path / "kernels").rglob("*.tic")))))
+    (small, compiled), (large, in_all) = kept
+    assert small < large and compiled == in_all > 0
+
+
 STRIPS = """
 bodies:
   skin: {mesh: {generator: pfr_section, free_length: 6 mm, inner_diameter: 4 mm,
