@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, close_names, in_mm
-from softsim.elements.geometry import shape_gradients
+from softsim.elements.quadrature import simplex_gradients
 from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, ContactData, SelfContactData
@@ -138,7 +138,7 @@ def depth_inside(places: np.ndarray, points: np.ndarray, cells: np.ndarray) -> n
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max()
     near = cKDTree(centres).query_ball_point(places, reach)
-    gradients = shape_gradients(points, cells)
+    gradients = simplex_gradients(points, cells)
     depth = np.zeros(len(places))
     for k, held in enumerate(near):
         if held:

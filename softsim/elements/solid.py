@@ -11,10 +11,9 @@ import taichi as ti
 from softsim import backend
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry
-from softsim.elements.linear import LinearElements
 from softsim.elements.metric import SpaceMetric
+from softsim.elements.one_point import OnePointElements
 from softsim.elements.region import Region
-from softsim.mesh.mesh import signed_volumes
 from softsim.nodes import Nodes
 
 
@@ -25,13 +24,9 @@ class Solid(Geometry):
     name = "solid"
     dimension = 3
 
-    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Volume of each element (m,) [m^3]."""
-        return signed_volumes(points, cells)
-
-    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Share (m, corners) of an element's mass that each corner carries."""
-        return np.full(cells.shape, 0.25)
+    def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """One (1, 1)."""
+        return np.ones((1, 1))
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] on the free side of a closed surface of triangles (k, 3)."""
@@ -49,7 +44,7 @@ class Solid(Geometry):
         a, b, c = x[facets].transpose(1, 0, 2)
         return np.repeat(np.cross(c - a, b - a)[:, None] / 6.0, 3, axis=1)
 
-    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         """What computes their forces."""
         return Tetrahedra(nodes, region, SpaceMetric(), bulk_viscosity)
 
@@ -59,8 +54,8 @@ class Solid(Geometry):
 
 
 @ti.data_oriented
-class Tetrahedra(LinearElements):
-    """Tetrahedra; parameters as for LinearElements."""
+class Tetrahedra(OnePointElements):
+    """Tetrahedra; parameters as for OnePointElements."""
 
     @ti.func
     def deform(self, s, b, t, dt):

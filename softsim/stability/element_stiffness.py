@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.elements.geometry import Hoop, nodal_sizes, nodal_sums, shape_gradients
+from softsim.elements.geometry import Hoop, nodal_sizes, nodal_sums
 from softsim.elements.region import Region
 from softsim.stability.tangent import tangent_bound
 
@@ -57,14 +57,14 @@ class RegionStiffness:
         self.corners, self.count = self.cells.shape
         self.volumes = region.volumes
         self.gradients = np.ascontiguousarray(
-            shape_gradients(region.points, region.cells).transpose(1, 2, 0)
+            region.geometry.gradients(region.points, region.cells).transpose(1, 2, 0)
         )
         self.hoop = region.geometry.hoop
         self.movers, self.around = self.cells, np.zeros(0, dtype=int)
         if self.hoop is not None:
             stencil = self.hoop.stencil(region.cells)
             self.movers = np.ascontiguousarray(stencil.T, dtype=np.int32)
-            slopes = self.hoop.gradient(region.points, region.cells)
+            slopes = self.hoop.gradient(region.points, region.cells, region.points)
             self.around = np.flatnonzero(slopes.any(axis=(1, 2)))
         share = self.volumes[:, None] / self.corners
         volumes = nodal_sums(region.cells, share, len(region.points))
@@ -114,10 +114,10 @@ class RegionStiffness:
         + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
         that is V tau_zz, see tangent.py.
         """
-        cells = self.region.cells
+        points, cells = self.region.points, self.region.cells
         gradient, curvature = (
             np.moveaxis(of_all[self.around], 0, -1)
-            for of_all in (hoop.gradient(x, cells), hoop.curvature(x, cells))
+            for of_all in (hoop.gradient(points, cells, x), hoop.curvature(x, cells))
         )
         volume_gradient[:, :, self.around] += share * gradient
         shape_stiffness[:, :, self.around] += stiffness * curvature

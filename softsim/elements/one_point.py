@@ -1,7 +1,7 @@
-"""What all linear elements share: lanes of corners, one material point, averaged nodal pressure.
+"""What all elements share: lanes of corners, one material point, averaged nodal pressure.
 
 An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`.
-Tensors are written in the basis of each element's edges, see elements/metric.py.
+Tensors are written in a basis of each element's own, see elements/metric.py.
 """
 
 from typing import Any
@@ -21,7 +21,7 @@ from softsim.term import Pass, Stage, Term
 
 
 @ti.data_oriented
-class LinearElements(Term):
+class OnePointElements(Term):
     """All elements of one region.
 
     nodes: the shared nodes. metric: PlaneMetric or SpaceMetric. bulk_viscosity: b1 [-].
@@ -36,16 +36,15 @@ class LinearElements(Term):
         self.blocks = Number(blocks)
 
         # Padding repeats the last cell with zero volume and sends its forces nowhere.
-        padded = self.padded(cells)
-        volume = region.volumes
-        padded_volume = self.padded(volume)
+        corners, volume = padded(cells), region.volumes
+        padded_volume = padded(volume)
         padded_volume[len(cells) :] = 0.0
-        self.corner = index_field(by_lane(padded + first_node))
-        rest_edges = points[padded[:, 1:]] - points[padded[:, :1]]
+        self.corner = index_field(by_lane(corners + first_node))
+        rest_edges = padded(self.rest_edges(region))
         determinant = np.linalg.det(rest_edges)
         self.inverse_determinant = lane_data(1.0 / determinant)  # of the edges at rest
         self.volume = lane_data(padded_volume)
-        owner = np.where(np.arange(len(padded))[:, None] < len(cells), padded + first_node, -1)
+        owner = np.where(np.arange(len(corners))[:, None] < len(cells), corners + first_node, -1)
         # Slots of a block: its lanes for corner 0, for corner 1, ...
         self.first_slot = nodes.corner_forces.reserve(by_lane(owner))
 
@@ -60,11 +59,6 @@ class LinearElements(Term):
         self.edge = [lane_field((scenarios, blocks)) for _ in range(d * d)]
         # One more than there are elements: it stays zero, for the padding of the nodes' lists.
         self.current_volume = real_field(np.zeros((scenarios, blocks * lanes + 1)))
-
-    def padded(self, values: np.ndarray) -> np.ndarray:
-        """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
-        padding = int(self.blocks) * backend.lanes() - len(values)
-        return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
@@ -87,6 +81,12 @@ class LinearElements(Term):
         """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
         self.points.forget_dissipation(scenario)
         self.pressure.forget_dissipation(scenario)
+
+    def rest_edges(self, region: Region) -> np.ndarray:
+        """The basis D_i (m, d, d) [m] of each element at rest, row by row: edges from corner 0."""
+        corners = region.points[region.cells]
+        edges: np.ndarray = corners[:, 1:] - corners[:, :1]
+        return edges
 
     # Of the element itself: `deform(s, b, t, dt)` stores edges and the present volumes of a block,
     # `stretch(s, b)` gives C, J of them, `stress_corners(s, b, t, dt)` writes corner forces.
@@ -142,13 +142,18 @@ class LinearElements(Term):
 
     @ti.func
     def stored_energy(self, s):
-        """Energy [J] in the law, the Maxwell springs and the volume: ABAQUS's ALLSE."""
+        """Energy [J] in the law, the Maxwell springs, the volume and hourglass modes."""
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks.read()):
             C, J = self.stretch(s, b)
             r = inverse_cube_root(J)
             in_elements += self.points.stored_energy(s, b, C, r * r) * self.volume[b]
-        return in_elements.sum() + self.pressure.stored_energy(s)
+        return in_elements.sum() + self.pressure.stored_energy(s) + self.hourglass_energy(s)
+
+    @ti.func
+    def hourglass_energy(self, s):
+        """The part of it in hourglass modes, where elements have any: ABAQUS's ALLAE."""
+        return ti.cast(0.0, backend.real)
 
     @ti.func
     def dissipated_energy(self, s):
@@ -156,4 +161,16 @@ class LinearElements(Term):
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks.read()):
             in_elements += self.points.dissipation(s, b) * self.volume[b]
-        return ti.Vector([0.0, in_elements.sum() + self.pressure.dissipated_energy(s)])
+        viscous = in_elements.sum() + self.pressure.dissipated_energy(s)
+        return ti.Vector([0.0, viscous + self.hourglass_dissipation(s)])
+
+    @ti.func
+    def hourglass_dissipation(self, s):
+        """The part of it in hourglass modes."""
+        return ti.cast(0.0, backend.real)
+
+
+def padded(values: np.ndarray) -> np.ndarray:
+    """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
+    padding = backend.lane_blocks(len(values)) * backend.lanes() - len(values)
+    return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
