@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from softsim.elements.quadrature import quadrature
-from softsim.mesh.mesh import signed_volumes
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.elements.facets import Facets
@@ -140,5 +139,5 @@ def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np
 
 def nodal_sizes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Length of each node's surroundings (n,) [m]: the root of its share of area or volume."""
-    share = signed_volumes(points, cells)[:, None] / cells.shape[1]
+    share = quadrature(points, cells).weights.sum(axis=1, keepdims=True) / cells.shape[1]
     return nodal_sums(cells, share, len(points)) ** (1.0 / points.shape[1])

@@ -37,13 +37,11 @@ class OnePointElements(Term):
 
         # Padding repeats the last cell with zero volume and sends its forces nowhere.
         corners, volume = padded(cells), region.volumes
-        padded_volume = padded(volume)
-        padded_volume[len(cells) :] = 0.0
         self.corner = index_field(by_lane(corners + first_node))
         rest_edges = padded(self.rest_edges(region))
         determinant = np.linalg.det(rest_edges)
         self.inverse_determinant = lane_data(1.0 / determinant)  # of the edges at rest
-        self.volume = lane_data(padded_volume)
+        self.volume = lane_data(followed_by_zeros(volume))
         owner = np.where(np.arange(len(corners))[:, None] < len(cells), corners + first_node, -1)
         # Slots of a block: its lanes for corner 0, for corner 1, ...
         self.first_slot = nodes.corner_forces.reserve(by_lane(owner))
@@ -174,3 +172,10 @@ def padded(values: np.ndarray) -> np.ndarray:
     """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
     padding = backend.lane_blocks(len(values)) * backend.lanes() - len(values)
     return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
+
+
+def followed_by_zeros(values: np.ndarray) -> np.ndarray:
+    """Per-element values (m, ...) with zeros up to whole lane vectors: what padding stores."""
+    result = padded(values)
+    result[len(values) :] = 0.0
+    return result

@@ -12,7 +12,7 @@ import taichi as ti
 from softsim import backend
 from softsim.elements.across import Across, SectionElements
 from softsim.elements.hourglass import HourglassSprings, fibre_modulus, hourglass_modes
-from softsim.elements.one_point import padded
+from softsim.elements.one_point import followed_by_zeros, padded
 from softsim.elements.quadrature import CORNERS
 from softsim.elements.region import Region
 from softsim.fields import lane_data, lane_field
@@ -32,7 +32,7 @@ class Quadrilaterals(SectionElements):
         self.share = [lane_data(padded(column)) for column in modes.share[:, 0].T]
         stiffness = fibre_modulus(region.material) * region.volumes / 3.0
         scale = np.sqrt(stiffness)[:, None] / np.linalg.norm(modes.basis, axis=2)
-        self.scale = [lane_data(padded(column)) for column in scale.T]  # y_i / q_i
+        self.scale = [lane_data(followed_by_zeros(column)) for column in scale.T]  # y_i / q_i
         self.mode = [lane_field((scenarios, blocks)) for _ in range(2)]  # h~
 
     def rest_edges(self, region: Region) -> np.ndarray:
