@@ -4,10 +4,10 @@ The hourglass modes h~_1 .. h~_4 and their forces: elements/hourglass.py. With p
 (i, j, k cyclic) the strain that grows along xi_k is that of a plate in the directions i and j,
     E_ii = |D_i| q_ji,    E_jj = |D_j| q_ij,    2 E_ij = |D_i| q_ii + |D_j| q_jj,
 whose fibres strain freely along k. In the components of its directions its stiffness is (Green and
-Zerna 1968, Theoretical Elasticity, ch. 10)
-    H^abcd = lambda' a^ab a^cd + mu (a^ac a^bd + a^ad a^bc),    lambda' = 2 mu lambda / (lambda + 2 mu),
-with the inverse a^ab of D_a . D_b, lambda = kappa - 2/3 mu, and U = V/2 1/3 E H E, as the integral of
-xi_k^2 is V/3. Of xi_1 xi_2 xi_3 the fibres along each i store V/2 1/9 Y (q_4i / |D_i|)^2, with
+Zerna 1968, Theoretical Elasticity, ch. 10), with the inverse a^ab of D_a . D_b,
+    H^abcd = lambda' a^ab a^cd + mu (a^ac a^bd + a^ad a^bc),
+    lambda' = 2 mu lambda / (lambda + 2 mu),    lambda = kappa - 2/3 mu,
+and U = V/2 1/3 E H E, as the integral of xi_k^2 is V/3. Of xi_1 xi_2 xi_3 the fibres along each i store V/2 1/9 Y (q_4i / |D_i|)^2, with
 Young's modulus Y. In bricks that is the exact energy of bending.
 
 Amplitudes: y = sqrt(V/3 / mu) L E of each plate, with H = L^T L.
@@ -19,32 +19,22 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.hourglass import HourglassModes, HourglassSprings, hourglass_modes
+from softsim.elements.hourglass import (
+    CYCLIC,
+    HourglassSprings,
+    hourglass_modes,
+    plate_factors,
+    warping_scales,
+)
 from softsim.elements.one_point import followed_by_zeros, padded
 from softsim.elements.quadrature import CORNERS
 from softsim.elements.region import Region
 from softsim.elements.tetrahedra import SpaceElements
 from softsim.fields import lane_data, lane_field
-from softsim.materials.material import Material
 from softsim.nodes import Nodes
 
-# i and j of each k.
-CYCLIC = ((1, 2), (2, 0), (0, 1))
 MODES, AMPLITUDES = 4, 12
 SIGNS = tuple(map(tuple, CORNERS[8].tolist()))  # xi_i of the corners
-
-
-def plate_factors(modes: HourglassModes, material: Material, k: int) -> np.ndarray:
-    """L (m, 3, 3) of the plate that bends along xi_k, over sqrt(mu)."""
-    sides = modes.basis[:, CYCLIC[k]]
-    a = np.linalg.inv(sides @ sides.transpose(0, 2, 1))
-    mu, kappa = material.law.initial_shear_modulus, material.bulk_modulus
-    dilation = 2.0 * (kappa - 2.0 / 3.0 * mu) / (kappa + 4.0 / 3.0 * mu)
-    H = dilation * np.einsum("mab,mcd->mabcd", a, a)
-    H += np.einsum("mac,mbd->mabcd", a, a) + np.einsum("mad,mbc->mabcd", a, a)
-    first, second = [0, 1, 0], [0, 1, 1]  # of the components ii, jj, ij
-    stiffness = H[:, first, second][:, :, first, second]
-    return np.linalg.cholesky(stiffness).transpose(0, 2, 1)
 
 
 @ti.data_oriented
@@ -53,20 +43,17 @@ class Hexahedra(SpaceElements):
 
     def __init__(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> None:
         super().__init__(nodes, region, bulk_viscosity)
-        modes, material = hourglass_modes(region), region.material
+        modes = hourglass_modes(region)
         scenarios, blocks = nodes.scenarios, int(self.blocks)
         self.springs = HourglassSprings(self.points, AMPLITUDES, scenarios, blocks)
         self.lean, self.share = self.by_mode(modes.lean), self.by_mode(modes.share)
         lengths = np.linalg.norm(modes.basis, axis=2)
-        mu, kappa = material.law.initial_shear_modulus, material.bulk_modulus
-        young = 9.0 * kappa / (3.0 * kappa + mu)
-        warped = np.sqrt(young * region.volumes / 9.0)[:, None] / lengths
+        warping = warping_scales(region, modes)
         self.length = [lane_data(padded(column)) for column in lengths.T]
-        self.warping = [lane_data(followed_by_zeros(column)) for column in warped.T]
-        root = np.sqrt(region.volumes / 3.0)[:, None, None]
+        self.warping = [lane_data(followed_by_zeros(column)) for column in warping.T]
         self.plate = [
-            [[lane_data(followed_by_zeros(entry)) for entry in row] for row in factor.transpose(1, 2, 0)]
-            for factor in (root * plate_factors(modes, material, k) for k in range(3))
+            [[lane_data(followed_by_zeros(entry)) for entry in row] for row in L.transpose(1, 2, 0)]
+            for L in (plate_factors(region, modes, k) for k in range(3))
         ]
         self.mode = lane_field((scenarios, blocks, MODES, 3))  # h~_k
         self.pull = lane_field((scenarios, blocks, MODES, 3))  # Q_k

@@ -37,7 +37,9 @@ from softsim.elements.material_points import MaterialPoints
 from softsim.elements.quadrature import CORNERS
 from softsim.elements.region import Region
 from softsim.fields import Number, lane_field, real_field
-from softsim.materials.material import Material
+
+# Of the corners of hexahedra i and j of each k.
+CYCLIC = ((1, 2), (2, 0), (0, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +57,16 @@ class HourglassModes:
     share: np.ndarray
 
     @property
-    def vectors(self) -> np.ndarray:
+    def of_edges(self) -> np.ndarray:
+        """delta_i (m, d, corners): d_i = sum_a delta_ia x_a."""
+        leaning = np.einsum("mki,ka->mia", self.lean, self.modes)
+        return (self.directions + leaning) / self.modes.shape[1]
+
+    @property
+    def of_modes(self) -> np.ndarray:
         """gamma_k (m, k, corners): h~_k = sum_a gamma_ka x_a."""
-        corners = self.modes.shape[1]
-        of_edges = self.directions + np.einsum("mki,ka->mia", self.lean, self.modes)
-        return (self.modes - np.einsum("mki,mia->mka", self.share, of_edges)) / corners
+        share = np.einsum("mki,mia->mka", self.share, self.of_edges)
+        return self.modes / self.modes.shape[1] - share
 
 
 def hourglass_modes(region: Region) -> HourglassModes:
@@ -79,12 +86,58 @@ def hourglass_modes(region: Region) -> HourglassModes:
     return HourglassModes(basis, directions, modes, lean, share)
 
 
-def fibre_modulus(material: Material) -> float:
-    """Stress over strain of fibres [-], over the shear modulus, where the direction across strains
-    freely and the third does not: 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
+def fibre_scales(region: Region, modes: HourglassModes) -> np.ndarray:
+    """y_i / q_i (m, 2) [m^(1/2)] of quadrilaterals: sqrt(V/3 E'/mu) / |D_i|, with the modulus in
+    plane strain E' = 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
     """
-    mu, kappa = material.law.initial_shear_modulus, material.bulk_modulus
-    return 4.0 * (kappa + mu / 3.0) / (kappa + 4.0 / 3.0 * mu)
+    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    modulus = 4.0 * (kappa + mu / 3.0) / (kappa + 4.0 / 3.0 * mu)
+    root = np.sqrt(modulus * region.volumes / 3.0)
+    scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
+    return scales
+
+
+def plate_factors(region: Region, modes: HourglassModes, k: int) -> np.ndarray:
+    """sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of the plate that bends along xi_k of
+    hexahedra: y over its strains E_ii, E_jj, 2 E_ij (elements/hexahedra.py).
+    """
+    sides = modes.basis[:, CYCLIC[k]]
+    a = np.linalg.inv(sides @ sides.transpose(0, 2, 1))
+    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    dilation = 2.0 * (kappa - 2.0 / 3.0 * mu) / (kappa + 4.0 / 3.0 * mu)
+    H = dilation * np.einsum("mab,mcd->mabcd", a, a)
+    H += np.einsum("mac,mbd->mabcd", a, a) + np.einsum("mad,mbc->mabcd", a, a)
+    first, second = [0, 1, 0], [0, 1, 1]  # of the components ii, jj, ij
+    stiffness = H[:, first, second][:, :, first, second]
+    root = np.sqrt(region.volumes / 3.0)[:, None, None]
+    factors: np.ndarray = root * np.linalg.cholesky(stiffness).transpose(0, 2, 1)
+    return factors
+
+
+def warping_scales(region: Region, modes: HourglassModes) -> np.ndarray:
+    """y / q_4i (m, 3) [m^(1/2)] of hexahedra: sqrt(V/9 Y/mu) / |D_i|, with Young's modulus Y."""
+    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    root = np.sqrt(9.0 * kappa / (3.0 * kappa + mu) * region.volumes / 9.0)
+    scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
+    return scales
+
+
+def amplitudes(region: Region, modes: HourglassModes) -> np.ndarray:
+    """y over q (m, n, n) of all modes, q_ki at k d + i."""
+    m, d = modes.basis.shape[:2]
+    count = len(modes.modes) * d
+    result = np.zeros((m, count, count))
+    if d == 2:
+        result[:, [0, 1], [0, 1]] = fibre_scales(region, modes)
+        return result
+    lengths = np.linalg.norm(modes.basis, axis=2)
+    for k, (i, j) in enumerate(CYCLIC):
+        strains = np.zeros((m, 3, count))
+        strains[:, 0, 3 * j + i] = strains[:, 2, 4 * i] = lengths[:, i]
+        strains[:, 1, 3 * i + j] = strains[:, 2, 4 * j] = lengths[:, j]
+        result[:, 3 * k : 3 * k + 3] = plate_factors(region, modes, k) @ strains
+    result[:, [9, 10, 11], [9, 10, 11]] = warping_scales(region, modes)
+    return result
 
 
 @ti.data_oriented

@@ -11,7 +11,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.elements.across import Across, SectionElements
-from softsim.elements.hourglass import HourglassSprings, fibre_modulus, hourglass_modes
+from softsim.elements.hourglass import HourglassSprings, fibre_scales, hourglass_modes
 from softsim.elements.one_point import followed_by_zeros, padded
 from softsim.elements.quadrature import CORNERS
 from softsim.elements.region import Region
@@ -30,9 +30,8 @@ class Quadrilaterals(SectionElements):
         self.springs = HourglassSprings(self.points, 2, scenarios, blocks)
         self.lean = [lane_data(padded(column)) for column in modes.lean[:, 0].T]
         self.share = [lane_data(padded(column)) for column in modes.share[:, 0].T]
-        stiffness = fibre_modulus(region.material) * region.volumes / 3.0
-        scale = np.sqrt(stiffness)[:, None] / np.linalg.norm(modes.basis, axis=2)
-        self.scale = [lane_data(followed_by_zeros(column)) for column in scale.T]  # y_i / q_i
+        scales = fibre_scales(region, modes)
+        self.scale = [lane_data(followed_by_zeros(column)) for column in scales.T]
         self.mode = [lane_field((scenarios, blocks)) for _ in range(2)]  # h~
 
     def rest_edges(self, region: Region) -> np.ndarray:

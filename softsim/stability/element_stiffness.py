@@ -9,6 +9,7 @@ import numpy as np
 
 from softsim.elements.geometry import Hoop, nodal_sizes, nodal_sums
 from softsim.elements.region import Region
+from softsim.stability.hourglass_stiffness import HourglassStiffness
 from softsim.stability.tangent import tangent_bound
 
 # Elements treated at a time: what is computed on the way would else take a kilobyte an element.
@@ -59,6 +60,9 @@ class RegionStiffness:
         self.gradients = np.ascontiguousarray(
             region.geometry.gradients(region.points, region.cells).transpose(1, 2, 0)
         )
+        self.hourglass = None
+        if self.corners > region.geometry.dimension + 1:
+            self.hourglass = HourglassStiffness(region)
         self.hoop = region.geometry.hoop
         self.movers, self.around = self.cells, np.zeros(0, dtype=int)
         if self.hoop is not None:
@@ -94,6 +98,9 @@ class RegionStiffness:
             for f, batch in zip(F, batches, strict=True)
         ]
         gradient, shape, hoop = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+        if self.hourglass is not None:
+            places = np.ascontiguousarray(x.T)[:, self.cells]
+            shape[: self.corners, : self.corners] += self.hourglass.at(places)
         if self.hoop is None:
             return ElementStiffness(gradient, shape, gradient[:, :, :0], self.around)
         share = J * self.volumes / self.corners
