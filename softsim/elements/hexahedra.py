@@ -7,8 +7,9 @@ whose fibres strain freely along k. In the components of its directions its stif
 Zerna 1968, Theoretical Elasticity, ch. 10), with the inverse a^ab of D_a . D_b,
     H^abcd = lambda' a^ab a^cd + mu (a^ac a^bd + a^ad a^bc),
     lambda' = 2 mu lambda / (lambda + 2 mu),    lambda = kappa - 2/3 mu,
-and U = V/2 1/3 E H E, as the integral of xi_k^2 is V/3. Of xi_1 xi_2 xi_3 the fibres along each i store V/2 1/9 Y (q_4i / |D_i|)^2, with
-Young's modulus Y. In bricks that is the exact energy of bending.
+and U = V/2 1/3 E H E, as the integral of xi_k^2 is V/3. Of xi_1 xi_2 xi_3 the fibres along each i
+store V/2 1/9 Y (q_4i / |D_i|)^2, with Young's modulus Y. In bricks that is the exact energy of
+bending.
 
 Amplitudes: y = sqrt(V/3 / mu) L E of each plate, with H = L^T L.
 """
