@@ -11,7 +11,7 @@ from softsim.mesh.abaqus_cards import Card, cards, fields
 from softsim.mesh.abaqus_elements import CORNERS, FACES, formulation, refusal
 from softsim.mesh.abaqus_sets import ASSEMBLY, BODY, Key, NamedSet, Sets, define
 from softsim.mesh.content import Content
-from softsim.mesh.mesh import boundary_facets, find_rows
+from softsim.mesh.mesh import boundary_facets, find_rows, node_sets_of
 from softsim.mesh.quality import Labels
 
 _GENERATED = "write the nodes and elements out, as ABAQUS/CAE does when it writes an input file"
@@ -304,8 +304,8 @@ def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:
 
 
 def _free_facets(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    boundary = np.sort(boundary_facets(cells), axis=1)
-    return facets[find_rows(np.sort(facets, axis=1), boundary) >= 0]
+    boundary = node_sets_of(boundary_facets(cells, cells.shape[1] - 1))
+    return facets[find_rows(node_sets_of(facets), boundary) >= 0]
 
 
 def _surface_type(card: Card) -> str:

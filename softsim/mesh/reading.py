@@ -11,7 +11,15 @@ from softsim.errors import MeshError
 from softsim.mesh.abaqus import read_abaqus
 from softsim.mesh.content import Content
 from softsim.mesh.gmsh_vtk import read_gmsh_vtk
-from softsim.mesh.mesh import SURFACE, Mesh, boundary_facets, find_rows, signed_volumes
+from softsim.mesh.mesh import (
+    SURFACE,
+    Mesh,
+    boundary_facets,
+    find_rows,
+    node_sets_of,
+    signed_volumes,
+    turned,
+)
 from softsim.mesh.quality import (
     Labels,
     cell_name,
@@ -78,18 +86,18 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
     labels = content.labels and Labels(content.labels.nodes[used], content.labels.cells)
     cells = number[content.cells]
     inverted = np.flatnonzero(signed_volumes(points, cells) < 0)
-    cells[inverted, :2] = cells[inverted, 1::-1]
+    cells[inverted] = turned(cells[inverted], points.shape[1])
     dropped = np.flatnonzero(number < 0)
     refuse_loose_nodes(np.setdiff1d(dropped, content.reference_nodes), content)
 
     cell_sets = _plain_names(content.cell_sets)
     facet_sets = {}
     implied = {name: np.unique(cells[members]) for name, members in cell_sets.items()}
-    boundary = boundary_facets(cells)
+    boundary = boundary_facets(cells, points.shape[1])
     for name, members in _plain_names(content.facet_sets).items():
         facets = number[members]
         implied[name] = np.unique(facets)
-        found = find_rows(np.sort(facets, axis=1), np.sort(boundary, axis=1))
+        found = find_rows(node_sets_of(facets), node_sets_of(boundary))
         if (found >= 0).all():
             facet_sets[name] = boundary[np.unique(found)]
         else:

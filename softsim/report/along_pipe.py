@@ -140,7 +140,7 @@ def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
         faces, rim = frames.cells, boundary_edges(frames.cells)
         draw_edges(axes, x[rim], INK)
     else:
-        faces = boundary_facets(frames.cells)
+        faces = boundary_facets(frames.cells, d)
     mesh = PolyCollection(
         list(x[faces]), facecolors=robot.colour, edgecolors=robot.colour, linewidths=0.3, zorder=3
     )

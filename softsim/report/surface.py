@@ -78,7 +78,7 @@ class Surface:
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
         self.camera = CAMERA
-        facets = boundary_facets(frames.cells)
+        facets = boundary_facets(frames.cells, 3)
         owners = facet_owners(facets, frames.cells)
         corners = [
             (frames.points + frames.point_data["displacement"][index])[facets] * MILLI

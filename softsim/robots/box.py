@@ -3,7 +3,7 @@
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.block import LARGEST_GRID, block
 from softsim.robots.boundary import facets_on
@@ -45,12 +45,13 @@ def box(length: float, width: float, height: float, element_size: float) -> Mesh
         for axis, names in enumerate((("left", "right"), ("bottom", "top"), ("back", "front")))
         for name, extreme in zip(names, (np.min, np.max), strict=True)
     }
+    boundary = boundary_facets(cells, 3)
     body = renumbered(
         Mesh(
             points=points,
             cells=cells,
             node_sets=sides,
-            facet_sets={name: facets_on(cells, nodes) for name, nodes in sides.items()},
+            facet_sets={name: facets_on(boundary, nodes) for name, nodes in sides.items()},
         )
     )
     check(body)

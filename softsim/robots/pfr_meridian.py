@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.boundary import facets_on, facets_touching
 from softsim.robots.limits import check_positive, check_rows, check_skin
@@ -77,9 +77,10 @@ def pfr_meridian(
         "equator_inner": strip.at_middle(chamber),
         "equator_outer": strip.at_middle(outer),
     }
+    boundary = boundary_facets(strip.cells, 2)
     facet_sets = {
         "chamber": np.column_stack([chamber[:-1], chamber[1:]]),
-        "outer": facets_on(strip.cells, outer),
+        "outer": facets_on(boundary, outer),
     }
     cell_numbers = np.arange(len(strip.cells))
     cell_sets = {"skin": cell_numbers[: len(strip.skin_cells)]}
@@ -87,7 +88,7 @@ def pfr_meridian(
         columns = [len(ring.lines[-1]) for ring in rings]
         tips = [nodes[-count:] for nodes, count in zip(strip.fins, columns, strict=True)]
         node_sets |= {f"j{row}": nodes for row, nodes in enumerate(reversed(tips), start=1)}
-        facet_sets["rings"] = facets_touching(strip.cells, np.concatenate(strip.fins))
+        facet_sets["rings"] = facets_touching(boundary, np.concatenate(strip.fins))
         cell_sets["rings"] = cell_numbers[len(strip.skin_cells) :]
     section = renumbered(
         Mesh(

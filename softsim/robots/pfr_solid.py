@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.boundary import facets_on, facets_touching
 from softsim.robots.extrusion import extruded_cells
@@ -174,9 +174,10 @@ def _swept(
         "equator_inner": around(strip.at_middle(chamber)),
         "equator_outer": np.setdiff1d(around(strip.at_middle(outer)), number[spike_cells]),
     }
+    boundary = boundary_facets(cells, 3)
     facet_sets = {
-        "chamber": facets_on(cells, node_sets["chamber"]),
-        "outer": facets_on(cells, node_sets["outer"]),
+        "chamber": facets_on(boundary, node_sets["chamber"]),
+        "outer": facets_on(boundary, node_sets["outer"]),
     }
     cell_numbers = np.arange(len(cells))
     cell_sets = {"skin": cell_numbers[: len(skin_cells)]}
@@ -185,6 +186,6 @@ def _swept(
         height = strip.points[spikes, 1]
         node_sets |= {f"j{row}": around(s) for row, s in enumerate(reversed(strip.fins), start=1)}
         node_sets["tips"] = around(spikes[height > height.max() * (1 - 1e-9)])
-        facet_sets["spikes"] = facets_touching(cells, around(spikes))
+        facet_sets["spikes"] = facets_touching(boundary, around(spikes))
         cell_sets["spikes"] = cell_numbers[len(skin_cells) :]
     return Mesh(points[used], cells, node_sets, facet_sets, cell_sets)

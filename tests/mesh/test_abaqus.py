@@ -172,7 +172,7 @@ def test_a_written_body_comes_back(tmp_path_factory, dimension, counts, seed):
     cell_label = 3 + 4 * rng.permutation(len(cells))
     written = cells.copy()
     written[turned, :2] = written[turned, 1::-1]
-    boundary = boundary_facets(cells)
+    boundary = boundary_facets(cells, dimension)
     chosen = boundary[rng.permutation(len(boundary))[: rng.integers(1, len(boundary) + 1)]]
     faces = FACES[dimension + 1]
     place = {

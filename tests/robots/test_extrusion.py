@@ -25,7 +25,7 @@ def test_cells_fill_the_column_whatever_the_numbering(order, turns, layers):
     np.testing.assert_allclose(signed_volumes(points, cells), 1 / 6)
     assert len(cells) == 6 * layers
     # Conforming: nothing but the column's outside is boundary.
-    assert len(boundary_facets(cells)) == 4 + 8 * layers
+    assert len(boundary_facets(cells, 3)) == 4 + 8 * layers
 
 
 def test_layers_may_fill_different_parts_of_the_section():
@@ -33,7 +33,7 @@ def test_layers_may_fill_different_parts_of_the_section():
     cells = extruded_cells([HALVES, HALVES[:1]], np.arange(12).reshape(3, 4))
     assert signed_volumes(points, cells).sum() == pytest.approx(1.5)
     # Outside: two halves below, four sides, a half open half-way, three sides, a half on top.
-    assert len(boundary_facets(cells)) == 2 + 8 + 1 + 6 + 1
+    assert len(boundary_facets(cells, 3)) == 2 + 8 + 1 + 6 + 1
 
 
 @pytest.mark.parametrize("layers", [4, 5])
@@ -54,7 +54,7 @@ def test_a_closed_sweep_has_no_ends(layers):
     triangles = HALVES[:, ::-1]
     cells = extruded_cells([triangles] * layers, np.concatenate([node, node[:1]]))
     check(Mesh(points, cells))
-    assert len(boundary_facets(cells)) == 8 * layers
+    assert len(boundary_facets(cells, 3)) == 8 * layers
     polygon = layers / 2 * np.sin(2 * np.pi / layers) * (2**2 - 1**2)
     assert signed_volumes(points, cells).sum() == pytest.approx(polygon)
 

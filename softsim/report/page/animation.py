@@ -97,7 +97,7 @@ def skin_of(frames: Frames) -> Skin:
     if frames.points.shape[1] == 2:
         nodes = np.unique(frames.cells)
         return Skin(nodes, frames.cells, slice(None), boundary_edges(frames.cells))
-    faces = boundary_facets(frames.cells)
+    faces = boundary_facets(frames.cells, 3)
     owners = facet_owners(faces, frames.cells)
     return Skin(np.unique(faces), faces, owners, np.zeros((0, 2), dtype=int))
 
