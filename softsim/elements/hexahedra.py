@@ -33,6 +33,7 @@ from softsim.elements.region import Region
 from softsim.elements.tetrahedra import SpaceElements
 from softsim.fields import lane_data, lane_field
 from softsim.nodes import Nodes
+from softsim.term import Pass, Stage
 
 MODES, AMPLITUDES = 4, 12
 SIGNS = tuple(map(tuple, CORNERS[8].tolist()))  # xi_i of the corners
@@ -60,6 +61,13 @@ class Hexahedra(SpaceElements):
         self.pull = lane_field((scenarios, blocks, MODES, 3))  # Q_k
         self.turned = lane_field((scenarios, blocks, AMPLITUDES))  # q_ki at 3 k + i
         self.slope = lane_field((scenarios, blocks, AMPLITUDES))  # p_ki
+        self.bent = [lane_field((scenarios, blocks)) for _ in range(9)]  # of T_i, by component
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        passes = super().passes()
+        passes[Stage.PRESS].append(Pass("elements", int(self.blocks), (self.bend,)))
+        return passes
 
     def rest_edges(self, region: Region) -> np.ndarray:
         """D_i (m, 3, 3) [m]."""
@@ -93,12 +101,12 @@ class Hexahedra(SpaceElements):
             g1 = 0.125 * ((d3 + d2) + (d1 + d0))
             g2 = 0.125 * ((s3 - s2) + (s1 - s0))
             g3 = 0.125 * ((s3 + s2) - (s1 + s0))
-            for m in range(MODES):
+            for m in ti.static(range(MODES)):
                 h = self.mode[s, b, m, k]
                 g1 += self.lean[b, m, 0] * h
                 g2 += self.lean[b, m, 1] * h
                 g3 += self.lean[b, m, 2] * h
-            for m in range(MODES):
+            for m in ti.static(range(MODES)):
                 share = self.share[b, m, 0] * g1 + self.share[b, m, 1] * g2
                 self.mode[s, b, m, k] = self.mode[s, b, m, k] - share - self.share[b, m, 2] * g3
             self.edge[k][s, b] = g1
@@ -115,11 +123,9 @@ class Hexahedra(SpaceElements):
         return x
 
     @ti.func
-    def stress_corners(self, s, b, t, dt):
-        """Corner forces from the stress and the hourglass modes."""
-        S = self.stress(s, b)
+    def bend(self, s, b, t, dt):
+        """What the hourglass modes add to T_i, less sum P_ki Q_k, and Q_k."""
         ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
-        # Directions e_i, and 1 / |d_i|.
         r_a, r_b, r_c = (
             self.inverse_root(s, b, 0),
             self.inverse_root(s, b, 1),
@@ -128,7 +134,7 @@ class Hexahedra(SpaceElements):
         e_ax, e_ay, e_az = r_a * ax[s, b], r_a * ay[s, b], r_a * az[s, b]
         e_bx, e_by, e_bz = r_b * bx[s, b], r_b * by[s, b], r_b * bz[s, b]
         e_cx, e_cy, e_cz = r_c * cx[s, b], r_c * cy[s, b], r_c * cz[s, b]
-        for m in range(MODES):
+        for m in ti.static(range(MODES)):
             x, y, z = self.mode[s, b, m, 0], self.mode[s, b, m, 1], self.mode[s, b, m, 2]
             self.turned[s, b, 3 * m] = e_ax * x + e_ay * y + e_az * z
             self.turned[s, b, 3 * m + 1] = e_bx * x + e_by * y + e_bz * z
@@ -136,41 +142,43 @@ class Hexahedra(SpaceElements):
         self.strain_plates(s, b)
         self.springs.load(s, b)
         self.pull_plates(s, b)
-        # T_i of the stress, to which the modes add theirs less sum P_ki Q_k: G_i.
+        for m in ti.static(range(MODES)):
+            p_a = self.slope[s, b, 3 * m]
+            p_b = self.slope[s, b, 3 * m + 1]
+            p_c = self.slope[s, b, 3 * m + 2]
+            self.pull[s, b, m, 0] = p_a * e_ax + p_b * e_bx + p_c * e_cx
+            self.pull[s, b, m, 1] = p_a * e_ay + p_b * e_by + p_c * e_cy
+            self.pull[s, b, m, 2] = p_a * e_az + p_b * e_bz + p_c * e_cz
+        self.bend_edge(s, b, 0, r_a, e_ax, e_ay, e_az)
+        self.bend_edge(s, b, 1, r_b, e_bx, e_by, e_bz)
+        self.bend_edge(s, b, 2, r_c, e_cx, e_cy, e_cz)
+
+    @ti.func
+    def bend_edge(self, s, b, i: ti.template(), r, e_x, e_y, e_z):  # type: ignore[valid-type]  # Taichi wants an instance
+        """sum_k p_ki (h~_k - q_ki e_i) / |d_i| - P_ki Q_k."""
+        T_x, T_y, T_z = self.metric.lane(0.0), self.metric.lane(0.0), self.metric.lane(0.0)
+        along = self.metric.lane(0.0)
+        for m in ti.static(range(MODES)):
+            p, share = self.slope[s, b, 3 * m + i], self.share[b, m, i]
+            along += p * self.turned[s, b, 3 * m + i]
+            T_x += p * r * self.mode[s, b, m, 0] - share * self.pull[s, b, m, 0]
+            T_y += p * r * self.mode[s, b, m, 1] - share * self.pull[s, b, m, 1]
+            T_z += p * r * self.mode[s, b, m, 2] - share * self.pull[s, b, m, 2]
+        self.bent[3 * i][s, b] = T_x - along * r * e_x
+        self.bent[3 * i + 1][s, b] = T_y - along * r * e_y
+        self.bent[3 * i + 2][s, b] = T_z - along * r * e_z
+
+    @ti.func
+    def stress_corners(self, s, b, t, dt):
+        """Corner forces from the stress and the hourglass modes."""
+        S = self.stress(s, b)
         a_x, a_y, a_z = self.sum_of_edges(s, b, S.aa, S.ab, S.ca)
         b_x, b_y, b_z = self.sum_of_edges(s, b, S.ab, S.bb, S.bc)
         c_x, c_y, c_z = self.sum_of_edges(s, b, S.ca, S.bc, S.cc)
-        for m in range(MODES):
-            x, y, z = self.mode[s, b, m, 0], self.mode[s, b, m, 1], self.mode[s, b, m, 2]
-            q_a, q_b, q_c = (
-                self.turned[s, b, 3 * m],
-                self.turned[s, b, 3 * m + 1],
-                self.turned[s, b, 3 * m + 2],
-            )
-            p_a, p_b, p_c = (
-                self.slope[s, b, 3 * m],
-                self.slope[s, b, 3 * m + 1],
-                self.slope[s, b, 3 * m + 2],
-            )
-            Q_x = p_a * e_ax + p_b * e_bx + p_c * e_cx
-            Q_y = p_a * e_ay + p_b * e_by + p_c * e_cy
-            Q_z = p_a * e_az + p_b * e_bz + p_c * e_cz
-            self.pull[s, b, m, 0], self.pull[s, b, m, 1], self.pull[s, b, m, 2] = Q_x, Q_y, Q_z
-            share = self.share[b, m, 0]
-            a_x += p_a * r_a * (x - q_a * e_ax) - share * Q_x
-            a_y += p_a * r_a * (y - q_a * e_ay) - share * Q_y
-            a_z += p_a * r_a * (z - q_a * e_az) - share * Q_z
-            share = self.share[b, m, 1]
-            b_x += p_b * r_b * (x - q_b * e_bx) - share * Q_x
-            b_y += p_b * r_b * (y - q_b * e_by) - share * Q_y
-            b_z += p_b * r_b * (z - q_b * e_bz) - share * Q_z
-            share = self.share[b, m, 2]
-            c_x += p_c * r_c * (x - q_c * e_cx) - share * Q_x
-            c_y += p_c * r_c * (y - q_c * e_cy) - share * Q_y
-            c_z += p_c * r_c * (z - q_c * e_cz) - share * Q_z
-        self.push_corners(s, b, 0, a_x, b_x, c_x)
-        self.push_corners(s, b, 1, a_y, b_y, c_y)
-        self.push_corners(s, b, 2, a_z, b_z, c_z)
+        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.bent)
+        self.push_corners(s, b, 0, a_x + ax[s, b], b_x + bx[s, b], c_x + cx[s, b])
+        self.push_corners(s, b, 1, a_y + ay[s, b], b_y + by[s, b], c_y + cy[s, b])
+        self.push_corners(s, b, 2, a_z + az[s, b], b_z + bz[s, b], c_z + cz[s, b])
 
     @ti.func
     def inverse_root(self, s, b, i: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance

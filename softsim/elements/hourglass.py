@@ -176,7 +176,7 @@ class HourglassSprings:
     @ti.func
     def load(self, s, b):
         """Forces of block b, the branches having relaxed by one increment."""
-        for m in range(ti.static(self.count)):  # unrolled it takes seconds to compile
+        for m in ti.static(range(self.count)):
             y = self.amplitude[s, b, m]
             force = self.modulus[0] * y
             if ti.static(self.points.branch_count > 0):
