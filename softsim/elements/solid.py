@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
+from softsim import backend
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry
 from softsim.elements.hexahedra import Hexahedra
@@ -31,20 +32,25 @@ class Solid(Geometry):
         return np.ones((1, 1))
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] on the free side of a closed surface of triangles (k, 3)."""
-        a, b, c = x[facets].transpose(1, 0, 2)
-        return float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
+        """Volume [m^3] on the free side of a closed surface of triangles (k, 3), or of bilinear
+        quadrilaterals (k, 4).
+        """
+        triangles, share = triangles_of(facets)
+        a, b, c = x[triangles].transpose(1, 0, 2)
+        return share * float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
 
     def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Area (k, 3) [m^2] of triangles (k, 3) that each of their corners stands for."""
-        a, b, c = x[facets].transpose(1, 0, 2)
+        """Area (k, corners) [m^2] of facets that each of their corners stands for."""
+        triangles, share = triangles_of(facets)
+        a, b, c = x[triangles].transpose(1, 0, 2)
         area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        return np.repeat(area[:, None] / 3.0, 3, axis=1)
+        return share * _at_corners(facets, area[:, None] / 3.0)[:, :, 0]
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """d(enclosed volume)/dx of the corners (k, 3, d) [m^2]: forces of a pressure of 1 Pa."""
-        a, b, c = x[facets].transpose(1, 0, 2)
-        return np.repeat(np.cross(c - a, b - a)[:, None] / 6.0, 3, axis=1)
+        """d(enclosed volume)/dx of the corners (k, corners, d) [m^2]: forces of 1 Pa."""
+        triangles, share = triangles_of(facets)
+        a, b, c = x[triangles].transpose(1, 0, 2)
+        return share * _at_corners(facets, np.cross(c - a, b - a) / 6.0)
 
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         """What computes their forces."""
@@ -52,7 +58,28 @@ class Solid(Geometry):
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
-        return TriangleFacets(nodes, facets)
+        return FACETS[facets.shape[1]](nodes, facets)
+
+
+# Corners of the triangles that facets are cut into, by the number of their corners. A quadrilateral
+# is cut along both diagonals and halved: that is the volume under its bilinear surface, and favours
+# neither diagonal.
+TRIANGLES = {3: ((0, 1, 2),), 4: ((0, 1, 2), (2, 3, 0), (0, 1, 3), (1, 2, 3))}
+SHARES = {3: 1.0, 4: 0.5}
+
+
+def triangles_of(facets: np.ndarray) -> tuple[np.ndarray, float]:
+    """Triangles (k t, 3) that facets (k, corners) are cut into, and which share of each counts."""
+    corners = facets.shape[1]
+    return facets[:, TRIANGLES[corners]].reshape(-1, 3), SHARES[corners]
+
+
+def _at_corners(facets: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sums (k, corners, i) over the triangles at each corner of values (k t, i) of these."""
+    k, corners = facets.shape
+    of_facet = values.reshape(k, len(TRIANGLES[corners]), -1)
+    touches = np.array([[float(c in t) for t in TRIANGLES[corners]] for c in range(corners)])
+    return np.einsum("ct,kti->kci", touches, of_facet)
 
 
 @ti.data_oriented
@@ -64,16 +91,56 @@ class TriangleFacets(Facets):
         """Forces of a pressure of 1 Pa on facet i [m^2]: a third of its area, against its normal,
         on each corner.
         """
-        a = self.nodes.position[s, self.node[i, 0]]
-        b = self.nodes.position[s, self.node[i, 1]]
-        c = self.nodes.position[s, self.node[i, 2]]
-        f = (c - a).cross(b - a) / 6.0
+        f = self.third(s, i, 0, 1, 2)
         return ti.Matrix([[f[0], f[1], f[2]], [f[0], f[1], f[2]], [f[0], f[1], f[2]]])
 
     @ti.func
     def volume(self, s, i):
         """What facet i adds to the volume of its chamber [m^3]: the cone from the origin."""
-        a = self.nodes.position[s, self.node[i, 0]]
-        b = self.nodes.position[s, self.node[i, 1]]
-        c = self.nodes.position[s, self.node[i, 2]]
+        return self.cone(s, i, 0, 1, 2)
+
+    @ti.func
+    def third(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """A third of the area between three corners, against its normal [m^2]."""
+        a = self.nodes.position[s, self.node[i, j]]
+        b = self.nodes.position[s, self.node[i, k]]
+        c = self.nodes.position[s, self.node[i, n]]
+        return (c - a).cross(b - a) / 6.0
+
+    @ti.func
+    def cone(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Volume between three corners and the origin [m^3]."""
+        a = self.nodes.position[s, self.node[i, j]]
+        b = self.nodes.position[s, self.node[i, k]]
+        c = self.nodes.position[s, self.node[i, n]]
         return a.dot(c.cross(b)) / 6.0
+
+
+@ti.data_oriented
+class QuadrilateralFacets(TriangleFacets):
+    """Quadrilaterals (k, 4) in space: half of each of the four triangles between their corners."""
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces of a pressure of 1 Pa on facet i [m^2]."""
+        forces = ti.Matrix.zero(backend.real, 4, 3)
+        for t in ti.static(range(4)):
+            j, k, n = ti.static(TRIANGLES[4][t])
+            third = 0.5 * self.third(s, i, j, k, n)
+            for component in ti.static(range(3)):
+                forces[j, component] += third[component]
+                forces[k, component] += third[component]
+                forces[n, component] += third[component]
+        return forces
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3]."""
+        volume = ti.cast(0.0, backend.real)
+        for t in ti.static(range(4)):
+            j, k, n = ti.static(TRIANGLES[4][t])
+            volume += 0.5 * self.cone(s, i, j, k, n)
+        return volume
+
+
+FACETS: dict[int, type[TriangleFacets]] = {3: TriangleFacets, 4: QuadrilateralFacets}
