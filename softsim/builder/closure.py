@@ -8,14 +8,14 @@ from softsim.builder.names import MeshedBody, Names, in_mm
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.ring_section import RingSection
-from softsim.mesh.mesh import open_rim
+from softsim.mesh.mesh import of_one_kind, open_rim, with_corners
 from softsim.scene.tree import Keys
 
 
 def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.ndarray:
     """Facets (k, corners) of the named sets, none of them twice."""
-    facets = np.concatenate(
-        [names.facet_set(f, (*keys, "facets", k)) for k, f in enumerate(references)]
+    facets = of_one_kind(
+        [names.facet_set(f, (*keys, "facets", k)) for k, f in enumerate(references)], 2
     )
     _, counts = np.unique(facets, axis=0, return_counts=True)
     if counts.max() > 1:
@@ -127,7 +127,7 @@ def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray)
         for node in loop[:-1]:
             del following[node]
         fans += [[loop[0], a, b] for a, b in pairwise(loop[1:-1])]
-    return np.array(fans).reshape(-1, 3)
+    return with_corners(np.array(fans).reshape(-1, 3), 2, facets.shape[1])
 
 
 def smallest_volume(geometry: Geometry, facets: np.ndarray, points: np.ndarray) -> float:

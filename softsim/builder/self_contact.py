@@ -11,8 +11,8 @@ from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.elements.quadrature import simplex_gradients
 from softsim.mesh.bearing import nodes_per_facet_bound
-from softsim.mesh.mesh import SURFACE
-from softsim.model import Body, ContactData, SelfContactData
+from softsim.mesh.mesh import SURFACE, simplex_facets, simplexes
+from softsim.model import Body, ContactData, SelfContactData, joined_cells
 
 # Of the penalty stiffness against a wall. Two surfaces that press each other are as stiff as one
 # after the other, a half; the nodes of each are held against the facets of the other, a half each.
@@ -35,8 +35,8 @@ def self_contact(
     references = names.scene.contact.self_contact
     if not references:
         return None
-    facets = np.concatenate([named_facets(names, r, k) for k, r in enumerate(references)])
-    facets = np.unique(facets, axis=0)
+    named = [named_facets(names, r, k) for k, r in enumerate(references)]
+    facets = np.unique(np.concatenate([simplex_facets(f)[0] for f in named]), axis=0)
     nodes = np.unique(facets)
     part = connected_parts(bodies, len(points))
     refuse_overlap(names, bodies, points, part, nodes)
@@ -99,7 +99,7 @@ def surface_against_surface(
 
 def connected_parts(bodies: Sequence[Body], node_count: int) -> np.ndarray:
     """Number of the part (n,) that each node is connected with through cells."""
-    cells = np.concatenate([b.cells + b.first_node for b in bodies])
+    cells = joined_cells(bodies)
     first = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel()
     links = coo_array(
         (np.ones(len(first)), (first, cells[:, 1:].ravel())), shape=(node_count, node_count)
@@ -129,11 +129,12 @@ def refuse_overlap(
 
 def depth_inside(places: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """How deep (k,) [m] each place (k, d) lies in the body of these cells, at least: the distance
-    to the outer sides of the cells at the place, zero outside.
+    to the outer sides of the simplexes at the place, zero outside.
 
     A side between two cells that hold the place does not count: its distance to one is that to the
     other. So a place on an inner node is as deep as the cells around it are high.
     """
+    cells = simplexes(cells, points.shape[1])
     corners = points[cells]
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max()

@@ -8,6 +8,7 @@ has collapsed to a point or a line is none, one that has collapsed to a triangle
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -133,8 +134,11 @@ def with_corners(cells: np.ndarray, dimension: int, corners: int) -> np.ndarray:
     return cells[:, _COLLAPSED[dimension, cells.shape[1]]]
 
 
-def alike(groups: list[np.ndarray], dimension: int) -> np.ndarray:
-    """All cells of the groups (m, corners), written with the most corners that any of them has."""
+def of_one_kind(groups: Sequence[np.ndarray], dimension: int) -> np.ndarray:
+    """All cells of the groups (m, corners), written with the most corners that any of them has.
+
+    Facets of bodies in space are cells of two dimensions.
+    """
     corners = max(cells.shape[1] for cells in groups)
     return np.concatenate([with_corners(cells, dimension, corners) for cells in groups])
 
@@ -181,10 +185,43 @@ def node_sets_of(facets: np.ndarray) -> np.ndarray:
     return nodes
 
 
+def simplex_facets(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges or triangles (k, d), and the number (k,) of the facet of each: quadrilaterals are cut
+    into triangles along the diagonal from their smallest node, so that two cells cut a common facet
+    alike.
+    """
+    numbers = np.arange(len(facets))
+    if facets.shape[1] < 4:
+        return facets, numbers
+    turn = (np.argmin(facets, axis=1)[:, None] + np.arange(4)) % 4
+    halves = np.take_along_axis(facets, turn, axis=1)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    whole = _are_different(halves)
+    return halves[whole], np.repeat(numbers, 2)[whole]
+
+
+def simplexes(cells: np.ndarray, dimension: int) -> np.ndarray:
+    """The cells cut into triangles or tetrahedra (k, d + 1), conforming: from the smallest node of
+    each to its facets, which are cut from theirs.
+    """
+    if cells.shape[1] == dimension + 1:
+        return cells
+    facets, owners = cell_facets(cells, dimension)
+    bases, numbers = simplex_facets(facets)
+    found = np.column_stack([cells.min(axis=1)[owners[numbers]], bases])
+    return found[_are_different(found)]
+
+
+def _are_different(rows: np.ndarray) -> np.ndarray:
+    """In which of the rows (k, corners) no node is there twice."""
+    nodes = np.sort(rows, axis=1)
+    return (nodes[:, 1:] != nodes[:, :-1]).all(axis=1)
+
+
 def facet_owners(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Number (k,) of the cell that has each facet (k, corners) of the boundary; -1: none has it."""
     of_cells, owners = cell_facets(cells, 2 if facets.shape[1] == 2 else 3)
-    found = find_rows(node_sets_of(facets), node_sets_of(of_cells))
+    rows = node_sets_of(of_one_kind([of_cells, facets], 2))
+    found = find_rows(rows[len(of_cells) :], rows[: len(of_cells)])
     return np.where(found < 0, -1, owners[found])
 
 

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import SURFACE, Mesh, cell_facets, find_rows, signed_volumes
+from softsim.mesh.mesh import SURFACE, Mesh, cell_facets, facet_owners, find_rows, signed_volumes
 
 FLAT_CELL = 1e-9
 """A cell is flat when its volume, or that of the simplex of a corner and its neighbours, is below
@@ -68,8 +68,9 @@ def check(mesh: Mesh, labels: Labels | None = None) -> None:
 
     It cannot with: no cells, a coordinate that is not finite, a node or cell number out of range,
     an empty set, a node that belongs to no cell, two nodes in one place, a flat cell or an inverted
-    one, cells that overlap at a common facet (a cell listed twice), a facet that is not on the
-    boundary or is listed the wrong way round.
+    one, as a whole or at a corner, cells that overlap at a common facet (a cell listed twice), a
+    quadrilateral of one cell that meets triangles of others, a facet that is not on the boundary or
+    is listed the wrong way round.
 
     labels: how messages call nodes and cells; without, by their numbers from 0 on.
     """
@@ -80,6 +81,7 @@ def check(mesh: Mesh, labels: Labels | None = None) -> None:
     _check_nodes(mesh, labels)
     _check_volumes(mesh, labels)
     _check_overlaps(mesh, labels)
+    _check_joints(mesh, labels)
     _check_facets(mesh)
 
 
@@ -210,6 +212,31 @@ def _check_overlaps(mesh: Mesh, labels: Labels | None) -> None:
             f"{_centre(mesh, first)} and {_centre(mesh, second)}, lie on the same side of a "
             f"common facet ({len(same)} such facets)",
             hint="a cell is listed twice, or the mesh is folded over itself",
+        )
+
+
+def _check_joints(mesh: Mesh, labels: Labels | None) -> None:
+    """No quadrilateral of one cell meets triangles of others: between them the body would be open.
+
+    Any three corners of a quadrilateral on the boundary are those of no other facet.
+    """
+    boundary = mesh.facet_sets[SURFACE]
+    if boundary.shape[1] < 4:
+        return
+    is_triangle = boundary[:, 3] == boundary[:, 2]
+    triangles, others = boundary[is_triangle], boundary[~is_triangle]
+    threes = np.sort(others[:, [[0, 1, 2], [1, 2, 3], [2, 3, 0], [3, 0, 1]]], axis=2)
+    met = find_rows(threes.reshape(-1, 3), np.sort(triangles[:, :3], axis=1)).reshape(-1, 4)
+    bad, corner = np.nonzero(met >= 0)
+    if len(bad):
+        pair = np.stack([others[bad[0]], triangles[met[bad[0], corner[0]]]])
+        first, second = facet_owners(pair, mesh.cells)
+        raise MeshError(
+            f"{cell_name(first, labels)} and {cell_name(second, labels)}, at "
+            f"{_centre(mesh, first)} and {_centre(mesh, second)}, meet with a quadrilateral and a "
+            f"triangle ({len(np.unique(bad))} such quadrilaterals)",
+            hint="put pyramids or wedges between hexahedra and tetrahedra, or mesh the body with "
+            "one kind of cell",
         )
 
 

@@ -124,7 +124,8 @@ def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Sho
     corners: (k, 3|4, 3) [mm], outward by the right-hand rule. values: (k,). Facets that are lost or
     have no area are left out.
     """
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # Of triangles two sides, of quadrilaterals the diagonals.
+    normals = np.cross(corners[:, -2] - corners[:, 0], corners[:, -1] - corners[:, 1])
     lengths = np.linalg.norm(normals, axis=1)
     with np.errstate(invalid="ignore"):
         seen = np.flatnonzero(normals @ camera.towards > 1e-9 * lengths)

@@ -8,13 +8,15 @@ from hypothesis import strategies as st
 from softsim.errors import MeshError
 from softsim.mesh.mesh import (
     Mesh,
-    alike,
     boundary_facets,
     facet_owners,
     find_rows,
+    of_one_kind,
     open_rim,
     renumbered,
     signed_volumes,
+    simplex_facets,
+    simplexes,
     transformed,
     turned,
     with_corners,
@@ -115,7 +117,7 @@ def test_volume_of_a_hexahedron_is_that_of_the_trilinear_map(seed):
 def test_cells_of_other_kinds_meet_in_common_facets():
     points = np.vstack([CUBE, [[2, 0, 0], [2, 0, 1], [0.5, 0.5, 2]]])
     hexahedron, wedge, pyramid = np.arange(8), [8, 2, 1, 9, 6, 5], [4, 5, 6, 7, 10]
-    cells = alike([hexahedron[None], np.array([wedge]), np.array([pyramid])], 3)
+    cells = of_one_kind([hexahedron[None], np.array([wedge]), np.array([pyramid])], 3)
     mesh = Mesh(points, cells)
     check(mesh)
     surface = {frozenset(f) for f in mesh.facet_sets["surface"].tolist()}
@@ -129,9 +131,34 @@ def test_cells_of_other_kinds_meet_in_common_facets():
     assert quality(after).volume == pytest.approx(quality(mesh).volume)
 
 
+def test_cells_of_all_kinds_are_cut_into_simplexes_that_conform():
+    points = np.vstack([CUBE, [[2, 0, 0], [2, 0, 1], [0.5, 0.5, 2]]])
+    hexahedron, wedge, pyramid = np.arange(8), [8, 2, 1, 9, 6, 5], [4, 5, 6, 7, 10]
+    cells = of_one_kind([hexahedron[None], np.array([wedge]), np.array([pyramid])], 3)
+    for order in np.random.default_rng(1).permuted(np.tile(np.arange(11), (20, 1)), axis=1):
+        moved = np.empty_like(points)
+        moved[order] = points
+        cut = simplexes(order[cells], 3)
+        check(Mesh(moved, cut))
+        volumes = signed_volumes(moved, cut)
+        assert volumes.sum() == pytest.approx(1 + 1 / 2 + 1 / 3)
+        sides, numbers = simplex_facets(boundary_facets(order[cells], 3))
+        assert {frozenset(f) for f in sides.tolist()} == {
+            frozenset(f) for f in boundary_facets(cut, 3).tolist()
+        }
+        assert np.bincount(numbers).max() == 2
+
+
+def test_quadrilaterals_are_cut_into_triangles():
+    cut = simplexes(np.array([[3, 0, 1, 2], [2, 1, 4, 4]]), 2)
+    assert cut.tolist() == [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
+    edges = np.array([[0, 1], [1, 2]])
+    assert simplex_facets(edges)[0].tolist() == edges.tolist()
+
+
 def test_triangles_beside_quadrilaterals():
     points = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [2, 0.5]])
-    cells = alike([np.array([[0, 1, 2, 3]]), np.array([[1, 4, 2]])], 2)
+    cells = of_one_kind([np.array([[0, 1, 2, 3]]), np.array([[1, 4, 2]])], 2)
     mesh = Mesh(points, cells)
     check(mesh)
     assert mesh.facet_sets["surface"].tolist() == [[0, 1], [2, 3], [3, 0], [1, 4], [4, 2]]
