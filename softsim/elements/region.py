@@ -35,6 +35,11 @@ class Region:
         return slice(self.first_node, self.first_node + len(self.points))
 
     @property
+    def has_hourglass_modes(self) -> bool:
+        """Whether its elements can do what no linear field does: they are no simplexes."""
+        return self.cells.shape[1] > self.points.shape[1] + 1
+
+    @property
     def volumes(self) -> np.ndarray:
         """Reference volume of each element (m,) [m^3]."""
         return self.geometry.volumes(self.points, self.cells)

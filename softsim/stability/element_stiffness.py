@@ -61,7 +61,7 @@ class RegionStiffness:
             region.geometry.gradients(region.points, region.cells).transpose(1, 2, 0)
         )
         self.hourglass = None
-        if self.corners > region.geometry.dimension + 1:
+        if region.has_hourglass_modes:
             self.hourglass = HourglassStiffness(region)
         self.hoop = region.geometry.hoop
         self.movers, self.around = self.cells, np.zeros(0, dtype=int)
