@@ -18,7 +18,6 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from softsim.errors import MeshError
 
 SURFACE = "surface"
-
 CORNERS = {2: (3, 4), 3: (4, 8)}
 """Numbers of corners that cells can have, by number of dimensions."""
 
@@ -44,7 +43,7 @@ _COLLAPSED = {
 
 # Order of corners that turns a cell inside out, collapsed ones too.
 _TURNED = {
-    (2, 3): [1, 0, 2],
+    (2, 3): [2, 1, 0],
     (2, 4): [1, 0, 3, 2],
     (3, 4): [1, 0, 2, 3],
     (3, 8): [1, 0, 3, 2, 5, 4, 7, 6],
