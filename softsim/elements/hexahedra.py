@@ -14,8 +14,6 @@ bending.
 Amplitudes: y = sqrt(V/3 / mu) L E of each plate, with H = L^T L.
 """
 
-from typing import Any
-
 import numpy as np
 import taichi as ti
 
@@ -27,11 +25,11 @@ from softsim.elements.hourglass import (
     plate_factors,
     warping_scales,
 )
-from softsim.elements.one_point import followed_by_zeros, padded
+from softsim.elements.one_point import followed_by_zeros, lane_tables, padded
 from softsim.elements.quadrature import CORNERS
 from softsim.elements.region import Region
 from softsim.elements.tetrahedra import SpaceElements
-from softsim.fields import lane_data, lane_field
+from softsim.fields import lane_field
 from softsim.nodes import Nodes
 from softsim.term import Pass, Stage
 
@@ -48,20 +46,18 @@ class Hexahedra(SpaceElements):
         modes = hourglass_modes(region)
         scenarios, blocks = nodes.scenarios, int(self.blocks)
         self.springs = HourglassSprings(self.points, AMPLITUDES, scenarios, blocks)
-        self.lean, self.share = self.by_mode(modes.lean), self.by_mode(modes.share)
+        self.lean = lane_tables(padded(modes.lean))
+        self.share = lane_tables(padded(modes.share))
         lengths = np.linalg.norm(modes.basis, axis=2)
-        warping = warping_scales(region, modes)
-        self.length = [lane_data(padded(column)) for column in lengths.T]
-        self.warping = [lane_data(followed_by_zeros(column)) for column in warping.T]
-        self.plate = [
-            [[lane_data(followed_by_zeros(entry)) for entry in row] for row in L.transpose(1, 2, 0)]
-            for L in (plate_factors(region, modes, k) for k in range(3))
-        ]
+        self.length = lane_tables(padded(lengths))
+        self.warping = lane_tables(followed_by_zeros(warping_scales(region, modes)))
+        L = np.stack([plate_factors(region, modes, k) for k in range(3)], axis=1)
+        self.plate = lane_tables(followed_by_zeros(L.reshape(len(L), 3, 9)))
         self.mode = lane_field((scenarios, blocks, MODES, 3))  # h~_k
         self.pull = lane_field((scenarios, blocks, MODES, 3))  # Q_k
         self.turned = lane_field((scenarios, blocks, AMPLITUDES))  # q_ki at 3 k + i
         self.slope = lane_field((scenarios, blocks, AMPLITUDES))  # p_ki
-        self.bent = [lane_field((scenarios, blocks)) for _ in range(9)]  # of T_i, by component
+        self.bent = lane_field((scenarios, blocks, 9))  # of T_i, at 3 i + component
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
@@ -72,12 +68,6 @@ class Hexahedra(SpaceElements):
     def rest_edges(self, region: Region) -> np.ndarray:
         """D_i (m, 3, 3) [m]."""
         return hourglass_modes(region).basis
-
-    def by_mode(self, values: np.ndarray) -> Any:
-        """A field [block, mode, i] of values (m, modes, 3)."""
-        lanes = backend.lanes()
-        blocks = padded(values).reshape(-1, lanes, *values.shape[1:]).transpose(0, 2, 3, 1)
-        return lane_data(np.ascontiguousarray(blocks).reshape(*blocks.shape[:2], -1))
 
     @ti.func
     def deform(self, s, b, t, dt):
@@ -164,9 +154,9 @@ class Hexahedra(SpaceElements):
             T_x += p * r * self.mode[s, b, m, 0] - share * self.pull[s, b, m, 0]
             T_y += p * r * self.mode[s, b, m, 1] - share * self.pull[s, b, m, 1]
             T_z += p * r * self.mode[s, b, m, 2] - share * self.pull[s, b, m, 2]
-        self.bent[3 * i][s, b] = T_x - along * r * e_x
-        self.bent[3 * i + 1][s, b] = T_y - along * r * e_y
-        self.bent[3 * i + 2][s, b] = T_z - along * r * e_z
+        self.bent[s, b, 3 * i] = T_x - along * r * e_x
+        self.bent[s, b, 3 * i + 1] = T_y - along * r * e_y
+        self.bent[s, b, 3 * i + 2] = T_z - along * r * e_z
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
@@ -175,10 +165,9 @@ class Hexahedra(SpaceElements):
         a_x, a_y, a_z = self.sum_of_edges(s, b, S.aa, S.ab, S.ca)
         b_x, b_y, b_z = self.sum_of_edges(s, b, S.ab, S.bb, S.bc)
         c_x, c_y, c_z = self.sum_of_edges(s, b, S.ca, S.bc, S.cc)
-        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.bent)
-        self.push_corners(s, b, 0, a_x + ax[s, b], b_x + bx[s, b], c_x + cx[s, b])
-        self.push_corners(s, b, 1, a_y + ay[s, b], b_y + by[s, b], c_y + cy[s, b])
-        self.push_corners(s, b, 2, a_z + az[s, b], b_z + bz[s, b], c_z + cz[s, b])
+        self.push_corners(s, b, 0, a_x, b_x, c_x)
+        self.push_corners(s, b, 1, a_y, b_y, c_y)
+        self.push_corners(s, b, 2, a_z, b_z, c_z)
 
     @ti.func
     def inverse_root(self, s, b, i: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
@@ -199,16 +188,21 @@ class Hexahedra(SpaceElements):
         """Amplitudes of the plates' strains and of the warping."""
         for k in ti.static(range(3)):
             i, j = ti.static(CYCLIC[k])
-            L = ti.static(self.plate[k])
-            first = self.length[i][b] * self.turned[s, b, 3 * j + i]
-            second = self.length[j][b] * self.turned[s, b, 3 * i + j]
-            both = self.length[i][b] * self.turned[s, b, 4 * i]
-            both += self.length[j][b] * self.turned[s, b, 4 * j]
-            amplitude = L[0][0][b] * first + L[0][1][b] * second + L[0][2][b] * both
+            first = self.length[b, i] * self.turned[s, b, 3 * j + i]
+            second = self.length[b, j] * self.turned[s, b, 3 * i + j]
+            both = self.length[b, i] * self.turned[s, b, 4 * i]
+            both += self.length[b, j] * self.turned[s, b, 4 * j]
+            amplitude = (
+                self.plate[b, k, 0] * first
+                + self.plate[b, k, 1] * second
+                + self.plate[b, k, 2] * both
+            )
             self.springs.amplitude[s, b, 3 * k] = amplitude
-            self.springs.amplitude[s, b, 3 * k + 1] = L[1][1][b] * second + L[1][2][b] * both
-            self.springs.amplitude[s, b, 3 * k + 2] = L[2][2][b] * both
-            self.springs.amplitude[s, b, 9 + k] = self.warping[k][b] * self.turned[s, b, 9 + k]
+            self.springs.amplitude[s, b, 3 * k + 1] = (
+                self.plate[b, k, 4] * second + self.plate[b, k, 5] * both
+            )
+            self.springs.amplitude[s, b, 3 * k + 2] = self.plate[b, k, 8] * both
+            self.springs.amplitude[s, b, 9 + k] = self.warping[b, k] * self.turned[s, b, 9 + k]
 
     @ti.func
     def pull_plates(self, s, b):
@@ -217,20 +211,25 @@ class Hexahedra(SpaceElements):
             self.slope[s, b, 4 * k] = self.metric.lane(0.0)
         for k in ti.static(range(3)):
             i, j = ti.static(CYCLIC[k])
-            L = ti.static(self.plate[k])
             f_0 = self.springs.force[s, b, 3 * k]
             f_1 = self.springs.force[s, b, 3 * k + 1]
             f_2 = self.springs.force[s, b, 3 * k + 2]
-            both = L[0][2][b] * f_0 + L[1][2][b] * f_1 + L[2][2][b] * f_2
-            self.slope[s, b, 3 * j + i] = self.length[i][b] * (L[0][0][b] * f_0)
-            self.slope[s, b, 3 * i + j] = self.length[j][b] * (L[0][1][b] * f_0 + L[1][1][b] * f_1)
-            self.slope[s, b, 4 * i] = self.slope[s, b, 4 * i] + self.length[i][b] * both
-            self.slope[s, b, 4 * j] = self.slope[s, b, 4 * j] + self.length[j][b] * both
-            self.slope[s, b, 9 + k] = self.warping[k][b] * self.springs.force[s, b, 9 + k]
+            both = self.plate[b, k, 2] * f_0 + self.plate[b, k, 5] * f_1 + self.plate[b, k, 8] * f_2
+            self.slope[s, b, 3 * j + i] = self.length[b, i] * (self.plate[b, k, 0] * f_0)
+            self.slope[s, b, 3 * i + j] = self.length[b, j] * (
+                self.plate[b, k, 1] * f_0 + self.plate[b, k, 4] * f_1
+            )
+            self.slope[s, b, 4 * i] = self.slope[s, b, 4 * i] + self.length[b, i] * both
+            self.slope[s, b, 4 * j] = self.slope[s, b, 4 * j] + self.length[b, j] * both
+            self.slope[s, b, 9 + k] = self.warping[b, k] * self.springs.force[s, b, 9 + k]
 
     @ti.func
-    def push_corners(self, s, b, k: ti.template(), g_1, g_2, g_3):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Component k of the corner forces -1/8 (sum_i xi_i G_i + sum_m phi_m H_m)."""
+    def push_corners(self, s, b, k: ti.template(), T_1, T_2, T_3):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Component k of the corner forces -1/8 (sum_i xi_i G_i + sum_m phi_m H_m), T_i being that
+        of the stress.
+        """
+        g_1, g_2 = T_1 + self.bent[s, b, k], T_2 + self.bent[s, b, 3 + k]
+        g_3 = T_3 + self.bent[s, b, 6 + k]
         h_1 = self.pulled(s, b, 0, k, g_1, g_2, g_3)
         h_2 = self.pulled(s, b, 1, k, g_1, g_2, g_3)
         h_3 = self.pulled(s, b, 2, k, g_1, g_2, g_3)

@@ -174,6 +174,15 @@ def padded(values: np.ndarray) -> np.ndarray:
     return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
 
 
+def lane_tables(values: np.ndarray) -> ti.MatrixField:
+    """A field [block, ...] of per-element values (..., after m, whole lane vectors): one field where
+    there would be many, of which Taichi can hold a thousand components.
+    """
+    lanes = backend.lanes()
+    blocks = np.moveaxis(values.reshape(-1, lanes, *values.shape[1:]), 1, -1)
+    return lane_data(np.ascontiguousarray(blocks).reshape(*blocks.shape[:-2], -1))
+
+
 def followed_by_zeros(values: np.ndarray) -> np.ndarray:
     """Per-element values (m, ...) with zeros up to whole lane vectors: what padding stores."""
     result = padded(values)

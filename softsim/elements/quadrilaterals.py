@@ -12,10 +12,10 @@ import taichi as ti
 from softsim import backend
 from softsim.elements.across import Across, SectionElements
 from softsim.elements.hourglass import HourglassSprings, fibre_scales, hourglass_modes
-from softsim.elements.one_point import followed_by_zeros, padded
+from softsim.elements.one_point import followed_by_zeros, lane_tables, padded
 from softsim.elements.quadrature import CORNERS
 from softsim.elements.region import Region
-from softsim.fields import lane_data, lane_field
+from softsim.fields import lane_field
 from softsim.nodes import Nodes
 
 
@@ -28,10 +28,9 @@ class Quadrilaterals(SectionElements):
         modes = hourglass_modes(region)
         scenarios, blocks = nodes.scenarios, int(self.blocks)
         self.springs = HourglassSprings(self.points, 2, scenarios, blocks)
-        self.lean = [lane_data(padded(column)) for column in modes.lean[:, 0].T]
-        self.share = [lane_data(padded(column)) for column in modes.share[:, 0].T]
-        scales = fibre_scales(region, modes)
-        self.scale = [lane_data(followed_by_zeros(column)) for column in scales.T]
+        self.lean = lane_tables(padded(modes.lean[:, 0]))
+        self.share = lane_tables(padded(modes.share[:, 0]))
+        self.scale = lane_tables(followed_by_zeros(fibre_scales(region, modes)))
         self.mode = [lane_field((scenarios, blocks)) for _ in range(2)]  # h~
 
     def rest_edges(self, region: Region) -> np.ndarray:
@@ -72,11 +71,11 @@ class Quadrilaterals(SectionElements):
         """Component k of d_1, d_2 and h~."""
         diagonal, other = x2 - x0, x1 - x3
         h = 0.25 * (x0 - x1 + x2 - x3)
-        d1 = 0.25 * (diagonal + other) + self.lean[0][b] * h
-        d2 = 0.25 * (diagonal - other) + self.lean[1][b] * h
+        d1 = 0.25 * (diagonal + other) + self.lean[b, 0] * h
+        d2 = 0.25 * (diagonal - other) + self.lean[b, 1] * h
         self.edge[k][s, b] = d1
         self.edge[2 + k][s, b] = d2
-        self.mode[k][s, b] = h - self.share[0][b] * d1 - self.share[1][b] * d2
+        self.mode[k][s, b] = h - self.share[b, 0] * d1 - self.share[b, 1] * d2
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
@@ -90,20 +89,20 @@ class Quadrilaterals(SectionElements):
         e_bx, e_by = bx[s, b] * inverse_b, by[s, b] * inverse_b
         q_a = e_ax * hx[s, b] + e_ay * hy[s, b]
         q_b = e_bx * hx[s, b] + e_by * hy[s, b]
-        self.springs.amplitude[s, b, 0] = self.scale[0][b] * q_a
-        self.springs.amplitude[s, b, 1] = self.scale[1][b] * q_b
+        self.springs.amplitude[s, b, 0] = self.scale[b, 0] * q_a
+        self.springs.amplitude[s, b, 1] = self.scale[b, 1] * q_b
         self.springs.load(s, b)
-        p_a = self.scale[0][b] * self.springs.force[s, b, 0]
-        p_b = self.scale[1][b] * self.springs.force[s, b, 1]
+        p_a = self.scale[b, 0] * self.springs.force[s, b, 0]
+        p_b = self.scale[b, 1] * self.springs.force[s, b, 1]
         Q_x, Q_y = p_a * e_ax + p_b * e_bx, p_a * e_ay + p_b * e_by
         r_a, r_b = p_a * inverse_a, p_b * inverse_b
-        share_a, share_b = self.share[0][b], self.share[1][b]
+        share_a, share_b = self.share[b, 0], self.share[b, 1]
         a_x = S.aa * ax[s, b] + S.ab * bx[s, b] + r_a * (hx[s, b] - q_a * e_ax) - share_a * Q_x
         a_y = S.aa * ay[s, b] + S.ab * by[s, b] + r_a * (hy[s, b] - q_a * e_ay) - share_a * Q_y
         b_x = S.ab * ax[s, b] + S.bb * bx[s, b] + r_b * (hx[s, b] - q_b * e_bx) - share_b * Q_x
         b_y = S.ab * ay[s, b] + S.bb * by[s, b] + r_b * (hy[s, b] - q_b * e_by) - share_b * Q_y
-        h_x = Q_x + self.lean[0][b] * a_x + self.lean[1][b] * b_x
-        h_y = Q_y + self.lean[0][b] * a_y + self.lean[1][b] * b_y
+        h_x = Q_x + self.lean[b, 0] * a_x + self.lean[b, 1] * b_x
+        h_y = Q_y + self.lean[b, 0] * a_y + self.lean[b, 1] * b_y
         around = self.across.tension(s, b, S)
         for c in ti.static(range(4)):
             i, j = ti.static(CORNERS[4][c][0]), ti.static(CORNERS[4][c][1])
