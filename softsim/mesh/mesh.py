@@ -134,11 +134,13 @@ def with_corners(cells: np.ndarray, dimension: int, corners: int) -> np.ndarray:
 
 
 def of_one_kind(groups: Sequence[np.ndarray], dimension: int) -> np.ndarray:
-    """All cells of the groups (m, corners), written with the most corners that any of them has.
+    """All cells of the groups (m, corners), written with the most corners that any of them has;
+    pyramids and wedges are written as hexahedra.
 
     Facets of bodies in space are cells of two dimensions.
     """
-    corners = max(cells.shape[1] for cells in groups)
+    most = max(cells.shape[1] for cells in groups)
+    corners = {5: 8, 6: 8}.get(most, most)
     return np.concatenate([with_corners(cells, dimension, corners) for cells in groups])
 
 

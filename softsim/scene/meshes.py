@@ -129,7 +129,7 @@ class PfrSolidMesh(_SpikedSkin):
 
 
 class FileMesh(Part):
-    """A mesh of linear triangles or tetrahedra from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
+    """A mesh of linear cells from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
 
     file: Text = Field(description="Path, relative to the file that says so.")
     length_unit: PositiveLength = Field(

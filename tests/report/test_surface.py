@@ -97,6 +97,17 @@ def test_a_facet_has_the_value_of_the_cell_behind_it(tmp_path: Path) -> None:
     np.testing.assert_array_equal(surface.shots[0].corners, expected.corners)
 
 
+def test_of_a_brick_of_hexahedra_the_camera_sees_three_sides(tmp_path: Path) -> None:
+    mesh = box(3e-3, 2e-3, 1e-3, 1e-3, "quad")
+    writer = FieldWriter(tmp_path / RESULTS, mesh.points, mesh.cells)
+    still = np.zeros_like(mesh.points)
+    writer.append(0.0, {"displacement": still}, {"stretch": np.arange(len(mesh.cells))})
+    shot = Surface(read_frames(tmp_path / RESULTS), [0], "stretch").shots[0]
+    assert shot.corners.shape == (3 * 2 + 3 * 1 + 2 * 1, 4, 2)
+    # What faces the camera alike is lit alike.
+    assert len(np.unique(shot.light.round(9))) == 3
+
+
 def test_data_of_nodes_is_the_mean_of_a_facets_three(box_run: Path) -> None:
     """The box leans by 0.2 x in y: a facet's displacement is that of its middle."""
     frames = read_frames(box_run / RESULTS)

@@ -62,7 +62,7 @@ def write_mesh(tmp_path):
                 text += f"*NSET, NSET={name}\n" + "".join(f"{a + 1},\n" for a in nodes)
         text += "*SURFACE, TYPE=ELEMENT, NAME=underside\n"
         for e, cell in enumerate(mesh.cells):
-            for k, corners in enumerate(FACES[len(cell)]):
+            for k, corners in enumerate(FACES[mesh.dimension, len(cell)]):
                 if np.isin(cell[corners], mesh.node_sets["bottom"]).all():
                     text += f"{e + 1}, S{k + 1}\n"
         (tmp_path / "mesh.inp").write_text(text)
