@@ -192,15 +192,11 @@ class Hexahedra(SpaceElements):
             second = self.length[b, j] * self.turned[s, b, 3 * i + j]
             both = self.length[b, i] * self.turned[s, b, 4 * i]
             both += self.length[b, j] * self.turned[s, b, 4 * j]
-            amplitude = (
-                self.plate[b, k, 0] * first
-                + self.plate[b, k, 1] * second
-                + self.plate[b, k, 2] * both
-            )
-            self.springs.amplitude[s, b, 3 * k] = amplitude
-            self.springs.amplitude[s, b, 3 * k + 1] = (
-                self.plate[b, k, 4] * second + self.plate[b, k, 5] * both
-            )
+            # L is upper triangular.
+            upper = self.plate[b, k, 0] * first + self.plate[b, k, 1] * second
+            lower = self.plate[b, k, 4] * second + self.plate[b, k, 5] * both
+            self.springs.amplitude[s, b, 3 * k] = upper + self.plate[b, k, 2] * both
+            self.springs.amplitude[s, b, 3 * k + 1] = lower
             self.springs.amplitude[s, b, 3 * k + 2] = self.plate[b, k, 8] * both
             self.springs.amplitude[s, b, 9 + k] = self.warping[b, k] * self.turned[s, b, 9 + k]
 

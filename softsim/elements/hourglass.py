@@ -157,7 +157,7 @@ class HourglassSprings:
         self.amplitude, self.force = lane_field(shape), lane_field(shape)
         if points.branch_count:
             self.last = lane_field(shape)
-            self.relaxed = [lane_field(shape) for _ in range(points.branch_count)]
+            self.relaxed = lane_field((*shape, points.branch_count))
             self.dissipation = lane_field((scenarios, blocks))
 
     def state_fields(self) -> dict[str, ti.Field]:
@@ -165,7 +165,7 @@ class HourglassSprings:
         kept = {"hourglass_amplitude": self.amplitude}
         if self.points.branch_count:
             kept |= {"hourglass_last": self.last, "hourglass_dissipation": self.dissipation}
-            kept |= {f"hourglass_relaxed_{k}": a for k, a in enumerate(self.relaxed)}
+            kept["hourglass_relaxed"] = self.relaxed
         return kept
 
     def forget_dissipation(self, scenario: int) -> None:
@@ -177,20 +177,28 @@ class HourglassSprings:
     def load(self, s, b):
         """Forces of block b, the branches having relaxed by one increment."""
         for m in ti.static(range(self.count)):
+            self.force[s, b, m] = self.modulus[0] * self.amplitude[s, b, m]
+        if ti.static(self.points.branch_count > 0):
+            self.relax(s, b)
+
+    @ti.func
+    def relax(self, s, b):
+        """The branches' share of the forces."""
+        dissipated = self.lane(0.0)
+        for m in range(ti.static(self.count)):  # unrolled it takes a minute to compile
             y = self.amplitude[s, b, m]
-            force = self.modulus[0] * y
-            if ti.static(self.points.branch_count > 0):
-                mean = 0.5 * (y + self.last[s, b, m])
-                self.last[s, b, m] = y
-                for k in ti.static(range(self.points.branch_count)):
-                    e, mu = self.points.decay[s, k], self.points.branch_modulus[k]
-                    before = self.relaxed[k][s, b, m]
-                    after = e * before + (1.0 - e) * y  # exact for a constant y
-                    self.relaxed[k][s, b, m] = after
-                    force += mu * (y - after)
-                    work = mu * (mean - 0.5 * (before + after)) * (after - before)
-                    self.dissipation[s, b] = self.dissipation[s, b] + work
+            mean = 0.5 * (y + self.last[s, b, m])
+            force = self.force[s, b, m]
+            for k in ti.static(range(self.points.branch_count)):
+                e, mu = self.points.decay[s, k], self.points.branch_modulus[k]
+                before = self.relaxed[s, b, m, k]
+                after = e * before + (1.0 - e) * y  # exact for a constant y
+                self.relaxed[s, b, m, k] = after
+                force += mu * (y - after)
+                dissipated += mu * (mean - 0.5 * (before + after)) * (after - before)
+            self.last[s, b, m] = y
             self.force[s, b, m] = force
+        self.dissipation[s, b] = self.dissipation[s, b] + dissipated
 
     @ti.func
     def stored_energy(self, s):
@@ -201,7 +209,7 @@ class HourglassSprings:
                 y = self.amplitude[s, b, m]
                 energy += 0.5 * self.modulus[0] * y * y
                 for k in ti.static(range(self.points.branch_count)):
-                    stretch = y - self.relaxed[k][s, b, m]
+                    stretch = y - self.relaxed[s, b, m, k]
                     energy += 0.5 * self.points.branch_modulus[k] * stretch * stretch
         return energy.sum()
 

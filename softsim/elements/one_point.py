@@ -175,7 +175,7 @@ def padded(values: np.ndarray) -> np.ndarray:
 
 
 def lane_tables(values: np.ndarray) -> ti.MatrixField:
-    """A field [block, ...] of per-element values (..., after m, whole lane vectors): one field where
+    """A field [block, ...] of values (m, ...) of whole lane vectors of elements: one field where
     there would be many, of which Taichi can hold a thousand components.
     """
     lanes = backend.lanes()
