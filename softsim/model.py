@@ -4,7 +4,7 @@ A `Model` is one scenario. Several scenarios of one mesh (other pressure, freque
 pipe) run side by side in one solver.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -18,7 +18,6 @@ from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import FollowerPressure
-from softsim.mesh.mesh import of_one_kind
 from softsim.rigid.body import RigidBodyData
 from softsim.sharing import Own, alike
 
@@ -28,7 +27,7 @@ L = TypeVar("L", bound=Load)
 @dataclass(frozen=True)
 class Body:
     """A meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each of which
-    is in one of its regions.
+    is in one of its regions; all bodies' are written with as many corners.
 
     node_sets, facet_sets: numbered within the model (within the body plus first_node). cell_sets:
     numbers of cells within the body.
@@ -67,12 +66,6 @@ class Body:
         """Values (m, ...) of all cells, in their order, from those of each region."""
         numbers = np.concatenate([r.numbers for r in self.regions])
         return np.concatenate(list(of_regions))[np.argsort(numbers)]
-
-
-def joined_cells(bodies: Sequence[Body]) -> np.ndarray:
-    """Cells (m, corners) of all bodies, numbered within the model, written with as many corners."""
-    cells = [b.cells + b.first_node for b in bodies]
-    return of_one_kind(cells, bodies[0].points.shape[1])
 
 
 @dataclass(frozen=True)

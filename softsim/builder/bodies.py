@@ -15,7 +15,7 @@ from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
 from softsim.errors import MeshError
 from softsim.mesh.abaqus_elements import family, plane_stress_advice
-from softsim.mesh.mesh import Mesh, transformed
+from softsim.mesh.mesh import Mesh, of_corners, transformed
 from softsim.mesh.quality import check
 from softsim.mesh.reading import read_mesh
 from softsim.model import Body
@@ -45,12 +45,17 @@ FORMULATIONS = {
 
 def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
     """Meshes of all bodies, in the scene's order, one after the other in the model's numbering."""
-    result: dict[str, MeshedBody] = {}
-    first_node = 0
+    placed = {}
     for name, data in loaded.scene.bodies.items():
         refuse_other_formulation(loaded, name)
-        mesh, remarks = placed_mesh(loaded, name, data)
-        geometry = kinematics(loaded, name, data, mesh)
+        placed[name] = placed_mesh(loaded, name, data)
+    # The stable step and the files take the elements of all bodies together.
+    corners = max(mesh.cells.shape[1] for mesh, _ in placed.values())
+    result: dict[str, MeshedBody] = {}
+    first_node = 0
+    for name, (found, remarks) in placed.items():
+        mesh = of_corners(found, corners)
+        geometry = kinematics(loaded, name, loaded.scene.bodies[name], mesh)
         mesh = with_defined_sets(loaded, name, mesh)
         regions = meshed_regions(loaded, name, mesh, geometry)
         result[name] = MeshedBody(mesh, first_node, geometry, regions, remarks)

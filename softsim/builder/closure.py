@@ -8,14 +8,14 @@ from softsim.builder.names import MeshedBody, Names, in_mm
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.ring_section import RingSection
-from softsim.mesh.mesh import of_one_kind, open_rim, with_corners
+from softsim.mesh.mesh import open_rim, with_corners
 from softsim.scene.tree import Keys
 
 
 def joined_facets(names: Names, references: tuple[str, ...], keys: Keys) -> np.ndarray:
     """Facets (k, corners) of the named sets, none of them twice."""
-    facets = of_one_kind(
-        [names.facet_set(f, (*keys, "facets", k)) for k, f in enumerate(references)], 2
+    facets = np.concatenate(
+        [names.facet_set(f, (*keys, "facets", k)) for k, f in enumerate(references)]
     )
     _, counts = np.unique(facets, axis=0, return_counts=True)
     if counts.max() > 1:

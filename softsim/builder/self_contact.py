@@ -12,7 +12,7 @@ from softsim.builder.names import Names, close_names, in_mm
 from softsim.elements.quadrature import simplex_gradients
 from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.mesh.mesh import SURFACE, simplex_facets, simplexes
-from softsim.model import Body, ContactData, SelfContactData, joined_cells
+from softsim.model import Body, ContactData, SelfContactData
 
 # Of the penalty stiffness against a wall. Two surfaces that press each other are as stiff as one
 # after the other, a half; the nodes of each are held against the facets of the other, a half each.
@@ -99,7 +99,7 @@ def surface_against_surface(
 
 def connected_parts(bodies: Sequence[Body], node_count: int) -> np.ndarray:
     """Number of the part (n,) that each node is connected with through cells."""
-    cells = joined_cells(bodies)
+    cells = np.concatenate([b.cells + b.first_node for b in bodies])
     first = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel()
     links = coo_array(
         (np.ones(len(first)), (first, cells[:, 1:].ravel())), shape=(node_count, node_count)

@@ -144,6 +144,14 @@ def of_one_kind(groups: Sequence[np.ndarray], dimension: int) -> np.ndarray:
     return np.concatenate([with_corners(cells, dimension, corners) for cells in groups])
 
 
+def of_corners(mesh: Mesh, corners: int) -> Mesh:
+    """The mesh with its cells written with so many corners, and its facets as these have them."""
+    cells = with_corners(mesh.cells, mesh.dimension, corners)
+    width = _LOCAL_FACETS[mesh.dimension, corners].shape[1]
+    facets = {name: with_corners(f, 2, width) for name, f in mesh.facet_sets.items()}
+    return replace(mesh, cells=cells, facet_sets=facets)
+
+
 def turned(cells: np.ndarray, dimension: int) -> np.ndarray:
     """The cells in the order of corners that changes the sign of their volume."""
     return cells[:, _TURNED[dimension, cells.shape[1]]]

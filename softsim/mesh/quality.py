@@ -30,12 +30,14 @@ class MeshQuality:
         of one in space, at its corners.
     worst_aspect_ratio: longest edge over smallest altitude, 1 for an equilateral simplex, a square
         and a cube.
+    cell_kinds: how many cells there are of each kind that there is, "triangles" -> 12.
     volume [m^3], in 2D the area [m^2].
     piece_count: parts of the mesh that share no node; 1 for a body in one piece.
     """
 
     node_count: int
     cell_count: int
+    cell_kinds: dict[str, int]
     smallest_altitude: float
     smallest_altitude_cell: int
     smallest_angle: float
@@ -118,6 +120,7 @@ def quality(mesh: Mesh) -> MeshQuality:
     return MeshQuality(
         node_count=len(mesh.points),
         cell_count=len(mesh.cells),
+        cell_kinds=_cell_kinds(mesh),
         smallest_altitude=float(altitudes[lowest]),
         smallest_altitude_cell=lowest,
         smallest_angle=float(angles.min()),
@@ -126,6 +129,24 @@ def quality(mesh: Mesh) -> MeshQuality:
         volume=float(signed_volumes(mesh.points, mesh.cells).sum()),
         piece_count=piece_count(mesh),
     )
+
+
+# Names of cells by number of dimensions and of different corners.
+_KINDS = {
+    2: {3: "triangles", 4: "quadrilaterals"},
+    3: {4: "tetrahedra", 5: "pyramids", 6: "wedges", 7: "hexahedra", 8: "hexahedra"},
+}
+
+
+def _cell_kinds(mesh: Mesh) -> dict[str, int]:
+    nodes = np.sort(mesh.cells, axis=1)
+    corners = 1 + (nodes[:, 1:] != nodes[:, :-1]).sum(axis=1)
+    counts: dict[str, int] = {}
+    for different, name in _KINDS[mesh.dimension].items():
+        count = int((corners == different).sum())
+        if count:
+            counts[name] = counts.get(name, 0) + count
+    return counts
 
 
 def _check_coordinates(mesh: Mesh, labels: Labels | None) -> None:

@@ -15,7 +15,7 @@ from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
-from softsim.model import Model, Probe, joined_cells
+from softsim.model import Model, Probe
 from softsim.output import along_path
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
@@ -244,7 +244,7 @@ class Frame:
 def mesh_of(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """All bodies as one mesh: points (n, d) [m], cells (m, corners)."""
     points = np.concatenate([b.points for b in model.bodies])
-    return points, joined_cells(model.bodies)
+    return points, np.concatenate([b.cells + b.first_node for b in model.bodies])
 
 
 def frame(scenario: Scenario) -> Frame:

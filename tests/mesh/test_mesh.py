@@ -11,6 +11,7 @@ from softsim.mesh.mesh import (
     boundary_facets,
     facet_owners,
     find_rows,
+    of_corners,
     of_one_kind,
     open_rim,
     renumbered,
@@ -23,6 +24,7 @@ from softsim.mesh.mesh import (
 )
 from softsim.mesh.quality import check, quality
 from softsim.robots.block import block
+from softsim.robots.box import box
 
 TETRAHEDRON = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), [[0, 1, 2, 3]])
 
@@ -154,6 +156,25 @@ def test_quadrilaterals_are_cut_into_triangles():
     assert cut.tolist() == [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
     edges = np.array([[0, 1], [1, 2]])
     assert simplex_facets(edges)[0].tolist() == edges.tolist()
+
+
+@pytest.mark.parametrize(
+    "mesh", [block(3.0, 2.0, 1.0), box(2.0, 1.0, 1.0, 1.0)], ids=["triangles", "tetrahedra"]
+)
+def test_a_mesh_written_with_more_corners_is_the_same_body(mesh):
+    corners = LARGEST[mesh.dimension]
+    after = of_corners(mesh, corners)
+    check(after)
+    assert after.cells.shape == (len(mesh.cells), corners)
+    q = quality(mesh), quality(after)
+    assert q[0].volume == pytest.approx(q[1].volume)
+    assert q[0].cell_kinds == q[1].cell_kinds
+    for name, facets in mesh.facet_sets.items():
+        assert {frozenset(f) for f in facets.tolist()} == {
+            frozenset(f) for f in after.facet_sets[name].tolist()
+        }
+        assert len(facets) == len(after.facet_sets[name])
+    assert of_corners(mesh, mesh.cells.shape[1]).cells.tolist() == mesh.cells.tolist()
 
 
 def test_triangles_beside_quadrilaterals():

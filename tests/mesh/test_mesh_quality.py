@@ -142,6 +142,16 @@ def test_a_square_and_a_cube_are_the_best(mesh):
     assert (q.smallest_angle, q.largest_angle) == pytest.approx((np.pi / 2, np.pi / 2))
 
 
+def test_cells_are_counted_by_their_kind():
+    points = np.vstack([SQUARE, [[2, 0.5]]])
+    assert quality(Mesh(points, [[0, 1, 2, 3], [1, 4, 2, 2]])).cell_kinds == {
+        "triangles": 1,
+        "quadrilaterals": 1,
+    }
+    assert quality(SOUND).cell_kinds == {"triangles": 2}
+    assert quality(Mesh(CUBE, [range(8)])).cell_kinds == {"hexahedra": 1}
+
+
 def test_quality_of_a_sheared_brick():
     sheared = CUBE * [3.0, 2.0, 1.0]
     sheared[:, 0] += sheared[:, 2]
