@@ -108,14 +108,13 @@ def corner_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     d, corners = points.shape[1], cells.shape[1]
     if corners == d + 1:
         return signed_volumes(points, cells)
-    at = {
+    of = {
         4: [(0, 1, 3), (1, 2, 0), (2, 3, 1), (3, 0, 2)],
         8: [(0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7),
             (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)],
     }  # fmt: skip
-    return np.concatenate(
-        [signed_volumes(points, cells[:, list(corner)]) for corner in at[corners]]
-    )
+    at = [cells[:, list(corner)] for corner in of[corners]]
+    return np.concatenate([signed_volumes(points, corner) for corner in at])
 
 
 def made_positive(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
