@@ -135,9 +135,3 @@ def weighted_ends(ends: np.ndarray) -> np.ndarray:
 def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np.ndarray:
     """Sum over each node's elements (n,) of the values (m, corners) at its corners."""
     return np.bincount(cells.ravel(), np.broadcast_to(per_corner, cells.shape).ravel(), node_count)
-
-
-def nodal_sizes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Length of each node's surroundings (n,) [m]: the root of its share of area or volume."""
-    share = quadrature(points, cells).weights.sum(axis=1, keepdims=True) / cells.shape[1]
-    return nodal_sums(cells, share, len(points)) ** (1.0 / points.shape[1])

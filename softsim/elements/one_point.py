@@ -1,6 +1,6 @@
-"""What all elements share: lanes of corners, one material point, averaged nodal pressure.
+"""What all elements share: lanes of corners, one material point, pressures.
 
-An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`.
+An increment asks for three passes: `deform`, `press`, `stress_corners`.
 Tensors are written in a basis of each element's own, see elements/metric.py.
 """
 
@@ -10,10 +10,9 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.geometry import nodal_sizes
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.metric import inverse_cube_root
-from softsim.elements.nodal_pressure import NodalPressure
+from softsim.elements.pressure_points import PressurePoints
 from softsim.elements.region import Region
 from softsim.fields import Number, index_field, lane_data, lane_field, real_field
 from softsim.nodes import Nodes, by_lane
@@ -29,8 +28,8 @@ class OnePointElements(Term):
 
     def __init__(self, nodes: Nodes, region: Region, metric: Any, bulk_viscosity: float) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
-        points, cells, first_node = region.points, region.cells, region.first_node
-        self.nodes, self.metric, self.first_node = nodes, metric, first_node
+        cells, first_node = region.cells, region.first_node
+        self.nodes, self.metric = nodes, metric
         self.corners = cells.shape[1]
         blocks = backend.lane_blocks(len(cells))
         self.blocks = Number(blocks)
@@ -47,9 +46,16 @@ class OnePointElements(Term):
         self.first_slot = nodes.corner_forces.reserve(by_lane(owner))
 
         self.points = MaterialPoints(region.material, metric, rest_edges, scenarios)
-        size = nodal_sizes(points, cells)
-        self.pressure = NodalPressure(
-            cells, volume, size, region.material, bulk_viscosity, scenarios, blocks * lanes
+        self.pressed = index_field(by_lane(padded(region.pressure_points)))
+        self.shares = region.pressure_points.shape[1]
+        self.pressure = PressurePoints(
+            region.pressure_points,
+            volume,
+            region.pressure_sizes,
+            region.material,
+            bulk_viscosity,
+            scenarios,
+            blocks * lanes,
         )
 
         d = region.geometry.dimension
@@ -60,10 +66,10 @@ class OnePointElements(Term):
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        nodes, blocks = int(self.pressure.cells_of_node.blocks), int(self.blocks)
+        nodes, blocks = int(self.pressure.elements_of.blocks), int(self.blocks)
         return {
             Stage.MOVE: [Pass("elements", blocks, (self.deform,))],
-            Stage.PRESS: [Pass("elements", nodes, (self.press_nodes,))],
+            Stage.PRESS: [Pass("elements", nodes, (self.press,))],
             Stage.STRESS: [Pass("elements", blocks, (self.stress_corners,))],
         }
 
@@ -102,18 +108,18 @@ class OnePointElements(Term):
             self.current_volume[s, b * ti.static(backend.lanes()) + lane] = volume[lane]
 
     @ti.func
-    def press_nodes(self, s, b, t, dt):
-        """Pressure of the nodes of a block."""
+    def press(self, s, b, t, dt):
+        """A block of pressures."""
         self.pressure.press(s, b, dt, self.current_volume)
 
     @ti.func
     def average_pressure(self, s, b):
-        """Element pressure: the mean of its nodes (positive in tension)."""
+        """Element pressure: the mean of those that it has (positive in tension)."""
         p = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
-            for c in ti.static(range(self.corners)):
-                p[lane] += self.pressure.pressure[s, self.corner[b, c, lane] - self.first_node]
-        return p * (1.0 / self.corners)
+            for c in ti.static(range(self.shares)):
+                p[lane] += self.pressure.pressure[s, self.pressed[b, c, lane]]
+        return p * (1.0 / self.shares)
 
     @ti.func
     def stress(self, s, b):

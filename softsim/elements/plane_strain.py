@@ -1,7 +1,7 @@
 """Plane strain: F_zz = 1.
 
 Kinematics in the plane in elements/triangles.py and quadrilaterals.py, material in
-elements/material_points.py, volumetric part in elements/nodal_pressure.py.
+elements/material_points.py, volumetric part in elements/pressure_points.py.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Bodies in space: elements/tetrahedra.py and hexahedra.py.
 
-Material in elements/material_points.py, volumetric part in elements/nodal_pressure.py.
+Material in elements/material_points.py, volumetric part in elements/pressure_points.py.
 """
 
 from dataclasses import dataclass

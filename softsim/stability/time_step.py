@@ -161,9 +161,7 @@ class StableStepEstimator:
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(self.model.points.shape)
         pressure = self.stiffness.bulk_modulus * matrix.dilations(mode)
         most = (-np.inf, self.model.regions[0], 0)
-        of_regions = zip(
-            self.stiffness.regions, self.stiffness.pressure_of_corners, elements, strict=True
-        )
+        of_regions = zip(self.stiffness.regions, self.stiffness.pressures, elements, strict=True)
         for r, rows, stiffness in of_regions:
             moved = u[r.region.nodes].T[:, r.movers]
             energies = stiffness.energies(moved, pressure[rows])
