@@ -14,8 +14,8 @@ from softsim.mesh.content import Content
 from softsim.mesh.mesh import (
     boundary_facets,
     cell_facets,
+    facet_keys,
     find_rows,
-    node_sets_of,
     of_one_kind,
 )
 from softsim.mesh.quality import Labels
@@ -340,8 +340,8 @@ def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:
 def _free_facets(chosen: np.ndarray, cells: np.ndarray, dimension: int) -> np.ndarray:
     """Facets of the chosen ones of the cells that no other cell has."""
     facets, _ = cell_facets(chosen, dimension)
-    boundary = node_sets_of(boundary_facets(cells, dimension))
-    return facets[find_rows(node_sets_of(facets), boundary) >= 0]
+    boundary = facet_keys(boundary_facets(cells, dimension))
+    return facets[find_rows(facet_keys(facets), boundary) >= 0]
 
 
 def _surface_type(card: Card) -> str:

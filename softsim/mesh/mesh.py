@@ -160,7 +160,7 @@ def turned(cells: np.ndarray, dimension: int) -> np.ndarray:
 def boundary_facets(cells: np.ndarray, dimension: int) -> np.ndarray:
     """Facets (k, corners) that belong to one cell only, oriented outward, in order of the cells."""
     facets, _ = cell_facets(cells, dimension)
-    number = _row_numbers(node_sets_of(facets))
+    number = _row_numbers(facet_keys(facets))
     return facets[np.bincount(number)[number] == 1]
 
 
@@ -183,7 +183,7 @@ def cell_facets(cells: np.ndarray, dimension: int) -> tuple[np.ndarray, np.ndarr
     return facets, owners
 
 
-def node_sets_of(facets: np.ndarray) -> np.ndarray:
+def facet_keys(facets: np.ndarray) -> np.ndarray:
     """The facets (k, corners) as rows that are equal where the nodes are, in any order."""
     nodes = np.sort(facets, axis=1)
     if facets.shape[1] == 4:
@@ -229,7 +229,7 @@ def _are_different(rows: np.ndarray) -> np.ndarray:
 def facet_owners(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Number (k,) of the cell that has each facet (k, corners) of the boundary; -1: none has it."""
     of_cells, owners = cell_facets(cells, 2 if facets.shape[1] == 2 else 3)
-    rows = node_sets_of(of_one_kind([of_cells, facets], 2))
+    rows = facet_keys(of_one_kind([of_cells, facets], 2))
     found = find_rows(rows[len(of_cells) :], rows[: len(of_cells)])
     return np.where(found < 0, -1, owners[found])
 

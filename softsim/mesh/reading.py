@@ -15,8 +15,8 @@ from softsim.mesh.mesh import (
     SURFACE,
     Mesh,
     boundary_facets,
+    facet_keys,
     find_rows,
-    node_sets_of,
     of_one_kind,
     signed_volumes,
     turned,
@@ -99,7 +99,7 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
     for name, members in _plain_names(content.facet_sets).items():
         facets = number[members]
         implied[name] = np.unique(facets)
-        rows = node_sets_of(of_one_kind([boundary, facets], 2))
+        rows = facet_keys(of_one_kind([boundary, facets], 2))
         found = find_rows(rows[len(boundary) :], rows[: len(boundary)])
         if (found >= 0).all():
             facet_sets[name] = boundary[np.unique(found)]
