@@ -121,8 +121,8 @@ class RegionStiffness:
         """What F_zz adds to a stiffness (arrays over all elements) that took it as fixed.
 
         share (r,) [m^3]: of the present volume, a pressure's. stiffness (r,) [J]: V (material
-        F_zz^2 + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
-        that is V tau_zz, see tangent.py.
+        F_zz^2 + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as
+        well, for that is V tau_zz, see tangent.py.
         """
         points, cells = self.region.points, self.region.cells
         gradient, curvature = (
