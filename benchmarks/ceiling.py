@@ -16,7 +16,6 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from softsim.elements.axisymmetric import Axisymmetric
-from softsim.elements.geometry import nodal_sizes
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.region import Region
 from softsim.elements.ring_section import RingSection
@@ -109,8 +108,8 @@ def banded(cells: np.ndarray, node_count: int) -> np.ndarray:
 
 
 def nodal_viscosity(body: Region, b1: float) -> np.ndarray:
-    """b1 rho c_d h_a (n,) [Pa s], as in softsim/elements/nodal_pressure.py."""
-    return b1 * body.material.impedance * nodal_sizes(body.points, body.cells)
+    """b1 rho c_d h_a (n,) [Pa s], as in softsim/elements/pressure_points.py."""
+    return b1 * body.material.impedance * body.pressure_sizes
 
 
 class Ceiling:

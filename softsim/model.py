@@ -27,7 +27,7 @@ L = TypeVar("L", bound=Load)
 @dataclass(frozen=True)
 class Body:
     """A meshed body. points (n, d) [m]; cells (m, corners) numbered within the body, each of which
-    is in one of its regions.
+    is in one of its regions; all bodies' are written with as many corners.
 
     node_sets, facet_sets: numbered within the model (within the body plus first_node). cell_sets:
     numbers of cells within the body.

@@ -14,7 +14,8 @@ from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh, transformed
+from softsim.mesh.abaqus_elements import family, plane_stress_advice
+from softsim.mesh.mesh import Mesh, of_corners, transformed
 from softsim.mesh.quality import check
 from softsim.mesh.reading import read_mesh
 from softsim.model import Body
@@ -34,22 +35,27 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     "pfr_meridian": pfr_meridian,
     "pfr_solid": pfr_solid,
 }
-# ABAQUS's element types -> the formulation that they mean.
+# Families of ABAQUS's element types -> the formulation that they mean.
 FORMULATIONS = {
-    "CPE3": ("plane_strain", "ring_section"),
-    "CAX3": ("axisymmetric",),
-    "C3D4": ("solid",),
+    "CPE": ("plane_strain", "ring_section"),
+    "CAX": ("axisymmetric",),
+    "C3D": ("solid",),
 }
 
 
 def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
     """Meshes of all bodies, in the scene's order, one after the other in the model's numbering."""
-    result: dict[str, MeshedBody] = {}
-    first_node = 0
+    placed = {}
     for name, data in loaded.scene.bodies.items():
         refuse_other_formulation(loaded, name)
-        mesh, remarks = placed_mesh(loaded, name, data)
-        geometry = kinematics(loaded, name, data, mesh)
+        placed[name] = placed_mesh(loaded, name, data)
+    # The stable step and the files take the elements of all bodies together.
+    corners = max(mesh.cells.shape[1] for mesh, _ in placed.values())
+    result: dict[str, MeshedBody] = {}
+    first_node = 0
+    for name, (found, remarks) in placed.items():
+        mesh = of_corners(found, corners)
+        geometry = kinematics(loaded, name, loaded.scene.bodies[name], mesh)
         mesh = with_defined_sets(loaded, name, mesh)
         regions = meshed_regions(loaded, name, mesh, geometry)
         result[name] = MeshedBody(mesh, first_node, geometry, regions, remarks)
@@ -152,11 +158,12 @@ def placed_mesh(
         raise loaded.error(keys, error.message, error.hint) from None
     dimension = 3 if data.formulation == "solid" else 2
     if mesh.dimension != dimension:
-        needed = {2: "triangles", 3: "tetrahedra"}
+        needed = {2: "triangles or quadrilaterals", 3: "tetrahedra or hexahedra"}
         raise loaded.error(
             keys,
             f"{data.formulation} needs {needed[dimension]}; this mesh has {needed[mesh.dimension]}",
-            "sections are meshed with linear triangles, solids with linear tetrahedra",
+            "sections are meshed with linear triangles or quadrilaterals, solids with linear "
+            "tetrahedra or hexahedra",
         )
     if len(data.position) > dimension:
         raise loaded.error(
@@ -185,12 +192,14 @@ def read_or_generated(
     if not isinstance(source, FileMesh):
         return GENERATORS[source.generator](**source.model_dump(exclude={"generator"})), ()
     found = read_mesh(loaded.resolve_file(("bodies", name, "mesh", "file")), source.length_unit)
-    meant = FORMULATIONS.get(found.element_type, (data.formulation,))
-    if found.element_type == "CPS3":
+    kind = family(found.element_type)
+    if kind == "CPS":
         raise MeshError(
-            f"{source.file} has plane-stress elements (CPS3), which are not computed with",
-            hint="a thin section that may not strain across its depth is CPE3, plane_strain",
+            f"{source.file} has plane-stress elements ({found.element_type}), which are not "
+            "computed with",
+            hint=plane_stress_advice(found.element_type, data.formulation),
         )
+    meant = FORMULATIONS.get(kind, (data.formulation,))
     if data.formulation not in meant:
         raise MeshError(
             f"{source.file} has elements {found.element_type}, which are {meant[0]}; the body's "

@@ -8,7 +8,7 @@ from softsim.builder.names import MeshedBody, Names, in_mm
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import Geometry
 from softsim.elements.ring_section import RingSection
-from softsim.mesh.mesh import open_rim
+from softsim.mesh.mesh import open_rim, with_corners
 from softsim.scene.tree import Keys
 
 
@@ -127,7 +127,7 @@ def lids(names: Names, facets: np.ndarray, points: np.ndarray, held: np.ndarray)
         for node in loop[:-1]:
             del following[node]
         fans += [[loop[0], a, b] for a, b in pairwise(loop[1:-1])]
-    return np.array(fans).reshape(-1, 3)
+    return with_corners(np.array(fans).reshape(-1, 3), 2, facets.shape[1])
 
 
 def smallest_volume(geometry: Geometry, facets: np.ndarray, points: np.ndarray) -> float:

@@ -61,7 +61,7 @@ def nodal_depth(body: Body) -> np.ndarray:
     """Depth of the body at each node (n,) [m], see `penalty_stiffness`."""
     volume = np.sum([r.nodal_volumes for r in body.regions], axis=0)
     if body.points.shape[1] == 3:
-        return (volume / 4.0) ** (1.0 / 3.0)
+        return (volume / body.cells.shape[1]) ** (1.0 / 3.0)
     area = signed_volumes(body.points, body.cells)[:, None]
     return volume / nodal_sums(body.cells, area, len(body.points))
 

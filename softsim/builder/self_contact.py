@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, close_names, in_mm
-from softsim.elements.geometry import shape_gradients
+from softsim.elements.quadrature import simplex_gradients
 from softsim.mesh.bearing import nodes_per_facet_bound
-from softsim.mesh.mesh import SURFACE
+from softsim.mesh.mesh import SURFACE, simplex_facets, simplexes
 from softsim.model import Body, ContactData, SelfContactData
 
 # Of the penalty stiffness against a wall. Two surfaces that press each other are as stiff as one
@@ -35,8 +35,8 @@ def self_contact(
     references = names.scene.contact.self_contact
     if not references:
         return None
-    facets = np.concatenate([named_facets(names, r, k) for k, r in enumerate(references)])
-    facets = np.unique(facets, axis=0)
+    named = [named_facets(names, r, k) for k, r in enumerate(references)]
+    facets = np.unique(np.concatenate([simplex_facets(f)[0] for f in named]), axis=0)
     nodes = np.unique(facets)
     part = connected_parts(bodies, len(points))
     refuse_overlap(names, bodies, points, part, nodes)
@@ -129,16 +129,17 @@ def refuse_overlap(
 
 def depth_inside(places: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """How deep (k,) [m] each place (k, d) lies in the body of these cells, at least: the distance
-    to the outer sides of the cells at the place, zero outside.
+    to the outer sides of the simplexes at the place, zero outside.
 
     A side between two cells that hold the place does not count: its distance to one is that to the
     other. So a place on an inner node is as deep as the cells around it are high.
     """
+    cells = simplexes(cells, points.shape[1])
     corners = points[cells]
     centres = corners.mean(axis=1)
     reach = np.linalg.norm(corners - centres[:, None], axis=2).max()
     near = cKDTree(centres).query_ball_point(places, reach)
-    gradients = shape_gradients(points, cells)
+    gradients = simplex_gradients(points, cells)
     depth = np.zeros(len(places))
     for k, held in enumerate(near):
         if held:

@@ -10,7 +10,7 @@ from graphlib import CycleError, TopologicalSorter
 import numpy as np
 
 from softsim.builder.names import close_names, in_mm, model_vector
-from softsim.mesh.mesh import SURFACE, Mesh, find_rows
+from softsim.mesh.mesh import SURFACE, Mesh, facet_keys, find_rows
 from softsim.scene.loading import LoadedScene
 from softsim.scene.sets import BoxSet, PlaneSet, SetDefinition
 from softsim.scene.structure import first_key
@@ -71,12 +71,12 @@ def with_defined_sets(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
 
 def sets_of(mesh: Mesh) -> dict[str, Members]:
     """The mesh's own sets, by name."""
-    surface = np.sort(mesh.facet_sets[SURFACE], axis=1)
+    surface = facet_keys(mesh.facet_sets[SURFACE])
     nodes = {name: mask(numbers, len(mesh.points)) for name, numbers in mesh.node_sets.items()}
     cells = {name: mask(numbers, len(mesh.cells)) for name, numbers in mesh.cell_sets.items()}
     facets = {}
     for name, rows in mesh.facet_sets.items():
-        facets[name] = mask(find_rows(np.sort(rows, axis=1), surface), len(surface))
+        facets[name] = mask(find_rows(facet_keys(rows), surface), len(surface))
     return {
         name: Members(nodes.get(name), facets.get(name), cells.get(name))
         for name in {**nodes, **facets, **cells}

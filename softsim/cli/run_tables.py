@@ -63,7 +63,7 @@ def model_table(model: Model) -> Table:
     """Size and sets of each body, the stable step and what limits it."""
     table = Table(show_header=False, box=None)
     for body in model.bodies:
-        table.add_row(f"body '{body.name}'", _size(body, model.dimension))
+        table.add_row(f"body '{body.name}'", _size(body))
         for region in body.regions:
             part = "" if region.cell_set is None else f" of {region.cell_set}"
             table.add_row(f"  material{part}", region.material.describe())
@@ -88,12 +88,12 @@ def _ending(cycles: int, end_time: float) -> str:
     return f"after {cycles} pressure cycle{plural}, at {end_time:.6g} s at the latest"
 
 
-def _size(body: Body, dimension: int) -> str:
+def _size(body: Body) -> str:
     q = quality(Mesh(body.points, body.cells))
-    shape = {2: "triangles", 3: "tetrahedra"}[dimension]
+    cells = ", ".join(f"{count} {kind}" for kind, count in q.cell_kinds.items())
     volume = sum(region.volumes.sum() for region in body.regions)
     return (
-        f"{q.node_count} nodes, {q.cell_count} {shape}, smallest altitude "
+        f"{q.node_count} nodes, {cells}, smallest altitude "
         f"{q.smallest_altitude * 1e3:.3g} mm, angles {degrees(q.smallest_angle)} to "
         f"{degrees(q.largest_angle)}, {volume * 1e6:.4g} ml, "
         f"{body.mass * 1e3:.4g} g"

@@ -1,7 +1,8 @@
-"""Linear triangles revolved about the y axis; x is the radius, forces are those of whole rings.
+"""Sections revolved about the y axis; x is the radius, forces are those of whole rings.
 
-In the plane as elements/triangles.py says, and the hoop stretch F_zz = r / R of the centroid, whose
-radius is the mean of the corners', so dF_zz/dr_a = 1 / (3 R). V = 2 pi R A is the ring's volume.
+In the plane as elements/triangles.py and quadrilaterals.py say. The hoop stretch is the mean of
+r / R over the ring's volume, int r dA / int R dA, so with the weights w_a = int N_a dA / int R dA
+    F_zz = sum_a w_a r_a,   dF_zz/dr_a = w_a.
 Nodes on the axis stay on it (the builder holds their x).
 """
 
@@ -10,47 +11,49 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
+from softsim import backend
+from softsim.elements.across import Across
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry, Hoop, edge_lengths, weighted_ends
-from softsim.elements.linear import LinearElements
-from softsim.elements.metric import PlaneMetric
+from softsim.elements.one_point import OnePointElements, padded
+from softsim.elements.quadrature import quadrature
 from softsim.elements.region import Region
-from softsim.elements.triangles import Triangles
+from softsim.elements.sections import section_elements
 from softsim.fields import lane_data, lane_field
-from softsim.mesh.mesh import signed_volumes
 from softsim.nodes import Nodes
 
 
 class RevolvedHoop(Hoop):
-    """Of triangles revolved about the y axis: F_zz = r / R of the centroid, whose radius is the
-    mean of the corners'.
-    """
+    """Of sections revolved about the y axis: F_zz = sum w_a r_a."""
 
     def stretch(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F_zz (m,): present over reference radius."""
-        return x[cells][:, :, 0].sum(axis=1) / points[cells][:, :, 0].sum(axis=1)
+        return (self.weights(points, cells) * x[cells][:, :, 0]).sum(axis=1)
 
     def stencil(self, cells: np.ndarray) -> np.ndarray:
-        """The corners (m, 3)."""
+        """The corners."""
         return cells
 
-    def gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, 3, 2) [1/m]: 1 / (3 r) along the radius."""
+    def gradient(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """dF_zz/dx / F_zz (m, corners, 2) [1/m]: w_a / F_zz along the radius."""
         gradient = np.zeros((*cells.shape, 2))
-        gradient[:, :, 0] = 1.0 / x[cells][:, :, 0].sum(axis=1, keepdims=True)
+        gradient[:, :, 0] = self.weights(points, cells) / self.stretch(points, cells, x)[:, None]
         return gradient
 
     def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """None (m, 3, 3): F_zz is linear in x."""
-        return np.zeros((len(cells), 3, 3))
+        """None (m, corners, corners): F_zz is linear in x."""
+        return np.zeros((*cells.shape, cells.shape[1]))
+
+    def weights(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """w_a (m, corners) [1/m]: int N_a dA / int R dA."""
+        integrated = quadrature(points, cells)
+        around = integrated.integrals(points[cells][:, :, 0]).sum(axis=1, keepdims=True)
+        return integrated.integrals(np.ones((1, 1))) / around
 
 
 @dataclass(frozen=True)
 class Axisymmetric(Geometry):
-    """Triangles revolved about the y axis: x is the radius. Whole rings, 2 pi around.
-
-    One integration point, the centroid, whose radius is the mean of the corners'.
-    """
+    """Sections revolved about the y axis: x is the radius. Whole rings, 2 pi around."""
 
     name = "axisymmetric"
     dimension = 2
@@ -60,18 +63,9 @@ class Axisymmetric(Geometry):
         """Every element goes around."""
         return RevolvedHoop()
 
-    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Volume of each ring (m,) [m^3], exact (Pappus): 2 pi r A."""
-        radius = points[cells][:, :, 0].mean(axis=1)
-        return 2.0 * np.pi * radius * signed_volumes(points, cells)
-
-    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Row sums of the consistent mass matrix: int N_a 2 pi r dA over the volume, so that
-        weight and inertia do the work of the continuous body.
-        """
-        radius = points[cells][:, :, 0]
-        total = radius.sum(axis=1, keepdims=True)
-        return (radius + total) / (4.0 * total)
+    def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """2 pi r of the corners (m, corners) [m] (Pappus)."""
+        return 2.0 * np.pi * points[cells][:, :, 0]
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] between a chain of edges (k, 2), revolved, and the axis."""
@@ -95,9 +89,11 @@ class Axisymmetric(Geometry):
         second = np.stack([(a + 2.0 * b) * (za - zb), -squares], axis=1)
         return np.pi / 3.0 * np.stack([first, second], axis=1)
 
-    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         """What computes their forces."""
-        return AxisymmetricElements(nodes, region, PlaneMetric(), bulk_viscosity)
+        return section_elements(
+            nodes, region, bulk_viscosity, RevolvedAcross(region, nodes.scenarios)
+        )
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
@@ -105,32 +101,37 @@ class Axisymmetric(Geometry):
 
 
 @ti.data_oriented
-class AxisymmetricElements(Triangles):
-    """Rings; parameters as for LinearElements."""
+class RevolvedAcross(Across):
+    """Of rings: F_zz of each block, and the weights w_a of its corners."""
 
-    def __init__(
-        self, nodes: Nodes, region: Region, metric: PlaneMetric, bulk_viscosity: float
-    ) -> None:
-        super().__init__(nodes, region, metric, bulk_viscosity)
-        self.hoop = lane_field((nodes.scenarios, int(self.blocks)))
-        # d(hoop stretch)/d(radius of a corner): 1 / (3 R).
-        gradient = RevolvedHoop().gradient(region.points, region.cells)
-        self.hoop_gradient = lane_data(self.padded(gradient[:, 0, 0]))
+    def __init__(self, region: Region, scenarios: int) -> None:
+        super().__init__()
+        weights = RevolvedHoop().weights(region.points, region.cells)
+        self.corner_weight = [lane_data(padded(column)) for column in weights.T]
+        self.hoop = lane_field((scenarios, backend.lane_blocks(len(weights))))
 
     @ti.func
-    def stretch_across(self, s, b, x_sum, y_sum):
-        """Store F_zz = r / R from the sum of the corners' radii."""
-        self.hoop[s, b] = x_sum * self.hoop_gradient[b]
+    def measure(self, s, b, x: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """F_zz from the corners' radii."""
+        hoop = self.lane(0.0)
+        for c in ti.static(range(len(x))):
+            hoop += self.corner_weight[c][b] * x[c]
+        self.hoop[s, b] = hoop
 
     @ti.func
-    def stored_stretch_across(self, s, b):
+    def stretch(self, s, b):
         """F_zz."""
         return self.hoop[s, b]
 
     @ti.func
-    def force_across(self, s, b, S):
-        """-V F_zz S_zz / (3 R) along x on each corner; S comes times V."""
-        return -(self.hoop[s, b] * S.zz) * self.hoop_gradient[b], self.metric.lane(0.0)
+    def tension(self, s, b, S):
+        """V F_zz S_zz."""
+        return self.hoop[s, b] * S.zz
+
+    @ti.func
+    def weight(self, b, corner: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """w_a."""
+        return self.corner_weight[corner][b]
 
 
 @ti.data_oriented

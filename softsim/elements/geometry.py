@@ -9,23 +9,13 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from softsim.mesh.mesh import signed_volumes
+from softsim.elements.quadrature import quadrature
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.elements.facets import Facets
     from softsim.elements.region import Region
     from softsim.nodes import Nodes
     from softsim.term import Term
-
-
-def shape_gradients(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Gradients (cells, corners, d) [1/m] of the shape functions of linear triangles (d = 2) or
-    tetrahedra (d = 3), N_a = 1 at corner a.
-    """
-    corners = points[cells]
-    edges = corners[:, 1:] - corners[:, :1]  # x = x0 + edges^T xi, so grad xi = edges^-1
-    inner = np.linalg.inv(edges).transpose(0, 2, 1)
-    return np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
 
 
 class Hoop(ABC):
@@ -40,7 +30,7 @@ class Hoop(ABC):
         """Nodes (m, movers) whose motion strains each cell, its corners first: no others."""
 
     @abstractmethod
-    def gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    def gradient(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """dF_zz/dx / F_zz (m, movers, d) [1/m] of these nodes, now at x."""
 
     @abstractmethod
@@ -62,19 +52,39 @@ class Geometry(ABC):
         return None
 
     @abstractmethod
+    def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """How deep the body is at the corners of its section (m, corners) or (1, 1) [m], a linear
+        function between them; in space one.
+        """
+
     def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Volume of each element (m,) [m^3]."""
+        return self.corner_volumes(points, cells).sum(axis=1)
 
-    @abstractmethod
+    def corner_volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """int N_a dV (m, corners) [m^3]: row sums of the consistent mass matrix, over the density,
+        so that weight and inertia do the work of the continuous body.
+        """
+        return quadrature(points, cells).integrals(self.depths(points, cells))
+
     def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Share (m, corners) of an element's mass that each corner carries."""
+        volumes = self.corner_volumes(points, cells)
+        return volumes / volumes.sum(axis=1, keepdims=True)
+
+    def gradients(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """Mean of grad N_a over each element's volume (m, corners, d) [1/m]. With it the forces of
+        a uniform stress cancel at every inner node, whatever the shape of the elements (Flanagan
+        and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706).
+        """
+        return quadrature(points, cells).mean_gradients(self.depths(points, cells))
 
     def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F (m, 3, 3) of the elements with their nodes now at x; zz lies across a section."""
         d = self.dimension
         F = np.zeros((len(cells), 3, 3))
         F[:, 2, 2] = 1.0 if self.hoop is None else self.hoop.stretch(points, cells, x)
-        F[:, :d, :d] = np.einsum("eai,eaj->eij", x[cells], shape_gradients(points, cells))
+        F[:, :d, :d] = np.einsum("eai,eaj->eij", x[cells], self.gradients(points, cells))
         return F
 
     def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "Geometry":
@@ -125,9 +135,3 @@ def weighted_ends(ends: np.ndarray) -> np.ndarray:
 def nodal_sums(cells: np.ndarray, per_corner: np.ndarray, node_count: int) -> np.ndarray:
     """Sum over each node's elements (n,) of the values (m, corners) at its corners."""
     return np.bincount(cells.ravel(), np.broadcast_to(per_corner, cells.shape).ravel(), node_count)
-
-
-def nodal_sizes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Length of each node's surroundings (n,) [m]: the root of its share of area or volume."""
-    share = signed_volumes(points, cells)[:, None] / cells.shape[1]
-    return nodal_sums(cells, share, len(points)) ** (1.0 / points.shape[1])

@@ -13,7 +13,8 @@ class ElementMeasures:
     """Per element (m,): J [-], largest principal stretch [-], I1_bar [-], von Mises stress [Pa]
     and shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
 
-    nodal_pressure (n,) [Pa]: -kappa (J_a - 1), positive in compression; NaN beside the region.
+    nodal_pressure (n,) [Pa]: -kappa (J_a - 1), J_a of all elements around a node, positive in
+    compression; NaN beside the region.
     """
 
     J: np.ndarray

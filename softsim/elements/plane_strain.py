@@ -1,7 +1,7 @@
-"""Linear plane-strain triangles: F_zz = 1.
+"""Plane strain: F_zz = 1.
 
-Kinematics in the plane in elements/triangles.py, material in elements/material_points.py,
-volumetric part in elements/nodal_pressure.py.
+Kinematics in the plane in elements/triangles.py and quadrilaterals.py, material in
+elements/material_points.py, volumetric part in elements/pressure_points.py.
 """
 
 from dataclasses import dataclass
@@ -9,20 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 import taichi as ti
 
+from softsim.elements.across import Across
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry, edge_lengths
-from softsim.elements.linear import LinearElements
-from softsim.elements.metric import PlaneMetric
+from softsim.elements.one_point import OnePointElements
 from softsim.elements.region import Region
-from softsim.elements.triangles import Triangles
+from softsim.elements.sections import section_elements
 from softsim.fields import real_field
-from softsim.mesh.mesh import signed_volumes
 from softsim.nodes import Nodes
 
 
 @dataclass(frozen=True)
 class PlaneStrain(Geometry):
-    """Triangles of a plate of given thickness [m] that cannot strain across it."""
+    """A plate of given thickness [m] that cannot strain across it."""
 
     thickness: float
     name = "plane_strain"
@@ -32,13 +31,9 @@ class PlaneStrain(Geometry):
         """Of another thickness [m] where one is given."""
         return self if thickness is None else PlaneStrain(thickness)
 
-    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Volume of each element (m,) [m^3]."""
-        return self.thickness * signed_volumes(points, cells)
-
-    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Share (m, corners) of an element's mass that each corner carries."""
-        return np.full(cells.shape, 1.0 / 3.0)
+    def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """The thickness (1, 1) [m]."""
+        return np.array([[self.thickness]])
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
         """Volume [m^3] on the free side of a closed chain of edges (k, 2)."""
@@ -55,32 +50,13 @@ class PlaneStrain(Geometry):
         half = 0.5 * self.thickness * np.stack([-d[:, 1], d[:, 0]], axis=1)
         return np.stack([half, half], axis=1)
 
-    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         """What computes their forces."""
-        return PlaneStrainElements(nodes, region, PlaneMetric(), bulk_viscosity)
+        return section_elements(nodes, region, bulk_viscosity, Across())
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
         return PlaneFacets(nodes, facets, self.thickness)
-
-
-@ti.data_oriented
-class PlaneStrainElements(Triangles):
-    """Triangles; parameters as for LinearElements."""
-
-    @ti.func
-    def stretch_across(self, s, b, x_sum, y_sum):
-        """F_zz needs no storing."""
-
-    @ti.func
-    def stored_stretch_across(self, s, b):
-        """F_zz."""
-        return self.metric.lane(1.0)
-
-    @ti.func
-    def force_across(self, s, b, S):
-        """The stress across the section does no work."""
-        return self.metric.lane(0.0), self.metric.lane(0.0)
 
 
 @ti.data_oriented

@@ -6,15 +6,16 @@ import numpy as np
 
 from softsim.elements.geometry import Geometry, nodal_sums
 from softsim.materials.material import Material
+from softsim.mesh.mesh import signed_volumes
 
 
 @dataclass(frozen=True)
 class Region:
     """A cell set of a body, or what is in none that has a region of its own: cell_set is None.
 
-    Regions share nodes, so displacements are continuous. Each averages the pressure of its own
-    elements: at an interface a node has a pressure for each region, as a stiffer material may hold
-    another one than what it is bonded to.
+    Regions share nodes, so displacements are continuous. Each has pressures of its own, see
+    elements/pressure_points.py: at an interface a node has one for each region, as a stiffer
+    material may hold another one than what it is bonded to.
 
     body: name. first_node: of the body's nodes in the model. points (n, d) [m]: of the whole body.
     cells (m, corners): numbered within the body. numbers (m,): which of the body's cells they are.
@@ -33,6 +34,30 @@ class Region:
     def nodes(self) -> slice:
         """The body's nodes among those of the model."""
         return slice(self.first_node, self.first_node + len(self.points))
+
+    @property
+    def has_hourglass_modes(self) -> bool:
+        """Whether its elements can do what no linear field does: they are no simplexes."""
+        return self.cells.shape[1] > self.points.shape[1] + 1
+
+    @property
+    def pressure_points(self) -> np.ndarray:
+        """Numbers (m, k) of the pressures that each element has: those of its nodes, where linear
+        simplexes would lock with one each; of an element with hourglass modes its own.
+        """
+        if self.has_hourglass_modes:
+            return np.arange(len(self.cells))[:, None]
+        return self.cells
+
+    @property
+    def pressure_sizes(self) -> np.ndarray:
+        """Length [m] of what each of these pressures stands for: the root of its area or volume;
+        zero of nodes beside the region.
+        """
+        points = self.pressure_points
+        volume = signed_volumes(self.points, self.cells)[:, None] / points.shape[1]
+        count = len(self.cells) if self.has_hourglass_modes else len(self.points)
+        return nodal_sums(points, volume, count) ** (1.0 / self.points.shape[1])
 
     @property
     def volumes(self) -> np.ndarray:

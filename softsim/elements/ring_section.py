@@ -1,7 +1,7 @@
-"""Linear triangles of a section whose rings resist being widened: two strips, one robot.
+"""A section whose rings resist being widened: two strips, one robot.
 
-In the plane as elements/triangles.py says. Of a ring cell the hoop stretch is that of the diameters
-between its corners c and the nodes c' opposite them (elements/diameters.py),
+In the plane as elements/triangles.py and quadrilaterals.py say. Of a ring cell the hoop stretch is
+that of the diameters between its corners c and the nodes c' opposite them (elements/diameters.py),
     F_zz = sum_c |x_c - x_c'| / D,   D = sum_c |X_c - X_c'|,
 so its stress pulls at each of them with the tension V F_zz S_zz / D. Cells of single parts have
 F_zz = 1.
@@ -13,15 +13,14 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.elements.across import Across
 from softsim.elements.diameters import Diameters
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry, Hoop, edge_lengths, weighted_ends
-from softsim.elements.linear import LinearElements
-from softsim.elements.metric import PlaneMetric
+from softsim.elements.one_point import OnePointElements, padded
 from softsim.elements.region import Region
-from softsim.elements.triangles import Triangles
+from softsim.elements.sections import section_elements
 from softsim.fields import index_field, lane_data, lane_field, real_field
-from softsim.mesh.mesh import signed_volumes
 from softsim.nodes import Nodes, by_lane
 from softsim.term import Pass, Stage
 
@@ -41,14 +40,14 @@ class PairedHoop(Hoop):
         return now / before
 
     def stencil(self, cells: np.ndarray) -> np.ndarray:
-        """Nodes (m, 6) whose motion strains each cell: its corners, and of a ring cell the nodes
-        opposite them; of single parts the corners once more, to no effect.
+        """Nodes (m, movers) whose motion strains each cell: its corners, and of a ring cell the
+        nodes opposite them; of single parts the corners once more, to no effect.
         """
         return np.hstack([cells, np.where(self.is_ring[:, None], self.opposite[cells], cells)])
 
-    def gradient(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """dF_zz/dx / F_zz (m, 6, 2) [1/m] of these nodes: with the unit vector n_c from c' to c
-        n_c / sum |x_c - x_c'| on c, the opposite on c'.
+    def gradient(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """dF_zz/dx / F_zz (m, movers, 2) [1/m] of these nodes: with the unit vector n_c from c' to
+        c n_c / sum |x_c - x_c'| on c, the opposite on c'.
         """
         diameters = self.diameters(x, cells)
         direction = (x[cells] - x[self.opposite[cells]]) / diameters[:, :, None]
@@ -57,19 +56,20 @@ class PairedHoop(Hoop):
         return np.concatenate([gradient, -gradient], axis=1)
 
     def curvature(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Bound of d^2F_zz/dx^2 / F_zz (m, 6, 6) [1/m^2]: what turns a diameter lengthens it, by
+        """Bound of d^2F_zz/dx^2 / F_zz (m, movers, movers) [1/m^2]: what turns a diameter
+        lengthens it, by
             d^2 |x_c - x_c'| = |t_c . (u_c - u_c')|^2 / |x_c - x_c'|,  t_c across the diameter;
         taken for every direction.
         """
         diameters = self.diameters(x, cells)
         turning = 1.0 / (diameters * diameters.sum(axis=1, keepdims=True))
         turning[~self.is_ring] = 0.0
-        each = turning[:, :, None] * np.eye(3)
+        each = turning[:, :, None] * np.eye(cells.shape[1])
         return np.block([[each, -each], [-each, each]])
 
     def diameters(self, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """|x_c - x_c'| of the corners (m, 3) [m]; of single parts, which may lie on the axis, one
-        metre.
+        """|x_c - x_c'| of the corners (m, corners) [m]; of single parts, which may lie on the axis,
+        one metre.
         """
         lengths = np.linalg.norm(x[cells] - x[self.opposite[cells]], axis=2)
         return np.where(self.is_ring[:, None], lengths, 1.0)
@@ -113,19 +113,10 @@ class RingSection(Geometry):
         """Whether facets of both are of the same rings."""
         return isinstance(other, RingSection) and other.opposite is self.opposite
 
-    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Volume of each element (m,) [m^3]: sector r A (Pappus), or thickness A."""
-        radius = self.hoop.diameters(points, cells).sum(axis=1) / 6.0
-        depth = np.where(self.is_ring, self.sector * radius, self.thickness)
-        return depth * signed_volumes(points, cells)
-
-    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Share (m, corners) of an element's mass that each corner carries: of a ring cell as
-        `Axisymmetric` has it.
-        """
-        diameters = self.hoop.diameters(points, cells)
-        total = diameters.sum(axis=1, keepdims=True)
-        return np.where(self.is_ring[:, None], (diameters + total) / (4.0 * total), 1.0 / 3.0)
+    def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """At the corners (m, corners) [m]: sector r of rings (Pappus), the thickness of others."""
+        radius = 0.5 * self.hoop.diameters(points, cells)
+        return np.where(self.is_ring[:, None], self.sector * radius, self.thickness)
 
     def pressed(self, edges: np.ndarray, first_node: int) -> np.ndarray:
         """Nodes (k, 4) that a pressure on edges (k, 2) acts on: their ends and the opposite ones,
@@ -173,9 +164,9 @@ class RingSection(Geometry):
         crossed = np.einsum("ki,kci->kc", edge, _across(diameters))
         return diameters, np.linalg.norm(diameters, axis=2), crossed
 
-    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         """What computes their forces."""
-        return RingElements(nodes, region, PlaneMetric(), bulk_viscosity, self.hoop)
+        return section_elements(nodes, region, bulk_viscosity, RingAcross(nodes, region, self.hoop))
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
@@ -188,66 +179,61 @@ def _across(vectors: np.ndarray) -> np.ndarray:
 
 
 @ti.data_oriented
-class RingElements(Triangles):
-    """Ring cells and single ones; `hoop` of the rings, other parameters as for LinearElements."""
+class RingAcross(Across):
+    """Of ring cells and single ones."""
 
-    def __init__(
-        self,
-        nodes: Nodes,
-        region: Region,
-        metric: PlaneMetric,
-        bulk_viscosity: float,
-        hoop: PairedHoop,
-    ) -> None:
-        super().__init__(nodes, region, metric, bulk_viscosity)
+    def __init__(self, nodes: Nodes, region: Region, hoop: PairedHoop) -> None:
+        super().__init__()
         cells, is_ring = region.cells, hoop.is_ring
+        self.corners = cells.shape[1]
         # Both nodes of a diameter have its number: each is named after its smaller node.
         name = np.minimum(cells, hoop.opposite[cells])[is_ring]
         first, number = np.unique(name, return_inverse=True)
         number = number.reshape(name.shape)
         ends = region.first_node + np.stack([first, hoop.opposite[first]], axis=1)
-        lanes = int(self.blocks) * backend.lanes()
+        blocks = backend.lane_blocks(len(cells))
+        lanes = blocks * backend.lanes()
         self.diameters = Diameters(nodes, ends, number, np.flatnonzero(is_ring), lanes)
         place = np.full(cells.shape, self.diameters.pad_slot)
         place[is_ring] = self.diameters.places[number]
-        self.place = index_field(by_lane(self.padded(place)))
-        self.hoop = lane_field((nodes.scenarios, int(self.blocks)))
+        self.place = index_field(by_lane(padded(place)))
+        self.hoop = lane_field((nodes.scenarios, blocks))
         # 1 / D of ring cells, and F_zz of the others.
         at_rest = hoop.diameters(region.points, cells).sum(axis=1)
         slope = np.divide(1.0, at_rest, out=np.zeros(len(cells)), where=is_ring)
-        self.hoop_slope = lane_data(self.padded(slope))
-        self.single = lane_data(self.padded(np.where(is_ring, 0.0, 1.0)))
+        self.hoop_slope = lane_data(padded(slope))
+        self.single = lane_data(padded(np.where(is_ring, 0.0, 1.0)))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment: diameters are measured before it, and pulled at after it."""
+        """Diameters are measured before the elements, and pulled at after them."""
         diameters = self.diameters
+        blocks = int(diameters.blocks)
         return {
-            Stage.MEASURE: [Pass("elements", int(diameters.blocks), (diameters.measure,))],
-            **super().passes(),
-            Stage.PULL: [Pass("elements", int(diameters.blocks), (diameters.pull,))],
+            Stage.MEASURE: [Pass("elements", blocks, (diameters.measure,))],
+            Stage.PULL: [Pass("elements", blocks, (diameters.pull,))],
         }
 
     @ti.func
-    def stretch_across(self, s, b, x_sum, y_sum):
-        """Store F_zz from the corners' diameters."""
-        diameters = self.metric.lane(0.0)
+    def measure(self, s, b, x: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """F_zz from the corners' diameters."""
+        diameters = self.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
-            for c in ti.static(range(3)):
+            for c in ti.static(range(self.corners)):
                 diameters[lane] += self.diameters.length[s, self.place[b, c, lane]]
         self.hoop[s, b] = self.single[b] + diameters * self.hoop_slope[b]
 
     @ti.func
-    def stored_stretch_across(self, s, b):
+    def stretch(self, s, b):
         """F_zz."""
         return self.hoop[s, b]
 
     @ti.func
-    def force_across(self, s, b, S):
-        """Nothing on the corners alone: the diameters get V F_zz S_zz / D; S comes times V."""
+    def tension(self, s, b, S):
+        """Nothing on the corners alone: the diameters get V F_zz S_zz / D."""
         tension = self.hoop[s, b] * S.zz * self.hoop_slope[b]
         for lane in ti.static(range(backend.lanes())):
             self.diameters.tension[s, b * ti.static(backend.lanes()) + lane] = tension[lane]
-        return self.metric.lane(0.0), self.metric.lane(0.0)
+        return self.lane(0.0)
 
 
 @ti.data_oriented

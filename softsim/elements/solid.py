@@ -1,6 +1,6 @@
-"""Linear tetrahedra: edges d_i = x_i - x_0, corner forces f_i = -V S^ij d_j, f_0 = -sum f_i.
+"""Bodies in space: elements/tetrahedra.py and hexahedra.py.
 
-Material in elements/material_points.py, volumetric part in elements/nodal_pressure.py.
+Material in elements/material_points.py, volumetric part in elements/pressure_points.py.
 """
 
 from dataclasses import dataclass
@@ -11,136 +11,75 @@ import taichi as ti
 from softsim import backend
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry
-from softsim.elements.linear import LinearElements
-from softsim.elements.metric import SpaceMetric
+from softsim.elements.hexahedra import Hexahedra
+from softsim.elements.one_point import OnePointElements
 from softsim.elements.region import Region
-from softsim.mesh.mesh import signed_volumes
+from softsim.elements.tetrahedra import SpaceElements, Tetrahedra
 from softsim.nodes import Nodes
+
+BY_CORNERS: dict[int, type[SpaceElements]] = {4: Tetrahedra, 8: Hexahedra}
 
 
 @dataclass(frozen=True)
 class Solid(Geometry):
-    """Tetrahedra in space."""
+    """Tetrahedra and hexahedra in space."""
 
     name = "solid"
     dimension = 3
 
-    def volumes(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Volume of each element (m,) [m^3]."""
-        return signed_volumes(points, cells)
-
-    def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-        """Share (m, corners) of an element's mass that each corner carries."""
-        return np.full(cells.shape, 0.25)
+    def depths(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+        """One (1, 1)."""
+        return np.ones((1, 1))
 
     def enclosed_volume(self, x: np.ndarray, facets: np.ndarray) -> float:
-        """Volume [m^3] on the free side of a closed surface of triangles (k, 3)."""
-        a, b, c = x[facets].transpose(1, 0, 2)
-        return float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
+        """Volume [m^3] on the free side of a closed surface of triangles (k, 3), or of bilinear
+        quadrilaterals (k, 4).
+        """
+        triangles, share = triangles_of(facets)
+        a, b, c = x[triangles].transpose(1, 0, 2)
+        return share * float(np.einsum("ki,ki->", a, np.cross(c, b))) / 6.0
 
     def corner_areas(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """Area (k, 3) [m^2] of triangles (k, 3) that each of their corners stands for."""
-        a, b, c = x[facets].transpose(1, 0, 2)
+        """Area (k, corners) [m^2] of facets that each of their corners stands for."""
+        triangles, share = triangles_of(facets)
+        a, b, c = x[triangles].transpose(1, 0, 2)
         area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        return np.repeat(area[:, None] / 3.0, 3, axis=1)
+        return share * _at_corners(facets, area[:, None] / 3.0)[:, :, 0]
 
     def volume_gradient(self, x: np.ndarray, facets: np.ndarray) -> np.ndarray:
-        """d(enclosed volume)/dx of the corners (k, 3, d) [m^2]: forces of a pressure of 1 Pa."""
-        a, b, c = x[facets].transpose(1, 0, 2)
-        return np.repeat(np.cross(c - a, b - a)[:, None] / 6.0, 3, axis=1)
+        """d(enclosed volume)/dx of the corners (k, corners, d) [m^2]: forces of 1 Pa."""
+        triangles, share = triangles_of(facets)
+        a, b, c = x[triangles].transpose(1, 0, 2)
+        return share * _at_corners(facets, np.cross(c - a, b - a) / 6.0)
 
-    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> LinearElements:
+    def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         """What computes their forces."""
-        return Tetrahedra(nodes, region, SpaceMetric(), bulk_viscosity)
+        return BY_CORNERS[region.cells.shape[1]](nodes, region, bulk_viscosity)
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""
-        return TriangleFacets(nodes, facets)
+        return FACETS[facets.shape[1]](nodes, facets)
 
 
-@ti.data_oriented
-class Tetrahedra(LinearElements):
-    """Tetrahedra; parameters as for LinearElements."""
+# Corners of the triangles that facets are cut into, by the number of their corners. A quadrilateral
+# is cut along both diagonals and halved: that is the volume under its bilinear surface, and favours
+# neither diagonal.
+TRIANGLES = {3: ((0, 1, 2),), 4: ((0, 1, 2), (2, 3, 0), (0, 1, 3), (1, 2, 3))}
+SHARES = {3: 1.0, 4: 0.5}
 
-    @ti.func
-    def deform(self, s, b, t, dt):
-        """Edges and present volumes from the corner positions."""
-        for k in ti.static(range(3)):
-            d1 = self.metric.lane(0.0)
-            d2 = self.metric.lane(0.0)
-            d3 = self.metric.lane(0.0)
-            for lane in ti.static(range(backend.lanes())):
-                x0 = self.nodes.position[s, self.corner[b, 0, lane]][k]
-                d1[lane] = self.nodes.position[s, self.corner[b, 1, lane]][k] - x0
-                d2[lane] = self.nodes.position[s, self.corner[b, 2, lane]][k] - x0
-                d3[lane] = self.nodes.position[s, self.corner[b, 3, lane]][k] - x0
-            self.edge[k][s, b] = d1
-            self.edge[3 + k][s, b] = d2
-            self.edge[6 + k][s, b] = d3
-        self.keep_volume(s, b, self.volume_ratio(s, b))
 
-    @ti.func
-    def volume_ratio(self, s, b):
-        """J."""
-        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
-        determinant = (
-            ax[s, b] * (by[s, b] * cz[s, b] - bz[s, b] * cy[s, b])
-            + ay[s, b] * (bz[s, b] * cx[s, b] - bx[s, b] * cz[s, b])
-            + az[s, b] * (bx[s, b] * cy[s, b] - by[s, b] * cx[s, b])
-        )
-        return determinant * self.inverse_determinant[b]
+def triangles_of(facets: np.ndarray) -> tuple[np.ndarray, float]:
+    """Triangles (k t, 3) that facets (k, corners) are cut into, and which share of each counts."""
+    corners = facets.shape[1]
+    return facets[:, TRIANGLES[corners]].reshape(-1, 3), SHARES[corners]
 
-    @ti.func
-    def stretch(self, s, b):
-        """C in the basis of the edges, and J."""
-        C = self.metric.Symmetric(
-            aa=self.dot(s, b, 0, 0),
-            bb=self.dot(s, b, 1, 1),
-            cc=self.dot(s, b, 2, 2),
-            ab=self.dot(s, b, 0, 1),
-            bc=self.dot(s, b, 1, 2),
-            ca=self.dot(s, b, 2, 0),
-        )
-        return C, self.volume_ratio(s, b)
 
-    @ti.func
-    def dot(self, s, b, i: ti.template(), j: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """d_i . d_j."""
-        return (
-            self.edge[3 * i][s, b] * self.edge[3 * j][s, b]
-            + self.edge[3 * i + 1][s, b] * self.edge[3 * j + 1][s, b]
-            + self.edge[3 * i + 2][s, b] * self.edge[3 * j + 2][s, b]
-        )
-
-    @ti.func
-    def stress_corners(self, s, b, t, dt):
-        """Corner forces from the stress."""
-        S = self.stress(s, b)
-        x1, y1, z1 = self.pull(s, b, S.aa, S.ab, S.ca)
-        x2, y2, z2 = self.pull(s, b, S.ab, S.bb, S.bc)
-        x3, y3, z3 = self.pull(s, b, S.ca, S.bc, S.cc)
-        # All of them first, then the stores: in between these would keep LLVM from vectorising.
-        self.push_corner(s, b, 0, 0, -(x1 + x2 + x3))
-        self.push_corner(s, b, 0, 1, -(y1 + y2 + y3))
-        self.push_corner(s, b, 0, 2, -(z1 + z2 + z3))
-        self.push_corner(s, b, 1, 0, x1)
-        self.push_corner(s, b, 1, 1, y1)
-        self.push_corner(s, b, 1, 2, z1)
-        self.push_corner(s, b, 2, 0, x2)
-        self.push_corner(s, b, 2, 1, y2)
-        self.push_corner(s, b, 2, 2, z2)
-        self.push_corner(s, b, 3, 0, x3)
-        self.push_corner(s, b, 3, 1, y3)
-        self.push_corner(s, b, 3, 2, z3)
-
-    @ti.func
-    def pull(self, s, b, a1, a2, a3):
-        """-(a1 d_1 + a2 d_2 + a3 d_3), by component."""
-        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
-        x = -(a1 * ax[s, b] + a2 * bx[s, b] + a3 * cx[s, b])
-        y = -(a1 * ay[s, b] + a2 * by[s, b] + a3 * cy[s, b])
-        z = -(a1 * az[s, b] + a2 * bz[s, b] + a3 * cz[s, b])
-        return x, y, z
+def _at_corners(facets: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Sums (k, corners, i) over the triangles at each corner of values (k t, i) of these."""
+    k, corners = facets.shape
+    of_facet = values.reshape(k, len(TRIANGLES[corners]), -1)
+    touches = np.array([[float(c in t) for t in TRIANGLES[corners]] for c in range(corners)])
+    return np.einsum("ct,kti->kci", touches, of_facet)
 
 
 @ti.data_oriented
@@ -152,16 +91,56 @@ class TriangleFacets(Facets):
         """Forces of a pressure of 1 Pa on facet i [m^2]: a third of its area, against its normal,
         on each corner.
         """
-        a = self.nodes.position[s, self.node[i, 0]]
-        b = self.nodes.position[s, self.node[i, 1]]
-        c = self.nodes.position[s, self.node[i, 2]]
-        f = (c - a).cross(b - a) / 6.0
+        f = self.third(s, i, 0, 1, 2)
         return ti.Matrix([[f[0], f[1], f[2]], [f[0], f[1], f[2]], [f[0], f[1], f[2]]])
 
     @ti.func
     def volume(self, s, i):
         """What facet i adds to the volume of its chamber [m^3]: the cone from the origin."""
-        a = self.nodes.position[s, self.node[i, 0]]
-        b = self.nodes.position[s, self.node[i, 1]]
-        c = self.nodes.position[s, self.node[i, 2]]
+        return self.cone(s, i, 0, 1, 2)
+
+    @ti.func
+    def third(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """A third of the area between three corners, against its normal [m^2]."""
+        a = self.nodes.position[s, self.node[i, j]]
+        b = self.nodes.position[s, self.node[i, k]]
+        c = self.nodes.position[s, self.node[i, n]]
+        return (c - a).cross(b - a) / 6.0
+
+    @ti.func
+    def cone(self, s, i, j: ti.template(), k: ti.template(), n: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Volume between three corners and the origin [m^3]."""
+        a = self.nodes.position[s, self.node[i, j]]
+        b = self.nodes.position[s, self.node[i, k]]
+        c = self.nodes.position[s, self.node[i, n]]
         return a.dot(c.cross(b)) / 6.0
+
+
+@ti.data_oriented
+class QuadrilateralFacets(TriangleFacets):
+    """Quadrilaterals (k, 4) in space: half of each of the four triangles between their corners."""
+
+    @ti.func
+    def unit_forces(self, s, i):
+        """Forces of a pressure of 1 Pa on facet i [m^2]."""
+        forces = ti.Matrix.zero(backend.real, 4, 3)
+        for t in ti.static(range(4)):
+            j, k, n = ti.static(TRIANGLES[4][t])
+            third = 0.5 * self.third(s, i, j, k, n)
+            for component in ti.static(range(3)):
+                forces[j, component] += third[component]
+                forces[k, component] += third[component]
+                forces[n, component] += third[component]
+        return forces
+
+    @ti.func
+    def volume(self, s, i):
+        """What facet i adds to the volume of its chamber [m^3]."""
+        volume = ti.cast(0.0, backend.real)
+        for t in ti.static(range(4)):
+            j, k, n = ti.static(TRIANGLES[4][t])
+            volume += 0.5 * self.cone(s, i, j, k, n)
+        return volume
+
+
+FACETS: dict[int, type[TriangleFacets]] = {3: TriangleFacets, 4: QuadrilateralFacets}

@@ -1,28 +1,20 @@
-"""What linear triangles of a section share, whatever happens across it.
+"""Linear triangles of a section, whatever happens across it.
 
 Edges d_a = x_1 - x_0 and d_b = x_2 - x_0 in the plane; across it F_zz is the element's own. Corner
 forces
     f_1 = -V (S^aa d_a + S^ab d_b),  f_2 = -V (S^ab d_a + S^bb d_b),  f_0 = -f_1 - f_2,
-each with -V F_zz S_zz dF_zz/dx more. An element of this kind says what F_zz is (`stretch_across`,
-which stores what is needed to find it again in `stored_stretch_across`), and what force F_zz S_zz
-puts on each corner (`force_across`).
+each with -V F_zz S_zz dF_zz/dx more (elements/across.py).
 """
-
-from typing import Any
 
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.linear import LinearElements
+from softsim.elements.across import SectionElements
 
 
 @ti.data_oriented
-class Triangles(LinearElements):
-    """Triangles; parameters as for LinearElements."""
-
-    stretch_across: Any
-    stored_stretch_across: Any
-    force_across: Any
+class Triangles(SectionElements):
+    """Triangles; parameters as for SectionElements."""
 
     @ti.func
     def deform(self, s, b, t, dt):
@@ -48,28 +40,8 @@ class Triangles(LinearElements):
         ay[s, b] = y1 - y0
         bx[s, b] = x2 - x0
         by[s, b] = y2 - y0
-        self.stretch_across(s, b, x0 + x1 + x2, y0 + y1 + y2)
+        self.across.measure(s, b, [x0, x1, x2])
         self.keep_volume(s, b, self.volume_ratio(s, b))
-
-    @ti.func
-    def volume_ratio(self, s, b):
-        """J."""
-        ax, ay, bx, by = ti.static(self.edge)
-        area = ax[s, b] * by[s, b] - ay[s, b] * bx[s, b]
-        return area * self.inverse_determinant[b] * self.stored_stretch_across(s, b)
-
-    @ti.func
-    def stretch(self, s, b):
-        """C in the basis of the edges, and J."""
-        ax, ay, bx, by = ti.static(self.edge)
-        zz = self.stored_stretch_across(s, b)
-        C = self.metric.Symmetric(
-            aa=ax[s, b] * ax[s, b] + ay[s, b] * ay[s, b],
-            bb=bx[s, b] * bx[s, b] + by[s, b] * by[s, b],
-            ab=ax[s, b] * bx[s, b] + ay[s, b] * by[s, b],
-            zz=zz * zz,
-        )
-        return C, self.volume_ratio(s, b)
 
     @ti.func
     def stress_corners(self, s, b, t, dt):
@@ -80,10 +52,10 @@ class Triangles(LinearElements):
         y1 = -(S.aa * ay[s, b] + S.ab * by[s, b])
         x2 = -(S.ab * ax[s, b] + S.bb * bx[s, b])
         y2 = -(S.ab * ay[s, b] + S.bb * by[s, b])
-        x, y = self.force_across(s, b, S)
-        self.push_corner(s, b, 0, 0, x - x1 - x2)
-        self.push_corner(s, b, 0, 1, y - y1 - y2)
-        self.push_corner(s, b, 1, 0, x + x1)
-        self.push_corner(s, b, 1, 1, y + y1)
-        self.push_corner(s, b, 2, 0, x + x2)
-        self.push_corner(s, b, 2, 1, y + y2)
+        around = self.across.tension(s, b, S)
+        self.push_corner(s, b, 0, 0, -x1 - x2 - around * self.across.weight(b, 0))
+        self.push_corner(s, b, 0, 1, -y1 - y2)
+        self.push_corner(s, b, 1, 0, x1 - around * self.across.weight(b, 1))
+        self.push_corner(s, b, 1, 1, y1)
+        self.push_corner(s, b, 2, 0, x2 - around * self.across.weight(b, 2))
+        self.push_corner(s, b, 2, 1, y2)

@@ -1,4 +1,4 @@
-"""Bodies from ABAQUS input files (.inp): nodes, linear triangles or tetrahedra, sets, surfaces."""
+"""Bodies from ABAQUS input files (.inp): nodes, linear elements, sets, surfaces."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -8,10 +8,16 @@ import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.abaqus_cards import Card, cards, fields
-from softsim.mesh.abaqus_elements import CORNERS, FACES, formulation, refusal
+from softsim.mesh.abaqus_elements import CORNERS, FACES, dimension, family, refusal, supported
 from softsim.mesh.abaqus_sets import ASSEMBLY, BODY, Key, NamedSet, Sets, define
 from softsim.mesh.content import Content
-from softsim.mesh.mesh import boundary_facets, find_rows
+from softsim.mesh.mesh import (
+    boundary_facets,
+    cell_facets,
+    facet_keys,
+    find_rows,
+    of_one_kind,
+)
 from softsim.mesh.quality import Labels
 
 _GENERATED = "write the nodes and elements out, as ABAQUS/CAE does when it writes an input file"
@@ -36,8 +42,8 @@ def read_abaqus(path: Path) -> Content:
     have a set of one name, the part's is called INSTANCE.NAME.
 
     Raises MeshError, naming file and line, if the file cannot be read, has elements other than
-    CPE3, CPS3, CAX3, C3D4 (hybrid or not) or more than one of these, several parts or instances, a
-    moved instance, an empty set, a member that does not exist, or takes nodes from elsewhere.
+    those of abaqus_elements.py (hybrid or not) or of several families, several parts or instances,
+    a moved instance, an empty set, a member that does not exist, or takes nodes from elsewhere.
     """
     deck = _Deck(path)
     for card in cards(path):
@@ -56,6 +62,7 @@ class _Deck:
         self.node_labels: list[int] = []
         self.corners: list[list[int]] = []
         self.corner_lines: list[int] = []
+        self.types: list[str] = []
         self.element_type = ("", 0)
         self.nodes, self.elements = Sets("node"), Sets("element")
         self.surfaces: dict[Key, NamedSet] = {}
@@ -120,7 +127,8 @@ class _Deck:
         self._collect(self.nodes, card, "NSET", range(before, len(self.coordinates)))
 
     def _add_elements(self, card: Card) -> None:
-        count = self._corner_count(card)
+        kind = self._element_type(card)
+        count = CORNERS[kind]
         card.allow({"TYPE", "ELSET"})
         known, before = self.elements.numbers[BODY], len(self.corners)
         for line, row in _element_rows(card, count + 1):
@@ -136,6 +144,7 @@ class _Deck:
             known[label] = len(self.corners)
             self.corners.append([card.integer(node, line, "node number") for node in row[1:]])
             self.corner_lines.append(line)
+            self.types.append(kind)
         self._collect(self.elements, card, "ELSET", range(before, len(self.corners)))
 
     def _collect(self, sets: Sets, card: Card, parameter: str, members: range) -> None:
@@ -145,10 +154,10 @@ class _Deck:
             found.cards.append((self.scope, card))
             found.members.extend(members)
 
-    def _corner_count(self, card: Card) -> int:
-        """Nodes of the card's elements, whose type must be that of all the others."""
+    def _element_type(self, card: Card) -> str:
+        """The type of the card's elements, whose family must be that of all the others."""
         written = card.parameter("TYPE").upper()
-        kind = formulation(written)
+        kind = supported(written)
         if not kind:
             raise card.fault(*refusal(written))
         if self.scope == ASSEMBLY:
@@ -156,18 +165,18 @@ class _Deck:
                 "elements of the assembly itself", hint="put them between *PART and *END PART"
             )
         first, line = self.element_type
-        if first and CORNERS[first] != CORNERS[kind]:
+        if first and dimension(first) != dimension(kind):
             raise card.fault(
                 f"mixed dimensions: elements of type {written} beside {first} (line {line})",
                 hint="a body is either plane or solid: write a file for each",
             )
-        if first and first != kind:
+        if first and family(first) != family(kind):
             raise card.fault(
                 f"mixed formulations: elements of type {written} beside {first} (line {line})",
-                hint=f"give all elements of the body the type {first}, or all {kind}",
+                hint=f"give all elements of the body types {family(first)}, or all {family(kind)}",
             )
-        self.element_type = (kind, line or card.line)
-        return CORNERS[kind]
+        self.element_type = (first or kind, line or card.line)
+        return kind
 
     def _add_surface(self, card: Card) -> None:
         card.allow({"NAME", "TYPE", "INTERNAL"})
@@ -223,6 +232,7 @@ class _Deck:
         return Content(
             points=np.array(self.coordinates),
             cells=cells,
+            dimension=dimension(self.element_type[0]),
             node_sets=node_sets,
             facet_sets=facet_sets,
             cell_sets=cell_sets,
@@ -232,17 +242,29 @@ class _Deck:
         )
 
     def _cells(self) -> np.ndarray:
+        blocks = [(rows, self._nodes_of(rows)) for rows in self._by_corners()]
+        order = np.argsort(np.concatenate([rows for rows, _ in blocks]))
+        kind = dimension(self.element_type[0])
+        return of_one_kind([nodes for _, nodes in blocks], kind)[order]
+
+    def _by_corners(self) -> list[np.ndarray]:
+        """Numbers of the elements, those with as many corners together."""
+        counts = np.array([len(corners) for corners in self.corners])
+        return [np.flatnonzero(counts == count) for count in np.unique(counts)]
+
+    def _nodes_of(self, rows: np.ndarray) -> np.ndarray:
+        """Node numbers (k, corners) of elements that have as many corners."""
         known = self.nodes.numbers[BODY]
-        cells = np.array([[known.get(node, -1) for node in nodes] for nodes in self.corners])
-        missing = np.argwhere(cells < 0)
+        nodes = np.array([[known.get(node, -1) for node in self.corners[row]] for row in rows])
+        missing = np.argwhere(nodes < 0)
         if len(missing):
-            element, corner = missing[0]
-            label = list(self.elements.numbers[BODY])[element]
+            row, corner = rows[missing[0][0]], missing[0][1]
+            label = list(self.elements.numbers[BODY])[row]
             raise MeshError(
-                f"{self.path}:{self.corner_lines[element]}: element {label} has the node "
-                f"{self.corners[element][corner]}, which does not exist"
+                f"{self.path}:{self.corner_lines[row]}: element {label} has the node "
+                f"{self.corners[row][corner]}, which does not exist"
             )
-        return cells
+        return nodes
 
     def _add_nodes_of_elements(self, found: NamedSet, cells: np.ndarray) -> None:
         """Resolve *NSET, ELSET=: the nodes of all elements in a set."""
@@ -263,31 +285,43 @@ class _Deck:
         return np.unique(np.concatenate(rows))
 
     def _facets(self, scope: str, card: Card, cells: np.ndarray) -> np.ndarray:
-        """Node numbers (k, 2 or 3) of the facets in a surface of elements."""
-        faces = FACES[cells.shape[1]]
+        """Node numbers (k, corners) of the facets in a surface of elements."""
+        kind = dimension(self.element_type[0])
         parts = []
         for line, text in card.rows:
             owner, *face = fields(text)
             # A row without elements means all of them.
             listed = self.elements.listed(scope, card, line, [owner])
-            chosen = cells[listed] if owner else cells
+            chosen = listed if owner else np.arange(len(cells))
             if face:
-                names = [f"S{number + 1}" for number in range(len(faces))]
-                if face[0].upper() not in names:
-                    raise card.fault(
-                        f"'{face[0]}' is no face of an element {self.element_type[0]}",
-                        hint="its faces are " + ", ".join(names),
-                        line=line,
-                    )
-                parts.append(chosen[:, faces[names.index(face[0].upper())]])
+                parts += self._faces(chosen, face[0].upper(), card, line)
             else:
-                parts.append(_free_facets(chosen[:, faces].reshape(-1, faces.shape[1]), cells))
-        facets = np.concatenate(parts)
+                parts.append(_free_facets(cells[chosen], cells, kind))
+        facets = of_one_kind(parts, 2)
         if not len(facets):
             raise card.fault(
                 f"the surface '{card.parameter('NAME')}' is empty: its elements have no free face"
             )
         return facets
+
+    def _faces(self, chosen: np.ndarray, name: str, card: Card, line: int) -> list[np.ndarray]:
+        """Node numbers (k, corners) of the face S1, S2 ... of each of the chosen elements."""
+        found = []
+        for rows in self._by_corners():
+            of_kind = np.intersect1d(chosen, rows)
+            if not len(of_kind):
+                continue
+            element_type = self.types[of_kind[0]]
+            faces = FACES[dimension(element_type), CORNERS[element_type]]
+            names = [f"S{number}" for number in range(1, len(faces) + 1)]
+            if name not in names:
+                raise card.fault(
+                    f"'{name}' is no face of an element {element_type}",
+                    hint="its faces are " + ", ".join(names),
+                    line=line,
+                )
+            found.append(self._nodes_of(of_kind)[:, faces[names.index(name)]])
+        return found
 
 
 def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:
@@ -303,9 +337,11 @@ def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:
         yield card.rows[-1][0], row
 
 
-def _free_facets(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    boundary = np.sort(boundary_facets(cells), axis=1)
-    return facets[find_rows(np.sort(facets, axis=1), boundary) >= 0]
+def _free_facets(chosen: np.ndarray, cells: np.ndarray, dimension: int) -> np.ndarray:
+    """Facets of the chosen ones of the cells that no other cell has."""
+    facets, _ = cell_facets(chosen, dimension)
+    boundary = facet_keys(boundary_facets(cells, dimension))
+    return facets[find_rows(facet_keys(facets), boundary) >= 0]
 
 
 def _surface_type(card: Card) -> str:

@@ -2,51 +2,78 @@
 
 import re
 
-import numpy as np
-
-CORNERS = {"CPE3": 3, "CPS3": 3, "CAX3": 3, "C3D4": 4}
+CORNERS = {
+    "CPE3": 3, "CPE4": 4, "CPE4R": 4, "CPE4I": 4,
+    "CPS3": 3, "CPS4": 4, "CPS4R": 4, "CPS4I": 4,
+    "CAX3": 3, "CAX4": 4, "CAX4R": 4, "CAX4I": 4,
+    "C3D4": 4, "C3D5": 5, "C3D6": 6, "C3D8": 8, "C3D8R": 8, "C3D8I": 8,
+}  # fmt: skip
 """Nodes of an element type; each may have an H (hybrid) behind it."""
 
 FACES = {
-    3: np.array([[0, 1], [1, 2], [2, 0]]),
-    4: np.array([[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]]),
+    (2, 3): [[0, 1], [1, 2], [2, 0]],
+    (2, 4): [[0, 1], [1, 2], [2, 3], [3, 0]],
+    (3, 4): [[0, 1, 2], [0, 3, 1], [1, 3, 2], [2, 3, 0]],
+    (3, 5): [[0, 1, 2, 3], [0, 4, 1], [1, 4, 2], [2, 4, 3], [3, 4, 0]],
+    (3, 6): [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]],
+    (3, 8): [
+        *([0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1]),
+        *([1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]),
+    ],
 }
-"""Faces S1, S2 ... as ABAQUS counts them, by the number of corners."""
+"""Faces S1, S2 ... as ABAQUS counts them, by the numbers of dimensions and of corners."""
 
-_LINEAR = {"CPE": "CPE3", "CPS": "CPS3", "CAX": "CAX3", "C3D": "C3D4"}
-_PLANE_SHAPES = {
-    4: "linear quadrilaterals",
-    6: "second-order triangles",
-    8: "second-order quadrilaterals",
+_LINEAR = {
+    family: [name for name in CORNERS if name.startswith(family)]
+    for family in ("CPE", "CPS", "CAX", "C3D")
 }
+_PLANE_SHAPES = {6: "second-order triangles", 8: "second-order quadrilaterals"}
 _SOLID_SHAPES = {
-    5: "linear pyramids",
-    6: "linear wedges",
-    8: "linear hexahedra",
     10: "second-order tetrahedra",
     15: "second-order wedges",
     20: "second-order hexahedra",
 }
 
 
-def formulation(written: str) -> str:
+def supported(written: str) -> str:
     """The type without its H: what a hybrid element computes is the same. "" if not known."""
     name = written.upper().removesuffix("H")
     return name if name in CORNERS else ""
 
 
+def family(element_type: str) -> str:
+    """What the elements compute: CPE, CPS, CAX or C3D."""
+    return element_type[:3]
+
+
+def dimension(element_type: str) -> int:
+    """Number of dimensions, 2 or 3, of a supported type's elements."""
+    return 3 if family(element_type) == "C3D" else 2
+
+
 def refusal(written: str) -> tuple[str, str]:
     """Message and hint for an element type that makes no body here."""
-    family, count = _parts(written)
-    shapes = _SOLID_SHAPES if family == "C3D" else _PLANE_SHAPES
-    shape = f", {shapes[count]}," if family and count in shapes else ""
+    kind, count = _parts(written)
+    shapes = _SOLID_SHAPES if kind == "C3D" else _PLANE_SHAPES
+    shape = f", {shapes[count]}," if kind and count in shapes else ""
     message = f"elements of type {written.upper()}{shape} are not supported"
-    if family:
-        right = _LINEAR[family]
-        kind = "tetrahedra" if family == "C3D" else "triangles"
-        return message, f"mesh the part with linear {kind}: {right} or {right}H"
+    if kind:
+        return message, "mesh the part with linear elements: " + ", ".join(_LINEAR[kind])
     known = ", ".join(CORNERS)
     return message, f"a body is made of {known} (each also hybrid, H); leave all others out"
+
+
+def plane_stress_advice(element_type: str, formulation: str) -> str:
+    """What to take in the place of plane-stress elements for a body of this formulation."""
+    rest = element_type.removeprefix("CPS")
+    return {
+        "plane_strain": f"a thin section that may not strain across its depth is CPE{rest}",
+        "ring_section": f"the section of a ring_section is CPE{rest}: its sector says what goes "
+        "around",
+        "axisymmetric": f"the half section of a body of revolution is CAX{rest}",
+        "solid": "mesh the body in space, with C3D4 or C3D8R; or compute its section, CPE"
+        f"{rest}, with formulation: plane_strain",
+    }[formulation]
 
 
 def _parts(written: str) -> tuple[str, int]:

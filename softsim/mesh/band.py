@@ -1,11 +1,18 @@
-"""A band of triangles between two lines of points."""
+"""A band of cells between two lines of points."""
 
+from collections.abc import Callable
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
+CellKind = Literal["simplex", "quad"]
+"""What a generator makes: triangles and tetrahedra, or quadrilaterals and hexahedra."""
 
-def band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+Band = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+
+
+def triangle_band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
     """Triangles (m, 3), counter-clockwise, that fill the band between two lines of nodes.
 
     points: (n, 2). lower, upper: node numbers along each line, both in the direction that has
@@ -27,8 +34,24 @@ def band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray
     return np.array(cells, dtype=np.int64).reshape(-1, 3)
 
 
-def stacked_bands(points: np.ndarray, lines: list[np.ndarray]) -> np.ndarray:
-    """Triangles (m, 3) of the bands between each line of nodes and the next one to its left."""
+def quadrilateral_band(points: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+    """Quadrilaterals (m, 4) that fill the band between two lines of nodes: see `triangle_band`.
+
+    Where a line has more nodes than the other, the cells at its end are triangles.
+    """
+    count = min(len(lower), len(upper))
+    quadrilaterals = np.column_stack(
+        [lower[: count - 1], lower[1:count], upper[1:count], upper[: count - 1]]
+    )
+    rest = triangle_band(points, lower[count - 1 :], upper[count - 1 :])
+    return np.concatenate([quadrilaterals, rest[:, [0, 1, 2, 2]]])
+
+
+BANDS: dict[CellKind, Band] = {"simplex": triangle_band, "quad": quadrilateral_band}
+
+
+def stacked_bands(points: np.ndarray, lines: list[np.ndarray], band: Band) -> np.ndarray:
+    """Cells (m, corners) of the bands between each line of nodes and the next one to its left."""
     return np.concatenate([band(points, lower, upper) for lower, upper in pairwise(lines)])
 
 

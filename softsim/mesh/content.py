@@ -12,10 +12,12 @@ class Content:
     """Nodes, cells and sets as a file has them.
 
     points: (n, 2) or (n, 3) in the file's unit of length.
-    cells: (m, 3) triangles or (m, 4) tetrahedra, node numbers from 0 on; some may be inverted.
+    cells: (m, corners) node numbers from 0 on, as in mesh/mesh.py; some may be inverted.
+    dimension: of the cells, 2 or 3.
     node_sets, cell_sets: name -> (k,) numbers.
-    facet_sets: name -> (k, 2) or (k, 3) node numbers, in any orientation.
-    element_type: ABAQUS's name for what the cells compute, "" where the file does not say.
+    facet_sets: name -> (k, 2 to 4) node numbers, in any orientation.
+    element_type: ABAQUS's name for what the first of the cells computes, "" where the file does
+        not say.
     labels: what the file calls its nodes and cells, None where it only counts them.
     reference_nodes: numbers of the nodes that by the file's own word are not the body's, such as
         reference points of an assembly; all others must belong to a cell.
@@ -23,6 +25,7 @@ class Content:
 
     points: np.ndarray
     cells: np.ndarray
+    dimension: int
     node_sets: dict[str, np.ndarray] = field(default_factory=dict)
     facet_sets: dict[str, np.ndarray] = field(default_factory=dict)
     cell_sets: dict[str, np.ndarray] = field(default_factory=dict)

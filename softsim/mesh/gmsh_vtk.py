@@ -9,43 +9,56 @@ import numpy as np
 from softsim.errors import MeshError
 from softsim.mesh.content import Content
 from softsim.mesh.file_reading import meshio_mesh
+from softsim.mesh.mesh import of_one_kind
 
 if TYPE_CHECKING:
     import meshio
 
-_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "tetra": 3}
-_FACET = {"triangle": "line", "tetra": "triangle"}
+_DIMENSION = {
+    "vertex": 0,
+    "line": 1,
+    "triangle": 2,
+    "quad": 2,
+    "tetra": 3,
+    "pyramid": 3,
+    "wedge": 3,
+    "hexahedron": 3,
+}
 
 _Group = dict[str, np.ndarray]
 """Cell type -> numbers of the group's cells among all cells of that type."""
 
 
 def read_gmsh_vtk(path: Path) -> Content:
-    """The body in a mesh file: its tetrahedra if it has any, otherwise its triangles.
+    """The body in a mesh file: its cells in space if it has any, otherwise its triangles and
+    quadrilaterals; those of each type together.
 
     Sets are gmsh's physical groups, and in a .vtu file the arrays of whole numbers that say who is
     a member: an array "tip" of zeros and ones, or what meshio makes of its sets, an array
     "tip-root" of 0 (tip), 1 (root) and -1 (neither).
 
-    Raises MeshError if the file cannot be read, has cells other than linear triangles and
-    tetrahedra, triangles or lines apart from the body, or a set without members.
+    Raises MeshError if the file cannot be read, has cells that are not linear, plane cells or
+    lines apart from the body, or a set without members.
     """
     mesh = meshio_mesh(path, "formats: gmsh .msh, VTK .vtu, ABAQUS .inp")
     blocks = _blocks_by_type(mesh, path)
-    cell_type = "tetra" if "tetra" in blocks else "triangle"
-    cells = blocks[cell_type]
-    for kind in ("line", "triangle"):
-        _refuse_apart(mesh, kind, blocks, cell_type, path)
-    content = Content(mesh.points, cells)
+    dimension = max(_DIMENSION[kind] for kind in blocks)
+    body = [kind for kind in blocks if _DIMENSION[kind] == dimension]
+    cells = of_one_kind([blocks[kind] for kind in body], dimension)
+    first = dict(zip(body, np.cumsum([0, *(len(blocks[kind]) for kind in body)]), strict=False))
+    for kind in blocks:
+        if 0 < _DIMENSION[kind] < dimension:
+            _refuse_apart(mesh, kind, blocks, body, path)
+    content = Content(mesh.points, cells, dimension)
     for name, group in _groups(mesh, path).items():
-        others = []
-        for kind, members in group.items():
-            if kind == cell_type:
-                content.cell_sets[name] = members
-            elif kind == _FACET[cell_type]:
-                content.facet_sets[name] = blocks[kind][members]
-            else:
-                others.append(blocks[kind][members].ravel())
+        members = {kind: blocks[kind][chosen] for kind, chosen in group.items()}
+        of_body = [first[kind] + chosen for kind, chosen in group.items() if kind in body]
+        facets = [m for kind, m in members.items() if _DIMENSION[kind] == dimension - 1]
+        others = [m.ravel() for kind, m in members.items() if _DIMENSION[kind] < dimension - 1]
+        if of_body:
+            content.cell_sets[name] = np.sort(np.concatenate(of_body))
+        if facets:
+            content.facet_sets[name] = of_one_kind(facets, 2)
         if others:
             content.node_sets[name] = np.unique(np.concatenate(others))
     for name, values in mesh.point_data.items():
@@ -61,33 +74,31 @@ def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
     unknown = sorted({block.type for block in mesh.cells} - set(_DIMENSION))
     if unknown:
         raise MeshError(
-            f"{path}: cells of type {', '.join(unknown)}; only linear triangles and tetrahedra "
-            "are computed with",
-            hint="mesh with first-order triangles or tetrahedra",
+            f"{path}: cells of type {', '.join(unknown)}; only linear ones are computed with",
+            hint="mesh with first-order triangles, quadrilaterals, tetrahedra or hexahedra",
         )
     parts: dict[str, list[np.ndarray]] = defaultdict(list)
     for block in mesh.cells:
         parts[block.type].append(np.asarray(block.data, dtype=np.int64))
-    if not {"triangle", "tetra"} & set(parts):
+    if not any(_DIMENSION[kind] > 1 for kind in parts):
         raise MeshError(
-            f"{path}: holds no triangles and no tetrahedra",
+            f"{path}: holds no triangles, quadrilaterals or cells in space",
             hint="in gmsh, a file with physical groups holds only what belongs to one",
         )
     return {kind: np.concatenate(blocks) for kind, blocks in parts.items()}
 
 
 def _refuse_apart(
-    mesh: "meshio.Mesh", kind: str, blocks: dict[str, np.ndarray], cell_type: str, path: Path
+    mesh: "meshio.Mesh", kind: str, blocks: dict[str, np.ndarray], body: list[str], path: Path
 ) -> None:
-    """Refuse lines and triangles that lie neither on nor in the body: a body of their own."""
-    if kind == cell_type or kind not in blocks:
-        return
-    apart = np.flatnonzero(~np.isin(blocks[kind], blocks[cell_type]).all(axis=1))
+    """Refuse lines and plane cells that lie neither on nor in the body: a body of their own."""
+    nodes = np.concatenate([blocks[of_body].ravel() for of_body in body])
+    apart = np.flatnonzero(~np.isin(blocks[kind], nodes).all(axis=1))
     if len(apart):
         where = np.asarray(mesh.points)[blocks[kind][apart[0]]].mean(axis=0).tolist()
         raise MeshError(
             f"{path}: mixed dimensions: {kind} {apart[0]} at {where} has a node that belongs to "
-            f"no {cell_type} ({len(apart)} such cells)",
+            f"no {' or '.join(body)} ({len(apart)} such cells)",
             hint="leave out what is no part of the body, or write it to a file of its own",
         )
 

@@ -1,5 +1,14 @@
-"""Nodes, cells and named sets of a body of linear triangles (2D) or tetrahedra (3D)."""
+"""Nodes, cells and named sets of a body.
 
+Cells are triangles or quadrilaterals in the plane, tetrahedra or hexahedra in space; what they are
+is told by the number of their corners and the number of coordinates. Corners are in the order of
+VTK and ABAQUS. A mesh of several kinds has cells of the larger one: the others are written with
+corners repeated, a triangle a b c as the quadrilateral a b c c (see `with_corners`). A side that
+has collapsed to a point or a line is none, one that has collapsed to a triangle is a b c c, too.
+"""
+
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,24 +18,50 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from softsim.errors import MeshError
 
 SURFACE = "surface"
+CORNERS = {2: (3, 4), 3: (4, 8)}
+"""Numbers of corners that cells can have, by number of dimensions."""
 
-# Facets of a positive cell, by number of dimensions: material to the left of an edge,
-# outward normal of a face by the right-hand rule.
+# Facets of a positive cell, by number of dimensions and of corners: material to the left of an
+# edge, outward normal of a face by the right-hand rule.
 _LOCAL_FACETS = {
-    2: np.array([[0, 1], [1, 2], [2, 0]]),
-    3: np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+    (2, 3): np.array([[0, 1], [1, 2], [2, 0]]),
+    (2, 4): np.array([[0, 1], [1, 2], [2, 3], [3, 0]]),
+    (3, 4): np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]),
+    (3, 8): np.array(
+        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    ),
+}
+
+# Corners of the cell that a smaller one becomes, by number of dimensions and of its corners: of a
+# triangle, a tetrahedron, a pyramid, a wedge.
+_COLLAPSED = {
+    (2, 3): [0, 1, 2, 2],
+    (3, 4): [0, 1, 2, 2, 3, 3, 3, 3],
+    (3, 5): [0, 1, 2, 3, 4, 4, 4, 4],
+    (3, 6): [0, 1, 2, 2, 3, 4, 5, 5],
+}
+
+# Order of corners that turns a cell inside out, collapsed ones too.
+_TURNED = {
+    (2, 3): [2, 1, 0],
+    (2, 4): [1, 0, 3, 2],
+    (3, 4): [1, 0, 2, 3],
+    (3, 8): [1, 0, 3, 2, 5, 4, 7, 6],
 }
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """A body of linear triangles or tetrahedra.
+    """A body of cells with straight edges.
 
     points: (n, 2) or (n, 3) positions [m].
-    cells: (m, 3) triangles or (m, 4) tetrahedra, node numbers, positive when counter-clockwise.
+    cells: node numbers; in the plane (m, 3) triangles or (m, 4) quadrilaterals, counter-clockwise;
+        in space (m, 4) tetrahedra or (m, 8) hexahedra, corners 4 to 7 above 0 to 3, which are
+        counter-clockwise seen from above.
     node_sets: name -> (k,) node numbers.
-    facet_sets: name -> (k, 2) or (k, 3) node numbers of boundary facets. The material lies to the
-        left of an edge a -> b, so that (dy, -dx) points out of the body.
+    facet_sets: name -> node numbers of boundary facets as cells list them: (k, 2) edges, (k, 3)
+        triangles of tetrahedra, (k, 4) quadrilaterals of hexahedra. The material lies to the left
+        of an edge a -> b, so that (dy, -dx) points out of the body.
     cell_sets: name -> (k,) cell numbers.
 
     Every mesh has the node set and the facet set "surface": its whole boundary.
@@ -45,8 +80,8 @@ class Mesh:
         if points.ndim != 2 or points.shape[1] not in (2, 3):
             raise MeshError(f"points have the shape {points.shape}; (n, 2) or (n, 3) is needed")
         dimension = points.shape[1]
-        cells = _node_rows("cells", self.cells, dimension + 1)
-        surface = boundary_facets(cells)
+        cells = _node_rows("cells", self.cells, CORNERS[dimension])
+        surface = boundary_facets(cells, dimension)
         node_sets = {**self.node_sets, SURFACE: np.unique(surface)}
         facet_sets = {**self.facet_sets, SURFACE: surface}
         typed = {
@@ -54,7 +89,7 @@ class Mesh:
             "cells": cells,
             "node_sets": {name: _numbers(nodes) for name, nodes in node_sets.items()},
             "facet_sets": {
-                name: _node_rows(f"facet set '{name}'", facets, dimension)
+                name: _node_rows(f"facet set '{name}'", facets, surface.shape[1:])
                 for name, facets in facet_sets.items()
             },
             "cell_sets": {name: _numbers(members) for name, members in self.cell_sets.items()},
@@ -72,54 +107,145 @@ def _numbers(members: np.ndarray) -> np.ndarray:
     return np.asarray(members, dtype=np.int64)
 
 
-def _node_rows(what: str, rows: np.ndarray, width: int) -> np.ndarray:
-    """`rows` as an integer array (k, width)."""
+def _node_rows(what: str, rows: np.ndarray, widths: tuple[int, ...]) -> np.ndarray:
+    """`rows` as an integer array (k, width), of one of these widths."""
     array = np.ascontiguousarray(rows, dtype=np.int64)
     if array.size == 0:
-        return array.reshape(0, width)
-    if array.ndim != 2 or array.shape[1] != width:
+        return array.reshape(0, widths[0])
+    if array.ndim != 2 or array.shape[1] not in widths:
+        needed = " or ".join(f"(k, {width})" for width in widths)
         raise MeshError(
-            f"{what}: the shape is {array.shape}; (k, {width}) is needed",
-            hint="2D points go with triangles and edges, 3D points with tetrahedra and triangles",
+            f"{what}: the shape is {array.shape}; {needed} is needed",
+            hint="2D points go with triangles, quadrilaterals and edges, 3D points with "
+            "tetrahedra and triangles or with hexahedra and quadrilaterals",
         )
     return array
 
 
-def boundary_facets(cells: np.ndarray) -> np.ndarray:
-    """Facets (k, 2 or 3) that belong to one cell only, oriented outward, in order of the cells.
+def with_corners(cells: np.ndarray, dimension: int, corners: int) -> np.ndarray:
+    """The cells written with so many corners, the same ones or with some of them repeated.
 
-    cells: (m, 3) triangles or (m, 4) tetrahedra.
+    cells: (m, 3) triangles, (m, 4) tetrahedra, (m, 5) pyramids, base first, or (m, 6) wedges; in
+    the order of ABAQUS.
     """
-    facets = cell_facets(cells)
-    number = _row_numbers(np.sort(facets, axis=1))
+    if cells.shape[1] == corners:
+        return cells
+    return cells[:, _COLLAPSED[dimension, cells.shape[1]]]
+
+
+def of_one_kind(groups: Sequence[np.ndarray], dimension: int) -> np.ndarray:
+    """All cells of the groups (m, corners), written with the most corners that any of them has;
+    pyramids and wedges are written as hexahedra.
+
+    Facets of bodies in space are cells of two dimensions.
+    """
+    most = max(cells.shape[1] for cells in groups)
+    corners = {5: 8, 6: 8}.get(most, most)
+    return np.concatenate([with_corners(cells, dimension, corners) for cells in groups])
+
+
+def of_corners(mesh: Mesh, corners: int) -> Mesh:
+    """The mesh with its cells written with so many corners, and its facets as these have them."""
+    cells = with_corners(mesh.cells, mesh.dimension, corners)
+    width = _LOCAL_FACETS[mesh.dimension, corners].shape[1]
+    facets = {name: with_corners(f, 2, width) for name, f in mesh.facet_sets.items()}
+    return replace(mesh, cells=cells, facet_sets=facets)
+
+
+def turned(cells: np.ndarray, dimension: int) -> np.ndarray:
+    """The cells in the order of corners that changes the sign of their volume."""
+    return cells[:, _TURNED[dimension, cells.shape[1]]]
+
+
+def boundary_facets(cells: np.ndarray, dimension: int) -> np.ndarray:
+    """Facets (k, corners) that belong to one cell only, oriented outward, in order of the cells."""
+    facets, _ = cell_facets(cells, dimension)
+    number = _row_numbers(facet_keys(facets))
     return facets[np.bincount(number)[number] == 1]
 
 
-def cell_facets(cells: np.ndarray) -> np.ndarray:
-    """All facets (m * corners, 2 or 3) of the cells, cell by cell, each oriented outward."""
-    dimension = cells.shape[1] - 1
-    return cells[:, _LOCAL_FACETS[dimension]].reshape(-1, dimension)
+def cell_facets(cells: np.ndarray, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """All facets (k, corners) of the cells, cell by cell, each oriented outward, and the number
+    (k,) of the cell of each.
+
+    A triangle among quadrilaterals has its last corner twice.
+    """
+    local = _LOCAL_FACETS[dimension, cells.shape[1]]
+    facets = cells[:, local].reshape(-1, local.shape[1])
+    owners = np.repeat(np.arange(len(cells)), len(local))
+    if cells.shape[1] > dimension + 1:  # other cells than simplexes may have collapsed
+        following = np.roll(facets, -1, axis=1)
+        repeated = facets == following
+        whole = (np.diff(np.sort(facets, axis=1), axis=1) > 0).sum(axis=1) >= dimension - 1
+        turn = np.where(repeated.any(axis=1), np.argmax(repeated, axis=1) + 2, 0)
+        order = (turn[:, None] + np.arange(local.shape[1])) % local.shape[1]
+        facets, owners = np.take_along_axis(facets, order, axis=1)[whole], owners[whole]
+    return facets, owners
+
+
+def facet_keys(facets: np.ndarray) -> np.ndarray:
+    """The facets (k, corners) as rows that are equal where the nodes are, in any order."""
+    nodes = np.sort(facets, axis=1)
+    if facets.shape[1] == 4:
+        # Of a triangle among quadrilaterals any corner may be the one that is there twice.
+        twice = nodes[:, 1:] == nodes[:, :-1]
+        nodes[:, 1:][twice] = -1
+        nodes.sort(axis=1)
+    return nodes
+
+
+def simplex_facets(facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Edges or triangles (k, d), and the number (k,) of the facet of each: quadrilaterals are cut
+    into triangles along the diagonal from their smallest node, so that two cells cut a common facet
+    alike.
+    """
+    numbers = np.arange(len(facets))
+    if facets.shape[1] < 4:
+        return facets, numbers
+    turn = (np.argmin(facets, axis=1)[:, None] + np.arange(4)) % 4
+    halves = np.take_along_axis(facets, turn, axis=1)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)
+    whole = _are_different(halves)
+    return halves[whole], np.repeat(numbers, 2)[whole]
+
+
+def simplexes(cells: np.ndarray, dimension: int) -> np.ndarray:
+    """The cells cut into triangles or tetrahedra (k, d + 1), conforming: from the smallest node of
+    each to its facets, which are cut from theirs.
+    """
+    if cells.shape[1] == dimension + 1:
+        return cells
+    facets, owners = cell_facets(cells, dimension)
+    bases, numbers = simplex_facets(facets)
+    found = np.column_stack([cells.min(axis=1)[owners[numbers]], bases])
+    return found[_are_different(found)]
+
+
+def _are_different(rows: np.ndarray) -> np.ndarray:
+    """In which of the rows (k, corners) no node is there twice."""
+    nodes = np.sort(rows, axis=1)
+    return (nodes[:, 1:] != nodes[:, :-1]).all(axis=1)
 
 
 def facet_owners(facets: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Number (k,) of the cell that has each facet (k, corners) of the boundary; -1: none has it."""
-    of_cells = cell_facets(cells)
-    rows, among = (np.sort(f, axis=1) for f in (facets, of_cells))
-    return find_rows(rows, among) // (len(of_cells) // len(cells))
+    of_cells, owners = cell_facets(cells, 2 if facets.shape[1] == 2 else 3)
+    rows = facet_keys(of_one_kind([of_cells, facets], 2))
+    found = find_rows(rows[len(of_cells) :], rows[: len(of_cells)])
+    return np.where(found < 0, -1, owners[found])
 
 
 def open_rim(facets: np.ndarray) -> np.ndarray:
     """The rim of a surface: what a lid must hold on to; empty when the surface is closed.
 
     facets: (k, 2) edges -> (r, 1) end nodes: those of one edge only, in increasing order.
-    facets: (k, 3) triangles -> (r, 2) edges: those of one triangle only, in order of the
-        triangles, each in the direction opposite to its triangle's, so that a lid whose triangles
-        run along them is oriented as the surface is.
+    facets: (k, 3) triangles or (k, 4) quadrilaterals -> (r, 2) edges: those of one facet only, in
+        order of the facets, each in the direction opposite to its facet's, so that a lid whose
+        facets run along them is oriented as the surface is.
     """
     if facets.shape[1] == 2:
         nodes, count = np.unique(facets, return_counts=True)
         return nodes[count == 1][:, None]
-    return boundary_facets(facets)[:, ::-1]
+    return boundary_facets(facets, 2)[:, ::-1]
 
 
 def find_rows(rows: np.ndarray, among: np.ndarray) -> np.ndarray:
@@ -141,10 +267,44 @@ def _row_numbers(rows: np.ndarray) -> np.ndarray:
 
 
 def signed_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Areas [m^2] of triangles or volumes [m^3] of tetrahedra, (m,); negative when inverted."""
-    edges = points[cells[:, 1:]] - points[cells[:, :1]]
-    factorial = 2.0 if cells.shape[1] == 3 else 6.0
-    return np.linalg.det(edges) / factorial
+    """Areas [m^2] of cells in the plane, volumes [m^3] of those in space, (m,); negative when
+    inverted.
+
+    A hexahedron's faces are bilinear.
+    """
+    corners = points[cells] - points[cells[:, :1]]
+    return _VOLUMES[points.shape[1], cells.shape[1]](corners)
+
+
+def _simplex_volumes(corners: np.ndarray) -> np.ndarray:
+    """Of triangles or tetrahedra (m, d + 1, d) whose first corner is the origin."""
+    edges = corners[:, 1:]
+    return np.linalg.det(edges) / math.factorial(edges.shape[1])
+
+
+def _quadrilateral_areas(corners: np.ndarray) -> np.ndarray:
+    """Half the product of the diagonals (m, 4, 2)."""
+    diagonals = np.stack([corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]], axis=1)
+    return np.linalg.det(diagonals) / 2.0
+
+
+def _hexahedron_volumes(corners: np.ndarray) -> np.ndarray:
+    """By the divergence theorem over the faces of hexahedra (m, 8, 3).
+
+    What a bilinear face encloses with the origin is the mean of what it encloses when cut into two
+    triangles along the one or the other diagonal.
+    """
+    faces = corners[:, _LOCAL_FACETS[3, 8]]
+    triangles = faces[:, :, [[0, 1, 2], [0, 2, 3], [0, 1, 3], [1, 2, 3]]]
+    return np.linalg.det(triangles).sum(axis=(1, 2)) / 12.0
+
+
+_VOLUMES = {
+    (2, 3): _simplex_volumes,
+    (2, 4): _quadrilateral_areas,
+    (3, 4): _simplex_volumes,
+    (3, 8): _hexahedron_volumes,
+}
 
 
 def transformed(mesh: Mesh, rotation: float, shift: np.ndarray) -> Mesh:

@@ -1,5 +1,6 @@
 """Whether a mesh can be computed with, and how well it is shaped."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,10 +9,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import SURFACE, Mesh, cell_facets, find_rows, signed_volumes
+from softsim.mesh.mesh import SURFACE, Mesh, cell_facets, facet_owners, find_rows, signed_volumes
 
 FLAT_CELL = 1e-9
-"""A cell is flat when its volume is below this fraction of its longest edge cubed (2D: squared)."""
+"""A cell is flat when its volume, or that of the simplex of a corner and its neighbours, is below
+this fraction of its longest edge cubed (2D: squared)."""
 
 SAME_PLACE = 1e-9
 """Two nodes are one when they lie closer than this fraction of the bounding box's diagonal."""
@@ -21,16 +23,21 @@ SAME_PLACE = 1e-9
 class MeshQuality:
     """Size and shape of a mesh.
 
-    smallest_altitude [m] sets the stable time increment; it belongs to smallest_altitude_cell.
-    smallest_angle, largest_angle [rad]: between the edges of a triangle, between the faces of a
-        tetrahedron.
-    worst_aspect_ratio: longest edge over smallest altitude, 1 for an equilateral cell.
+    smallest_altitude [m] sets the stable time increment; it belongs to smallest_altitude_cell. It
+        is that of the parallelogram, in space the parallelepiped, of the edges at a corner: of a
+        simplex its own.
+    smallest_angle, largest_angle [rad]: between the edges of a cell in the plane, between the faces
+        of one in space, at its corners.
+    worst_aspect_ratio: longest edge over smallest altitude, 1 for an equilateral simplex, a square
+        and a cube.
+    cell_kinds: how many cells there are of each kind that there is, "triangles" -> 12.
     volume [m^3], in 2D the area [m^2].
     piece_count: parts of the mesh that share no node; 1 for a body in one piece.
     """
 
     node_count: int
     cell_count: int
+    cell_kinds: dict[str, int]
     smallest_altitude: float
     smallest_altitude_cell: int
     smallest_angle: float
@@ -63,8 +70,9 @@ def check(mesh: Mesh, labels: Labels | None = None) -> None:
 
     It cannot with: no cells, a coordinate that is not finite, a node or cell number out of range,
     an empty set, a node that belongs to no cell, two nodes in one place, a flat cell or an inverted
-    one, cells that overlap at a common facet (a cell listed twice), a facet that is not on the
-    boundary or is listed the wrong way round.
+    one, as a whole or at a corner, cells that overlap at a common facet (a cell listed twice), a
+    quadrilateral of one cell that meets triangles of others, a facet that is not on the boundary or
+    is listed the wrong way round.
 
     labels: how messages call nodes and cells; without, by their numbers from 0 on.
     """
@@ -75,6 +83,7 @@ def check(mesh: Mesh, labels: Labels | None = None) -> None:
     _check_nodes(mesh, labels)
     _check_volumes(mesh, labels)
     _check_overlaps(mesh, labels)
+    _check_joints(mesh, labels)
     _check_facets(mesh)
 
 
@@ -99,25 +108,45 @@ def piece_count(mesh: Mesh) -> int:
 
 def quality(mesh: Mesh) -> MeshQuality:
     """Measure a mesh that has passed `check`."""
-    volumes = signed_volumes(mesh.points, mesh.cells)
-    normals = _facet_normals(mesh)
-    sizes = np.linalg.norm(normals, axis=2)
-    # Volume = base * altitude / dimension; the smallest altitude stands on the largest facet.
-    altitudes = mesh.dimension * volumes / sizes.max(axis=1)
-    angles = _angles(normals / sizes[:, :, None])
-    equilateral = np.sqrt(3 / 4) if mesh.dimension == 2 else np.sqrt(2 / 3)
+    edges, inner = corner_edges(mesh)
+    normals = _normals_between(edges)
+    sizes = np.linalg.norm(normals, axis=3)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at_corners = np.linalg.det(edges) / sizes.max(axis=2)
+        directions = normals / sizes[..., None]
+    altitudes = np.where(inner, at_corners, np.inf).min(axis=1)
+    angles = _angles(directions)[inner]
     lowest = int(np.argmin(altitudes))
     return MeshQuality(
         node_count=len(mesh.points),
         cell_count=len(mesh.cells),
+        cell_kinds=_cell_kinds(mesh),
         smallest_altitude=float(altitudes[lowest]),
         smallest_altitude_cell=lowest,
         smallest_angle=float(angles.min()),
         largest_angle=float(angles.max()),
-        worst_aspect_ratio=float(equilateral * np.max(_longest_edges(mesh) / altitudes)),
-        volume=float(volumes.sum()),
+        worst_aspect_ratio=float(_best_altitude(mesh) * np.max(_longest(edges) / altitudes)),
+        volume=float(signed_volumes(mesh.points, mesh.cells).sum()),
         piece_count=piece_count(mesh),
     )
+
+
+# Names of cells by number of dimensions and of different corners.
+_KINDS = {
+    2: {3: "triangles", 4: "quadrilaterals"},
+    3: {4: "tetrahedra", 5: "pyramids", 6: "wedges", 7: "hexahedra", 8: "hexahedra"},
+}
+
+
+def _cell_kinds(mesh: Mesh) -> dict[str, int]:
+    nodes = np.sort(mesh.cells, axis=1)
+    corners = 1 + (nodes[:, 1:] != nodes[:, :-1]).sum(axis=1)
+    counts: dict[str, int] = {}
+    for different, name in _KINDS[mesh.dimension].items():
+        count = int((corners == different).sum())
+        if count:
+            counts[name] = counts.get(name, 0) + count
+    return counts
 
 
 def _check_coordinates(mesh: Mesh, labels: Labels | None) -> None:
@@ -164,7 +193,9 @@ def _check_nodes(mesh: Mesh, labels: Labels | None) -> None:
 
 def _check_volumes(mesh: Mesh, labels: Labels | None) -> None:
     volumes = signed_volumes(mesh.points, mesh.cells)
-    shape = volumes / _longest_edges(mesh) ** mesh.dimension
+    edges, inner = corner_edges(mesh)
+    size = _longest(edges) ** mesh.dimension
+    shape = volumes / size
     bad = np.flatnonzero(~(shape > FLAT_CELL))
     if len(bad):
         cell = int(bad[0])
@@ -175,22 +206,58 @@ def _check_volumes(mesh: Mesh, labels: Labels | None) -> None:
             f"{measure} {volumes[cell]:.3g} {unit} ({len(bad)} such cells)",
             hint="list its nodes counter-clockwise, and keep them apart",
         )
+    at_corners = np.linalg.det(edges) / math.factorial(mesh.dimension) / size[:, None]
+    bad, corner = np.nonzero(inner & ~(at_corners > FLAT_CELL))
+    if len(bad):
+        cell, node = int(bad[0]), int(mesh.cells[bad[0], corner[0]])
+        fault = "inside out" if at_corners[cell, corner[0]] < -FLAT_CELL else "flat"
+        raise MeshError(
+            f"{cell_name(cell, labels)} at {_centre(mesh, cell)} is {fault} at its node "
+            f"{node_label(node, labels)} ({len(np.unique(bad))} such cells)",
+            hint="less distorted cells are needed, their corners convex; or their nodes are listed "
+            "in another order than around the cell",
+        )
 
 
 def _check_overlaps(mesh: Mesh, labels: Labels | None) -> None:
-    facets = _from_smallest_node(cell_facets(mesh.cells))
+    facets, owners = cell_facets(mesh.cells, mesh.dimension)
+    facets = _from_smallest_node(facets)
     # Of two cells at a facet the one lists it as a -> b, the other as b -> a.
     order = np.lexsort(facets.T)
     same = np.flatnonzero((facets[order[1:]] == facets[order[:-1]]).all(axis=1))
     if len(same):
-        corners = mesh.cells.shape[1]
-        pairs = np.sort(np.column_stack([order[same], order[same + 1]]) // corners, axis=1)
+        pairs = np.sort(owners[np.column_stack([order[same], order[same + 1]])], axis=1)
         first, second = min(map(tuple, pairs.tolist()))
         raise MeshError(
             f"{cell_name(first, labels)} and {cell_name(second, labels)}, at "
             f"{_centre(mesh, first)} and {_centre(mesh, second)}, lie on the same side of a "
             f"common facet ({len(same)} such facets)",
             hint="a cell is listed twice, or the mesh is folded over itself",
+        )
+
+
+def _check_joints(mesh: Mesh, labels: Labels | None) -> None:
+    """No quadrilateral of one cell meets triangles of others: between them the body would be open.
+
+    Any three corners of a quadrilateral on the boundary are those of no other facet.
+    """
+    boundary = mesh.facet_sets[SURFACE]
+    if boundary.shape[1] < 4:
+        return
+    is_triangle = boundary[:, 3] == boundary[:, 2]
+    triangles, others = boundary[is_triangle], boundary[~is_triangle]
+    threes = np.sort(others[:, [[0, 1, 2], [1, 2, 3], [2, 3, 0], [3, 0, 1]]], axis=2)
+    met = find_rows(threes.reshape(-1, 3), np.sort(triangles[:, :3], axis=1)).reshape(-1, 4)
+    bad, corner = np.nonzero(met >= 0)
+    if len(bad):
+        pair = np.stack([others[bad[0]], triangles[met[bad[0], corner[0]]]])
+        first, second = facet_owners(pair, mesh.cells)
+        raise MeshError(
+            f"{cell_name(first, labels)} and {cell_name(second, labels)}, at "
+            f"{_centre(mesh, first)} and {_centre(mesh, second)}, meet with a quadrilateral and a "
+            f"triangle ({len(np.unique(bad))} such quadrilaterals)",
+            hint="put pyramids or wedges between hexahedra and tetrahedra, or mesh the body with "
+            "one kind of cell",
         )
 
 
@@ -209,34 +276,78 @@ def _check_facets(mesh: Mesh) -> None:
 
 
 def _from_smallest_node(facets: np.ndarray) -> np.ndarray:
-    """The facets, orientation kept: triangles from their smallest node on, edges as they are."""
-    if facets.shape[1] == 2:
+    """The facets, orientation kept: those of space from their smallest node on, edges as they are.
+
+    A triangle among quadrilaterals still has its last corner twice.
+    """
+    corners = facets.shape[1]
+    if corners == 2:
         return facets
-    turn = (np.argmin(facets, axis=1)[:, None] + np.arange(3)) % 3
+    size = np.where(facets[:, -1:] == facets[:, -2:-1], 3, corners)
+    turn = (np.argmin(facets, axis=1)[:, None] + np.arange(corners)) % size
+    turn[:, 3:] = np.where(size == 3, turn[:, 2:3], turn[:, 3:])
     return np.take_along_axis(facets, turn, axis=1)
 
 
-def _longest_edges(mesh: Mesh) -> np.ndarray:
-    corners = mesh.points[mesh.cells]
-    first, second = np.triu_indices(mesh.cells.shape[1], k=1)
-    return np.linalg.norm(corners[:, first] - corners[:, second], axis=2).max(axis=1)
+# Neighbours of each corner along its edges, in the order that makes their simplex positive, by
+# number of dimensions and of corners.
+_NEIGHBOURS = {
+    (2, 3): np.array([[1, 2], [2, 0], [0, 1]]),
+    (2, 4): np.array([[1, 3], [2, 0], [3, 1], [0, 2]]),
+    (3, 4): np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]),
+    (3, 8): np.array(
+        [
+            *([1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7]),
+            *([7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]),
+        ]
+    ),
+}
+# Where the corners of a face have become one, the next corner that is not: across the face.
+_ACROSS = np.array([2, 3, 0, 1, 6, 7, 4, 5])
 
 
-def _facet_normals(mesh: Mesh) -> np.ndarray:
-    """Outward normals (cells, corners, d) of the facets, each as long as its facet is large."""
-    corners = mesh.points[mesh.cells]
-    if mesh.dimension == 2:
-        edges = np.roll(corners, -1, axis=1) - corners
-        return np.stack([edges[..., 1], -edges[..., 0]], axis=-1)
-    a, b, c, d = corners.transpose(1, 0, 2)
-    spans = ((c - b, d - b), (d - a, c - a), (b - a, d - a), (c - a, b - a))
-    return 0.5 * np.stack([np.cross(u, v) for u, v in spans], axis=1)
+def corner_edges(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Edges (m, corners, d, d) [m] from each corner of each cell, and whether there is a corner.
+
+    There is none, (m, corners) False, where one of its edges has collapsed to a point.
+    """
+    neighbours = _NEIGHBOURS[mesh.dimension, mesh.cells.shape[1]]
+    own, ends = mesh.cells[:, :, None], mesh.cells[:, neighbours]
+    if mesh.cells.shape[1] > mesh.dimension + 1:
+        around = mesh.cells[:, _ACROSS[: len(neighbours)], None]
+        ends[..., :2] = np.where(ends[..., :2] == own, around, ends[..., :2])
+    edges = mesh.points[ends] - mesh.points[own]
+    return edges, (ends != own).all(axis=2)
+
+
+def _longest(edges: np.ndarray) -> np.ndarray:
+    """The longest edge (m,) [m] of each cell, its edges (m, corners, d, d)."""
+    return np.linalg.norm(edges, axis=3).max(axis=(1, 2))
+
+
+def _best_altitude(mesh: Mesh) -> float:
+    """Altitude of the best cell of this kind, its edges 1 long."""
+    if mesh.cells.shape[1] > mesh.dimension + 1:
+        return 1.0
+    return float(np.sqrt(3 / 4) if mesh.dimension == 2 else np.sqrt(2 / 3))
+
+
+def _normals_between(edges: np.ndarray) -> np.ndarray:
+    """Inward normals (m, corners, d, d) of the sides at each corner, as long as the parallelograms
+    of their edges are large, in the plane as their edge is long. Side i has all edges but edge i.
+    """
+    if edges.shape[-1] == 2:
+        return np.stack([edges[..., 1, ::-1] * [1, -1], edges[..., 0, ::-1] * [-1, 1]], axis=-2)
+    first, second, third = np.moveaxis(edges, 2, 0)
+    return np.stack(
+        [np.cross(second, third), np.cross(third, first), np.cross(first, second)], axis=-2
+    )
 
 
 def _angles(normals: np.ndarray) -> np.ndarray:
-    """Angles [rad] between facets with the outward unit normals (cells, corners, d)."""
-    first, second = np.triu_indices(normals.shape[1], k=1)
-    cosines = -np.einsum("cpi,cpi->cp", normals[:, first], normals[:, second])
+    """Angles [rad] between the sides at each corner, their unit normals (m, corners, d, d)."""
+    first, second = np.triu_indices(normals.shape[2], k=1)
+    cosines = -np.einsum("cpni,cpni->cpn", normals[:, :, first], normals[:, :, second])
     return np.arccos(np.clip(cosines, -1, 1))
 
 

@@ -11,7 +11,16 @@ from softsim.errors import MeshError
 from softsim.mesh.abaqus import read_abaqus
 from softsim.mesh.content import Content
 from softsim.mesh.gmsh_vtk import read_gmsh_vtk
-from softsim.mesh.mesh import SURFACE, Mesh, boundary_facets, find_rows, signed_volumes
+from softsim.mesh.mesh import (
+    SURFACE,
+    Mesh,
+    boundary_facets,
+    facet_keys,
+    find_rows,
+    of_one_kind,
+    signed_volumes,
+    turned,
+)
 from softsim.mesh.quality import (
     Labels,
     cell_name,
@@ -30,8 +39,8 @@ _Sets = dict[str, np.ndarray]
 class MeshFile:
     """The body in a mesh file, and what was done to make it fit.
 
-    element_type: CPE3, CPS3, CAX3 or C3D4 as ABAQUS calls them (a hybrid one without its H), "" if
-        the file names no formulation (.msh, .vtu).
+    element_type: CPE3, CAX4R and the like, as ABAQUS calls the first of the elements (a hybrid one
+        without its H), "" if the file names no formulation (.msh, .vtu).
     turned_cells: how many cells were inverted and have been turned.
     dropped_nodes: how many reference points of an assembly have been left out.
     """
@@ -43,20 +52,21 @@ class MeshFile:
 
 
 def read_mesh(path: Path, length_unit: float = 1e-3) -> MeshFile:
-    """The body in a mesh file: its tetrahedra if it has any, otherwise its triangles.
+    """The body in a mesh file: its tetrahedra, pyramids, wedges and hexahedra if it has any,
+    otherwise its triangles and quadrilaterals.
 
     length_unit: metres in one unit of the file, 1e-3 for a mesh drawn in millimetres. Triangles
-    must lie in a plane z = constant; z is dropped. Inverted cells are turned and
+    and quadrilaterals must lie in a plane z = constant; z is dropped. Inverted cells are turned and
     reference points dropped; a warning is logged about either, and about a body in several pieces.
 
     A set of cells (gmsh physical group, ABAQUS element set) gives a cell set; a group of lines (in
-    3D: of triangles) or an ABAQUS surface gives a facet set, oriented with the material to its
-    left, if all of it lies on the boundary. Either gives the node set of the same name too (the
-    surface's nodes where there are both), unless the file has its own. In names, everything but
-    letters, digits, - and _ becomes _.
+    3D: of triangles and quadrilaterals) or an ABAQUS surface gives a facet set, oriented with the
+    material to its left, if all of it lies on the boundary. Either gives the node set of the same
+    name too (the surface's nodes where there are both), unless the file has its own. In names,
+    everything but letters, digits, - and _ becomes _.
 
     Raises MeshError, naming the file, if it cannot be read, has cells of another kind (second
-    order, quadrilaterals ...), mixes dimensions or formulations, has an empty set or a node without
+    order ...), mixes dimensions or formulations, has an empty set or a node without
     a cell, or does not pass `softsim.mesh.quality.check`.
     """
     path = Path(path)
@@ -74,22 +84,23 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
     used = np.unique(content.cells)
     number = np.full(len(content.points), -1)
     number[used] = np.arange(len(used))
-    points = length_unit * _coordinates(content.points[used], content.cells.shape[1] - 1)
+    points = length_unit * _coordinates(content.points[used], content.dimension)
     labels = content.labels and Labels(content.labels.nodes[used], content.labels.cells)
     cells = number[content.cells]
     inverted = np.flatnonzero(signed_volumes(points, cells) < 0)
-    cells[inverted, :2] = cells[inverted, 1::-1]
+    cells[inverted] = turned(cells[inverted], content.dimension)
     dropped = np.flatnonzero(number < 0)
     refuse_loose_nodes(np.setdiff1d(dropped, content.reference_nodes), content)
 
     cell_sets = _plain_names(content.cell_sets)
     facet_sets = {}
     implied = {name: np.unique(cells[members]) for name, members in cell_sets.items()}
-    boundary = boundary_facets(cells)
+    boundary = boundary_facets(cells, content.dimension)
     for name, members in _plain_names(content.facet_sets).items():
         facets = number[members]
         implied[name] = np.unique(facets)
-        found = find_rows(np.sort(facets, axis=1), np.sort(boundary, axis=1))
+        rows = facet_keys(of_one_kind([boundary, facets], 2))
+        found = find_rows(rows[len(boundary) :], rows[: len(boundary)])
         if (found >= 0).all():
             facet_sets[name] = boundary[np.unique(found)]
         else:
@@ -136,7 +147,7 @@ def _coordinates(points: np.ndarray, dimension: int) -> np.ndarray:
     if dimension == 2 and points.shape[1] == 3:
         if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
             raise MeshError(
-                f"triangles at z from {points[:, 2].min():g} to {points[:, 2].max():g}; "
+                f"plane cells at z from {points[:, 2].min():g} to {points[:, 2].max():g}; "
                 "a plane body lies in one plane z = constant"
             )
         return points[:, :2]

@@ -24,7 +24,7 @@ from softsim.output.folder import explained, replacing, require_room
 Arrays = Mapping[str, np.ndarray]
 
 VTKHDF_VERSION = (2, 0)
-CELL_TYPES = {(2, 3): 5, (2, 4): 9, (3, 3): 5, (3, 4): 10}
+CELL_TYPES = {(2, 3): 5, (2, 4): 9, (3, 3): 5, (3, 4): 10, (3, 8): 12}
 """VTK's number of a cell, by dimension of the points and nodes a cell."""
 
 FORMAT = ("v110", "v110")
@@ -38,10 +38,10 @@ OWN, EXTRA, SETS = "softsim", "softsim/frames", "softsim/sets"
 class FieldWriter:
     """Writes results.vtkhdf.
 
-    points: (n, 2 or 3) reference positions [m]. cells: (m, 3 or 4) nodes of each cell: triangles,
-    or with four nodes quadrilaterals in the plane and tetrahedra in space. resumed_at: time [s] at
-    which a stopped run of this mesh goes on, and after which frames are dropped; None: a file that
-    is there is replaced.
+    points: (n, 2 or 3) reference positions [m]. cells: (m, corners) nodes of each cell: triangles,
+    quadrilaterals in the plane, tetrahedra or hexahedra in space; corners may be repeated, as in
+    mesh/mesh.py. resumed_at: time [s] at which a stopped run of this mesh goes on, and after which
+    frames are dropped; None: a file that is there is replaced.
 
     Raises OutputError if the shapes are others, the disk refuses, or there is no file of softsim's
     to go on with.
@@ -60,7 +60,7 @@ class FieldWriter:
         ):
             raise OutputError(
                 f"{path}: points {points.shape} and cells {cells.shape} are no mesh; "
-                "points must be (n, 2 or 3) and cells (m, 3 or 4)"
+                "points must be (n, 2 or 3) and cells (m, 3 or 4), in space (m, 4 or 8)"
             )
         self.path, self._declared = Path(path), False
         self.last_time = -np.inf
@@ -171,7 +171,7 @@ class FrameSeries:
 class Frames:
     """The frames of a run; only the mesh, the times and what is described are in memory.
 
-    points: (n, 2 or 3) reference positions [m]. cells: (m, 3 or 4). times: (frames,) [s].
+    points: (n, 2 or 3) reference positions [m]. cells: (m, corners). times: (frames,) [s].
     point_data, cell_data, extra: name -> series of arrays, vectors with three components.
     described: name -> array of the whole run. titles: name -> text. sets: name -> nodes.
     """

@@ -51,6 +51,7 @@ def columns(model: Model) -> dict[str, str]:
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
         **of_terms,  # what their terms read
         "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons, tethers
+        **hourglass_columns(model),
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
         "friction_dissipation": "J",  # ALLFD: contact, tethers
@@ -65,6 +66,12 @@ def columns(model: Model) -> dict[str, str]:
     for probe in model.probes:
         last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
     return first | last
+
+
+def hourglass_columns(model: Model) -> dict[str, str]:
+    """Columns of hourglass modes -> unit, of a model whose elements have any."""
+    found = any(region.has_hourglass_modes for region in model.regions)
+    return {"hourglass_energy": "J"} if found else {}  # ALLAE: a part of the internal one
 
 
 def frame_columns(axes: str) -> dict[str, str]:
@@ -127,6 +134,7 @@ def observe(
     for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
         row |= term.readings(scenario.number, interval)
     row["internal_energy"] = energies.internal
+    row |= dict.fromkeys(hourglass_columns(model), energies.hourglass)
     row["kinetic_energy"] = energies.kinetic
     row["external_work"] = energies.external_work
     row["friction_dissipation"] = energies.friction_dissipation

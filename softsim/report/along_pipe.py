@@ -11,7 +11,7 @@ from matplotlib.patches import Polygon
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI
-from softsim.report.section import boundary_edges, draw_edges, draw_outlines, outlines_at
+from softsim.report.section import draw_edges, draw_outlines, outlines_at
 from softsim.report.style import INK, QUIET, WALL
 
 WALL_DEPTH = 3.0
@@ -137,10 +137,10 @@ def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
     x = pipe.project(places(frames, robot.frame))
     if d == 2:
         draw_outlines(axes, outlines_at(frames, robot.frame))
-        faces, rim = frames.cells, boundary_edges(frames.cells)
-        draw_edges(axes, x[rim], INK)
+        faces = frames.cells
+        draw_edges(axes, x[boundary_facets(faces, 2)], INK)
     else:
-        faces = boundary_facets(frames.cells)
+        faces = boundary_facets(frames.cells, 3)
     mesh = PolyCollection(
         list(x[faces]), facecolors=robot.colour, edgecolors=robot.colour, linewidths=0.3, zorder=3
     )

@@ -9,6 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.patches import Polygon
 
+from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
 from softsim.report.colours import MILLI, shown_values
 from softsim.report.style import FRAME, INK, PALE, QUIET, WALL
@@ -55,7 +56,7 @@ class Section:
     labels = ("x [mm]", "y [mm]")
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
-        boundary = boundary_edges(frames.cells)
+        boundary = boundary_facets(frames.cells, 2)
         self.shots = [_shot(frames, index, field, boundary) for index in indices]
         # In each of the frames, for walls may move.
         self.walls = [
@@ -201,15 +202,6 @@ def ends(boundary: np.ndarray) -> np.ndarray:
         inner = places[np.abs(places[:, 1] - height) < 1e-3 * size, 0].min()
         lines.append([[-inner, height], [inner, height]])
     return np.array(lines)
-
-
-def boundary_edges(cells: np.ndarray) -> np.ndarray:
-    """Edges that only one cell has, (e, 2) nodes; cells (m, 3 or 4), in order around."""
-    edges = np.concatenate([cells[:, [i, i - 1]] for i in range(cells.shape[1])])
-    unique, first, count = np.unique(
-        np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    return edges[first[count == 1]] if len(unique) else edges
 
 
 def walls_at(frames: Frames, name: str, index: int, none: np.ndarray) -> np.ndarray:

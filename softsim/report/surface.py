@@ -78,7 +78,7 @@ class Surface:
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
         self.camera = CAMERA
-        facets = boundary_facets(frames.cells)
+        facets = boundary_facets(frames.cells, 3)
         owners = facet_owners(facets, frames.cells)
         corners = [
             (frames.points + frames.point_data["displacement"][index])[facets] * MILLI
@@ -124,7 +124,8 @@ def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Sho
     corners: (k, 3|4, 3) [mm], outward by the right-hand rule. values: (k,). Facets that are lost or
     have no area are left out.
     """
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    # Of triangles two sides, of quadrilaterals the diagonals.
+    normals = np.cross(corners[:, -2] - corners[:, 0], corners[:, -1] - corners[:, 1])
     lengths = np.linalg.norm(normals, axis=1)
     with np.errstate(invalid="ignore"):
         seen = np.flatnonzero(normals @ camera.towards > 1e-9 * lengths)

@@ -3,17 +3,18 @@
 import numpy as np
 
 from softsim.errors import MeshError
+from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, renumbered
 
 LARGEST_GRID = 5_000_000
 
 
-def block(length: float, height: float, element_size: float) -> Mesh:
-    """A rectangle of triangles: x in [-length/2, length/2], y in [0, height], all in m.
+def block(length: float, height: float, element_size: float, cells: CellKind = "simplex") -> Mesh:
+    """A rectangle: x in [-length/2, length/2], y in [0, height], all in m.
 
-    Equal quads with sides no longer than `element_size`, cut along alternating diagonals
-    (union jack), so that the mesh favours neither direction. Node and facet sets: bottom, top,
-    left, right.
+    Equal rectangles with sides no longer than `element_size`, for triangles cut along alternating
+    diagonals (union jack), so that the mesh favours neither direction. Node and facet sets: bottom,
+    top, left, right.
 
     Raises MeshError for a dimension that is not positive.
     """
@@ -35,13 +36,19 @@ def block(length: float, height: float, element_size: float) -> Mesh:
     return renumbered(
         Mesh(
             points=np.column_stack([x.ravel(), y.ravel()]),
-            cells=_union_jack(node),
+            cells=FILLINGS[cells](node),
             node_sets=sides,
             facet_sets={
                 name: np.column_stack([nodes[:-1], nodes[1:]]) for name, nodes in sides.items()
             },
         )
     )
+
+
+def grid_cells(node: np.ndarray) -> np.ndarray:
+    """Quadrilaterals (m, 4) of a grid of node numbers (rows, columns), counter-clockwise."""
+    corners = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]
+    return np.stack(corners, axis=-1).reshape(-1, 4)
 
 
 def _union_jack(node: np.ndarray) -> np.ndarray:
@@ -52,3 +59,6 @@ def _union_jack(node: np.ndarray) -> np.ndarray:
     row, column = np.indices(a.shape)
     even = ((row + column) % 2 == 0)[..., None]
     return np.where(even, rising, falling).reshape(-1, 3)
+
+
+FILLINGS = {"simplex": _union_jack, "quad": grid_cells}

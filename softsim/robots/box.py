@@ -3,18 +3,25 @@
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.band import CellKind
+from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.block import LARGEST_GRID, block
 from softsim.robots.boundary import facets_on
-from softsim.robots.extrusion import extruded_cells
+from softsim.robots.extrusion import EXTRUSIONS
 from softsim.robots.limits import check_positive
 
 
-def box(length: float, width: float, height: float, element_size: float) -> Mesh:
-    """A block of tetrahedra: x in [0, length], y in [0, height], z in [0, width], all in m.
+def box(
+    length: float,
+    width: float,
+    height: float,
+    element_size: float,
+    cells: CellKind = "simplex",
+) -> Mesh:
+    """A block in space: x in [0, length], y in [0, height], z in [0, width], all in m.
 
-    y is up. Equal bricks with sides no longer than `element_size`, each cut into six tetrahedra,
+    y is up. Equal bricks with sides no longer than `element_size`; tetrahedra: each cut into six,
     along diagonals that alternate as in `block`. Node and facet sets: left, right (x = 0, length),
     bottom, top (y = 0, height), back, front (z = 0, width).
 
@@ -30,27 +37,28 @@ def box(length: float, width: float, height: float, element_size: float) -> Mesh
             f"at most {LARGEST_GRID:g} fit in a reasonable memory",
             hint="increase element_size",
         )
-    side = block(length, height, element_size)
+    side = block(length, height, element_size, cells)
     # Numbered in the order of x and y, the section's nodes make regular diagonals.
     order = np.lexsort(side.points.T)
     section = side.points[order] + [length / 2, 0]
-    triangles = np.argsort(order)[side.cells]
+    of_section = np.argsort(order)[side.cells]
 
     z = np.linspace(0, width, layers + 1)
     points = np.column_stack([np.tile(section, (len(z), 1)), np.repeat(z, len(section))])
     stations = np.arange(len(points)).reshape(len(z), len(section))
-    cells = extruded_cells([triangles] * layers, stations)
+    filling = EXTRUSIONS[cells]([of_section] * layers, stations)
     sides = {
         name: np.flatnonzero(points[:, axis] == extreme(points[:, axis]))
         for axis, names in enumerate((("left", "right"), ("bottom", "top"), ("back", "front")))
         for name, extreme in zip(names, (np.min, np.max), strict=True)
     }
+    boundary = boundary_facets(filling, 3)
     body = renumbered(
         Mesh(
             points=points,
-            cells=cells,
+            cells=filling,
             node_sets=sides,
-            facet_sets={name: facets_on(cells, nodes) for name, nodes in sides.items()},
+            facet_sets={name: facets_on(boundary, nodes) for name, nodes in sides.items()},
         )
     )
     check(body)

@@ -1,9 +1,9 @@
-"""Tetrahedra of a plane section swept through space, from one place of it to the next."""
+"""Cells of a plane section swept through space, from one place of it to the next."""
 
 import numpy as np
 
 
-def extruded_cells(layers: list[np.ndarray], stations: np.ndarray) -> np.ndarray:
+def extruded_tetrahedra(layers: list[np.ndarray], stations: np.ndarray) -> np.ndarray:
     """Tetrahedra (m, 4), positive, between neighbouring places of a section.
 
     layers: for each layer the triangles (k, 3) of the section that it fills, counter-clockwise
@@ -26,6 +26,18 @@ def extruded_cells(layers: list[np.ndarray], stations: np.ndarray) -> np.ndarray
             else _prism_cells(triangles[:, ::-1], high, low)
         )
     return np.concatenate(cells)
+
+
+def extruded_hexahedra(layers: list[np.ndarray], stations: np.ndarray) -> np.ndarray:
+    """Hexahedra (m, 8), positive, between neighbouring places of a section: see
+    `extruded_tetrahedra`. layers: the quadrilaterals (k, 4) of each; a triangle among them becomes
+    a wedge.
+    """
+    below_and_above = zip(stations[:-1], stations[1:], layers, strict=True)
+    return np.concatenate([np.hstack([low[q], high[q]]) for low, high, q in below_and_above])
+
+
+EXTRUSIONS = {"simplex": extruded_tetrahedra, "quad": extruded_hexahedra}
 
 
 def _prism_cells(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from softsim.errors import MeshError
+from softsim.mesh.band import CellKind
 from softsim.robots.spike import Spike, thickness
 
 
@@ -22,6 +23,40 @@ def check_skin(inner_diameter: float, outer_diameter: float) -> None:
             f"outer_diameter is {1e3 * outer_diameter:g} mm; "
             f"more than inner_diameter, {1e3 * inner_diameter:g} mm, is needed"
         )
+
+
+def check_counts(kind: CellKind, **counts: int | None) -> None:
+    """Raise MeshError, naming the first of the numbers of cells that is given where it cannot be,
+    or is less than one: those of triangles and tetrahedra follow from element_size.
+    """
+    for name, count in counts.items():
+        if count is None:
+            continue
+        if kind == "simplex":
+            raise MeshError(
+                f"{name} is {count}; triangles and tetrahedra are as many as element_size says",
+                hint=f'leave {name} out, or write "cells: quad"',
+            )
+        if count < 1:
+            raise MeshError(f"{name} is {count}; it must be 1 or more")
+
+
+def check_even(**counts: int | None) -> None:
+    """Raise MeshError, naming the first of the numbers of cells that is given and odd: the body has
+    nodes in its middle.
+    """
+    for name, count in counts.items():
+        if count is not None and count % 2:
+            raise MeshError(
+                f"{name} is {count}; an even number is needed, for nodes in the middle of the body"
+            )
+
+
+def least_thickness(kind: CellKind, element_size: float, tip_thickness: float) -> float:
+    """How thick [m] a spike must be everywhere: triangles keep their size, while quadrilaterals
+    are as thin as the spike.
+    """
+    return {"simplex": element_size, "quad": min(element_size, tip_thickness / 2)}[kind]
 
 
 def check_rows(
@@ -48,14 +83,14 @@ def check_rows(
         )
 
 
-def check_thickness(shape: Spike, height: float, element_size: float) -> None:
-    """Raise MeshError if a spike of this height [m] is thinner than element_size [m] anywhere."""
+def check_thickness(shape: Spike, height: float, least: float) -> None:
+    """Raise MeshError if a spike of this height [m] is thinner than `least` [m] anywhere."""
     heights = np.linspace(0, height, 101)
     across = thickness(shape, heights)
     thinnest = int(np.argmin(across))
-    if across[thinnest] < element_size * (1 - 1e-9):
+    if across[thinnest] < least * (1 - 1e-9):
         raise MeshError(
             f"the spike is {1e3 * across[thinnest]:.4g} mm thick {1e3 * heights[thinnest]:.4g} mm "
-            f"above the skin; at least element_size, {1e3 * element_size:.4g} mm, is needed",
+            f"above the skin; at least {1e3 * least:.4g} mm is needed for its cells",
             hint="increase root_thickness, tip_thickness or rear_radius, or reduce element_size",
         )

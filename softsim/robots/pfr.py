@@ -1,22 +1,45 @@
 """The PufferFace Robot: its section along its axis, as in the plane model of the thesis."""
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.band import stacked_bands
-from softsim.mesh.mesh import SURFACE, Mesh, renumbered
+from softsim.mesh.band import BANDS, CellKind, stacked_bands
+from softsim.mesh.mesh import SURFACE, Mesh, renumbered, turned
 from softsim.mesh.quality import check
-from softsim.robots.limits import check_positive, check_rows, check_skin, check_thickness
-from softsim.robots.spike import Spike, cross_lines, spike
-from softsim.robots.strip import node_lines, staggered
+from softsim.robots.limits import (
+    check_counts,
+    check_positive,
+    check_rows,
+    check_skin,
+    check_thickness,
+    least_thickness,
+)
+from softsim.robots.spike import CROSSINGS, Spike, spike
+from softsim.robots.strip import LINES, node_lines, whole
 
 FEWEST_ROWS = 3
-"""Fewest rows of cells through the skin: what its bending needs."""
+"""Fewest rows of triangles through the skin: what its bending needs."""
 
 FLATTEST_CELL = 1.5
-"""Largest length of a skin cell over the height of its row."""
+"""Largest length of a triangle of the skin over the height of its row."""
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How finely a strip is cut.
+
+    rows: of cells through the skin. longest [m]: of cells along the skin. edge [m]: side of a
+    spike's cells. columns: of cells across a spike; None: as many as `longest` gives.
+    """
+
+    kind: CellKind
+    rows: int
+    longest: float
+    edge: float
+    columns: int | None
 
 
 def pfr_section(
@@ -32,6 +55,9 @@ def pfr_section(
     tip_thickness: float = 1e-3,
     lean: float = 2.5e-3,
     element_size: float = 0.35e-3,
+    cells: CellKind = "simplex",
+    skin_rows: int | None = None,
+    spike_columns: int | None = None,
 ) -> Mesh:
     """Two skin strips with spikes on their outside, above and below the robot's axis.
 
@@ -41,7 +67,9 @@ def pfr_section(
     lengths in m.
 
     element_size: altitude [m] aimed at for the triangles, which sets the stable time increment;
-    their sides are about sqrt(2) times as long. The thinnest rows and the corners may lie below.
+    their sides are about sqrt(2) times as long. The thinnest rows and the corners may lie below. Of
+    quadrilaterals the length of their sides, across a spike on the average; where given, skin_rows
+    is their number through the skin and spike_columns that across a spike.
 
     Each set X exists as X, X_top and X_bottom (both strips, upper, lower). Node sets: knot_front,
     knot_rear, knots (end faces, tied to the frame), chamber (inner face), j1, j2 ... (spikes above
@@ -61,6 +89,7 @@ def pfr_section(
         tip_thickness=tip_thickness,
         element_size=element_size,
     )
+    check_counts(cells, skin_rows=skin_rows, spike_columns=spike_columns)
     check_skin(inner_diameter, outer_diameter)
     skin = (outer_diameter - inner_diameter) / 2
     if not lean >= 0:
@@ -70,13 +99,29 @@ def pfr_section(
         )
     check_rows("spike", spikes_per_strip, spike_pitch, root_thickness, free_length, element_size)
     shape = spike(spike_height, root_thickness, tip_thickness, lean, front_radius, rear_radius)
-    check_thickness(shape, spike_height, element_size)
+    check_thickness(shape, spike_height, least_thickness(cells, element_size, tip_thickness))
 
     centers = (np.arange(spikes_per_strip) - (spikes_per_strip - 1) / 2) * spike_pitch
-    strip = _strip(free_length, skin, centers, root_thickness, shape, element_size)
+    across = spike_columns or whole((root_thickness + tip_thickness) / 2 / element_size)
+    fineness = _fineness(cells, skin, element_size, skin_rows, across)
+    strip = _strip(free_length, skin, centers, root_thickness, shape, fineness)
     section = renumbered(_mirrored_pair(strip, distance=inner_diameter / 2))
     check(section)
     return section
+
+
+def _fineness(
+    kind: CellKind, skin: float, element_size: float, rows: int | None, columns: int
+) -> Fineness:
+    """What a skin of this thickness [m] is cut into; rows: through it, where given; columns: of
+    quadrilaterals across a spike.
+    """
+    if kind == "quad":
+        rows = rows or whole(skin / element_size)
+        return Fineness(kind, rows, element_size, element_size, columns)
+    edge = math.sqrt(2) * element_size
+    rows = max(FEWEST_ROWS, int(skin / (edge * math.sin(math.pi / 3))))
+    return Fineness(kind, rows, min(edge, FLATTEST_CELL * skin / rows), edge, None)
 
 
 def _strip(
@@ -85,34 +130,33 @@ def _strip(
     centers: np.ndarray,
     root: float,
     shape: Spike,
-    element_size: float,
+    fineness: Fineness,
 ) -> Mesh:
     """A strip with its inner face on y = 0, its spikes upward, centred on `centers` from the rear.
 
     All cells lie in bands between lines of nodes: along the skin, and across each spike.
     """
-    edge = math.sqrt(2) * element_size
-    rows = max(FEWEST_ROWS, int(skin / (edge * math.sin(math.pi / 3))))
+    kind, rows = fineness.kind, fineness.rows
     stations = np.sort([-length / 2, *(centers - root / 2), *(centers + root / 2), length / 2])
-    x, ends = _columns(stations, longest_cell=min(edge, FLATTEST_CELL * skin / rows))
+    x, ends = _columns(stations, fineness.longest, fineness.columns)
     coordinates = [
         np.column_stack([line, np.full(len(line), y)])
         for line, y in zip(
-            staggered(x, rows + 1)[::-1], np.linspace(0, skin, rows + 1), strict=True
+            LINES[kind](x, rows + 1)[::-1], np.linspace(0, skin, rows + 1), strict=True
         )
     ]
     lines = node_lines(0, coordinates)
     blocks, stacks = [*coordinates], [lines]
     outer, first_free = lines[-1], sum(map(len, coordinates))
     for center, start, end in zip(centers, ends[1:-1:2], ends[2:-1:2], strict=True):
-        across = cross_lines(shape, edge, root_segments=end - start)
+        across = CROSSINGS[kind](shape, fineness.edge, end - start)
         above = node_lines(first_free, across[1:])
         first_free += sum(map(len, above))
         blocks += [line + np.array([center, skin]) for line in across[1:]]
         stacks.append([outer[start : end + 1], *above])
 
     points = np.concatenate(blocks)
-    cells = [stacked_bands(points, stack) for stack in stacks]
+    cells = [stacked_bands(points, stack, BANDS[kind]) for stack in stacks]
     knot_rear, knot_front = (np.array([line[side] for line in lines]) for side in (0, -1))
     node_sets = {
         "knot_front": knot_front,
@@ -136,11 +180,18 @@ def _strip(
     )
 
 
-def _columns(stations: np.ndarray, longest_cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Positions along the skin, equally spaced between stations, and where the stations lie."""
+def _columns(
+    stations: np.ndarray, longest_cell: float, of_spikes: int | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Positions along the skin, equally spaced between stations, and where the stations lie.
+
+    of_spikes: number of cells below a spike; None: as many as cells of longest_cell [m] give.
+    """
     pieces = np.diff(stations)
     # Rounded down, for cells a little longer: the rows' height is the shorter measure.
     segments = np.maximum(1, np.floor(pieces / longest_cell + 1e-9)).astype(int)
+    if of_spikes is not None:
+        segments[1::2] = of_spikes
     ends = np.concatenate([[0], np.cumsum(segments)])
     return np.interp(np.arange(ends[-1] + 1), ends, stations), ends
 
@@ -159,7 +210,7 @@ def _mirrored_pair(strip: Mesh, distance: float) -> Mesh:
     # A mirror turns cells and facets round; listing them backwards turns them back.
     return Mesh(
         points=np.concatenate([top, top * np.array([1, -1])]),
-        cells=np.concatenate([strip.cells, strip.cells[:, ::-1] + node_count]),
+        cells=np.concatenate([strip.cells, turned(strip.cells, 2) + node_count]),
         node_sets=_sided(nodes, {name: s + node_count for name, s in nodes.items()}),
         facet_sets=_sided(facets, {name: s[:, ::-1] + node_count for name, s in facets.items()}),
         cell_sets=_sided(

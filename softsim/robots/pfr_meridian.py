@@ -4,13 +4,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.band import CellKind
+from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.boundary import facets_on, facets_touching
-from softsim.robots.limits import check_positive, check_rows, check_skin
-from softsim.robots.strip import Fin, even, even_columns, finned_strip, upright
+from softsim.robots.limits import check_counts, check_positive, check_rows, check_skin
+from softsim.robots.strip import ROWS, Fin, even_columns, finned_strip, upright
 
-FEWEST_ROWS = 4
+FEWEST_ROWS: dict[CellKind, int] = {"simplex": 4, "quad": 1}
 """Fewest rows of cells through the skin: what its bending needs."""
 
 
@@ -23,6 +24,8 @@ def pfr_meridian(
     ring_height: float = 5e-3,
     ring_thickness: float = 3e-3,
     element_size: float = 0.25e-3,
+    cells: CellKind = "simplex",
+    skin_rows: int | None = None,
 ) -> Mesh:
     """The skin's half section for an axisymmetric model: x is the radius r, y the axis z.
 
@@ -31,8 +34,9 @@ def pfr_meridian(
     ring_height outward, ring_pitch apart and centred about z = 0. A ring is whole where the
     spikes have gaps between them, so that it is stiffer around and heavier. All lengths in m.
 
-    element_size: length [m] aimed at for the sides of the triangles. The mesh has nodes at z = 0
-    and its cells mirror each other about it.
+    element_size: length [m] aimed at for the sides of the cells. skin_rows: number of
+    quadrilaterals through the skin; None: as many as element_size gives. The mesh has nodes at
+    z = 0 and its cells mirror each other about it.
 
     Node sets: end_low, end_high (z = -/+ free_length/2), ends (both), chamber and outer (the
     skin's inner and outer side, the rings' roots included), equator_inner and equator_outer (their
@@ -50,6 +54,7 @@ def pfr_meridian(
         ring_thickness=ring_thickness,
         element_size=element_size,
     )
+    check_counts(cells, skin_rows=skin_rows)
     check_skin(inner_diameter, outer_diameter)
     check_rows("ring", ring_rows, ring_pitch, ring_thickness, free_length, element_size)
 
@@ -58,13 +63,13 @@ def pfr_meridian(
     edges = [*(centers - ring_thickness / 2), *(centers + ring_thickness / 2)]
     x, ends = even_columns(np.sort([-free_length / 2, *edges, free_length / 2]), element_size)
     skin = (outer_diameter - inner_diameter) / 2
-    bands = even(ring_height / element_size)
+    bands = ROWS[cells](ring_height / element_size)
     rings = [
-        Fin(start, end, upright(x[start : end + 1], skin, skin + ring_height, bands))
+        Fin(start, end, upright(x[start : end + 1], skin, skin + ring_height, bands, cells))
         for start, end in list(pairwise(ends))[1:-1:2]
     ]
-    rows = max(FEWEST_ROWS, even(skin / element_size))
-    strip = finned_strip(x, skin, rows, rings)
+    rows = skin_rows or max(FEWEST_ROWS[cells], ROWS[cells](skin / element_size))
+    strip = finned_strip(x, skin, rows, rings, cells)
 
     end_high, end_low = (np.array([line[side] for line in strip.skin_lines]) for side in (0, -1))
     chamber, outer = strip.skin_lines[0], strip.skin_lines[-1]
@@ -77,9 +82,10 @@ def pfr_meridian(
         "equator_inner": strip.at_middle(chamber),
         "equator_outer": strip.at_middle(outer),
     }
+    boundary = boundary_facets(strip.cells, 2)
     facet_sets = {
         "chamber": np.column_stack([chamber[:-1], chamber[1:]]),
-        "outer": facets_on(strip.cells, outer),
+        "outer": facets_on(boundary, outer),
     }
     cell_numbers = np.arange(len(strip.cells))
     cell_sets = {"skin": cell_numbers[: len(strip.skin_cells)]}
@@ -87,7 +93,7 @@ def pfr_meridian(
         columns = [len(ring.lines[-1]) for ring in rings]
         tips = [nodes[-count:] for nodes, count in zip(strip.fins, columns, strict=True)]
         node_sets |= {f"j{row}": nodes for row, nodes in enumerate(reversed(tips), start=1)}
-        facet_sets["rings"] = facets_touching(strip.cells, np.concatenate(strip.fins))
+        facet_sets["rings"] = facets_touching(boundary, np.concatenate(strip.fins))
         cell_sets["rings"] = cell_numbers[len(strip.skin_cells) :]
     section = renumbered(
         Mesh(

@@ -6,13 +6,22 @@ from itertools import pairwise
 import numpy as np
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh, renumbered
+from softsim.mesh.band import CellKind
+from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.boundary import facets_on, facets_touching
-from softsim.robots.extrusion import extruded_cells
-from softsim.robots.limits import check_positive, check_rows, check_skin, check_thickness
-from softsim.robots.spike import cross_lines, spike
-from softsim.robots.strip import Fin, Strip, even, even_columns, finned_strip
+from softsim.robots.extrusion import EXTRUSIONS
+from softsim.robots.limits import (
+    check_counts,
+    check_even,
+    check_positive,
+    check_rows,
+    check_skin,
+    check_thickness,
+    least_thickness,
+)
+from softsim.robots.spike import CROSSINGS, spike
+from softsim.robots.strip import ROWS, Fin, Strip, even, even_columns, finned_strip
 
 FEWEST_AROUND = 2
 """Fewest cells across a spike's width, and between neighbouring spikes."""
@@ -36,6 +45,10 @@ def pfr_solid(
     lean: float = 2.5e-3,
     spike_width: float = 2e-3,
     element_size: float = 0.7e-3,
+    cells: CellKind = "simplex",
+    skin_rows: int | None = None,
+    spike_columns: int | None = None,
+    spike_layers: int | None = None,
 ) -> Mesh:
     """The skin between the knots with `rows` rows of `spikes_around` spikes on its outside.
 
@@ -46,7 +59,9 @@ def pfr_solid(
     plain tube, with the same cells around. All lengths in m.
 
     element_size: length [m] aimed at for the sides of the cells in the sections through the axis;
-    around they are about one and a half times as long. The tips have sharper cells.
+    around they are about one and a half times as long. The tips have sharper cells. Of hexahedra,
+    where given, skin_rows is the number through the skin, spike_columns (even) that across a spike
+    along the axis, and spike_layers that across its width.
 
     Node sets: knot_front, knot_rear, knots (end faces, tied to the frame), chamber and outer (the
     skin's inner and outer side, the spikes' roots included), equator_inner (chamber at x = 0),
@@ -69,6 +84,8 @@ def pfr_solid(
         spike_width=spike_width,
         element_size=element_size,
     )
+    check_counts(cells, skin_rows=skin_rows, spike_columns=spike_columns, spike_layers=spike_layers)
+    check_even(spike_columns=spike_columns)
     check_skin(inner_diameter, outer_diameter)
     if not lean >= 0:
         raise MeshError(
@@ -77,20 +94,25 @@ def pfr_solid(
         )
     check_rows("spike", rows, spike_pitch, root_thickness, free_length, element_size)
     shape = spike(spike_height, root_thickness, tip_thickness, lean, front_radius, rear_radius)
-    check_thickness(shape, spike_height, element_size)
+    check_thickness(shape, spike_height, least_thickness(cells, element_size, tip_thickness))
     _check_around(spikes_around, spike_width, outer_diameter, element_size)
 
     skin = (outer_diameter - inner_diameter) / 2
     centers = (np.arange(rows) - (rows - 1) / 2) * spike_pitch
     edges = [*(centers - root_thickness / 2), *(centers + root_thickness / 2)]
-    x, ends = even_columns(np.sort([-free_length / 2, *edges, free_length / 2]), element_size)
+    stations = np.sort([-free_length / 2, *edges, free_length / 2])
+    across = even((root_thickness + tip_thickness) / 2 / element_size)
+    columns = {"simplex": None, "quad": spike_columns or across}[cells]
+    x, ends = even_columns(stations, element_size, columns)
     spikes = []
     for center, (start, end) in zip(centers, list(pairwise(ends))[1:-1:2], strict=True):
-        lines = cross_lines(shape, element_size, root_segments=int(end - start))
+        lines = CROSSINGS[cells](shape, element_size, int(end - start))
         spikes.append(Fin(start, end, [line + np.array([center, skin]) for line in lines[1:]]))
-    strip = finned_strip(x, skin, even(skin / element_size), spikes)
+    strip = finned_strip(x, skin, skin_rows or ROWS[cells](skin / element_size), spikes, cells)
+    around = element_size * STRETCH_AROUND
+    layers = spike_layers or max(FEWEST_AROUND, round(spike_width / around))
     body = renumbered(
-        _swept(strip, inner_diameter / 2, skin, spikes_around, spike_width, element_size)
+        _swept(strip, inner_diameter / 2, skin, spikes_around, spike_width, layers, around, cells)
     )
     check(body)
     return body
@@ -119,10 +141,19 @@ def _check_around(count: int, width: float, outer_diameter: float, element_size:
 
 
 def _swept(
-    strip: Strip, inner: float, skin: float, count: int, width: float, element_size: float
+    strip: Strip,
+    inner: float,
+    skin: float,
+    count: int,
+    width: float,
+    across: int,
+    length_around: float,
+    kind: CellKind,
 ) -> Mesh:
-    """The strip swept around the axis at the radius `inner`, its spikes within their width only."""
-    across = max(FEWEST_AROUND, round(width / (STRETCH_AROUND * element_size)))
+    """The strip swept around the axis at the radius `inner`, its spikes within their width only.
+
+    across: cells across the width of a spike. length_around [m]: of cells between spikes.
+    """
     radius = inner + strip.points[:, 1]
     # Parallel flanks: the same distance from the spike's middle at every radius. The skin takes
     # the directions of the roots.
@@ -131,7 +162,7 @@ def _swept(
     last = float(spike_angles[-1].max())
     first_of_next = 2 * math.pi / count - last
     gap = (first_of_next - last) * (inner + skin)
-    between = max(FEWEST_AROUND, round(gap / (STRETCH_AROUND * element_size)))
+    between = max(FEWEST_AROUND, round(gap / length_around))
     gap_angles = np.linspace(last, first_of_next, between + 1)[1:-1]
     period = np.concatenate([spike_angles, np.repeat(gap_angles[:, None], len(radius), axis=1)])
     starts = 2 * math.pi * np.arange(count) / count
@@ -147,10 +178,10 @@ def _swept(
     ).reshape(-1, 3)
     node = np.arange(angles.size).reshape(angles.shape)
     stations = np.concatenate([node, node[:1]])
-    skin_cells = extruded_cells([strip.skin_cells] * len(angles), stations)
+    skin_cells = EXTRUSIONS[kind]([strip.skin_cells] * len(angles), stations)
     none = strip.fin_cells[:0]
     layers = ([strip.fin_cells] * across + [none] * between) * count
-    spike_cells = extruded_cells(layers, stations)
+    spike_cells = EXTRUSIONS[kind](layers, stations)
     cells = np.concatenate([skin_cells, spike_cells])
 
     # Between the spikes the strip's fins stand for nothing; their nodes are left out.
@@ -174,9 +205,10 @@ def _swept(
         "equator_inner": around(strip.at_middle(chamber)),
         "equator_outer": np.setdiff1d(around(strip.at_middle(outer)), number[spike_cells]),
     }
+    boundary = boundary_facets(cells, 3)
     facet_sets = {
-        "chamber": facets_on(cells, node_sets["chamber"]),
-        "outer": facets_on(cells, node_sets["outer"]),
+        "chamber": facets_on(boundary, node_sets["chamber"]),
+        "outer": facets_on(boundary, node_sets["outer"]),
     }
     cell_numbers = np.arange(len(cells))
     cell_sets = {"skin": cell_numbers[: len(skin_cells)]}
@@ -185,6 +217,6 @@ def _swept(
         height = strip.points[spikes, 1]
         node_sets |= {f"j{row}": around(s) for row, s in enumerate(reversed(strip.fins), start=1)}
         node_sets["tips"] = around(spikes[height > height.max() * (1 - 1e-9)])
-        facet_sets["spikes"] = facets_touching(cells, around(spikes))
+        facet_sets["spikes"] = facets_touching(boundary, around(spikes))
         cell_sets["spikes"] = cell_numbers[len(skin_cells) :]
     return Mesh(points[used], cells, node_sets, facet_sets, cell_sets)

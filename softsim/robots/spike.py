@@ -4,11 +4,13 @@ It stands on a skin along x, its root centred on the origin. Both arcs bulge for
 the front edge is convex and the rear edge concave; its tip face is parallel to the skin.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from softsim.errors import MeshError
+from softsim.mesh.band import CellKind
 
 SHARPEST_TIP = np.radians(15)
 """Smallest angle [rad] between rear edge and tip face: the blade below it has no cell to fit in."""
@@ -74,30 +76,65 @@ def thickness(shape: Spike, heights: np.ndarray) -> np.ndarray:
 
 
 def cross_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray]:
-    """Lines of points, each (k, 2) from rear to front, stacked from root to tip.
+    """Lines of points, each (k, 2) from rear to front, stacked from root to tip, for triangles.
 
     edge: length [m] aimed at for the sides of triangles between the lines; root_segments: number
-    of segments of the first line, where the spike stands on the skin. A tip with a sharp rear
-    corner is capped by lines that shrink to that corner, which keeps its triangles in shape.
+    of segments of the first line, where the spike stands on the skin.
     """
-    tip_rear, tip_front = shape.rear.at(1.0), shape.front.at(1.0)
-    tip_length = float(np.linalg.norm(tip_front - tip_rear))
-    neck = 1.0
-    if np.pi / 2 - shape.rear.end < EQUILATERAL:
-        neck -= tip_length / shape.rear.length
-    side = (shape.front.length + neck * shape.rear.length) / 2
-    bands = max(2, round(side / (edge * np.sin(EQUILATERAL))))
-    lines = [_line(shape.rear.at(0.0), shape.front.at(0.0), root_segments)]
+    bands = max(2, round(_side(shape) / (edge * np.sin(EQUILATERAL))))
+    segments = [root_segments]
     for fraction in np.arange(1, bands + 1) / bands:
-        rear, front = shape.rear.at(neck * fraction), shape.front.at(fraction)
-        segments = max(1, round(float(np.linalg.norm(front - rear)) / edge))
-        lines.append(_line(rear, front, segments))
+        rear, front = shape.rear.at(_neck(shape) * fraction), shape.front.at(fraction)
+        segments.append(max(1, round(float(np.linalg.norm(front - rear)) / edge)))
+    return _stacked_lines(shape, segments)
+
+
+def grid_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray]:
+    """Lines of points as of `cross_lines`, all with as many segments, for quadrilaterals.
+
+    edge: length [m] aimed at for the sides of the quadrilaterals from root to tip.
+    """
+    bands = max(1, round(_side(shape) / edge))
+    return _stacked_lines(shape, [root_segments] * (bands + 1))
+
+
+def _neck(shape: Spike) -> float:
+    """How far up the rear edge, as a fraction of it, the lines stand that reach the front edge.
+
+    A tip with a sharp rear corner is capped by lines that shrink to that corner, which keeps its
+    cells in shape.
+    """
+    if np.pi / 2 - shape.rear.end >= EQUILATERAL:
+        return 1.0
+    tip_length = float(np.linalg.norm(shape.front.at(1.0) - shape.rear.at(1.0)))
+    return 1.0 - tip_length / shape.rear.length
+
+
+def _side(shape: Spike) -> float:
+    """Length [m] from the root to the last line that reaches the front edge."""
+    return (shape.front.length + _neck(shape) * shape.rear.length) / 2
+
+
+def _stacked_lines(shape: Spike, segments: list[int]) -> list[np.ndarray]:
+    """Lines with these numbers of segments from the root to the tip's front corner, and the cap."""
+    neck, tip_rear, tip_front = _neck(shape), shape.rear.at(1.0), shape.front.at(1.0)
+    fractions = np.arange(len(segments)) / (len(segments) - 1)
+    lines = [
+        _line(shape.rear.at(neck * fraction), shape.front.at(fraction), count)
+        for fraction, count in zip(fractions, segments, strict=True)
+    ]
     if neck < 1:
-        for left in reversed(range(segments)):
-            fraction = left / segments
+        for left in reversed(range(segments[-1])):
+            fraction = left / segments[-1]
             rear = shape.rear.at(1 - fraction * (1 - neck))
             lines.append(_line(rear, tip_rear + fraction * (tip_front - tip_rear), left))
     return lines
+
+
+CROSSINGS: dict[CellKind, Callable[[Spike, float, int], list[np.ndarray]]] = {
+    "simplex": cross_lines,
+    "quad": grid_lines,
+}
 
 
 def _line(rear: np.ndarray, front: np.ndarray, segments: int) -> np.ndarray:

@@ -1,13 +1,13 @@
 """The plane section of a skin with fins on its outside: spikes or rings."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from softsim.mesh.band import stacked_bands
+from softsim.mesh.band import BANDS, CellKind, stacked_bands
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class Fin:
 
 @dataclass(frozen=True)
 class Strip:
-    """A strip of triangles along x with its inner side on y = 0 and its fins upward.
+    """A strip of cells along x with its inner side on y = 0 and its fins upward.
 
     points: (n, 2) [m]. skin_lines: node numbers from -x to +x of the skin's lines, from the inner
     side to the outer one. fins: node numbers of each fin above the skin. skin_cells, fin_cells:
-    (m, 3) triangles.
+    (m, 3) triangles or (m, 4) quadrilaterals.
     """
 
     points: np.ndarray
@@ -39,7 +39,7 @@ class Strip:
 
     @property
     def cells(self) -> np.ndarray:
-        """All triangles (m, 3), those of the skin first."""
+        """All cells (m, corners), those of the skin first."""
         return np.concatenate([self.skin_cells, self.fin_cells])
 
     def at_middle(self, nodes: np.ndarray) -> np.ndarray:
@@ -48,13 +48,20 @@ class Strip:
         return nodes[np.abs(x[nodes]) < 1e-9 * np.ptp(x)]
 
 
-def even_columns(stations: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+def even_columns(
+    stations: np.ndarray, size: float, of_fins: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Positions with an even number of equal steps of about `size` between neighbouring stations.
+
+    of_fins: number of steps, even, between the first and the second station, the third and the
+    fourth ... of those inside; None: like all others.
 
     Returns the positions and where among them the stations lie. An even number puts a position
     in the middle between two stations, and lets mirrored stations have mirrored cells.
     """
     steps = np.array([even(piece / size) for piece in np.diff(stations)])
+    if of_fins is not None:
+        steps[1::2] = of_fins
     ends = np.concatenate([[0], np.cumsum(steps)])
     return np.interp(np.arange(ends[-1] + 1), ends, stations), ends
 
@@ -62,6 +69,15 @@ def even_columns(stations: np.ndarray, size: float) -> tuple[np.ndarray, np.ndar
 def even(count: float) -> int:
     """The even number nearest to a count, 2 or more."""
     return 2 * max(1, math.floor(count / 2 + 0.5))
+
+
+def whole(count: float) -> int:
+    """The whole number nearest to a count, 1 or more."""
+    return max(1, math.floor(count + 0.5))
+
+
+ROWS: dict[CellKind, Callable[[float], int]] = {"simplex": even, "quad": whole}
+"""How many rows of cells stand for a count."""
 
 
 def staggered(x: np.ndarray, count: int) -> list[np.ndarray]:
@@ -75,12 +91,26 @@ def staggered(x: np.ndarray, count: int) -> list[np.ndarray]:
     return [x if line % 2 == 0 else between for line in range(count)]
 
 
-def finned_strip(x: np.ndarray, thickness: float, rows: int, fins: Sequence[Fin]) -> Strip:
+def straight(x: np.ndarray, count: int) -> list[np.ndarray]:
+    """`count` lines of the positions x."""
+    return [x] * count
+
+
+LINES: dict[CellKind, Callable[[np.ndarray, int], list[np.ndarray]]] = {
+    "simplex": staggered,
+    "quad": straight,
+}
+
+
+def finned_strip(
+    x: np.ndarray, thickness: float, rows: int, fins: Sequence[Fin], kind: CellKind
+) -> Strip:
     """A skin of this thickness [m] with columns at x [m], and fins that stand on it.
 
-    rows: even number of rows of cells through the skin, for nodes at x on its inner side too.
+    rows: of cells through the skin; an even number of triangles, for nodes at x on its inner side
+    too.
     """
-    skin = _rows(staggered(x, rows + 1), np.linspace(0, thickness, rows + 1))
+    skin = _rows(LINES[kind](x, rows + 1), np.linspace(0, thickness, rows + 1))
     blocks, skin_lines = list(skin), node_lines(0, skin)
     outer, first_free = skin_lines[-1], sum(map(len, skin))
     stacks = []
@@ -90,19 +120,20 @@ def finned_strip(x: np.ndarray, thickness: float, rows: int, fins: Sequence[Fin]
         blocks += fin.lines
         stacks.append([outer[fin.start : fin.end + 1], *above])
     points = np.concatenate(blocks)
-    none = np.empty((0, 3), dtype=np.int64)
+    skin_cells = stacked_bands(points, skin_lines, BANDS[kind])
+    of_fins = [stacked_bands(points, stack, BANDS[kind]) for stack in stacks]
     return Strip(
         points=points,
         skin_lines=skin_lines,
         fins=[np.concatenate(stack[1:]) for stack in stacks],
-        skin_cells=stacked_bands(points, skin_lines),
-        fin_cells=np.concatenate([none, *(stacked_bands(points, stack) for stack in stacks)]),
+        skin_cells=skin_cells,
+        fin_cells=np.concatenate([skin_cells[:0], *of_fins]),
     )
 
 
-def upright(x: np.ndarray, low: float, high: float, rows: int) -> list[np.ndarray]:
+def upright(x: np.ndarray, low: float, high: float, rows: int, kind: CellKind) -> list[np.ndarray]:
     """The lines above the root of a rectangular fin: columns at x, y from `low` to `high` [m]."""
-    return _rows(staggered(x, rows + 1), np.linspace(low, high, rows + 1))[1:]
+    return _rows(LINES[kind](x, rows + 1), np.linspace(low, high, rows + 1))[1:]
 
 
 def _rows(lines: list[np.ndarray], heights: np.ndarray) -> list[np.ndarray]:

@@ -35,6 +35,7 @@ from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
 from softsim.solver.guards import (
+    hourglass_warnings,
     refuse_broken_elements,
     refuse_crowding,
     refuse_energy_error,
@@ -269,6 +270,7 @@ class Run:
         progress.last_history = scenario.time
         progress.next_history = _next_multiple(self.output.history_interval, scenario.time)
         progress.largest_energy = self.balance.largest_energy
+        self.files.warn(hourglass_warnings(seen.energies, progress.largest_energy, scenario.time))
         for term in scenario.terms.everything:
             term.clear_impulses(scenario.number)
         error = self.energy_error = seen.row["energy_error"]

@@ -51,7 +51,7 @@ class Body(Part):
     formulation: Formulation = Field(
         description="Kinematics of the elements: plane_strain, axisymmetric (x is the radius, y "
         "the axis) and ring_section (x is the axis; two strips, opposite sides of the same rings) "
-        "take triangles, solid takes tetrahedra."
+        "take triangles and quadrilaterals, solid takes tetrahedra and hexahedra."
     )
     thickness: PositiveLength | None = Field(
         default=None,

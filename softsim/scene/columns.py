@@ -20,6 +20,7 @@ FIXED_COLUMNS = frozenset(
         "pull",
         "tether_drag",
         "internal_energy",
+        "hourglass_energy",
         "kinetic_energy",
         "external_work",
         "friction_dissipation",

@@ -4,26 +4,42 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
+from softsim.mesh.band import CellKind
 from softsim.scene.part import Part
 from softsim.scene.quantities import Length, PositiveLength, Text, WholeNumber, written
 
 
-class BlockMesh(Part):
+class _Filled(Part):
+    cells: CellKind = Field(
+        default="simplex",
+        description="simplex: triangles or tetrahedra. quad: quadrilaterals or hexahedra.",
+    )
+
+
+class BlockMesh(_Filled):
     """A rectangle; sets bottom, top, left, right, surface."""
 
     generator: Literal["block"] = Field(description="Which generator makes the mesh.")
     length: PositiveLength = Field(description="Size along x.")
     height: PositiveLength = Field(description="Size along y, from y = 0 upwards.")
-    element_size: PositiveLength = Field(description="Edge length of the triangles.")
+    element_size: PositiveLength = Field(
+        description="Longest side of the cells, before they are cut into triangles."
+    )
 
 
-class _PfrSkin(Part):
+class _PfrSkin(_Filled):
     inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
     outer_diameter: PositiveLength = Field(
         default=written("17 mm"), description="Of the skin, no spikes or rings."
     )
     free_length: PositiveLength = Field(
         default=written("30 mm"), description="Skin between the knots."
+    )
+    skin_rows: WholeNumber | None = Field(
+        default=None,
+        ge=1,
+        le=100,
+        description="Quadrilaterals or hexahedra through the skin; else by element_size.",
     )
 
 
@@ -46,6 +62,13 @@ class _SpikedSkin(_PfrSkin):
     lean: Length = Field(
         default=written("2.5 mm"), description="How far the tip lies behind the root."
     )
+    spike_columns: WholeNumber | None = Field(
+        default=None,
+        ge=1,
+        le=100,
+        description="Quadrilaterals or hexahedra across a spike, along the axis; else by "
+        "element_size.",
+    )
 
 
 class PfrSectionMesh(_SpikedSkin):
@@ -54,18 +77,18 @@ class PfrSectionMesh(_SpikedSkin):
     generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
     spikes_per_strip: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
     element_size: PositiveLength = Field(
-        default=written("0.35 mm"), description="Edge length of the triangles, about."
+        default=written("0.35 mm"), description="Edge length of the cells, about."
     )
 
 
-class BoxMesh(Part):
+class BoxMesh(_Filled):
     """A block in space, from the origin; sets left, right, bottom, top, back, front, surface."""
 
     generator: Literal["box"] = Field(description="Which generator makes the mesh.")
     length: PositiveLength = Field(description="Size along x.")
     width: PositiveLength = Field(description="Size along z.")
     height: PositiveLength = Field(description="Size along y.")
-    element_size: PositiveLength = Field(description="Largest edge of the bricks that are split.")
+    element_size: PositiveLength = Field(description="Longest edge of the bricks, split or not.")
 
 
 class PfrMeridianMesh(_PfrSkin):
@@ -81,7 +104,7 @@ class PfrMeridianMesh(_PfrSkin):
         default=written("3 mm"), description="Of a ring along the axis."
     )
     element_size: PositiveLength = Field(
-        default=written("0.25 mm"), description="Edge length of the triangles, about."
+        default=written("0.25 mm"), description="Edge length of the cells, about."
     )
 
 
@@ -95,12 +118,18 @@ class PfrSolidMesh(_SpikedSkin):
         default=written("2 mm"), description="Spike across, around the skin."
     )
     element_size: PositiveLength = Field(
-        default=written("0.7 mm"), description="Edge length of the tetrahedra, about."
+        default=written("0.7 mm"), description="Edge length of the cells, about."
+    )
+    spike_layers: WholeNumber | None = Field(
+        default=None,
+        ge=1,
+        le=100,
+        description="Hexahedra across the width of a spike; else by element_size.",
     )
 
 
 class FileMesh(Part):
-    """A mesh of linear triangles or tetrahedra from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
+    """A mesh of linear cells from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
 
     file: Text = Field(description="Path, relative to the file that says so.")
     length_unit: PositiveLength = Field(

@@ -1,6 +1,7 @@
 """The energy books: what was put in must be stored, moving, or dissipated.
 
-internal (ALLSE of ABAQUS: law, Maxwell springs, tendons, tethers), kinetic (ALLKE), contact springs
+internal (ALLSE of ABAQUS: law, Maxwell springs, tendons, tethers), of which a part is that of the
+elements' hourglass modes (ALLAE there), kinetic (ALLKE), contact springs
 (ALLPW), friction (ALLFD: contact, tethers), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk
 viscosity, contact dashpots), external work (ALLWK: pressure, motor, nodal forces, gravity). The
 balance (ETOTAL) is their sum less the external work and less what was there at the start.
@@ -21,6 +22,7 @@ class Energies:
     """Energies [J] of one scenario at one time."""
 
     internal: float
+    hourglass: float
     kinetic: float
     contact: float
     friction_dissipation: float
@@ -80,7 +82,7 @@ class EnergyReader:
         self.terms, self.bodies = solver.terms, solver.terms.rigid_bodies
         self.dimension = solver.terms.nodes.dimension
         self.serially = backend.device().name == "cpu"
-        self.readings = np.zeros((solver.scenarios, 9 + 2 * self.dimension))
+        self.readings = np.zeros((solver.scenarios, 10 + 2 * self.dimension))
         bodies, contact = len(solver.models[0].rigid_bodies), solver.models[0].contact
         self.places = np.zeros((solver.scenarios, max(1, bodies), self.dimension + 4 + 9))
         self.touched = np.zeros((solver.scenarios, max(1, len(contact.nodes))), dtype=np.int32)
@@ -97,9 +99,9 @@ class EnergyReader:
         """
         row = self.readings[scenario]
         mass = self.solver.models[scenario].mass.sum()
-        impulse, moment = row[9 : 9 + self.dimension].copy(), row[9 + self.dimension :]
-        walls = WallContactTotals(int(row[6]), row[7], row[8], impulse)
-        return Energies(*row[:6]), walls, moment / mass
+        impulse, moment = row[10 : 10 + self.dimension].copy(), row[10 + self.dimension :]
+        walls = WallContactTotals(int(row[7]), row[8], row[9], impulse)
+        return Energies(*row[:7]), walls, moment / mass
 
     def place_of(self, scenario: int, body: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Centre of mass (d,) [m], orientation (4,) and rotation (3, 3) of a rigid body at the last
@@ -131,6 +133,7 @@ class EnergyReader:
         for s in range(self.solver.scenarios):
             dt = steps[s]
             internal = ti.cast(0.0, backend.real)
+            hourglass = ti.cast(0.0, backend.real)
             contact = ti.cast(0.0, backend.real)
             friction = ti.cast(0.0, backend.real)
             viscous = ti.cast(0.0, backend.real)
@@ -138,6 +141,8 @@ class EnergyReader:
             work += self.terms.rigid_bodies.work_done(s, dt)
             for term in ti.static(self.terms.inner):
                 internal += term.stored_energy(s)
+            for elements in ti.static(self.terms.elements):
+                hourglass += elements.hourglass_energy(s)
             for term in ti.static(self.terms.touching):
                 contact += term.stored_energy(s)
             for term in ti.static(self.terms.everything):
@@ -149,13 +154,14 @@ class EnergyReader:
                 viscous += self.terms.nodes.damped_energy(s)
                 viscous += self.terms.rigid_bodies.damped_energy(s)
             readings[s, 0] = internal
-            readings[s, 1] = self.terms.nodes.kinetic_energy(
+            readings[s, 1] = hourglass
+            readings[s, 2] = self.terms.nodes.kinetic_energy(
                 s, dt
             ) + self.terms.rigid_bodies.kinetic_energy(s, dt)
-            readings[s, 2] = contact
-            readings[s, 3] = friction
-            readings[s, 4] = viscous
-            readings[s, 5] = work
+            readings[s, 3] = contact
+            readings[s, 4] = friction
+            readings[s, 5] = viscous
+            readings[s, 6] = work
             touching = 0
             normal_impulse = ti.cast(0.0, backend.real)
             slipping_impulse = ti.cast(0.0, backend.real)
@@ -166,12 +172,12 @@ class EnergyReader:
                 slipping_impulse += walls.total_slipping_impulse(s)
                 impulse += walls.total_impulse(s)
             moment = self.terms.nodes.mass_moment(s)
-            readings[s, 6] = touching
-            readings[s, 7] = normal_impulse
-            readings[s, 8] = slipping_impulse
+            readings[s, 7] = touching
+            readings[s, 8] = normal_impulse
+            readings[s, 9] = slipping_impulse
             for i in ti.static(range(self.dimension)):
-                readings[s, 9 + i] = impulse[i]
-                readings[s, 9 + self.dimension + i] = moment[i]
+                readings[s, 10 + i] = impulse[i]
+                readings[s, 10 + self.dimension + i] = moment[i]
 
     @ti.kernel
     def _see(

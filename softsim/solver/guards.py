@@ -8,11 +8,16 @@ from softsim.elements.measures import measure_elements
 from softsim.elements.region import Region
 from softsim.errors import StabilityError
 from softsim.model import Body, Model, Relaxation
+from softsim.solver.energy import Energies
 from softsim.stability.time_step import StableStep
 
 # Beyond these volume ratios the element's J^(-1/3) loses accuracy and the solid its meaning.
 SMALLEST_J = 0.3
 LARGEST_J = 2.0
+# Hourglass modes may hold this share of the internal energy, ABAQUS's rule for its ALLAE, where
+# that is at least COUNTING_SHARE of the books.
+HOURGLASS_SHARE = 0.05
+COUNTING_SHARE = 0.01
 
 
 def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
@@ -85,6 +90,22 @@ def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
                     f"to {1.0 + fitted:.3g}"
                 )
     return warnings
+
+
+def hourglass_warnings(energies: Energies, largest_energy: float, time: float) -> dict[str, str]:
+    """A warning where hourglass modes hold much of an internal energy that counts among the largest
+    of the books [J].
+    """
+    if energies.internal <= COUNTING_SHARE * largest_energy:
+        return {}
+    share = energies.hourglass / energies.internal
+    if share <= HOURGLASS_SHARE:
+        return {}
+    return {
+        "hourglass": f"at {time:.4g} s hourglass modes hold {100.0 * share:.2g} % of the internal "
+        f"energy, more than {100.0 * HOURGLASS_SHARE:g} %: single elements bend or twist; compare "
+        "with a mesh of twice as many elements across what bends"
+    }
 
 
 def refuse_unstable_step(model: Model, stable: StableStep, time: float) -> None:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.elements.geometry import Hoop, nodal_sizes, nodal_sums, shape_gradients
+from softsim.elements.geometry import Hoop, nodal_sums
 from softsim.elements.region import Region
+from softsim.stability.hourglass_stiffness import HourglassStiffness
 from softsim.stability.tangent import tangent_bound
 
 # Elements treated at a time: what is computed on the way would else take a kilobyte an element.
@@ -20,7 +21,7 @@ class ElementStiffness:
     """Of elements (..., m) now. Movers are the nodes whose motion strains an element, its corners
     first: the stencil of what goes around (elements/geometry.py), else the corners.
 
-    volume_gradient (movers, d, m) [m^2]: d(a corner's share of the present volume)/dx of a mover.
+    volume_gradient (movers, d, m) [m^2]: d(a pressure's share of the present volume)/dx of a mover.
     shape_stiffness (movers, movers, m) [N/m]: between movers, the same for every component.
     hoop_root (movers, d, r) [(N/m)^(1/2)]: its products are more of it, of the elements `around`
         (r,), whose F_zz changes.
@@ -32,8 +33,8 @@ class ElementStiffness:
     around: np.ndarray
 
     def energies(self, u: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-        """Twice the energy (m,) [J] of movers displaced by u (d, movers, m) [m]; pressure
-        (corners, m) [Pa]: that of the corners under this displacement.
+        """Twice the energy (m,) [J] of movers displaced by u (d, movers, m) [m]; pressure (k, m)
+        [Pa]: those of the element under this displacement.
         """
         dilation = np.einsum("aim,iam->m", self.volume_gradient, u)
         shape = np.einsum("abm,iam,ibm->m", self.shape_stiffness, u, u)
@@ -48,8 +49,9 @@ class RegionStiffness:
 
     cells (corners, m) and movers (movers, m): node numbers within the region. around (r,): elements
     whose F_zz changes.
-    nodal_volumes (n,) [m^3], 1 of nodes beside the region, bulk_modulus [Pa] and bulk_viscosity
-    (n,) [Pa s]: of its averaged nodal pressure (elements/nodal_pressure.py).
+    pressed (k, m): numbers of the elements' pressures (elements/pressure_points.py). Of these,
+    pressure_volumes (n,) [m^3], 1 of nodes beside the region, bulk_modulus [Pa] and bulk_viscosity
+    (n,) [Pa s].
     """
 
     def __init__(self, region: Region, bulk_viscosity: float) -> None:
@@ -57,21 +59,26 @@ class RegionStiffness:
         self.corners, self.count = self.cells.shape
         self.volumes = region.volumes
         self.gradients = np.ascontiguousarray(
-            shape_gradients(region.points, region.cells).transpose(1, 2, 0)
+            region.geometry.gradients(region.points, region.cells).transpose(1, 2, 0)
         )
+        self.hourglass = None
+        if region.has_hourglass_modes:
+            self.hourglass = HourglassStiffness(region)
         self.hoop = region.geometry.hoop
         self.movers, self.around = self.cells, np.zeros(0, dtype=int)
         if self.hoop is not None:
             stencil = self.hoop.stencil(region.cells)
             self.movers = np.ascontiguousarray(stencil.T, dtype=np.int32)
-            slopes = self.hoop.gradient(region.points, region.cells)
+            slopes = self.hoop.gradient(region.points, region.cells, region.points)
             self.around = np.flatnonzero(slopes.any(axis=(1, 2)))
-        share = self.volumes[:, None] / self.corners
-        volumes = nodal_sums(region.cells, share, len(region.points))
-        self.nodal_volumes = np.where(volumes > 0.0, volumes, 1.0)
+        self.pressed = np.ascontiguousarray(region.pressure_points.T, dtype=np.int32)
+        self.shares = len(self.pressed)
+        sizes = region.pressure_sizes
+        share = self.volumes[:, None] / self.shares
+        volumes = nodal_sums(region.pressure_points, share, len(sizes))
+        self.pressure_volumes = np.where(volumes > 0.0, volumes, 1.0)
         material = region.material
         self.bulk_modulus = material.bulk_modulus
-        sizes = nodal_sizes(region.points, region.cells)
         self.bulk_viscosity = bulk_viscosity * material.impedance * sizes
 
     def at(self, x: np.ndarray) -> ElementStiffness:
@@ -83,20 +90,23 @@ class RegionStiffness:
         F = [self.deformation(x, stretch, batch) for batch in batches]
         J = np.concatenate([(f[0] * cofactors(f)[0]).sum(axis=0) for f in F])
         present = np.bincount(
-            self.cells.ravel(),
-            np.broadcast_to(J * self.volumes / self.corners, self.cells.shape).ravel(),
-            len(x),
+            self.pressed.ravel(),
+            np.broadcast_to(J * self.volumes / self.shares, self.pressed.shape).ravel(),
+            len(self.pressure_volumes),
         )
-        dilation = present / self.nodal_volumes - 1.0
-        pressure = self.bulk_modulus * dilation[self.cells].mean(axis=0)
+        dilation = present / self.pressure_volumes - 1.0
+        pressure = self.bulk_modulus * dilation[self.pressed].mean(axis=0)
         parts = [
             self.stiffness(f, J[batch], pressure[batch], batch)
             for f, batch in zip(F, batches, strict=True)
         ]
         gradient, shape, hoop = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+        if self.hourglass is not None:
+            places = np.ascontiguousarray(x.T)[:, self.cells]
+            shape[: self.corners, : self.corners] += self.hourglass.at(places)
         if self.hoop is None:
             return ElementStiffness(gradient, shape, gradient[:, :, :0], self.around)
-        share = J * self.volumes / self.corners
+        share = J * self.volumes / self.shares
         return self.with_hoop(self.hoop, x, gradient, shape, share[self.around], hoop[self.around])
 
     def with_hoop(
@@ -110,14 +120,14 @@ class RegionStiffness:
     ) -> ElementStiffness:
         """What F_zz adds to a stiffness (arrays over all elements) that took it as fixed.
 
-        share (r,) [m^3]: of the present volume, a corner's. stiffness (r,) [J]: V (material F_zz^2
-        + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as well, for
-        that is V tau_zz, see tangent.py.
+        share (r,) [m^3]: of the present volume, a pressure's. stiffness (r,) [J]: V (material
+        F_zz^2 + spatial). That bounds what (dF_zz / F_zz)^2 is multiplied by; d^2F_zz / F_zz as
+        well, for that is V tau_zz, see tangent.py.
         """
-        cells = self.region.cells
+        points, cells = self.region.points, self.region.cells
         gradient, curvature = (
             np.moveaxis(of_all[self.around], 0, -1)
-            for of_all in (hoop.gradient(x, cells), hoop.curvature(x, cells))
+            for of_all in (hoop.gradient(points, cells, x), hoop.curvature(x, cells))
         )
         volume_gradient[:, :, self.around] += share * gradient
         shape_stiffness[:, :, self.around] += stiffness * curvature
@@ -147,7 +157,7 @@ class RegionStiffness:
         modulus = tangent_bound(self.region.material, J, b_bar, pressure)
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
-        share = J * volumes / self.corners
+        share = J * volumes / self.shares
         movers, corners = len(self.movers), self.corners
         volume_gradient = np.zeros((movers, d, len(J)))
         volume_gradient[:corners] = share * present

@@ -1,7 +1,7 @@
 """Upper bound of the stiffness of a whole model, as the matrix M^-1/2 K M^-1/2 on nodal vectors.
 
-K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: averaged nodal pressure, G_a = dJ_a/dx, with
-                                                its bulk viscosity eta_a
+K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx, with their bulk
+                                                viscosity eta_a
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
                                                 with d^2F_zz where elements go around
   + diag(k_a)                                   contact: contact_stiffness.py
@@ -79,8 +79,7 @@ class ModelStiffness:
     """The stiffness of a model in any configuration: its pattern and its masses, once.
 
     moving (n d,): which components move. inverse_sqrt_mass (n d,): 1/sqrt(m) of them, else 0.
-    Nodes have p averaged pressures, one in each region that they belong to: pressure_of_corners
-    (corners, m), of each region, numbers those of its corners.
+    There are p pressures, pressures (k, m), of each region, numbers those of its elements.
     """
 
     def __init__(self, model: Model) -> None:
@@ -90,25 +89,23 @@ class ModelStiffness:
         self.contact = ContactStiffness(model)
         self.inverse_sqrt_mass = inverse_sqrt_mass(model).ravel()
         self.moving = self.inverse_sqrt_mass > 0.0
-        members = [np.unique(r.cells) for r in self.regions]
+        members = [np.unique(r.pressed) for r in self.regions]
         starts = np.cumsum([0, *map(len, members)])
-        self.pressure_of_corners = [
-            start + np.searchsorted(nodes, r.cells)
-            for r, nodes, start in zip(self.regions, members, starts, strict=False)
+        self.pressures = [
+            start + np.searchsorted(own, r.pressed)
+            for r, own, start in zip(self.regions, members, starts, strict=False)
         ]
         p = int(starts[-1])
         of_members = [
-            (r.nodal_volumes[nodes], np.full(len(nodes), r.bulk_modulus), r.bulk_viscosity[nodes])
-            for r, nodes in zip(self.regions, members, strict=True)
+            (r.pressure_volumes[own], np.full(len(own), r.bulk_modulus), r.bulk_viscosity[own])
+            for r, own in zip(self.regions, members, strict=True)
         ]
-        self.nodal_volumes, self.bulk_modulus, self.bulk_viscosity = (
+        self.pressure_volumes, self.bulk_modulus, self.bulk_viscosity = (
             np.concatenate(parts) for parts in zip(*of_members, strict=True)
         )
 
-        movers = np.concatenate([r.movers + r.region.first_node for r in self.regions], axis=1)
-        pressed, strained, self.pair_of_volume = pairs(
-            np.concatenate(self.pressure_of_corners, axis=1), movers, n
-        )
+        movers = [r.movers + r.region.first_node for r in self.regions]
+        pressed, strained, self.pair_of_volume = pairs(self.pressures, movers, n)
         pressed, strained = np.repeat(pressed, d), components(strained, d)
         first, second, self.pair_of_shape = pairs(movers, movers, n)
         first, second = components(first, d), components(second, d)
@@ -118,16 +115,19 @@ class ModelStiffness:
             (p + n * d, n * d),
         )
         self.dilation = numbered(strained, pressed, (n * d, p))
-        self.compression_scale = self.inverse_sqrt_mass[strained] / self.nodal_volumes[pressed]
+        self.compression_scale = self.inverse_sqrt_mass[strained] / self.pressure_volumes[pressed]
         self.shape_scale = self.inverse_sqrt_mass[first] * self.inverse_sqrt_mass[second]
 
-        around = np.concatenate(
-            [r.movers[:, r.around] + r.region.first_node for r in self.regions], axis=1
-        )
-        strained = around[:, None] * d + np.arange(d)[:, None]  # (movers, d, r)
-        rows = np.broadcast_to(np.arange(around.shape[1]), strained.shape).ravel()
-        self.hoops = numbered(rows, strained.ravel(), (around.shape[1], n * d))
-        self.hoop_scale = self.inverse_sqrt_mass[strained.ravel()]
+        around = [m[:, r.around] for m, r in zip(movers, self.regions, strict=True)]
+        columns = [a[:, None] * d + np.arange(d)[:, None] for a in around]  # (movers, d, r)
+        starts = np.cumsum([0, *(a.shape[1] for a in around)])
+        rows = [
+            np.broadcast_to(start + np.arange(a.shape[1]), column.shape)
+            for a, column, start in zip(around, columns, starts, strict=False)
+        ]
+        strained = flat(columns)
+        self.hoops = numbered(flat(rows), strained, (int(starts[-1]), n * d))
+        self.hoop_scale = self.inverse_sqrt_mass[strained]
 
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
         """Element stiffness of each region with all nodes at x (n, d) [m]."""
@@ -136,25 +136,23 @@ class ModelStiffness:
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
         """The matrix without damping, with all nodes at x, where the elements are like this."""
         d = x.shape[1]
-        gradient = np.concatenate([e.volume_gradient for e in elements], axis=2)
-        shape = np.concatenate([e.shape_stiffness for e in elements], axis=2)
-        hoop = np.concatenate([e.hoop_root for e in elements], axis=2)
-        # dJ of a corner a, V_a J_a being a sum of the elements' shares: that of all corners alike.
-        corners = self.pressure_of_corners[0].shape[0]
-        alike = (corners, *gradient.shape[::2])
+        shape = flat([e.shape_stiffness for e in elements])
+        hoop = flat([e.hoop_root for e in elements])
+        # dJ_a, V_a J_a being a sum of the elements' shares: that of all pressures of one alike.
+        alike = [
+            np.broadcast_to(e.volume_gradient, (len(p), *e.volume_gradient.shape))
+            for e, p in zip(elements, self.pressures, strict=True)
+        ]
         G = np.stack(
-            [
-                pair_sums(self.pair_of_volume, np.broadcast_to(gradient[:, i], alike))
-                for i in range(d)
-            ]
+            [np.bincount(self.pair_of_volume, flat([a[:, :, i] for a in alike])) for i in range(d)]
         )
-        K = np.repeat(pair_sums(self.pair_of_shape, shape)[None], d, axis=0)
+        K = np.repeat(np.bincount(self.pair_of_shape, shape)[None], d, axis=0)
         G_values = G.T.ravel() * self.compression_scale
         return ScaledStiffness(
             with_values(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
             with_values(self.dilation, G_values),
-            self.nodal_volumes * self.bulk_modulus,
-            with_values(self.hoops, hoop.ravel() * self.hoop_scale),
+            self.pressure_volumes * self.bulk_modulus,
+            with_values(self.hoops, hoop * self.hoop_scale),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
         )
@@ -162,7 +160,7 @@ class ModelStiffness:
     def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
         """The matrix with (2 / dt) C of bulk viscosity and dashpots at the step dt [s]."""
         modulus = self.bulk_modulus + 2.0 * self.bulk_viscosity / dt
-        volume_stiffness = self.nodal_volumes * modulus
+        volume_stiffness = self.pressure_volumes * modulus
         return replace(undamped, bulk_stiffness=volume_stiffness, contact=self._contact(x, dt))
 
     def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
@@ -176,19 +174,21 @@ class ModelStiffness:
 
 
 def pairs(
-    first: np.ndarray, second: np.ndarray, count: int
+    first: list[np.ndarray], second: list[np.ndarray], count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Pairs of a number of `first` (a, m) and one of `second` (b, m), below `count`, that share an
-    element: their first numbers, their second ones, and which pair two are (a b m,).
+    element, of each region: their first numbers, their second ones, and which pair each two are,
+    the (a b m,) of all regions one after another.
     """
-    wide = first.astype(np.int64)  # for the square of the number of nodes
-    found, inverse = np.unique(wide[:, None] * count + second, return_inverse=True)
-    return *np.divmod(found, count), inverse.ravel().astype(np.int32)
+    # Wide, for the square of the number of nodes.
+    both = [f.astype(np.int64)[:, None] * count + s for f, s in zip(first, second, strict=True)]
+    found, inverse = np.unique(flat(both), return_inverse=True)
+    return *np.divmod(found, count), inverse.astype(np.int32)
 
 
-def pair_sums(pair: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Sum over the elements of the values (a, b, m) of each of their pairs (a b m,)."""
-    return np.bincount(pair, values.ravel())
+def flat(of_regions: list[np.ndarray]) -> np.ndarray:
+    """All numbers, region by region."""
+    return np.concatenate([values.ravel() for values in of_regions])
 
 
 def components(nodes: np.ndarray, d: int) -> np.ndarray:

@@ -16,8 +16,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from softsim.elements.geometry import Geometry, shape_gradients
+from softsim.elements.geometry import Geometry
 from softsim.elements.measures import principal_values
+from softsim.elements.quadrature import altitude
 from softsim.elements.region import Region
 from softsim.model import LOCAL_DAMPING, Model
 from softsim.stability.element_stiffness import ElementStiffness
@@ -61,13 +62,13 @@ class StableStep:
 def element_frequencies(region: Region) -> np.ndarray:
     """Upper bound of omega^2 [1/s^2] of each element at rest."""
     material, geometry, x = region.material, region.geometry, region.points
-    gradients = shape_gradients(x, region.cells)
+    gradients = geometry.gradients(x, region.cells)
     d = geometry.dimension
     G = np.zeros((len(gradients), 3, 3))
     G[:, :d, :d] = np.einsum("eai,eaj->eij", gradients, gradients)
     hoop = np.zeros(len(region.cells))
     if geometry.hoop is not None:
-        slopes = geometry.hoop.gradient(x, region.cells)
+        slopes = geometry.hoop.gradient(x, region.cells, x)
         # Where others than its corners strain it, its corners strain as many more elements.
         hoop = slopes.shape[1] / region.cells.shape[1] * (slopes**2).sum(axis=(1, 2))
     trace = np.trace(G, axis1=1, axis2=2) + hoop
@@ -150,7 +151,7 @@ class StableStepEstimator:
             float(stable),
             limit,
             int(region.numbers[element]),
-            altitude(region, element, x),
+            altitude(x[region.nodes][region.cells[element]]),
         )
 
     def _stiffest(
@@ -160,9 +161,7 @@ class StableStepEstimator:
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(self.model.points.shape)
         pressure = self.stiffness.bulk_modulus * matrix.dilations(mode)
         most = (-np.inf, self.model.regions[0], 0)
-        of_regions = zip(
-            self.stiffness.regions, self.stiffness.pressure_of_corners, elements, strict=True
-        )
+        of_regions = zip(self.stiffness.regions, self.stiffness.pressures, elements, strict=True)
         for r, rows, stiffness in of_regions:
             moved = u[r.region.nodes].T[:, r.movers]
             energies = stiffness.energies(moved, pressure[rows])
@@ -176,19 +175,10 @@ def element_name(region: Region, element: int, x: np.ndarray) -> str:
     """An element, where it is with all nodes at x (n, d) [m], and its smallest altitude."""
     centre = x[region.nodes][region.cells[element]].mean(axis=0)
     place = ", ".join(f"{c * 1e3:.2f}" for c in centre)
-    height = f"{altitude(region, element, x) * 1e3:.3g} mm"
+    height = f"{altitude(x[region.nodes][region.cells[element]]) * 1e3:.3g} mm"
     return (
         f"element {region.numbers[element]} of '{region.body}' at ({place}) mm, altitude {height}"
     )
-
-
-def altitude(region: Region, element: int, x: np.ndarray) -> float:
-    """The smallest altitude [m] of an element with all nodes at x (n, d) [m]: there N_a falls from
-    1 to 0 over the shortest way.
-    """
-    corners = x[region.nodes][region.cells[element]]
-    gradients = shape_gradients(corners, np.arange(len(corners))[None])
-    return 1.0 / float(np.linalg.norm(gradients, axis=2).max())
 
 
 def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:

@@ -296,3 +296,43 @@ def test_strips_that_are_no_rings(tmp_path, mesh, message):
     with pytest.raises(SceneError) as caught:
         build_model(load_scene(tmp_path / "scene.yaml"))
     assert message in caught.value.message and "scene.yaml:" in str(caught.value)
+
+
+MIXED = """\
+*NODE
+1, 0, 0
+2, 2, 0
+3, 2, 2
+4, 0, 2
+5, 4, 1
+*ELEMENT, TYPE=CPE4R
+1, 1, 2, 3, 4
+*ELEMENT, TYPE=CPE3
+2, 2, 5, 3
+"""
+
+
+def test_triangles_and_quadrilaterals_stand_in_one_body_and_in_one_scene(build, tmp_path):
+    (tmp_path / "mixed.inp").write_text(MIXED)
+    body = CUBE[CUBE.index("  cube:") : CUBE.index("time:")]
+    mixed = body.replace("cube:", "mixed:").replace(MESH, "{file: mixed.inp}")
+    model = build(CUBE.replace("time:", mixed + "time:"))
+    assert [b.cells.shape[1] for b in model.bodies] == [4, 4]
+    areas = [sum(r.volumes.sum() for r in b.regions) / 10e-3 for b in model.bodies]
+    np.testing.assert_allclose(areas, [50e-6, 6e-6])
+    alone = build(CUBE)
+    assert alone.bodies[0].cells.shape[1] == 3
+    np.testing.assert_allclose(model.mass[: len(alone.points)], alone.mass)
+
+
+def test_surfaces_of_hexahedra_touch_in_triangles(build):
+    text = """\
+bodies:
+  a: {mesh: {generator: box, length: 3 mm, width: 2 mm, height: 1 mm, element_size: 1 mm,
+             cells: quad}, formulation: solid, material: dragon_skin_10}
+contact: {self_contact: [a]}
+time: {end: 1 s}
+"""
+    data = build(text).self_contact
+    assert data.facets.shape == (2 * 2 * (6 + 3 + 2), 3)
+    np.testing.assert_allclose(data.facet_size, np.sqrt(2) * 1e-3)

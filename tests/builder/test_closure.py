@@ -28,10 +28,11 @@ def tube(**changes):
     return text
 
 
-def test_a_tube_with_held_rims_is_closed_by_two_lids(build):
+@pytest.mark.parametrize("cells", ["simplex", "quad"])
+def test_a_tube_with_held_rims_is_closed_by_two_lids(build, cells):
     """Volume: of the polygonal prism that the inner nodes span, exactly."""
-    load = build(tube()).pressures[0]
-    model = build(tube())
+    model = build(tube(rows=f"cells: {cells}, rows"))
+    load = model.pressures[0]
     inner = model.points[np.unique(load.facets)]
     angles = np.unique(np.round(np.arctan2(inner[:, 2], inner[:, 1]), 9))
     around = len(angles)
@@ -43,9 +44,10 @@ def test_a_tube_with_held_rims_is_closed_by_two_lids(build):
     assert len(load.lids) == 2 * (around - 2)
 
 
-def test_two_plane_chambers_enclose_what_is_between_them(build):
+@pytest.mark.parametrize("mesh", ["pfr_section", "pfr_section, cells: quad, skin_rows: 1"])
+def test_two_plane_chambers_enclose_what_is_between_them(build, mesh):
     """The strips of the PFR's section: each chain's end is joined to the start of the other."""
-    text = CUP % ("pfr_section", "plane_strain", "thickness: 7 mm", "knots",
+    text = CUP % (mesh, "plane_strain", "thickness: 7 mm", "knots",
                   "cup.chamber_top, cup.chamber_bottom")  # fmt: skip
     model = build(text)
     load = model.pressures[0]
@@ -55,9 +57,10 @@ def test_two_plane_chambers_enclose_what_is_between_them(build):
     assert load.volume(model.points) == pytest.approx(15e-3 * 30e-3 * 7e-3, rel=1e-12)
 
 
-def test_rings_enclose_what_is_between_them_and_the_axis(build):
+@pytest.mark.parametrize("mesh", ["pfr_section", "pfr_section, cells: quad, skin_rows: 1"])
+def test_rings_enclose_what_is_between_them_and_the_axis(build, mesh):
     """Two strips of 90 deg are half a cylinder; its flat ends need no lids, and may slide."""
-    text = CUP % ("pfr_section", "ring_section", "{thickness: 7 mm, sector: 90 deg, rings: skin}",
+    text = CUP % (mesh, "ring_section", "{thickness: 7 mm, sector: 90 deg, rings: skin}",
                   "knots", "cup.chamber_top, cup.chamber_bottom")  # fmt: skip
     text = text.replace("{thickness", "thickness").replace("}\n    material", "\n    material")
     text = text.replace("7 mm, sector", "7 mm\n    sector").replace("deg, r", "deg\n    r")
@@ -105,8 +108,9 @@ def test_planes_of_symmetry_close_a_chamber(build, tmp_path):
     assert "on a node that may move by itself" in refused(build, shifted).message
 
 
-def test_a_half_section_needs_no_lids(build):
-    model = build(CUP % ("pfr_meridian", "axisymmetric", "", "ends", "cup.chamber"))
+@pytest.mark.parametrize("mesh", ["pfr_meridian", "pfr_meridian, cells: quad, skin_rows: 1"])
+def test_a_half_section_needs_no_lids(build, mesh):
+    model = build(CUP % (mesh, "axisymmetric", "", "ends", "cup.chamber"))
     load = model.pressures[0]
     assert len(load.lids) == 0
     assert load.volume(model.points) == pytest.approx(np.pi * 7.5e-3**2 * 30e-3, rel=1e-12)

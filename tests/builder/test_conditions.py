@@ -177,8 +177,12 @@ def test_the_type_of_an_abaqus_element_must_fit_the_formulation(build, tmp_path)
     with pytest.raises(SceneError, match="elements CAX3, which are axisymmetric"):
         build(mesh.replace("axisymmetric", "plane_strain, thickness: 1 mm"))
     (tmp_path / "t.inp").write_text((tmp_path / "t.inp").read_text().replace("CAX3", "CPS3"))
-    with pytest.raises(SceneError, match="plane-stress elements"):
+    with pytest.raises(SceneError, match="plane-stress elements") as caught:
         build(mesh)
+    assert "is CAX3" in caught.value.hint
+    with pytest.raises(SceneError, match=r"plane-stress elements \(CPS3\)") as caught:
+        build(mesh.replace("axisymmetric", "plane_strain, thickness: 1 mm"))
+    assert "is CPE3" in caught.value.hint
 
 
 def test_what_reading_changed_is_remarked(build, tmp_path):

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from softsim.builder.self_contact import LARGEST_SHARE, LEAST_SHARE
+from softsim.builder.self_contact import LARGEST_SHARE, LEAST_SHARE, depth_inside
 from softsim.errors import SceneError
+from softsim.robots.block import block
+from softsim.robots.box import box
 from softsim.stability.contact_stiffness import self_stiffness
 
 TWO = """\
@@ -29,6 +31,17 @@ def test_bodies_and_facet_sets_are_named(build):
     assert data.contact.friction_coefficient == 0.7
     given = build(TWO, "contact.self_friction_coefficient=0.2").self_contact
     assert given.contact.friction_coefficient == 0.2
+
+
+@pytest.mark.parametrize("mesh", [block(4.0, 3.0, 1.0, "quad"), box(4.0, 2.0, 3.0, 1.0, "quad")])
+def test_a_place_in_quadrilaterals_or_hexahedra_is_inside(mesh):
+    low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
+    rng = np.random.default_rng(3)
+    places = rng.uniform(low - 0.5, high + 0.5, (200, mesh.dimension))
+    depth = depth_inside(places, mesh.points, mesh.cells)
+    to_sides = np.minimum(places - low, high - places).min(axis=1)
+    assert ((depth > 0) == (to_sides > 0)).all()
+    assert (depth <= np.maximum(to_sides, 0) + 1e-12).all()
 
 
 def test_nothing_touches_itself_unless_asked(build):

@@ -57,6 +57,83 @@ def test_faces_of_a_tetrahedron_are_counted_as_abaqus_does(read, face, nodes):
     assert [set(facet) for facet in mesh.facet_sets["side"].tolist()] == [nodes]
 
 
+# A unit cube, and a wedge, a pyramid and a tetrahedron on it.
+BRICKS = """*NODE
+1, 0, 0, 0
+2, 1, 0, 0
+3, 1, 1, 0
+4, 0, 1, 0
+5, 0, 0, 1
+6, 1, 0, 1
+7, 1, 1, 1
+8, 0, 1, 1
+9, 2, 0, 0
+10, 2, 0, 1
+11, 0.5, 0.5, 2
+12, 0.5, 2, 1.5
+*ELEMENT, TYPE=C3D8R, ELSET=cube
+101, 1, 2, 3, 4, 5, 6, 7, 8
+*ELEMENT, TYPE=C3D6, ELSET=wedge
+102, 2, 9, 3, 6, 10, 7
+*ELEMENT, TYPE=C3D5
+103, 5, 6, 7, 8, 11
+*ELEMENT, TYPE=C3D4H
+104, 7, 8, 11, 12
+"""
+
+
+def test_elements_of_several_shapes_are_one_body(read):
+    mesh = read(BRICKS + "*SURFACE, NAME=all\n,\n*SURFACE, NAME=floor\n101, S1\nwedge, S1\n",
+                length_unit=1.0).mesh  # fmt: skip
+    volumes = signed_volumes(mesh.points, mesh.cells)
+    np.testing.assert_allclose(volumes[:3], [1.0, 1 / 2, 1 / 3])
+    assert mesh.cell_sets["wedge"].tolist() == [1]
+    assert len(mesh.facet_sets["all"]) == len(mesh.facet_sets["surface"]) == 4 + 4 + 3 + 3
+    assert [set(f) for f in mesh.facet_sets["floor"].tolist()] == [{0, 1, 2, 3}, {1, 8, 2}]
+
+
+@pytest.mark.parametrize(
+    ("element", "faces"),
+    [
+        # ABAQUS Analysis User's Guide, Three-dimensional solid element library: faces.
+        (101, {"S1": "1 2 3 4", "S3": "1 5 6 2", "S5": "3 7 8 4", "S6": "4 8 5 1"}),
+        (102, {"S1": "2 9 3", "S2": "6 7 10", "S3": "2 6 10 9", "S4": "9 10 7 3"}),
+        (103, {"S2": "5 11 6", "S5": "8 11 5"}),
+    ],
+)
+def test_faces_of_solids_are_counted_as_abaqus_does(read, element, faces):
+    for face, nodes in faces.items():
+        mesh = read(BRICKS + f"*SURFACE, NAME=side\n{element}, {face}\n").mesh
+        assert [{n + 1 for n in f} for f in mesh.facet_sets["side"].tolist()] == [
+            {int(n) for n in nodes.split()}
+        ]
+
+
+@pytest.mark.parametrize("kind", ["CPE4", "CPE4R", "CAX4RH", "CPE4I"])
+def test_quadrilaterals_beside_triangles_with_their_faces(read, kind):
+    text = SQUARE.replace("CPE3\n5, 10, 20, 30\n7, 10, 30, 40\n", f"{kind}\n5, 10, 20, 30, 40\n")
+    text = text.replace("*Element", "50, 20., 5.\n60, 0., 20.\n70, 10., 20.\n*Element")
+    text += f"*ELEMENT, TYPE={kind[:3]}3\n7, 20, 50, 30\n*ELEMENT, TYPE={kind}\n"
+    text += "8, 40, 30, 70, 70\n9, 40, 60, 70, 70\n"
+    text += "*SURFACE, NAME=left\n5, S4\n*SURFACE, NAME=right\n7, S2\n*SURFACE, NAME=rest\n,\n"
+    file = read(text)
+    assert file.element_type == kind.removesuffix("H")
+    assert file.turned_cells == 1
+    np.testing.assert_allclose(
+        signed_volumes(file.mesh.points, file.mesh.cells), [1e-4, 5e-5, 5e-5, 5e-5]
+    )
+    assert file.mesh.facet_sets["left"].tolist() == [[3, 0]]
+    assert file.mesh.facet_sets["right"].tolist() == [[4, 2]]
+    assert len(file.mesh.facet_sets["rest"]) == 7
+
+
+def test_an_inverted_hexahedron_is_turned(read):
+    text = BRICKS.replace("101, 1, 2, 3, 4, 5, 6, 7, 8", "101, 5, 6, 7, 8, 1, 2, 3, 4")
+    file = read(text, length_unit=1.0)
+    assert file.turned_cells == 1
+    assert signed_volumes(file.mesh.points, file.mesh.cells)[0] == pytest.approx(1.0)
+
+
 def test_what_abaqus_cae_writes(read, caplog):
     file = read(CAE)
     mesh = file.mesh
@@ -172,9 +249,9 @@ def test_a_written_body_comes_back(tmp_path_factory, dimension, counts, seed):
     cell_label = 3 + 4 * rng.permutation(len(cells))
     written = cells.copy()
     written[turned, :2] = written[turned, 1::-1]
-    boundary = boundary_facets(cells)
+    boundary = boundary_facets(cells, dimension)
     chosen = boundary[rng.permutation(len(boundary))[: rng.integers(1, len(boundary) + 1)]]
-    faces = FACES[dimension + 1]
+    faces = FACES[dimension, dimension + 1]
     place = {
         frozenset(cell[face]): f"{cell_label[number]}, S{side + 1}"
         for number, cell in enumerate(written)

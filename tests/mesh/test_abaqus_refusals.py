@@ -22,27 +22,33 @@ def with_type(kind):
 
 
 REFUSALS = {
-    "quadrilateral": (with_type("CPE4R"), 9, "type CPE4R, linear quadrilaterals, are", "CPE3"),
     "plane second order": (
         with_type("CPE6M"),
         9,
         "type CPE6M, second-order triangles, are",
-        "linear triangles: CPE3 or CPE3H",
+        "linear elements: CPE3, CPE4, CPE4R",
     ),
     "solid second order": (
         with_type("C3D10"),
         9,
         "type C3D10, second-order tetrahedra, are",
-        "linear tetrahedra: C3D4 or C3D4H",
+        "linear elements: C3D4, C3D5, C3D6, C3D8, C3D8R",
     ),
-    "hexahedron": (with_type("C3D8R"), 9, "type C3D8R, linear hexahedra, are", "C3D4"),
-    "axisymmetric": (with_type("CAX4RH"), 9, "type CAX4RH", "CAX3 or CAX3H"),
-    "shell": (with_type("S3"), 9, "type S3 are not", "CPE3, CPS3, CAX3, C3D4"),
+    "axisymmetric second order": (with_type("CAX8RH"), 9, "type CAX8RH", "CAX3, CAX4, CAX4R"),
+    "nodes of a quadrilateral": (with_type("CPE4R"), 10, "5 has 3 nodes; CPE4R has 4", ""),
+    "face of a triangle beside quadrilaterals": (
+        SQUARE.replace("7, 10, 30, 40", "*ELEMENT, TYPE=CPE4R\n7, 10, 30, 40, 40")
+        + "*SURFACE, NAME=a\n7, S4\n5, S4\n",
+        15,
+        "'S4' is no face of an element CPE3",
+        "S1, S2, S3",
+    ),
+    "shell": (with_type("S3"), 9, "type S3 are not", "CPE3, CPE4, CPE4R"),
     "formulations": (
         SQUARE + "*ELEMENT, TYPE=CAX3\n8, 10, 20, 30\n",
         12,
         r"mixed formulations: elements of type CAX3 beside CPE3 \(line 9\)",
-        "all elements of the body the type CPE3",
+        "all elements of the body types CPE, or all CAX",
     ),
     "dimensions": (
         SQUARE + "*ELEMENT, TYPE=C3D4\n8, 10, 20, 30, 40\n",
@@ -194,7 +200,7 @@ WHOLE_FILE_REFUSALS = {
         SQUARE + '*NSET, NSET="a b"\n10\n*NSET, NSET=a_b\n20\n',
         "the sets 'a b' and 'a_b' would both be called 'a_b'",
     ),
-    "bent": (SQUARE.replace("40, 0., 10.", "40, 0., 10., 1."), "triangles at z from 0 to 1"),
+    "bent": (SQUARE.replace("40, 0., 10.", "40, 0., 10., 1."), "plane cells at z from 0 to 1"),
 }
 
 

@@ -1,3 +1,5 @@
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,16 +9,57 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import (
     Mesh,
     boundary_facets,
+    facet_owners,
     find_rows,
+    of_corners,
+    of_one_kind,
     open_rim,
     renumbered,
     signed_volumes,
+    simplex_facets,
+    simplexes,
     transformed,
+    turned,
+    with_corners,
 )
 from softsim.mesh.quality import check, quality
 from softsim.robots.block import block
+from softsim.robots.box import box
 
 TETRAHEDRON = Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), [[0, 1, 2, 3]])
+
+
+CUBE = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]]
+)
+PRISM = CUBE[[0, 1, 3, 4, 5, 7]]
+PYRAMID = np.vstack([CUBE[:4], [[0.5, 0.5, 1.0]]])
+
+# Points, cells and size of bodies of one cell.
+SINGLE = {
+    "triangle": (CUBE[[0, 1, 3], :2], [[0, 1, 2]], 1 / 2),
+    "quadrilateral": (CUBE[:4, :2], [[0, 1, 2, 3]], 1.0),
+    "tetrahedron": (TETRAHEDRON.points, [[0, 1, 2, 3]], 1 / 6),
+    "pyramid": (PYRAMID, [[0, 1, 2, 3, 4]], 1 / 3),
+    "wedge": (PRISM, [[0, 1, 2, 3, 4, 5]], 1 / 2),
+    "hexahedron": (CUBE, [[0, 1, 2, 3, 4, 5, 6, 7]], 1.0),
+}
+FACET_COUNTS = {
+    "triangle": 3,
+    "quadrilateral": 4,
+    "tetrahedron": 4,
+    "pyramid": 5,
+    "wedge": 5,
+    "hexahedron": 6,
+}
+LARGEST = {2: 4, 3: 8}
+
+
+def one_cell(kind: str) -> Mesh:
+    """A body of one cell, written with the most corners that a cell can have."""
+    points, cells, _ = SINGLE[kind]
+    d = points.shape[1]
+    return Mesh(points, with_corners(np.array(cells), d, LARGEST[d]))
 
 
 def outward_area_vectors(mesh: Mesh) -> np.ndarray:
@@ -24,7 +67,7 @@ def outward_area_vectors(mesh: Mesh) -> np.ndarray:
     if mesh.dimension == 2:
         d = corners[:, 1] - corners[:, 0]
         return np.column_stack([d[:, 1], -d[:, 0]])
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
+    return np.cross(corners[:, -2] - corners[:, 0], corners[:, -1] - corners[:, 1]) / 2
 
 
 @pytest.mark.parametrize("mesh", [block(3.0, 2.0, 0.5), TETRAHEDRON], ids=["2D", "3D"])
@@ -35,8 +78,116 @@ def test_surface_normals_point_outward_by_the_divergence_theorem(mesh):
     np.testing.assert_allclose(outward_area_vectors(mesh).sum(axis=0), 0, atol=1e-14)
 
 
+@pytest.mark.parametrize(("kind", "facets"), FACET_COUNTS.items())
+def test_facets_of_a_cell_close_around_it(kind, facets):
+    mesh = one_cell(kind)
+    surface, areas = mesh.facet_sets["surface"], outward_area_vectors(mesh)
+    assert len(surface) == facets
+    np.testing.assert_allclose(areas.sum(axis=0), 0, atol=1e-14)
+    outward = mesh.points[surface].mean(axis=1) - mesh.points.mean(axis=0)
+    assert (np.sum(outward * areas, axis=1) > 0).all()
+    assert facet_owners(np.roll(surface, 1, axis=1), mesh.cells).tolist() == [0] * facets
+
+
+@pytest.mark.parametrize("kind", SINGLE)
+def test_volume_of_a_cell(kind):
+    mesh, volume = one_cell(kind), SINGLE[kind][2]
+    assert signed_volumes(mesh.points, mesh.cells) == pytest.approx([volume])
+    assert signed_volumes(mesh.points, turned(mesh.cells, mesh.dimension)) == pytest.approx(
+        [-volume]
+    )
+    check(mesh)
+    assert quality(mesh).volume == pytest.approx(volume)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_volume_of_a_hexahedron_is_that_of_the_trilinear_map(seed):
+    points = CUBE + np.random.default_rng(seed).uniform(-0.5, 0.5, CUBE.shape)
+    gauss = (1 + np.array([-1, 1]) / np.sqrt(3)) / 2
+    volume = 0.0
+    for place in product(gauss, repeat=3):
+        # The shape function of a corner is the product of these over the coordinates.
+        factors = np.where(CUBE == 1.0, place, 1 - np.array(place))
+        slopes = 2 * CUBE - 1
+        gradients = np.stack(
+            [slopes[:, i] * np.delete(factors, i, axis=1).prod(axis=1) for i in range(3)], axis=1
+        )
+        volume += np.linalg.det(points.T @ gradients) / 8
+    assert signed_volumes(points, np.arange(8)[None]) == pytest.approx([volume], abs=1e-12)
+
+
+def test_cells_of_other_kinds_meet_in_common_facets():
+    points = np.vstack([CUBE, [[2, 0, 0], [2, 0, 1], [0.5, 0.5, 2]]])
+    hexahedron, wedge, pyramid = np.arange(8), [8, 2, 1, 9, 6, 5], [4, 5, 6, 7, 10]
+    cells = of_one_kind([hexahedron[None], np.array([wedge]), np.array([pyramid])], 3)
+    mesh = Mesh(points, cells)
+    check(mesh)
+    surface = {frozenset(f) for f in mesh.facet_sets["surface"].tolist()}
+    assert len(surface) == 4 + 4 + 4
+    assert not surface & {frozenset([1, 2, 6, 5]), frozenset([4, 5, 6, 7])}
+    assert open_rim(mesh.facet_sets["surface"]).shape == (0, 2)
+    assert quality(mesh).volume == pytest.approx(1 + 1 / 2 + 1 / 3)
+    assert facet_owners(np.array([[10, 5, 4, 4], [6, 9, 8, 2]]), cells).tolist() == [2, 1]
+    after = renumbered(mesh)
+    check(after)
+    assert quality(after).volume == pytest.approx(quality(mesh).volume)
+
+
+def test_cells_of_all_kinds_are_cut_into_simplexes_that_conform():
+    points = np.vstack([CUBE, [[2, 0, 0], [2, 0, 1], [0.5, 0.5, 2]]])
+    hexahedron, wedge, pyramid = np.arange(8), [8, 2, 1, 9, 6, 5], [4, 5, 6, 7, 10]
+    cells = of_one_kind([hexahedron[None], np.array([wedge]), np.array([pyramid])], 3)
+    for order in np.random.default_rng(1).permuted(np.tile(np.arange(11), (20, 1)), axis=1):
+        moved = np.empty_like(points)
+        moved[order] = points
+        cut = simplexes(order[cells], 3)
+        check(Mesh(moved, cut))
+        volumes = signed_volumes(moved, cut)
+        assert volumes.sum() == pytest.approx(1 + 1 / 2 + 1 / 3)
+        sides, numbers = simplex_facets(boundary_facets(order[cells], 3))
+        assert {frozenset(f) for f in sides.tolist()} == {
+            frozenset(f) for f in boundary_facets(cut, 3).tolist()
+        }
+        assert np.bincount(numbers).max() == 2
+
+
+def test_quadrilaterals_are_cut_into_triangles():
+    cut = simplexes(np.array([[3, 0, 1, 2], [2, 1, 4, 4]]), 2)
+    assert cut.tolist() == [[0, 1, 2], [0, 2, 3], [1, 4, 2]]
+    edges = np.array([[0, 1], [1, 2]])
+    assert simplex_facets(edges)[0].tolist() == edges.tolist()
+
+
+@pytest.mark.parametrize(
+    "mesh", [block(3.0, 2.0, 1.0), box(2.0, 1.0, 1.0, 1.0)], ids=["triangles", "tetrahedra"]
+)
+def test_a_mesh_written_with_more_corners_is_the_same_body(mesh):
+    corners = LARGEST[mesh.dimension]
+    after = of_corners(mesh, corners)
+    check(after)
+    assert after.cells.shape == (len(mesh.cells), corners)
+    q = quality(mesh), quality(after)
+    assert q[0].volume == pytest.approx(q[1].volume)
+    assert q[0].cell_kinds == q[1].cell_kinds
+    for name, facets in mesh.facet_sets.items():
+        assert {frozenset(f) for f in facets.tolist()} == {
+            frozenset(f) for f in after.facet_sets[name].tolist()
+        }
+        assert len(facets) == len(after.facet_sets[name])
+    assert of_corners(mesh, mesh.cells.shape[1]).cells.tolist() == mesh.cells.tolist()
+
+
+def test_triangles_beside_quadrilaterals():
+    points = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [2, 0.5]])
+    cells = of_one_kind([np.array([[0, 1, 2, 3]]), np.array([[1, 4, 2]])], 2)
+    mesh = Mesh(points, cells)
+    check(mesh)
+    assert mesh.facet_sets["surface"].tolist() == [[0, 1], [2, 3], [3, 0], [1, 4], [4, 2]]
+    assert signed_volumes(points, cells).tolist() == [1.0, 0.5]
+
+
 def test_boundary_of_two_triangles_leaves_out_their_common_edge():
-    facets = boundary_facets(np.array([[0, 1, 2], [0, 2, 3]]))
+    facets = boundary_facets(np.array([[0, 1, 2], [0, 2, 3]]), 2)
     assert facets.tolist() == [[0, 1], [1, 2], [2, 3], [3, 0]]
 
 
@@ -56,8 +207,8 @@ def test_surface_names_the_whole_boundary():
     ("points", "cells", "said"),
     [
         (np.zeros((4, 1)), [[0, 1, 2]], r"points have the shape \(4, 1\)"),
-        (np.zeros((4, 3)), [[0, 1, 2]], r"cells: the shape is \(1, 3\); \(k, 4\)"),
-        (np.zeros((4, 2)), [[0, 1, 2, 3]], r"cells: the shape is \(1, 4\); \(k, 3\)"),
+        (np.zeros((4, 3)), [[0, 1, 2]], r"cells: the shape is \(1, 3\); \(k, 4\) or \(k, 8\)"),
+        (np.zeros((4, 2)), [[0, 1]], r"cells: the shape is \(1, 2\); \(k, 3\) or \(k, 4\)"),
     ],
 )
 def test_arrays_of_another_shape_are_refused(points, cells, said):
@@ -156,6 +307,6 @@ def test_find_rows_says_where_a_row_is(seed, width, count):
 
 def test_boundary_of_many_tetrahedra_does_not_depend_on_the_order_of_corners():
     cells = np.array([[0, 1, 2, 3], [1, 2, 3, 4]])
-    facets = {frozenset(facet) for facet in boundary_facets(cells).tolist()}
+    facets = {frozenset(facet) for facet in boundary_facets(cells, 3).tolist()}
     assert len(facets) == 6
     assert frozenset([1, 2, 3]) not in facets

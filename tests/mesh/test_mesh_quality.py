@@ -5,11 +5,13 @@ import numpy as np
 import pytest
 
 from softsim.errors import MeshError
-from softsim.mesh.mesh import Mesh
+from softsim.mesh.mesh import Mesh, with_corners
 from softsim.mesh.quality import Labels, check, piece_count, quality
 
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])
+QUADRILATERAL = np.array([[0, 1, 2, 3]])
+CUBE = np.vstack([np.column_stack([SQUARE, np.full(4, z)]) for z in (0.0, 1.0)])
 SOUND = Mesh(SQUARE, HALVES)
 
 
@@ -56,6 +58,26 @@ FAULTS = {
     "cell twice": (
         Mesh(SQUARE, [*HALVES, [2, 3, 0]]),
         "cell 1 and cell 2, at .*, lie on the same side of a common facet",
+    ),
+    "inside out at a corner": (
+        Mesh(np.vstack([SQUARE[:2], [[0.3, 0.3]], SQUARE[3:]]), QUADRILATERAL),
+        r"cell 0 at \(325, 325\) mm is inside out at its node 2",
+    ),
+    "flat at a corner": (
+        Mesh(np.vstack([SQUARE[:2], [[0.5, 0.5]], SQUARE[3:]]), QUADRILATERAL),
+        "cell 0 at .* is flat at its node 2",
+    ),
+    "corners crosswise": (Mesh(SQUARE, [[0, 1, 3, 2]]), "cell 0 at .* is flat: area 0"),
+    "hexahedron with a corner pushed through": (
+        Mesh(np.vstack([CUBE[:6], [[0.2, 0.2, 0.2]], CUBE[7:]]), [range(8)]),
+        "cell 0 at .* is inside out at its node 6",
+    ),
+    "quadrilateral on triangles": (
+        Mesh(
+            np.vstack([CUBE, [[0, 0, 2]]]),
+            [range(8), [4, 5, 6, 6, 8, 8, 8, 8], [4, 6, 7, 7, 8, 8, 8, 8]],
+        ),
+        "cell 0 and cell 1, at .*, meet with a quadrilateral and a triangle",
     ),
     "no cells": (Mesh(SQUARE, np.zeros((0, 3))), "the mesh has no cells"),
 }
@@ -108,6 +130,45 @@ def test_equilateral_cells_have_aspect_ratio_one():
     assert dihedral.smallest_angle == pytest.approx(np.arccos(1 / 3))
     assert dihedral.smallest_altitude == pytest.approx(np.sqrt(8) * np.sqrt(2 / 3))
     assert dihedral.volume == pytest.approx(8 / 3)
+
+
+@pytest.mark.parametrize(
+    "mesh", [Mesh(SQUARE, QUADRILATERAL), Mesh(CUBE, [range(8)])], ids=["square", "cube"]
+)
+def test_a_square_and_a_cube_are_the_best(mesh):
+    q = quality(mesh)
+    assert q.worst_aspect_ratio == pytest.approx(1.0)
+    assert q.smallest_altitude == pytest.approx(1.0)
+    assert (q.smallest_angle, q.largest_angle) == pytest.approx((np.pi / 2, np.pi / 2))
+
+
+def test_cells_are_counted_by_their_kind():
+    points = np.vstack([SQUARE, [[2, 0.5]]])
+    assert quality(Mesh(points, [[0, 1, 2, 3], [1, 4, 2, 2]])).cell_kinds == {
+        "triangles": 1,
+        "quadrilaterals": 1,
+    }
+    assert quality(SOUND).cell_kinds == {"triangles": 2}
+    assert quality(Mesh(CUBE, [range(8)])).cell_kinds == {"hexahedra": 1}
+
+
+def test_quality_of_a_sheared_brick():
+    sheared = CUBE * [3.0, 2.0, 1.0]
+    sheared[:, 0] += sheared[:, 2]
+    q = quality(Mesh(sheared, [range(8)]))
+    assert q.smallest_altitude == pytest.approx(1.0)
+    assert q.worst_aspect_ratio == pytest.approx(3.0)
+    assert (q.smallest_angle, q.largest_angle) == pytest.approx((np.pi / 4, 3 * np.pi / 4))
+
+
+def test_a_collapsed_cell_is_measured_as_what_it_has_become():
+    wedge = Mesh(
+        np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0], [0, 0, 5], [3, 0, 5], [0, 4, 5.0]]),
+        with_corners(np.arange(6)[None], 3, 8),
+    )
+    triangle = Mesh(wedge.points[:3, :2], [[0, 1, 2]])
+    for name in ("smallest_altitude", "smallest_angle"):
+        assert getattr(quality(wedge), name) == pytest.approx(getattr(quality(triangle), name))
 
 
 def test_faults_are_named_as_the_file_names_nodes_and_cells():

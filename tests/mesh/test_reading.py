@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 
 from softsim.errors import MeshError
+from softsim.mesh.mesh import open_rim, signed_volumes
+from softsim.mesh.quality import check
 from softsim.mesh.reading import read_mesh
 
 # A unit square in two triangles, the second one clockwise; node 4 belongs to no cell.
@@ -102,10 +104,70 @@ def test_tetrahedra_are_read_in_three_dimensions(tmp_path):
 def test_second_order_and_other_cells_are_refused_by_name(tmp_path):
     path = tmp_path / "body.vtu"
     six = np.array([[0, 1, 2, 3, 4, 5]])
-    quad = np.array([[0, 1, 2, 3]])
+    ten = np.array([[0, 1, 2, 3, 4, 5, 0, 1, 2, 3]])
     points = np.random.default_rng(0).random((6, 3))
-    meshio.write(path, meshio.Mesh(points, [("triangle6", six), ("quad", quad)]))
-    with pytest.raises(MeshError, match=r"body\.vtu: cells of type quad, triangle6"):
+    meshio.write(path, meshio.Mesh(points, [("triangle6", six), ("tetra10", ten)]))
+    with pytest.raises(MeshError, match=r"body\.vtu: cells of type tetra10, triangle6"):
+        read_mesh(path)
+
+
+def test_quadrilaterals_and_triangles_are_one_body(tmp_path, caplog):
+    """The second quadrilateral is clockwise; groups go over cells and lines of both."""
+    text = GMSH.replace(
+        "3 10 10 2\n4 0 10 2", "3 10 10 2\n4 0 10 2\n5 20 5 2\n6 0 -10 2\n7 10 -10 2"
+    )
+    text = text.replace("$Nodes\n4", "$Nodes\n7")
+    a, b = text.index("$Elements"), text.index("$EndElements")
+    elements = ["1 1 2 1 1 1 4", "2 1 2 1 1 3 5", "3 3 2 2 1 1 2 3 4", "4 2 2 2 1 2 5 3",
+                "5 3 2 4 1 1 2 7 6"]  # fmt: skip
+    text = text[:a] + "\n".join(["$Elements", "5", *elements, ""]) + text[b:]
+    text = text.replace('3\n1 1 "inlet"\n1 3 "crack"', '2\n1 1 "inlet"')
+    mesh = read_mesh(written(tmp_path / "body.msh", text)).mesh
+    check(mesh)
+    assert mesh.cells.shape == (3, 4)
+    np.testing.assert_allclose(signed_volumes(mesh.points, mesh.cells).sum(), 250e-6)
+    assert len(mesh.cell_sets["skin"]) == 2
+    inlet = {frozenset(f) for f in mesh.facet_sets["inlet"].tolist()}
+    assert inlet == {frozenset([0, 3]), frozenset([2, 4])}
+    assert "turned 1 inverted cells of 3" in caplog.text
+
+
+def test_hexahedra_wedges_pyramids_and_tetrahedra_are_one_body(tmp_path):
+    points = np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1],
+         [2, 0, 0], [2, 0, 1], [0.5, 0.5, 2], [0.5, 2, 1.5]]
+    )  # fmt: skip
+    blocks = [
+        ("tetra", np.array([[7, 6, 10, 11]])),
+        ("quad", np.array([[0, 1, 2, 3]])),
+        ("hexahedron", np.array([[0, 1, 2, 3, 4, 5, 6, 7]])),
+        ("wedge", np.array([[1, 8, 2, 5, 9, 6]])),
+        ("triangle", np.array([[1, 2, 8]])),
+        ("pyramid", np.array([[4, 5, 6, 7, 10]])),
+    ]
+    below = [np.array([int(kind in ("quad", "triangle"))]) for kind, _ in blocks]
+    inside = [np.array([int(kind in ("pyramid", "hexahedron"))]) for kind, _ in blocks]
+    path = tmp_path / "body.vtu"
+    data = {"below": below, "inside": inside}
+    meshio.write(path, meshio.Mesh(points, blocks, cell_data=data))
+    mesh = read_mesh(path, length_unit=1.0).mesh
+    volumes = signed_volumes(mesh.points, mesh.cells)
+    np.testing.assert_allclose(volumes[mesh.cell_sets["inside"]], [1.0, 1 / 3])
+    np.testing.assert_allclose(sorted(volumes)[1:], [1 / 3, 1 / 2, 1.0])
+    below = {frozenset(f) for f in mesh.facet_sets["below"].tolist()}
+    assert below == {frozenset([0, 1, 2, 3]), frozenset([1, 2, 8])}
+    assert open_rim(mesh.facet_sets["surface"]).shape == (0, 2)
+
+
+def test_hexahedra_on_tetrahedra_without_pyramids_between_are_refused(tmp_path):
+    points = np.array(
+        [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1],
+         [0, 0, 2]]
+    )  # fmt: skip
+    blocks = [("hexahedron", np.arange(8)[None]), ("tetra", np.array([[4, 5, 6, 8], [4, 6, 7, 8]]))]
+    path = tmp_path / "body.vtu"
+    meshio.write(path, meshio.Mesh(points, blocks))
+    with pytest.raises(MeshError, match=r"cell 0 and cell 1, .* meet with a quadrilateral"):
         read_mesh(path)
 
 
@@ -113,7 +175,7 @@ def test_a_bent_surface_is_no_plane_body(tmp_path):
     points = POINTS[:4] + np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 1]])
     path = tmp_path / "body.vtu"
     meshio.write(path, meshio.Mesh(points, [("triangle", TRIANGLES)]))
-    with pytest.raises(MeshError, match="triangles at z from 2 to 3"):
+    with pytest.raises(MeshError, match="plane cells at z from 2 to 3"):
         read_mesh(path)
 
 

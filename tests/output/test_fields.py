@@ -83,7 +83,13 @@ def test_frames_come_back_as_they_went(path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("dimension", "cells", "vtk_type"),
-    [(2, TRIANGLES, 5), (2, QUADS, 9), (3, TRIANGLES, 5), (3, QUADS, 10)],
+    [
+        (2, TRIANGLES, 5),
+        (2, QUADS, 9),
+        (3, TRIANGLES, 5),
+        (3, QUADS, 10),
+        (3, np.array([[0, 1, 2, 2, 3, 4, 5, 5]]), 12),
+    ],
 )
 def test_the_file_is_laid_out_as_vtkhdf_says(path, dimension, cells, vtk_type) -> None:
     points = np.pad(POINTS, ((0, 0), (0, dimension - 2)))
@@ -241,7 +247,13 @@ def test_a_first_frame_that_does_not_fit_the_mesh_is_refused(path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("points", "cells"), [(POINTS[:, :1], QUADS), (POINTS, QUADS[:, :2]), (POINTS, QUADS[0])]
+    ("points", "cells"),
+    [
+        (POINTS[:, :1], QUADS),
+        (POINTS, QUADS[:, :2]),
+        (POINTS, QUADS[0]),
+        (POINTS, QUADS[:, [0] * 8]),
+    ],
 )
 def test_what_is_no_mesh_is_refused(path: Path, points, cells) -> None:
     with pytest.raises(OutputError, match="are no mesh"):

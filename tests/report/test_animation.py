@@ -13,7 +13,15 @@ from hypothesis.extra.numpy import arrays
 from softsim.errors import OutputError
 from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import RESULTS
-from softsim.report.page.animation import MOST_FRAMES, ROOM, animation, chosen_frames, packed
+from softsim.report.page.animation import (
+    MOST_FRAMES,
+    ROOM,
+    animation,
+    chosen_frames,
+    packed,
+    skin_of,
+)
+from softsim.robots.box import box
 
 
 def unpacked(numbers: dict, kind: type) -> np.ndarray:
@@ -43,6 +51,18 @@ def test_frames_fit_in_the_room_and_keep_both_ends(count, coordinates, faces) ->
     assert chosen[0] == 0 and chosen[-1] == count - 1
     assert np.all(np.diff(chosen) > 0) and len(chosen) <= min(count, MOST_FRAMES)
     assert len(chosen) <= 2 or len(chosen) * (2 * coordinates + faces) <= ROOM
+
+
+def test_the_surface_of_hexahedra_is_shown_in_triangles(tmp_path: Path) -> None:
+    """Each has the value of the cell behind it."""
+    mesh = box(3e-3, 2e-3, 1e-3, 1e-3, "quad")
+    writer = FieldWriter(tmp_path / RESULTS, mesh.points, mesh.cells)
+    still = np.zeros_like(mesh.points)
+    writer.append(0.0, {"displacement": still}, {"stretch": np.arange(len(mesh.cells))})
+    skin = skin_of(read_frames(tmp_path / RESULTS))
+    assert skin.faces.shape == (2 * 2 * (3 * 2 + 3 * 1 + 2 * 1), 3)
+    for face, owner in zip(skin.faces, skin.owners, strict=True):
+        assert np.isin(face, mesh.cells[owner]).all()
 
 
 @pytest.mark.parametrize("run", ["strip_run", "ring_run", "box_run"])

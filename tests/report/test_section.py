@@ -14,7 +14,6 @@ from softsim.report.section import (
     HalfSection,
     Section,
     behind,
-    boundary_edges,
     chains,
     ends,
     outline_corners,
@@ -24,16 +23,9 @@ from softsim.report.section import (
     walls_at,
 )
 
-TWO_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]])
-
 
 def frames_of(run: Path) -> Frames:
     return read_frames(run / RESULTS)
-
-
-def test_the_diagonal_of_two_triangles_is_no_boundary() -> None:
-    edges = {frozenset(edge) for edge in boundary_edges(TWO_TRIANGLES).tolist()}
-    assert edges == {frozenset(e) for e in [(0, 1), (1, 2), (2, 3), (3, 0)]}
 
 
 def test_an_outline_turns_about_the_body_and_keeps_its_own_centre() -> None:

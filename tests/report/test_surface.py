@@ -48,7 +48,7 @@ def test_x_points_to_the_right_and_towards_the_reader() -> None:
 def test_back_faces_are_culled() -> None:
     """Of a cube the camera sees right, top and front, half of all facets, and each whole."""
     mesh = box(3.0, 3.0, 3.0, 1.0)
-    facets = boundary_facets(mesh.cells)
+    facets = boundary_facets(mesh.cells, 3)
     corners = mesh.points[facets]
     shot = visible_side(corners, np.arange(len(facets)), CAMERA)
     assert len(shot.corners) == len(facets) / 2
@@ -90,17 +90,28 @@ def test_a_facet_has_the_value_of_the_cell_behind_it(tmp_path: Path) -> None:
     still = np.zeros_like(mesh.points)
     writer.append(0.0, {"displacement": still}, {"stretch": np.arange(len(mesh.cells))})
     surface = Surface(read_frames(tmp_path / RESULTS), [0], "stretch")
-    facets = boundary_facets(mesh.cells)
+    facets = boundary_facets(mesh.cells, 3)
     owner = [np.flatnonzero(np.isin(mesh.cells, f).sum(axis=1) == 3)[0] for f in facets]
     expected = visible_side(mesh.points[facets] * 1e3, np.array(owner), surface.camera)
     np.testing.assert_array_equal(surface.shots[0].values, expected.values)
     np.testing.assert_array_equal(surface.shots[0].corners, expected.corners)
 
 
+def test_of_a_brick_of_hexahedra_the_camera_sees_three_sides(tmp_path: Path) -> None:
+    mesh = box(3e-3, 2e-3, 1e-3, 1e-3, "quad")
+    writer = FieldWriter(tmp_path / RESULTS, mesh.points, mesh.cells)
+    still = np.zeros_like(mesh.points)
+    writer.append(0.0, {"displacement": still}, {"stretch": np.arange(len(mesh.cells))})
+    shot = Surface(read_frames(tmp_path / RESULTS), [0], "stretch").shots[0]
+    assert shot.corners.shape == (3 * 2 + 3 * 1 + 2 * 1, 4, 2)
+    # What faces the camera alike is lit alike.
+    assert len(np.unique(shot.light.round(9))) == 3
+
+
 def test_data_of_nodes_is_the_mean_of_a_facets_three(box_run: Path) -> None:
     """The box leans by 0.2 x in y: a facet's displacement is that of its middle."""
     frames = read_frames(box_run / RESULTS)
-    middles = frames.points[boundary_facets(frames.cells)].mean(axis=1)
+    middles = frames.points[boundary_facets(frames.cells, 3)].mean(axis=1)
     surface = Surface(frames, [-1], "displacement")
     np.testing.assert_allclose(surface.values, 0.2 * middles[:, 0] * 1e3, rtol=1e-12)
 

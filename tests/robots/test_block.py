@@ -60,3 +60,13 @@ def test_dimensions_must_be_positive(name, value):
     sizes = {"length": 1.0, "height": 1.0, "element_size": 0.5, name: value}
     with pytest.raises(MeshError, match=f"block: {name} is"):
         block(**sizes)
+
+
+def test_a_block_of_quadrilaterals_has_the_nodes_of_one_of_triangles():
+    triangles, quadrilaterals = (block(0.4, 0.3, 0.1, kind) for kind in ("simplex", "quad"))
+    check(quadrilaterals)
+    assert quadrilaterals.cells.shape == (12, 4)
+    assert quality(quadrilaterals).worst_aspect_ratio == pytest.approx(1.0)
+    assert {*map(tuple, triangles.points)} == {*map(tuple, quadrilaterals.points)}
+    for name, facets in triangles.facet_sets.items():
+        assert len(quadrilaterals.facet_sets[name]) == len(facets)

@@ -17,8 +17,8 @@ SIDES = {
 }
 
 
-def small():
-    return box(length=3e-3, width=1e-3, height=2e-3, element_size=0.5e-3)
+def small(cells="simplex"):
+    return box(length=3e-3, width=1e-3, height=2e-3, element_size=0.5e-3, cells=cells)
 
 
 @settings(deadline=None, max_examples=25)
@@ -39,15 +39,17 @@ def test_box_fills_its_space_with_cells_of_the_wanted_size(length, width, height
     assert np.abs(np.diff(edges, axis=2)).max() <= size * (1 + 1e-6)
 
 
+@pytest.mark.parametrize("kind", ["simplex", "quad"])
 @pytest.mark.parametrize("name", SIDES)
-def test_sides_are_planes_that_face_outward(name):
-    mesh = small()
+def test_sides_are_planes_that_face_outward(name, kind):
+    mesh = small(kind)
     axis, place = SIDES[name]
     nodes = np.flatnonzero(np.isclose(mesh.points[:, axis], place, atol=1e-12))
     np.testing.assert_array_equal(np.sort(mesh.node_sets[name]), nodes)
     np.testing.assert_array_equal(np.unique(mesh.facet_sets[name]), nodes)
-    a, b, c = mesh.points[mesh.facet_sets[name]].transpose(1, 0, 2)
-    total = np.cross(b - a, c - a).sum(axis=0) / 2
+    corners = mesh.points[mesh.facet_sets[name]]
+    areas = np.cross(corners[:, -2] - corners[:, 0], corners[:, -1] - corners[:, 1]) / 2
+    total = areas.sum(axis=0)
     expected = np.zeros(3)
     expected[axis] = 6e-9 / [3e-3, 2e-3, 1e-3][axis] * (1 if place else -1)
     np.testing.assert_allclose(total, expected, atol=1e-18)
@@ -79,3 +81,12 @@ def test_dimensions_must_be_positive(name, value):
 def test_too_many_bricks_are_refused_before_they_are_made():
     with pytest.raises(MeshError, match=r"element_size is 0\.1 mm and cuts the box into 1e\+09"):
         box(0.1, 0.1, 0.1, 1e-4)
+
+
+def test_a_box_of_hexahedra_is_made_of_cubes():
+    mesh = small("quad")
+    assert mesh.cells.shape == (6 * 4 * 2, 8)
+    found = quality(mesh)
+    assert found.worst_aspect_ratio == pytest.approx(1.0)
+    assert found.volume == pytest.approx(6e-9)
+    assert {*map(tuple, mesh.points)} == {*map(tuple, small().points)}

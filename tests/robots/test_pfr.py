@@ -128,6 +128,56 @@ def test_neighbours_have_close_numbers():
     assert np.ptp(DEFAULT.cells, axis=1).max() < 40
 
 
+def is_triangle(mesh) -> np.ndarray:
+    """Which of the quadrilaterals have their last corner twice."""
+    return mesh.cells[:, 2] == mesh.cells[:, 3]
+
+
+def test_quadrilaterals_have_the_sets_of_the_triangles():
+    mesh = pfr_section(cells="quad")
+    assert mesh.cells.shape[1] == 4
+    assert mesh.node_sets.keys() == DEFAULT.node_sets.keys()
+    assert mesh.facet_sets.keys() == DEFAULT.facet_sets.keys()
+    assert mesh.cell_sets.keys() == DEFAULT.cell_sets.keys()
+    assert area(mesh, mesh.cell_sets["skin"]) == pytest.approx(2 * 30e-3 * 1e-3, rel=1e-12)
+    assert area(mesh, mesh.cell_sets["spikes"]) == pytest.approx(10 * spike_area(), rel=0.01)
+    assert places(mesh, mesh.node_sets["tips"]) >= places(DEFAULT, DEFAULT.node_sets["tips"])
+    # Triangles cap the sharp tips; all else is quadrilaterals.
+    triangles = np.flatnonzero(is_triangle(mesh))
+    assert np.isin(triangles, mesh.cell_sets["spikes"]).all()
+    centres = np.abs(mesh.points[mesh.cells[triangles, :3]].mean(axis=1)[:, 1])
+    assert centres.min() > 8.5e-3 + 4e-3
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 2), (3, 3)])
+def test_quadrilaterals_through_the_skin_and_across_a_spike_are_given(rows, columns):
+    mesh = pfr_section(cells="quad", element_size=1e-3, skin_rows=rows, spike_columns=columns)
+    assert len(mesh.node_sets["knot_front_top"]) == rows + 1
+    assert len(mesh.node_sets["tips_top"]) == 5 * (columns + 1)
+    # As many columns from the roots on: a cap of n rows has n triangles.
+    assert is_triangle(mesh).sum() == 10 * columns
+    largest = np.degrees(quality(mesh).largest_angle)
+    assert largest < 130
+
+
+@given(
+    size=st.floats(0.3e-3, 1.5e-3),
+    rows=st.integers(1, 4),
+    columns=st.integers(1, 5),
+    spikes=st.integers(0, 3),
+)
+@settings(deadline=None, max_examples=15)
+def test_quadrilaterals_of_any_size_make_a_sound_mesh(size, rows, columns, spikes):
+    mesh = pfr_section(
+        cells="quad",
+        element_size=size,
+        skin_rows=rows,
+        spike_columns=columns,
+        spikes_per_strip=spikes,
+    )
+    check(mesh)
+
+
 def test_a_bare_skin_has_no_spike_sets():
     mesh = pfr_section(spikes_per_strip=0)
     assert quality(mesh).volume == pytest.approx(60e-6)
@@ -138,6 +188,8 @@ def test_a_bare_skin_has_no_spike_sets():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
+        ({"skin_rows": 1}, "skin_rows is 1; triangles and tetrahedra are as many as"),
+        ({"cells": "quad", "spike_columns": 0}, "spike_columns is 0; it must be 1 or more"),
         ({"inner_diameter": -1e-3}, "inner_diameter is -1 mm; it must be positive"),
         ({"spike_height": 0.0}, "spike_height is 0 mm; it must be positive"),
         ({"element_size": float("nan")}, "element_size is nan mm"),

@@ -125,12 +125,28 @@ def test_a_bare_skin_has_no_ring_sets():
     ring_height=st.floats(0.5e-3, 7e-3),
     ring_thickness=st.floats(0.5e-3, 4e-3),
     element_size=st.floats(0.2e-3, 0.6e-3),
+    cells=st.sampled_from(["simplex", "quad"]),
 )
 def test_any_sensible_section_is_sound(skin, **dimensions):
     mesh = pfr_meridian(outer_diameter=15e-3 + 2 * skin, **dimensions)
     check(mesh)
     rings = dimensions["ring_rows"] * dimensions["ring_height"] * dimensions["ring_thickness"]
     assert quality(mesh).volume == pytest.approx(30e-3 * skin + rings)
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_rows_of_quadrilaterals_through_the_skin_are_given(rows):
+    mesh = pfr_meridian(cells="quad", element_size=1e-3, ring_rows=5, skin_rows=rows)
+    assert mesh.cells.shape[1] == 4
+    assert quality(mesh).largest_angle == pytest.approx(np.pi / 2)
+    assert len(mesh.node_sets["end_low"]) == rows + 1
+    for name in ("equator_inner", "equator_outer"):
+        r, z = coordinates(mesh, name)
+        assert len(r) == 1
+        np.testing.assert_allclose(z, [0], atol=1e-12)
+    for sets in ("node_sets", "facet_sets", "cell_sets"):
+        assert getattr(mesh, sets).keys() == getattr(RINGED, sets).keys()
+    np.testing.assert_allclose(lengths(mesh, "chamber").sum(axis=0), [-30e-3, 0], atol=1e-15)
 
 
 @pytest.mark.parametrize(

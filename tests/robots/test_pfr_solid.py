@@ -19,8 +19,8 @@ def radii(mesh, nodes) -> np.ndarray:
 
 def areas(mesh, name) -> np.ndarray:
     """Outward normals (k, 3) [m^2] of a facet set, as long as the facets are large."""
-    a, b, c = mesh.points[mesh.facet_sets[name]].transpose(1, 0, 2)
-    return np.cross(b - a, c - a) / 2
+    corners = mesh.points[mesh.facet_sets[name]]
+    return np.cross(corners[:, -2] - corners[:, 0], corners[:, -1] - corners[:, 1]) / 2
 
 
 def directions(mesh) -> np.ndarray:
@@ -105,6 +105,49 @@ def test_the_first_spikes_keep_their_width_and_the_section_of_the_plane_model():
     assert volume == pytest.approx(both / 10 * 2e-3, rel=0.02)
     flank = np.unique(upper)[np.isclose(DEFAULT.points[np.unique(upper), 2], 1e-3)]
     assert len(flank) > 20
+
+
+@pytest.mark.parametrize(("rows", "columns", "layers"), [(1, 2, 2), (1, 2, 3), (2, 4, 1)])
+def test_hexahedra_through_the_skin_and_across_a_spike_are_given(rows, columns, layers):
+    mesh = pfr_solid(
+        cells="quad",
+        element_size=1.25e-3,
+        skin_rows=rows,
+        spike_columns=columns,
+        spike_layers=layers,
+    )
+    assert mesh.cells.shape[1] == 8
+    for sets in ("node_sets", "facet_sets", "cell_sets"):
+        assert getattr(mesh, sets).keys() == getattr(DEFAULT, sets).keys()
+    around = len(mesh.node_sets["equator_inner"])
+    assert len(mesh.node_sets["knot_front"]) == around * (rows + 1)
+    assert around % 14 == 0
+    assert len(mesh.node_sets["tips"]) == 70 * (columns + 1) * (layers + 1)
+    spikes = mesh.cells[mesh.cell_sets["spikes"]]
+    wedges = (spikes[:, 2] == spikes[:, 3]) & (spikes[:, 6] == spikes[:, 7])
+    assert wedges.sum() == 70 * columns * layers
+    cap = 70 * layers * columns * (columns + 1) // 2
+    assert (len(spikes) - cap) % (70 * columns * layers) == 0
+    volume = signed_volumes(mesh.points, spikes).sum()
+    fine = pfr_section(element_size=0.1e-3)
+    both = signed_volumes(fine.points, fine.cells[fine.cell_sets["spikes"]]).sum()
+    # A spike's root lies on the polygon of the skin, whose chords run below the circle.
+    assert volume == pytest.approx(7 * both * 2e-3, rel=0.05)
+    names = ("chamber", "outer", "spikes", "surface")
+    counts = {name: len(mesh.facet_sets[name]) for name in names}
+    ends = 2 * around * rows
+    assert counts["chamber"] + counts["outer"] + counts["spikes"] + ends == counts["surface"]
+    np.testing.assert_allclose(areas(mesh, "surface").sum(axis=0), 0, atol=1e-15)
+    factor, _ = polygon(mesh)
+    # The chamber with flat ends encloses the prism of its polygon.
+    centres = mesh.points[mesh.facet_sets["chamber"]].mean(axis=1)
+    flux = -(areas(mesh, "chamber") * centres)[:, 1:].sum() / 2
+    assert flux == pytest.approx(factor * 7.5e-3**2 * 30e-3, rel=1e-6)
+
+
+def test_an_odd_number_of_hexahedra_across_a_spike_is_refused():
+    with pytest.raises(MeshError, match="spike_columns is 3; an even number is needed"):
+        pfr_solid(cells="quad", spike_columns=3)
 
 
 def test_all_spikes_are_alike():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from softsim.errors import MeshError
-from softsim.robots.spike import cross_lines, spike, thickness
+from softsim.robots.spike import cross_lines, grid_lines, spike, thickness
 
 DIMENSIONS = {
     "height": 5e-3,
@@ -76,3 +76,14 @@ def test_the_smallest_radius_named_is_accepted(radius):
         spike(**{**DIMENSIONS, radius: 1e-3})
     smallest = float(refused.value.message.split("at least ")[1].split(" mm")[0])
     spike(**{**DIMENSIONS, radius: smallest * 1.001e-3})
+
+
+def test_lines_of_quadrilaterals_have_as_many_segments_up_to_the_cap():
+    shape = spike(**DIMENSIONS)
+    lines = grid_lines(shape, edge=1.25e-3, root_segments=3)
+    assert [len(line) - 1 for line in lines] == [3] * (len(lines) - 3) + [2, 1, 0]
+    np.testing.assert_allclose(lines[-1][0], shape.rear.at(1.0), atol=1e-15)
+    np.testing.assert_allclose(lines[-4][-1], shape.front.at(1.0), atol=1e-15)
+    for line in lines[:-3]:
+        middle = line.mean(axis=0)
+        np.testing.assert_allclose(line[0] + line[-1], 2 * middle, atol=1e-15)

@@ -31,11 +31,12 @@ def test_staggered_lines_keep_their_ends():
     np.testing.assert_array_equal(first, third)
 
 
-def test_strip_with_a_rectangular_fin():
+@pytest.mark.parametrize("kind", ["simplex", "quad"])
+def test_strip_with_a_rectangular_fin(kind):
     x, ends = even_columns(np.array([-3.0, -1.0, 1.0, 3.0]), 0.5)
     start, end = ends[1], ends[2]
-    fin = Fin(start, end, upright(x[start : end + 1], 1.0, 3.0, rows=4))
-    strip = finned_strip(x, thickness=1.0, rows=2, fins=[fin])
+    fin = Fin(start, end, upright(x[start : end + 1], 1.0, 3.0, rows=4, kind=kind))
+    strip = finned_strip(x, thickness=1.0, rows=2, fins=[fin], kind=kind)
     check(Mesh(strip.points, strip.cells))
     assert signed_volumes(strip.points, strip.skin_cells).sum() == pytest.approx(6.0)
     assert signed_volumes(strip.points, strip.fin_cells).sum() == pytest.approx(4.0)

@@ -16,7 +16,8 @@ from softsim.robots.block import block
 from softsim.robots.box import box
 from softsim.stability.time_step import stable_step
 
-TYPES = {"plane_strain": "CPE3", "axisymmetric": "CAX3", "solid": "C3D4"}
+TYPES = {"plane_strain": "CPE", "axisymmetric": "CAX", "solid": "C3D"}
+WHOLE = pytest.mark.parametrize("cells", ["simplex", "quad"])
 SIZE = 0.5e-3
 STABLE, UNSTABLE = 100.0, 1e6
 
@@ -41,16 +42,16 @@ def scene(formulation, fixed):
 def write_mesh(tmp_path):
     """Write a block whose inner nodes are off their places by a tenth of an element."""
 
-    def write(formulation):
+    def write(formulation, cells="simplex"):
         if formulation == "solid":
-            mesh = box(2e-3, 2e-3, 1.5e-3, SIZE)
+            mesh = box(2e-3, 2e-3, 1.5e-3, SIZE, cells)
         else:
-            mesh = block(3e-3, 2e-3, SIZE)
+            mesh = block(3e-3, 2e-3, SIZE, cells)
         points = mesh.points.copy()
         points[:, 0] -= points[:, 0].min()  # a half section reaches to the axis
         inner = np.setdiff1d(np.arange(len(points)), mesh.node_sets["surface"])
         points[inner] += np.random.default_rng(0).uniform(-0.1, 0.1, points[inner].shape) * SIZE
-        kind = TYPES[formulation]
+        kind = f"{TYPES[formulation]}{mesh.cells.shape[1]}"
         text = "*NODE\n"
         for a, place in enumerate(points):
             text += f"{a + 1}, " + ", ".join(f"{c:.12e}" for c in place) + "\n"
@@ -62,7 +63,7 @@ def write_mesh(tmp_path):
                 text += f"*NSET, NSET={name}\n" + "".join(f"{a + 1},\n" for a in nodes)
         text += "*SURFACE, TYPE=ELEMENT, NAME=underside\n"
         for e, cell in enumerate(mesh.cells):
-            for k, corners in enumerate(FACES[len(cell)]):
+            for k, corners in enumerate(FACES[mesh.dimension, len(cell)]):
                 if np.isin(cell[corners], mesh.node_sets["bottom"]).all():
                     text += f"{e + 1}, S{k + 1}\n"
         (tmp_path / "mesh.inp").write_text(text)
@@ -101,12 +102,13 @@ def largest_energies(cpu):
     return vibrate
 
 
+@WHOLE
 @pytest.mark.parametrize("formulation", list(TYPES))
-def test_at_rest(build, write_mesh, largest_energies, formulation):
+def test_at_rest(build, write_mesh, largest_energies, formulation, cells):
     """A free block with bulk viscosity, which shortens the step: 0.99 of the bound is stable, 1.3
     times it is not.
     """
-    write_mesh(formulation)
+    write_mesh(formulation, cells)
     model = build(scene(formulation, ""), "solver.bulk_viscosity=0.06")
     bound = stable_step(model, model.points).value
     steps = [0.99 * bound, 1.3 * bound]
@@ -123,12 +125,13 @@ STRETCHES = {
 
 
 @pytest.mark.slow
+@WHOLE
 @pytest.mark.parametrize("formulation", list(TYPES))
-def test_stretched(build, write_mesh, largest_energies, formulation):
+def test_stretched(build, write_mesh, largest_energies, formulation, cells):
     """Inner nodes within a surface that holds the block at a stretch of two: elements are longer
     one way and shorter the other, and the law has stiffened. Here the bound is a cautious one.
     """
-    write_mesh(formulation)
+    write_mesh(formulation, cells)
     model = build(scene(formulation, "surface"), "solver.bulk_viscosity=0")
     x = model.points @ STRETCHES[formulation]
     bound = stable_step(model, x).value

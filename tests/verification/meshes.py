@@ -11,18 +11,25 @@ from pathlib import Path
 import numpy as np
 
 ELEMENT_TYPES = {
-    "plane_strain": "CPE3",
-    "ring_section": "CPE3",
-    "axisymmetric": "CAX3",
-    "solid": "C3D4",
+    "plane_strain": "CPE",
+    "ring_section": "CPE",
+    "axisymmetric": "CAX",
+    "solid": "C3D",
 }
-# Faces S1, S2 ... of a cell as ABAQUS numbers them, by the number of its corners.
-FACES = {3: [(0, 1), (1, 2), (2, 0)], 4: [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)]}
+# Faces S1, S2 ... of a cell as ABAQUS numbers them, by dimension and the number of its corners.
+FACES = {
+    (2, 3): [(0, 1), (1, 2), (2, 0)],
+    (2, 4): [(0, 1), (1, 2), (2, 3), (3, 0)],
+    (3, 4): [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)],
+    (3, 8): [
+        (0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)
+    ],
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class SmallMesh:
-    """points (n, d) [m], cells (m, d + 1), positive; node sets by name.
+    """points (n, d) [m], cells (m, corners), positive; node sets by name.
 
     surfaces: names of node sets whose boundary facets, those with every corner in the set, also
     become a facet set of that name. Every cell is in the cell set "cells".
@@ -38,9 +45,14 @@ class SmallMesh:
         """Signed areas or volumes (m,) of the cells."""
         return signed_volumes(self.points, self.cells)
 
+    @property
+    def faces(self) -> list[tuple[int, ...]]:
+        """Corners of a cell's faces."""
+        return FACES[self.points.shape[1], self.cells.shape[1]]
+
     def boundary(self) -> np.ndarray:
-        """Facets (k, d) that only one cell has, in that cell's order of faces."""
-        facets = np.concatenate([self.cells[:, face] for face in FACES[self.cells.shape[1]]])
+        """Facets (k, corners) that only one cell has, in that cell's order of faces."""
+        facets = np.concatenate([self.cells[:, face] for face in self.faces])
         _, number, count = np.unique(
             np.sort(facets, axis=1), axis=0, return_inverse=True, return_counts=True
         )
@@ -68,7 +80,8 @@ class SmallMesh:
         """As an ABAQUS input file for this formulation."""
         rows = ["*NODE"]
         rows += [f"{a + 1}, " + ", ".join(map(repr, p)) for a, p in enumerate(self.points.tolist())]
-        rows.append(f"*ELEMENT, TYPE={ELEMENT_TYPES[formulation]}, ELSET=cells")
+        kind = f"{ELEMENT_TYPES[formulation]}{self.cells.shape[1]}"
+        rows.append(f"*ELEMENT, TYPE={kind}, ELSET=cells")
         rows += [
             ", ".join(map(str, [e + 1, *cell])) for e, cell in enumerate((self.cells + 1).tolist())
         ]
@@ -77,7 +90,7 @@ class SmallMesh:
         for name in self.surfaces:
             rows.append(f"*SURFACE, NAME={name}")
             inside = np.isin(self.cells, self.node_sets[name])
-            for number, face in enumerate(FACES[self.cells.shape[1]]):
+            for number, face in enumerate(self.faces):
                 cells = np.flatnonzero(inside[:, list(face)].all(axis=1))
                 rows += [f"{e + 1}, S{number + 1}" for e in cells]
         path.write_text("\n".join(rows) + "\n", encoding="utf-8")
@@ -88,6 +101,20 @@ def signed_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
     """Signed areas or volumes (m,) of triangles or tetrahedra."""
     corners = points[cells]
     return np.linalg.det(corners[:, 1:] - corners[:, :1]) / (2.0 if cells.shape[1] == 3 else 6.0)
+
+
+def corner_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Of simplexes their volumes (m,), of other cells those between the edges at their corners."""
+    d, corners = points.shape[1], cells.shape[1]
+    if corners == d + 1:
+        return signed_volumes(points, cells)
+    of = {
+        4: [(0, 1, 3), (1, 2, 0), (2, 3, 1), (3, 0, 2)],
+        8: [(0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7),
+            (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)],
+    }  # fmt: skip
+    at = [cells[:, list(corner)] for corner in of[corners]]
+    return np.concatenate([signed_volumes(points, corner) for corner in at])
 
 
 def made_positive(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
@@ -134,17 +161,30 @@ def two_strips(length: float, inner: float, outer: float, columns: int, rows: in
     return SmallMesh(points, cells, sets, tuple(sets))
 
 
-def irregular_block(side: float, count: int, dimension: int, shift: float, seed: int) -> SmallMesh:
+def irregular_block(
+    side: float, count: int, dimension: int, shift: float, seed: int, whole: bool
+) -> SmallMesh:
     """A square or cube [0, side]^d, `count` cells a side, its inner nodes moved by `shift` times a
-    cell's side in random directions; sets left, right, bottom, top, in space back, front.
+    cell's side in random directions; sets left, right, bottom, top, in space back, front. Cells are
+    `whole`, or cut into simplexes.
     """
     ticks = np.linspace(0.0, side, count + 1)
     square = grid(count, count, lambda s, t: (side * s, side * t))
     points, cells = square.points, square.cells
-    if dimension == 3:
+    if whole:
+        nodes = np.arange((count + 1) ** dimension).reshape([count + 1] * dimension)  # [z,] y, x
+        at_low = [slice(0, count), slice(1, count + 1)]
+        around = [(0, 0), (0, 1), (1, 1), (1, 0)]
+        corners = around if dimension == 2 else [(k, *ij) for k in (0, 1) for ij in around]
+        cells = np.stack(
+            [nodes[tuple(at_low[i] for i in corner)].ravel() for corner in corners], axis=1
+        )
+    elif dimension == 3:
         low = len(points) * np.arange(count)[:, None]
         cells = swept(cells, low, low + len(points))
+    if dimension == 3:
         points = np.column_stack([np.tile(points, (count + 1, 1)), np.repeat(ticks, len(points))])
+    if not whole:
         cells = made_positive(points, cells)
     names = (("left", "right"), ("bottom", "top"), ("back", "front"))[:dimension]
     sets = {
@@ -227,6 +267,6 @@ def distorted(
         step = np.random.default_rng(seed).standard_normal(points[inside].shape)
         moved = points.copy()
         moved[inside] += distance * step / np.linalg.norm(step, axis=1, keepdims=True)
-        if (signed_volumes(moved, cells) > 0.0).all():
+        if (corner_volumes(moved, cells) > 0.0).all():
             return moved
         seed += 1

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from softsim.errors import OutputError
-from softsim.mesh.mesh import boundary_facets, facet_owners
+from softsim.mesh.mesh import boundary_facets, facet_owners, simplex_facets
 from softsim.output.fields import Frames
 from softsim.report.colours import (
     FIELDS,
@@ -18,7 +18,7 @@ from softsim.report.colours import (
     shown_values,
 )
 from softsim.report.page.robot import moving_walls, plane_chart, space_chart
-from softsim.report.section import boundary_edges, outlines_at
+from softsim.report.section import outlines_at
 from softsim.report.snapshots import is_axisymmetric, pictures
 from softsim.report.surface import around, corners_of_box, seen_walls
 
@@ -32,7 +32,7 @@ ROOM = 6 * 2**20
 @dataclass(frozen=True)
 class Skin:
     """What is drawn of a mesh: faces (m, 3|4), the cell of each, and the rim's edges (e, 2); in
-    space the surface only, and no rim. nodes (n,): those that are needed, rising.
+    space the surface only, in triangles, and no rim. nodes (n,): those that are needed, rising.
     """
 
     nodes: np.ndarray
@@ -96,9 +96,10 @@ def skin_of(frames: Frames) -> Skin:
     """What is drawn of the mesh of a run."""
     if frames.points.shape[1] == 2:
         nodes = np.unique(frames.cells)
-        return Skin(nodes, frames.cells, slice(None), boundary_edges(frames.cells))
-    faces = boundary_facets(frames.cells)
-    owners = facet_owners(faces, frames.cells)
+        return Skin(nodes, frames.cells, slice(None), boundary_facets(frames.cells, 2))
+    facets = boundary_facets(frames.cells, 3)
+    faces, numbers = simplex_facets(facets)
+    owners = facet_owners(facets, frames.cells)[numbers]
     return Skin(np.unique(faces), faces, owners, np.zeros((0, 2), dtype=int))
 
 

@@ -1,9 +1,11 @@
-"""Averaged nodal pressure, which keeps linear elements from locking.
+"""Pressures: averaged at the nodes, which keeps linear simplexes from locking, or one an element.
 
 Bonet and Burton 1998, Commun. Numer. Meth. Engng 14:437-449:
     J_a = current over reference nodal volume,  p_a = kappa (J_a - 1),  element pressure = mean p_a;
 a node's volume is an equal share of each of its elements'. It is the gradient of
-sum_a V_a (kappa/2) (J_a - 1)^2, so it keeps energy.
+sum_a V_a (kappa/2) (J_a - 1)^2, so it keeps energy. A quadrilateral or hexahedron does not lock
+with a pressure of its own, J_a being its own J (Nagtegaal, Parks, Rice 1974, Comput. Meth. Appl.
+Mech. Engng 4:153-177); averaging would make it too soft in bending.
 Bulk viscosity (the linear term of ABAQUS/Explicit): p_a also gets b1 rho c_d h_a dJ_a/dt.
 """
 
@@ -17,17 +19,17 @@ from softsim.nodes import NodeLists
 
 
 @ti.data_oriented
-class NodalPressure:
-    """Pressure of the nodes of one region of a body.
+class PressurePoints:
+    """Pressures of one region of a body.
 
-    cells: (m, corners), numbered within the body. volume: (m,) [m^3]. size: (n,) length of a
-    node's surroundings [m], zero of nodes beside the region. bulk_viscosity: b1 [-].
+    members: (m, k) numbers of the pressures of each element, volume: (m,) [m^3]. size: (n,) length
+    of what a pressure stands for [m], zero of nodes beside the region. bulk_viscosity: b1 [-].
     element_count: of the lanes, with padding.
     """
 
     def __init__(
         self,
-        cells: np.ndarray,
+        members: np.ndarray,
         volume: np.ndarray,
         size: np.ndarray,
         material: Material,
@@ -36,17 +38,15 @@ class NodalPressure:
         element_count: int,
     ) -> None:
         self.lane = backend.lane_vector()
-        count, corners = len(size), cells.shape[1]
-        cell_of_corner = np.repeat(np.arange(len(cells)), corners)
-        self.cells_of_node = lists = NodeLists(
-            cells.ravel(), cell_of_corner, count, pad_entry=element_count
+        count, shares = len(size), members.shape[1]
+        element = np.repeat(np.arange(len(members)), shares)
+        self.elements_of = lists = NodeLists(
+            members.ravel(), element, count, pad_entry=element_count
         )
-        node_volume = np.bincount(
-            cells.ravel(), np.repeat(volume / corners, corners), minlength=count
-        )
-        share = np.divide(1.0, corners * node_volume, np.zeros(count), where=node_volume > 0.0)
+        whole = np.bincount(members.ravel(), np.repeat(volume / shares, shares), minlength=count)
+        share = np.divide(1.0, shares * whole, np.zeros(count), where=whole > 0.0)
         viscosity = bulk_viscosity * material.impedance * size
-        self.volume = lane_data(lists.by_block(node_volume))
+        self.volume = lane_data(lists.by_block(whole))
         self.share_over_volume = lane_data(lists.by_block(share))
         self.bulk_viscosity = lane_data(lists.by_block(viscosity))
         self.bulk_modulus = real_field(np.array([material.bulk_modulus]))
@@ -70,10 +70,10 @@ class NodalPressure:
 
     @ti.func
     def press(self, s, b, dt, element_volume: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """p_a = kappa (J_a - 1) + viscosity dJ_a/dt from the elements' present volumes, for the
-        nodes of a block.
+        """p_a = kappa (J_a - 1) + viscosity dJ_a/dt from the elements' present volumes, for a
+        block of pressures.
         """
-        J = self.cells_of_node.sum(element_volume, s, b) * self.share_over_volume[b]
+        J = self.elements_of.sum(element_volume, s, b) * self.share_over_volume[b]
         dJ = J - self.J[s, b]
         viscous = self.bulk_viscosity[b] * dJ * (1.0 / dt)
         p = self.bulk_modulus[0] * (J - 1.0) + viscous
@@ -82,7 +82,7 @@ class NodalPressure:
         self.dissipation[s, b] = self.dissipation[s, b] + work
         self.J[s, b], self.viscous[s, b] = J, viscous
         for lane in ti.static(range(backend.lanes())):
-            a = self.cells_of_node.node[b, lane]
+            a = self.elements_of.node[b, lane]
             if a >= 0:
                 self.pressure[s, a] = p[lane]
 
@@ -90,7 +90,7 @@ class NodalPressure:
     def stored_energy(self, s):
         """Energy of compression [J]."""
         energy = self.lane(0.0)
-        for b in range(self.cells_of_node.blocks.read()):
+        for b in range(self.elements_of.blocks.read()):
             dilation = self.J[s, b] - 1.0
             energy += 0.5 * self.bulk_modulus[0] * dilation * dilation * self.volume[b]
         return energy.sum()
@@ -99,6 +99,6 @@ class NodalPressure:
     def dissipated_energy(self, s):
         """Dissipated by bulk viscosity so far [J]."""
         energy = self.lane(0.0)
-        for b in range(self.cells_of_node.blocks.read()):
+        for b in range(self.elements_of.blocks.read()):
             energy += self.dissipation[s, b]
         return energy.sum()

@@ -1,7 +1,7 @@
-"""What all linear elements share: lanes of corners, one material point, averaged nodal pressure.
+"""What all elements share: lanes of corners, one material point, pressures.
 
-An increment asks for three passes: `deform`, `press_nodes`, `stress_corners`.
-Tensors are written in the basis of each element's edges, see elements/metric.py.
+An increment asks for three passes: `deform`, `press`, `stress_corners`.
+Tensors are written in a basis of each element's own, see elements/metric.py.
 """
 
 from typing import Any
@@ -10,10 +10,9 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.elements.geometry import nodal_sizes
 from softsim.elements.material_points import MaterialPoints
 from softsim.elements.metric import inverse_cube_root
-from softsim.elements.nodal_pressure import NodalPressure
+from softsim.elements.pressure_points import PressurePoints
 from softsim.elements.region import Region
 from softsim.fields import Number, index_field, lane_data, lane_field, real_field
 from softsim.nodes import Nodes, by_lane
@@ -21,7 +20,7 @@ from softsim.term import Pass, Stage, Term
 
 
 @ti.data_oriented
-class LinearElements(Term):
+class OnePointElements(Term):
     """All elements of one region.
 
     nodes: the shared nodes. metric: PlaneMetric or SpaceMetric. bulk_viscosity: b1 [-].
@@ -29,30 +28,34 @@ class LinearElements(Term):
 
     def __init__(self, nodes: Nodes, region: Region, metric: Any, bulk_viscosity: float) -> None:
         scenarios, lanes = nodes.scenarios, backend.lanes()
-        points, cells, first_node = region.points, region.cells, region.first_node
-        self.nodes, self.metric, self.first_node = nodes, metric, first_node
+        cells, first_node = region.cells, region.first_node
+        self.nodes, self.metric = nodes, metric
         self.corners = cells.shape[1]
         blocks = backend.lane_blocks(len(cells))
         self.blocks = Number(blocks)
 
         # Padding repeats the last cell with zero volume and sends its forces nowhere.
-        padded = self.padded(cells)
-        volume = region.volumes
-        padded_volume = self.padded(volume)
-        padded_volume[len(cells) :] = 0.0
-        self.corner = index_field(by_lane(padded + first_node))
-        rest_edges = points[padded[:, 1:]] - points[padded[:, :1]]
+        corners, volume = padded(cells), region.volumes
+        self.corner = index_field(by_lane(corners + first_node))
+        rest_edges = padded(self.rest_edges(region))
         determinant = np.linalg.det(rest_edges)
         self.inverse_determinant = lane_data(1.0 / determinant)  # of the edges at rest
-        self.volume = lane_data(padded_volume)
-        owner = np.where(np.arange(len(padded))[:, None] < len(cells), padded + first_node, -1)
+        self.volume = lane_data(followed_by_zeros(volume))
+        owner = np.where(np.arange(len(corners))[:, None] < len(cells), corners + first_node, -1)
         # Slots of a block: its lanes for corner 0, for corner 1, ...
         self.first_slot = nodes.corner_forces.reserve(by_lane(owner))
 
         self.points = MaterialPoints(region.material, metric, rest_edges, scenarios)
-        size = nodal_sizes(points, cells)
-        self.pressure = NodalPressure(
-            cells, volume, size, region.material, bulk_viscosity, scenarios, blocks * lanes
+        self.pressed = index_field(by_lane(padded(region.pressure_points)))
+        self.shares = region.pressure_points.shape[1]
+        self.pressure = PressurePoints(
+            region.pressure_points,
+            volume,
+            region.pressure_sizes,
+            region.material,
+            bulk_viscosity,
+            scenarios,
+            blocks * lanes,
         )
 
         d = region.geometry.dimension
@@ -61,17 +64,12 @@ class LinearElements(Term):
         # One more than there are elements: it stays zero, for the padding of the nodes' lists.
         self.current_volume = real_field(np.zeros((scenarios, blocks * lanes + 1)))
 
-    def padded(self, values: np.ndarray) -> np.ndarray:
-        """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
-        padding = int(self.blocks) * backend.lanes() - len(values)
-        return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
-
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        nodes, blocks = int(self.pressure.cells_of_node.blocks), int(self.blocks)
+        nodes, blocks = int(self.pressure.elements_of.blocks), int(self.blocks)
         return {
             Stage.MOVE: [Pass("elements", blocks, (self.deform,))],
-            Stage.PRESS: [Pass("elements", nodes, (self.press_nodes,))],
+            Stage.PRESS: [Pass("elements", nodes, (self.press,))],
             Stage.STRESS: [Pass("elements", blocks, (self.stress_corners,))],
         }
 
@@ -87,6 +85,12 @@ class LinearElements(Term):
         """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
         self.points.forget_dissipation(scenario)
         self.pressure.forget_dissipation(scenario)
+
+    def rest_edges(self, region: Region) -> np.ndarray:
+        """The basis D_i (m, d, d) [m] of each element at rest, row by row: edges from corner 0."""
+        corners = region.points[region.cells]
+        edges: np.ndarray = corners[:, 1:] - corners[:, :1]
+        return edges
 
     # Of the element itself: `deform(s, b, t, dt)` stores edges and the present volumes of a block,
     # `stretch(s, b)` gives C, J of them, `stress_corners(s, b, t, dt)` writes corner forces.
@@ -104,18 +108,18 @@ class LinearElements(Term):
             self.current_volume[s, b * ti.static(backend.lanes()) + lane] = volume[lane]
 
     @ti.func
-    def press_nodes(self, s, b, t, dt):
-        """Pressure of the nodes of a block."""
+    def press(self, s, b, t, dt):
+        """A block of pressures."""
         self.pressure.press(s, b, dt, self.current_volume)
 
     @ti.func
     def average_pressure(self, s, b):
-        """Element pressure: the mean of its nodes (positive in tension)."""
+        """Element pressure: the mean of those that it has (positive in tension)."""
         p = self.metric.lane(0.0)
         for lane in ti.static(range(backend.lanes())):
-            for c in ti.static(range(self.corners)):
-                p[lane] += self.pressure.pressure[s, self.corner[b, c, lane] - self.first_node]
-        return p * (1.0 / self.corners)
+            for c in ti.static(range(self.shares)):
+                p[lane] += self.pressure.pressure[s, self.pressed[b, c, lane]]
+        return p * (1.0 / self.shares)
 
     @ti.func
     def stress(self, s, b):
@@ -142,13 +146,18 @@ class LinearElements(Term):
 
     @ti.func
     def stored_energy(self, s):
-        """Energy [J] in the law, the Maxwell springs and the volume: ABAQUS's ALLSE."""
+        """Energy [J] in the law, the Maxwell springs, the volume and hourglass modes."""
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks.read()):
             C, J = self.stretch(s, b)
             r = inverse_cube_root(J)
             in_elements += self.points.stored_energy(s, b, C, r * r) * self.volume[b]
-        return in_elements.sum() + self.pressure.stored_energy(s)
+        return in_elements.sum() + self.pressure.stored_energy(s) + self.hourglass_energy(s)
+
+    @ti.func
+    def hourglass_energy(self, s):
+        """The part of it in hourglass modes, where elements have any: ABAQUS's ALLAE."""
+        return ti.cast(0.0, backend.real)
 
     @ti.func
     def dissipated_energy(self, s):
@@ -156,4 +165,32 @@ class LinearElements(Term):
         in_elements = self.metric.lane(0.0)
         for b in range(self.blocks.read()):
             in_elements += self.points.dissipation(s, b) * self.volume[b]
-        return ti.Vector([0.0, in_elements.sum() + self.pressure.dissipated_energy(s)])
+        viscous = in_elements.sum() + self.pressure.dissipated_energy(s)
+        return ti.Vector([0.0, viscous + self.hourglass_dissipation(s)])
+
+    @ti.func
+    def hourglass_dissipation(self, s):
+        """The part of it in hourglass modes."""
+        return ti.cast(0.0, backend.real)
+
+
+def padded(values: np.ndarray) -> np.ndarray:
+    """Per-element values (m, ...) with the last one repeated up to whole lane vectors."""
+    padding = backend.lane_blocks(len(values)) * backend.lanes() - len(values)
+    return np.concatenate([values, np.repeat(values[-1:], padding, axis=0)])
+
+
+def lane_tables(values: np.ndarray) -> ti.MatrixField:
+    """A field [block, ...] of values (m, ...) of whole lane vectors of elements: one field where
+    there would be many, of which Taichi can hold a thousand components.
+    """
+    lanes = backend.lanes()
+    blocks = np.moveaxis(values.reshape(-1, lanes, *values.shape[1:]), 1, -1)
+    return lane_data(np.ascontiguousarray(blocks).reshape(*blocks.shape[:-2], -1))
+
+
+def followed_by_zeros(values: np.ndarray) -> np.ndarray:
+    """Per-element values (m, ...) with zeros up to whole lane vectors: what padding stores."""
+    result = padded(values)
+    result[len(values) :] = 0.0
+    return result

@@ -1,0 +1,223 @@
+"""Hourglass modes of quadrilaterals and hexahedra: what nodes can do that no linear field does.
+
+In xi_i from -1 to 1 the place of an element's points is, with vectors g_i and h_k,
+    x = x_0 + sum g_i xi_i + sum h_k phi_k,
+    phi = xi_1 xi_2 in the plane; xi_2 xi_3, xi_3 xi_1, xi_1 xi_2, xi_1 xi_2 xi_3 in space.
+One point integrates what is linear in x: with the mean gradient of the element
+    F D_i = d_i = g_i + sum_k N_ki h_k,    D_i at rest.
+What is left of the modes when that is taken away is zero in every linear field, whatever the shape
+of the element (Flanagan and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706):
+    h~_k = h_k - sum_i P_ki d_i.
+Its components along the element's present directions, e_i = d_i / |d_i|,
+    q_ki = e_i . h~_k,
+do not change when the element turns. They store the energy of the bending and twisting that they
+stand for, as a plate has it, whose fibres may strain freely across it: nothing locks, neither in
+shear nor in volume (assumed strain, ASQBI: Belytschko and Bindeman 1991, Comput. Meth. Appl. Mech.
+Engng 88:311-340; 1993, 105:225-260). No constant is to be chosen.
+
+With the energy U(q, d) and p = dU/dq the forces on the nodes follow from
+    Q_k = dU/dh~_k = sum_i p_ki e_i,
+    T_i = dU/dd_i = sum_k p_ki (h~_k - q_ki e_i) / |d_i|,
+added to those of the stress, T_i = V S^ij d_j, as what is conjugate to g_i and h_k:
+    G_i = T_i - sum_k P_ki Q_k,    H_k = Q_k + sum_i N_ki G_i.
+
+The moduli are those of the law at rest. U is written in amplitudes y, linear in q, as
+    U = 1/2 mu y^2 + sum_b 1/2 mu_b (y - a_b)^2,    da_b/dt = (y - a_b) / tau_b:
+each Maxwell branch has a spring of its own that relaxes, and has dissipated the integral of
+mu_b (y - a_b) da_b, summed by the trapezoidal rule as in elements/material_points.py.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend, fields
+from softsim.elements.material_points import MaterialPoints
+from softsim.elements.quadrature import CORNERS
+from softsim.elements.region import Region
+from softsim.fields import Number, lane_field, real_field
+
+# Of the corners of hexahedra i and j of each k.
+CYCLIC = ((1, 2), (2, 0), (0, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class HourglassModes:
+    """Of the elements of a region: what does not change as they deform.
+
+    basis (m, d, d) [m]: D_i, row by row. directions (d, corners), modes (k, corners): xi_i and
+    phi_k of the corners. lean (m, k, d): N_ki. share (m, k, d): P_ki.
+    """
+
+    basis: np.ndarray
+    directions: np.ndarray
+    modes: np.ndarray
+    lean: np.ndarray
+    share: np.ndarray
+
+    @property
+    def of_edges(self) -> np.ndarray:
+        """delta_i (m, d, corners): d_i = sum_a delta_ia x_a."""
+        leaning = np.einsum("mki,ka->mia", self.lean, self.modes)
+        return (self.directions + leaning) / self.modes.shape[1]
+
+    @property
+    def of_modes(self) -> np.ndarray:
+        """gamma_k (m, k, corners): h~_k = sum_a gamma_ka x_a."""
+        share = np.einsum("mki,mia->mka", self.share, self.of_edges)
+        return self.modes / self.modes.shape[1] - share
+
+
+def hourglass_modes(region: Region) -> HourglassModes:
+    """Of quadrilaterals or hexahedra."""
+    at_corner = CORNERS[region.cells.shape[1]]
+    corners, d = at_corner.shape
+    directions = at_corner.T
+    others = [np.delete(directions, i, axis=0).prod(axis=0) for i in range(d)]
+    all_of_them = directions.prod(axis=0)
+    modes = np.stack([all_of_them] if d == 2 else [*others, all_of_them])
+    gradients = region.geometry.gradients(region.points, region.cells)
+    dual = np.einsum("ia,maj->mij", directions, gradients)
+    basis = np.linalg.inv(dual).transpose(0, 2, 1)
+    lean = np.einsum("ka,maj,mij->mki", modes, gradients, basis)
+    at_rest = np.einsum("ka,maj->mkj", modes, region.points[region.cells]) / corners
+    share = np.einsum("mkj,mij->mki", at_rest, dual)
+    return HourglassModes(basis, directions, modes, lean, share)
+
+
+def fibre_scales(region: Region, modes: HourglassModes) -> np.ndarray:
+    """y_i / q_i (m, 2) [m^(1/2)] of quadrilaterals: sqrt(V/3 E'/mu) / |D_i|, with the modulus in
+    plane strain E' = 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
+    """
+    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    modulus = 4.0 * (kappa + mu / 3.0) / (kappa + 4.0 / 3.0 * mu)
+    root = np.sqrt(modulus * region.volumes / 3.0)
+    scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
+    return scales
+
+
+def plate_factors(region: Region, modes: HourglassModes, k: int) -> np.ndarray:
+    """sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of the plate that bends along xi_k of
+    hexahedra: y over its strains E_ii, E_jj, 2 E_ij (elements/hexahedra.py).
+    """
+    sides = modes.basis[:, CYCLIC[k]]
+    a = np.linalg.inv(sides @ sides.transpose(0, 2, 1))
+    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    dilation = 2.0 * (kappa - 2.0 / 3.0 * mu) / (kappa + 4.0 / 3.0 * mu)
+    H = dilation * np.einsum("mab,mcd->mabcd", a, a)
+    H += np.einsum("mac,mbd->mabcd", a, a) + np.einsum("mad,mbc->mabcd", a, a)
+    first, second = [0, 1, 0], [0, 1, 1]  # of the components ii, jj, ij
+    stiffness = H[:, first, second][:, :, first, second]
+    root = np.sqrt(region.volumes / 3.0)[:, None, None]
+    factors: np.ndarray = root * np.linalg.cholesky(stiffness).transpose(0, 2, 1)
+    return factors
+
+
+def warping_scales(region: Region, modes: HourglassModes) -> np.ndarray:
+    """y / q_4i (m, 3) [m^(1/2)] of hexahedra: sqrt(V/9 Y/mu) / |D_i|, with Young's modulus Y."""
+    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    root = np.sqrt(9.0 * kappa / (3.0 * kappa + mu) * region.volumes / 9.0)
+    scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
+    return scales
+
+
+def amplitudes(region: Region, modes: HourglassModes) -> np.ndarray:
+    """y over q (m, n, n) of all modes, q_ki at k d + i."""
+    m, d = modes.basis.shape[:2]
+    count = len(modes.modes) * d
+    result = np.zeros((m, count, count))
+    if d == 2:
+        result[:, [0, 1], [0, 1]] = fibre_scales(region, modes)
+        return result
+    lengths = np.linalg.norm(modes.basis, axis=2)
+    for k, (i, j) in enumerate(CYCLIC):
+        strains = np.zeros((m, 3, count))
+        strains[:, 0, 3 * j + i] = strains[:, 2, 4 * i] = lengths[:, i]
+        strains[:, 1, 3 * i + j] = strains[:, 2, 4 * j] = lengths[:, j]
+        result[:, 3 * k : 3 * k + 3] = plate_factors(region, modes, k) @ strains
+    result[:, [9, 10, 11], [9, 10, 11]] = warping_scales(region, modes)
+    return result
+
+
+@ti.data_oriented
+class HourglassSprings:
+    """Springs on the amplitudes y of `count` modes, whose energy is 1/2 mu y^2 [J]: the law's, and
+    one of each Maxwell branch of `points`, which relaxes.
+
+    Fields (scenarios, blocks, count): `amplitude` [m^(3/2)], to be set before `load`, which gives
+    `force` dU/dy.
+    """
+
+    def __init__(self, points: MaterialPoints, count: int, scenarios: int, blocks: int) -> None:
+        self.points, self.count, self.blocks = points, count, Number(blocks)
+        self.lane = backend.lane_vector()
+        self.modulus = real_field(np.array([points.material.law.initial_shear_modulus]))
+        shape = (scenarios, blocks, count)
+        self.amplitude, self.force = lane_field(shape), lane_field(shape)
+        if points.branch_count:
+            self.last = lane_field(shape)
+            self.relaxed = lane_field((*shape, points.branch_count))
+            self.dissipation = lane_field((scenarios, blocks))
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        kept = {"hourglass_amplitude": self.amplitude}
+        if self.points.branch_count:
+            kept |= {"hourglass_last": self.last, "hourglass_dissipation": self.dissipation}
+            kept["hourglass_relaxed"] = self.relaxed
+        return kept
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books anew in a scenario."""
+        if self.points.branch_count:
+            fields.write_row(self.dissipation, scenario, 0.0)
+
+    @ti.func
+    def load(self, s, b):
+        """Forces of block b, the branches having relaxed by one increment."""
+        for m in ti.static(range(self.count)):
+            self.force[s, b, m] = self.modulus[0] * self.amplitude[s, b, m]
+        if ti.static(self.points.branch_count > 0):
+            self.relax(s, b)
+
+    @ti.func
+    def relax(self, s, b):
+        """The branches' share of the forces."""
+        dissipated = self.lane(0.0)
+        for m in range(ti.static(self.count)):  # unrolled it takes a minute to compile
+            y = self.amplitude[s, b, m]
+            mean = 0.5 * (y + self.last[s, b, m])
+            force = self.force[s, b, m]
+            for k in ti.static(range(self.points.branch_count)):
+                e, mu = self.points.decay[s, k], self.points.branch_modulus[k]
+                before = self.relaxed[s, b, m, k]
+                after = e * before + (1.0 - e) * y  # exact for a constant y
+                self.relaxed[s, b, m, k] = after
+                force += mu * (y - after)
+                dissipated += mu * (mean - 0.5 * (before + after)) * (after - before)
+            self.last[s, b, m] = y
+            self.force[s, b, m] = force
+        self.dissipation[s, b] = self.dissipation[s, b] + dissipated
+
+    @ti.func
+    def stored_energy(self, s):
+        """Energy of all springs [J]."""
+        energy = self.lane(0.0)
+        for b in range(self.blocks.read()):
+            for m in range(ti.static(self.count)):
+                y = self.amplitude[s, b, m]
+                energy += 0.5 * self.modulus[0] * y * y
+                for k in ti.static(range(self.points.branch_count)):
+                    stretch = y - self.relaxed[s, b, m, k]
+                    energy += 0.5 * self.points.branch_modulus[k] * stretch * stretch
+        return energy.sum()
+
+    @ti.func
+    def dissipated_energy(self, s):
+        """Dissipated by the branches so far [J]."""
+        energy = self.lane(0.0)
+        if ti.static(self.points.branch_count > 0):
+            for b in range(self.blocks.read()):
+                energy += self.dissipation[s, b]
+        return energy.sum()

@@ -1,0 +1,107 @@
+"""Where elements are integrated, and their shape functions there.
+
+Triangles (x, N linear), tetrahedra, quadrilaterals and hexahedra (linear along each of xi_i from -1
+to 1). Corners are ordered as in VTK and ABAQUS. A cell with repeated corners is the element that is
+left when these fall together: a quadrilateral a b c c is the triangle a b c.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.mesh.mesh import signed_volumes
+
+# Corners of the square and of the cube, by their xi_i.
+CORNERS = {
+    4: np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float),
+    8: np.array(
+        [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1],
+         [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]],
+        dtype=float,
+    ),
+}  # fmt: skip
+# N_a at each corner's own point is this, and a share of the rest at the others: exact for
+# polynomials of second order (Zienkiewicz, Taylor, The Finite Element Method, vol. 1, ch. 5).
+SIMPLEX_POINT = {3: 2.0 / 3.0, 4: (5.0 + 3.0 * np.sqrt(5.0)) / 20.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Quadrature:
+    """Of cells (m, corners), at their points (g,): shape functions N_a `values` (g, corners), their
+    `gradients` (m, g, corners, d) [1/m], and `weights` (m, g) of area [m^2] or volume [m^3].
+    """
+
+    values: np.ndarray
+    gradients: np.ndarray
+    weights: np.ndarray
+
+    def integrals(self, depth: np.ndarray) -> np.ndarray:
+        """int N_a depth dA (m, corners), depth (m, corners) or (1, 1): at the corners."""
+        return np.einsum("mg,ga->ma", self.weights * self.at_points(depth), self.values)
+
+    def mean_gradients(self, depth: np.ndarray) -> np.ndarray:
+        """Gradients of N_a (m, corners, d) [1/m], their mean where depth weights the area."""
+        weights = self.weights * self.at_points(depth)
+        shares = weights / weights.sum(axis=1, keepdims=True)
+        return np.einsum("mg,mgai->mai", shares, self.gradients)
+
+    def at_points(self, depth: np.ndarray) -> np.ndarray:
+        """Values at the points (m, g) of what is `depth` at the corners."""
+        corners = np.broadcast_to(depth, (len(depth), self.values.shape[1]))
+        return corners @ self.values.T
+
+
+def quadrature(points: np.ndarray, cells: np.ndarray) -> Quadrature:
+    """That of each cell (m, corners) of a mesh with points (n, d) [m]: one point a corner."""
+    if cells.shape[1] == points.shape[1] + 1:
+        return _of_simplexes(points, cells)
+    return _of_cubes(points, cells)
+
+
+def _of_simplexes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
+    m, corners = cells.shape
+    d = corners - 1
+    own = SIMPLEX_POINT[corners]
+    rest = (1.0 - own) / d
+    values = np.full((corners, corners), rest) + (own - rest) * np.eye(corners)
+    gradients = simplex_gradients(points, cells)
+    volume = signed_volumes(points, cells)
+    return Quadrature(
+        values,
+        np.broadcast_to(gradients[:, None], (m, corners, corners, d)),
+        np.broadcast_to((volume / corners)[:, None], (m, corners)),
+    )
+
+
+def simplex_gradients(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """grad N_a (m, corners, d) [1/m] of triangles (m, 3) or tetrahedra (m, 4)."""
+    corners = points[cells]
+    edges = corners[:, 1:] - corners[:, :1]  # x = x0 + edges^T xi, so grad xi = edges^-1
+    inner = np.linalg.inv(edges).transpose(0, 2, 1)
+    return np.concatenate([-inner.sum(axis=1, keepdims=True), inner], axis=1)
+
+
+def altitude(corners: np.ndarray) -> float:
+    """The smallest altitude [m] of a cell with these corners (c, d): over the shortest way between
+    opposite sides the shape functions of one side fall from 1 to 0.
+    """
+    gradients = quadrature(corners, np.arange(len(corners))[None]).mean_gradients(np.ones((1, 1)))
+    slopes = gradients[0]
+    if len(corners) > corners.shape[1] + 1:
+        slopes = (CORNERS[len(corners)].T > 0.0) @ gradients[0]
+    return 1.0 / float(np.linalg.norm(slopes, axis=1).max())
+
+
+def _of_cubes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
+    """By Gauss's two points along each xi_i: exact up to xi_i^3."""
+    at_corner = CORNERS[cells.shape[1]]
+    d = at_corner.shape[1]
+    xi = at_corner / np.sqrt(3.0)
+    factors = 0.5 * (1.0 + xi[:, None] * at_corner)  # (g, corners, d): along each xi_i
+    by_xi = np.empty_like(factors)
+    for i in range(d):
+        others = np.delete(factors, i, axis=2)
+        by_xi[:, :, i] = 0.5 * at_corner[:, i] * others.prod(axis=2)
+    jacobian = np.einsum("gai,maj->mgij", by_xi, points[cells])  # dx_j / dxi_i
+    gradients = np.einsum("gai,mgji->mgaj", by_xi, np.linalg.inv(jacobian))
+    return Quadrature(factors.prod(axis=2), gradients, np.linalg.det(jacobian))
