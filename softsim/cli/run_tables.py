@@ -131,7 +131,7 @@ def modes_table(found: NaturalModes) -> Table:
     """
     body = found.body
     viscoelastic = any(region.material.branches for region in body.regions)
-    by_law = ["law alone\nHz", "stiffer\ntimes", "with branches\nHz"]
+    by_law = ["law alone\nHz", "stiffer\ntimes", "dynamic\nHz"]
     table = Table("mode", box=None)
     shares = f"mass shares\n{' '.join('xyz'[: body.points.shape[1]])} %"
     for heading in [*(by_law if viscoelastic else ["frequency\nHz"]), shares]:

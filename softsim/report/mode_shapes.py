@@ -66,7 +66,7 @@ def _draw_body(part: SubFigure, found: NaturalModes, body: Pictures, grid: Arran
     for number, (axes, mode) in enumerate(zip(panels.flat, found.modes, strict=False), start=1):
         axes.set(xlim=body.view[:2], ylim=body.view[2:], aspect="equal")
         axes.grid(False)
-        stiffened = f"\nwith branches {mode.dynamic_frequency:.4g} Hz" if viscoelastic else ""
+        stiffened = f"\ndynamic {mode.dynamic_frequency:.4g} Hz" if viscoelastic else ""
         axes.set_title(f"{number}: {mode.frequency:.4g} Hz{stiffened}")
         body.draw(axes, 0, AT_REST)
         largest = amplitude(found, mode) * MILLI

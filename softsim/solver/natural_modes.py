@@ -7,8 +7,9 @@ they are left out.
 A vibration is stiffened by Maxwell branches. Of a mode with the shares e_r of its elastic energy in
 the regions r, whose materials have the storage moduli mu_r', the frequency is where
     f^2 = f_0^2 sum_r e_r mu_r'(f) / mu_r'(0),
-f_0 that of the law alone. That takes its shape as it is, right to second order (Rayleigh), and its
-energy as that of shear alone: what is compression, mu / (3 kappa) of bending, does not grow.
+f_0 that of the law alone. That takes the shape as it is, which regions that stiffen differently
+change: the frequency is then too high, by the square of that (Rayleigh). And it takes the energy as
+that of shear: what of it compresses, mu / (3 kappa) in bending, does not grow.
 """
 
 from dataclasses import dataclass

@@ -51,7 +51,7 @@ def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
     if not is_free.any():
         raise ModesError(f"body '{body.name}' is held at all its nodes: it has no natural modes")
     pairs = coupled_pairs(region, np.any(is_free, axis=1))
-    refuse_too_many(body, pairs.nnz * model.dimension**2)
+    refuse_too_large(body, pairs.nnz * model.dimension**2)
     forces = ElasticForces(model, body, region)
     step = STEP * shortest_edges(region)
     free = sp.diags(is_free.ravel().astype(float))
@@ -71,7 +71,7 @@ def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
     return RestStiffness(matrix, error)
 
 
-def refuse_too_many(body: Body, entries: int) -> None:
+def refuse_too_large(body: Body, entries: int) -> None:
     """Raise ModesError where a body's matrix would have too many entries."""
     if entries > MOST_ENTRIES:
         raise ModesError(

@@ -126,7 +126,7 @@ def test_check_tells_natural_modes(write_scene, tmp_path):
     assert done.returncode == 0, done.stderr
     said = re.sub(r"\s+", " ", done.stdout)
     for word in ("natural modes of 'b', 3 nodes held, fixed or tied; stiffness exact to",
-                 "law alone stiffer with branches mass shares moves most at",
+                 "law alone stiffer dynamic mass shares moves most at",
                  "mode Hz times Hz x y % mm set", "1.00, 0.00 bottom", "fine"):  # fmt: skip
         assert word in said, word
     assert (tmp_path / "modes.png").stat().st_size > 5000
