@@ -69,8 +69,19 @@ class NaturalModes:
     stiffness_error: float
 
 
+def movable_bodies(model: Model) -> list[Body]:
+    """Bodies that are not held at all their nodes. Raises ModesError where there is none."""
+    movable = [body for body in model.bodies if model.is_free[body.nodes].any()]
+    if not movable:
+        raise ModesError(
+            "every node of every body is fixed, prescribed or tied: nothing has natural modes",
+            hint="hold fewer nodes",
+        )
+    return movable
+
+
 def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
-    """The first `count` modes of a body of the model.
+    """The first `count` modes of a movable body of the model.
 
     Raises ModesError where the body cannot be strained in so many ways, or is too large.
     """

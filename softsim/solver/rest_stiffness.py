@@ -44,14 +44,13 @@ class RestStiffness:
 def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
     """The stiffness of a region of a body, of the law alone: Maxwell branches have relaxed.
 
-    Raises ModesError where nothing of the body can move, the matrix would have too many entries, or
-    its error is too large.
+    Raises ModesError where the matrix would have too many entries, or its error is too large.
     """
     is_free = model.is_free[body.nodes]
-    if not is_free.any():
-        raise ModesError(f"body '{body.name}' is held at all its nodes: it has no natural modes")
     pairs = coupled_pairs(region, np.any(is_free, axis=1))
     refuse_too_large(body, pairs.nnz * model.dimension**2)
+    if pairs.nnz == 0:  # the body moves, but nothing of this region
+        return RestStiffness(sp.csr_matrix((is_free.size, is_free.size)), 0.0)
     forces = ElasticForces(model, body, region)
     step = STEP * shortest_edges(region)
     free = sp.diags(is_free.ravel().astype(float))

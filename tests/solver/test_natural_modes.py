@@ -9,7 +9,7 @@ from softsim.errors import ModesError
 from softsim.materials.material import Material, MaxwellBranch
 from softsim.materials.neo_hooke import NeoHooke
 from softsim.solver import rest_stiffness
-from softsim.solver.natural_modes import dynamic_frequency, natural_modes
+from softsim.solver.natural_modes import dynamic_frequency, movable_bodies, natural_modes
 
 MESHES = {
     "plane_strain, thickness: 5 mm":
@@ -108,10 +108,25 @@ def test_more_modes_than_motions_are_refused(block):
         natural_modes(block, block.bodies[0], ways)
 
 
-def test_a_body_that_is_held_everywhere_is_refused(block):
+def test_a_body_that_is_held_everywhere_is_none_that_moves(block):
+    assert movable_bodies(block) == list(block.bodies)
     held = dataclasses.replace(block, is_free=np.zeros_like(block.is_free))
-    with pytest.raises(ModesError, match="is held at all its nodes"):
-        natural_modes(held, held.bodies[0], 1)
+    with pytest.raises(ModesError, match="nothing has natural modes"):
+        movable_bodies(held)
+
+
+def test_a_region_that_is_held_everywhere_adds_nothing(build, cpu):
+    """Of a strip the upper row is a region; where that is held, the other swings on it."""
+    above = "sets: {above: {plane: {point: [0 mm, 2 mm], normal: [0, 1]}}}, "
+    text = scene(next(iter(MESHES))).replace("material: soft}", f"material: soft, {above}MORE}}")
+    one = build(text.replace("MORE", "fixed: [above]"))
+    two = build(
+        text.replace("MORE", "fixed: [above], regions: {above: {material: dragon_skin_30}}")
+    )
+    whole, parted = (natural_modes(m, m.bodies[0], 2).modes for m in (one, two))
+    assert len(two.regions) == 2
+    for alone, on_region in zip(whole, parted, strict=True):
+        assert on_region.frequency == pytest.approx(alone.frequency, rel=0.1)
 
 
 def test_a_body_that_is_too_large_is_refused(block, monkeypatch):
