@@ -98,6 +98,12 @@ class CalibrationError(SoftsimError):
     exit_code = 2
 
 
+class ModesError(SoftsimError):
+    """A body whose natural frequencies cannot be told."""
+
+    exit_code = 2
+
+
 class DeviceError(SoftsimError):
     """A device that is not there."""
 

@@ -17,6 +17,7 @@ from softsim.report.readable import degrees, duration, readable
 from softsim.report.table import segments
 from softsim.run.pilot import predicted_duration
 from softsim.scene.loading import LoadedScene
+from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.stability.time_step import estimator, first_time_increment
 
 
@@ -121,6 +122,47 @@ def duration_table(loaded: LoadedScene, model: Model, choice: Choice) -> Table:
         "the loads' course, played faster",
     )
     return table
+
+
+def modes_table(found: NaturalModes) -> Table:
+    """A row a mode: its frequencies, what share of the mass follows a shaken hold, what moves most.
+
+    The stiffness of viscoelastic materials at a mode's frequency is said beside that of their law.
+    """
+    body = found.body
+    viscoelastic = any(region.material.branches for region in body.regions)
+    by_law = ["law alone\nHz", "stiffer\ntimes", "dynamic\nHz"]
+    table = Table("mode", box=None)
+    shares = f"mass shares\n{' '.join('xyz'[: body.points.shape[1]])} %"
+    for heading in [*(by_law if viscoelastic else ["frequency\nHz"]), shares]:
+        table.add_column(heading, justify="right")
+    table.add_column("moves most at\nmm", no_wrap=True)
+    table.add_column("set")
+    for number, mode in enumerate(found.modes, start=1):
+        stiffened = [f"{mode.stiffening:.2f}", f"{mode.dynamic_frequency:.4g}"]
+        frequencies = [f"{mode.frequency:.4g}", *(stiffened if viscoelastic else [])]
+        shares = " ".join(f"{100.0 * share:.0f}" for share in mode.mass_shares)
+        table.add_row(str(number), *frequencies, shares, *_most_moved(body, mode))
+    return table
+
+
+def modes_remarks(found: NaturalModes) -> str:
+    """What holds the body, which motions have no frequency, how exact the stiffness is."""
+    motions = found.rigid_motions
+    loose = f", left out: {motions} rigid motion{'s' if motions > 1 else ''}" if motions else ""
+    return (
+        f"natural modes of '{found.body.name}', {found.held_count} nodes held, fixed or tied"
+        f"{loose}; stiffness exact to {found.stiffness_error:.0e}"
+    )
+
+
+def _most_moved(body: Body, mode: NaturalMode) -> tuple[str, str]:
+    """Where the node that moves most is [mm], and the smallest named set that it is in."""
+    node = mode.most_moved
+    place = ", ".join(f"{c * 1e3:.2f}" for c in body.points[node])
+    sets = body.node_sets
+    around = [name for name in sets if body.first_node + node in sets[name]]
+    return place, min(around, key=lambda name: len(sets[name]), default="")
 
 
 def segments_table(report: Mapping[str, Any]) -> Table:

@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -10,6 +10,9 @@ from rich.console import Console
 from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
 from softsim.cli.reporting import ended_by, put_off_report, report_what_there_is
 from softsim.errors import ExpectationError
+
+if TYPE_CHECKING:  # Taichi is for those who compute forces
+    from softsim.model import Model
 
 
 def run(
@@ -68,8 +71,19 @@ def check(
     duration: Annotated[
         bool, typer.Option(help="Predict how long the run takes, from a few seconds of it.")
     ] = True,
+    modes: Annotated[
+        int | None, typer.Option(min=1, help="Tell so many natural modes of each body.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of their modes.png; default: runs/SCENE_modes.")
+    ] = None,
 ) -> None:
-    """Check a scene and say how large it is, its stable step, and how long it will take."""
+    """Check a scene and say how large it is, its stable step, and how long it will take.
+
+    With --modes also the natural frequencies of each body, held at its fixed or tied nodes.
+    """
+    if out is not None and modes is None:
+        raise typer.BadParameter("it is the folder of a figure of --modes", param_hint="--out")
     with explained() as console:
         from softsim.machine import choose
         from softsim.scene.loading import load_scene
@@ -88,7 +102,31 @@ def check(
             from softsim.cli.run_tables import duration_table
 
             console.print(duration_table(loaded, model, choice))
+        if modes is not None:
+            folder = out or Path("runs") / f"{scene.stem}_modes"
+            _tell_modes(model, modes, choice.device, folder, console)
         console.print(f"{scene}: fine")
+
+
+def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: Console) -> None:
+    """A table of the natural modes of each body, and a figure of their shapes in a folder."""
+    from softsim import backend
+    from softsim.cli.run_tables import modes_remarks, modes_table
+    from softsim.output.folder import RunFolder
+    from softsim.report.mode_shapes import draw_modes
+    from softsim.solver.natural_modes import movable_bodies, natural_modes
+
+    bodies = movable_bodies(model)
+    figure = RunFolder(folder).path / "modes.png"
+    backend.start(device)
+    found = [natural_modes(model, body, count) for body in bodies]
+    for name in sorted({b.name for b in model.bodies} - {b.name for b in bodies}):
+        console.print(f"'{name}' is held at all its nodes: it has no natural modes")
+    for modes in found:
+        console.print(modes_remarks(modes), highlight=False)
+        console.print(modes_table(modes))
+    draw_modes(found, figure)
+    console.print(f"their shapes: {figure}", highlight=False)
 
 
 def assess(

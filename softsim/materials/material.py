@@ -42,6 +42,16 @@ class Material:
         """Shear modulus at rest under a sudden load [Pa]: the law's and that of all branches."""
         return self.law.initial_shear_modulus + sum(b.shear_modulus for b in self.branches)
 
+    def storage_modulus(self, frequency: float) -> float:
+        """mu' [Pa] of small vibrations [Hz] about rest: the law's, which is the long-term one, and
+        mu (omega tau)^2 / (1 + (omega tau)^2) of each branch.
+        """
+        stretched = [(2.0 * np.pi * frequency * b.relaxation_time) ** 2 for b in self.branches]
+        return self.law.initial_shear_modulus + sum(
+            b.shear_modulus * square / (1.0 + square)
+            for b, square in zip(self.branches, stretched, strict=True)
+        )
+
     @property
     def impedance(self) -> float:
         """rho c_d [Pa s/m], the stress of a compression wave over its velocity: at rest, under a

@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import h5py
 import numpy as np
@@ -137,9 +138,33 @@ class FieldWriter:
         self.last_time, self.frame_count = float(time), self.frame_count + 1
 
 
+class Series(Protocol):
+    """One array over the frames: series[0], series[-1]."""
+
+    def __getitem__(self, index: int) -> np.ndarray:
+        """The array of a frame."""
+
+    def at(self, indices: Iterable[int]) -> list[np.ndarray]:
+        """The arrays of several frames."""
+
+
+@dataclass(frozen=True)
+class SeriesInMemory:
+    """A series of arrays that no file holds."""
+
+    arrays: list[np.ndarray]
+
+    def __getitem__(self, index: int) -> np.ndarray:
+        return self.arrays[index]
+
+    def at(self, indices: Iterable[int]) -> list[np.ndarray]:
+        """The arrays of several frames."""
+        return [self.arrays[index] for index in indices]
+
+
 @dataclass(frozen=True)
 class FrameSeries:
-    """One array over the frames, read from the file when asked for: series[0], series[-1].
+    """A series that is read from the file when asked for.
 
     rows: rows of the file that make a frame; None where a frame is one entry.
     """
@@ -169,7 +194,7 @@ class FrameSeries:
 
 @dataclass(frozen=True)
 class Frames:
-    """The frames of a run; only the mesh, the times and what is described are in memory.
+    """The frames of a run; only the mesh, the times and what is described are always in memory.
 
     points: (n, 2 or 3) reference positions [m]. cells: (m, corners). times: (frames,) [s].
     point_data, cell_data, extra: name -> series of arrays, vectors with three components.
@@ -179,9 +204,9 @@ class Frames:
     points: np.ndarray
     cells: np.ndarray
     times: np.ndarray
-    point_data: Mapping[str, FrameSeries]
-    cell_data: Mapping[str, FrameSeries]
-    extra: Mapping[str, FrameSeries]
+    point_data: Mapping[str, Series]
+    cell_data: Mapping[str, Series]
+    extra: Mapping[str, Series]
     described: Arrays
     titles: Mapping[str, str]
     sets: Arrays

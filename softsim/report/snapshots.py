@@ -1,5 +1,6 @@
 """The body at a few moments, coloured by a field: one page for plane runs and runs in space."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -111,12 +112,11 @@ def _state(at: float, time: np.ndarray, pressure: np.ndarray | None) -> str:
 
 def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path) -> None:
     view = body.view
-    columns = _columns(len(titles), view)
-    rows = -(-len(titles) // columns)
-    width = (PAGE_WIDTH - 0.5) / columns - 0.1
-    one_line = max(len(name + state) for name, state in titles) + 2 <= LETTERS_AN_INCH * width
+    grid = arranged(len(titles), view)
+    rows, columns = grid.rows, grid.columns
+    one_line = max(len(name + state) for name, state in titles) + 2 <= LETTERS_AN_INCH * grid.width
     between = ": " if one_line else "\n"
-    height = rows * (width * (view[3] - view[2]) / (view[1] - view[0]) + 0.3) + 0.95
+    height = rows * (grid.height + 0.3) + 0.95
     colours, extend = shared_scale(body.values)
     with drawing(path, height + (0.0 if one_line else 0.15 * rows)) as figure:
         panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -136,9 +136,20 @@ def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path)
         bar.outline.set_linewidth(0.5)
 
 
-def _columns(count: int, view: np.ndarray) -> int:
-    """Panels side by side: as many as bring the figure nearest to a page-wide 4:3 picture, with
-    few places left empty."""
+@dataclass(frozen=True)
+class Arrangement:
+    """Panels in a figure; width, height of each picture [inch]."""
+
+    rows: int
+    columns: int
+    width: float
+    height: float
+
+
+def arranged(count: int, view: np.ndarray) -> Arrangement:
+    """So many panels side by side as bring the figure nearest to a page-wide 4:3 picture, with few
+    places left empty. view: xmin, xmax, ymin, ymax of each.
+    """
     aspect = (view[3] - view[2]) / (view[1] - view[0])
 
     def flaws(columns: int) -> float:
@@ -146,4 +157,6 @@ def _columns(count: int, view: np.ndarray) -> int:
         empty = 1.0 - count / (rows * columns)
         return abs(np.log(rows * aspect / columns / 0.75)) + 3.0 * empty
 
-    return min(range(1, count + 1), key=flaws)
+    columns = min(range(1, count + 1), key=flaws)
+    width = (PAGE_WIDTH - 0.5) / columns - 0.1
+    return Arrangement(-(-count // columns), columns, width, float(width * aspect))

@@ -119,6 +119,25 @@ def test_check_says_size_step_and_duration(write_scene):
         assert word in said, word
 
 
+def test_check_tells_natural_modes(write_scene, tmp_path):
+    scene = write_scene(SCENE.replace("dragon_skin_10}", "dragon_skin_10, fixed: [left]}"))
+    options = ["--no-duration", "--modes", "2", "--out", tmp_path, "--device", "cpu"]
+    done = softsim("check", scene, *options)
+    assert done.returncode == 0, done.stderr
+    said = re.sub(r"\s+", " ", done.stdout)
+    for word in ("natural modes of 'b', 3 nodes held, fixed or tied; stiffness exact to",
+                 "law alone stiffer dynamic mass shares moves most at",
+                 "mode Hz times Hz x y % mm set", "1.00, 0.00 bottom", "fine"):  # fmt: skip
+        assert word in said, word
+    assert (tmp_path / "modes.png").stat().st_size > 5000
+
+
+@pytest.mark.parametrize("options", [["--modes", "0"], ["--out", "figures"]])
+def test_a_check_of_no_modes_has_no_figure(write_scene, options):
+    done = softsim("check", write_scene(SCENE), *options)
+    assert done.returncode == 2 and "--modes" in done.stderr
+
+
 def test_check_prints_every_set_of_a_mesh_file_and_what_reading_changed(write_scene, tmp_path):
     (tmp_path / "ring.inp").write_text(
         "*NODE\n1, 1, 0\n2, 2, 0\n3, 2, 1\n4, 1, 1\n"

@@ -228,6 +228,15 @@ def test_prony_shares_are_of_the_instantaneous_modulus():
     assert [b.relaxation_time for b in branches] == [1.0, 2.0]
 
 
+def test_the_storage_modulus_is_that_of_the_series():
+    series = MaxwellSeries.of_prony([(0.25, 1e-3), (0.15, 2e-2)])
+    material = Material("m", NeoHooke(30.0), 1e3, 1000.0, series.branches(60.0))
+    frequency = np.array([0.0, 10.0, 190.0, 1e6])
+    moduli = [material.storage_modulus(f) for f in frequency]
+    assert moduli == pytest.approx(60.0 * series.modulus(frequency).real)
+    assert (moduli[0], moduli[-1]) == pytest.approx((60.0, 100.0), rel=1e-4)
+
+
 def test_an_unknown_material_is_none():
     assert library_material("granite") is None
 

@@ -20,6 +20,7 @@ import pytest
 from rich.console import Console
 
 from softsim import fields
+from softsim.solver.natural_modes import natural_modes
 
 HEIGHT, DENSITY, SHEAR_MODULUS = 1e-3, 1000.0, 72e3
 KAPPA = 20.0 * SHEAR_MODULUS
@@ -159,6 +160,20 @@ def test_frequency_of_quadrilaterals(build, start, record_verification, formulat
     case = f"cantilever frequency [Hz], {formulation}, {count} quad high"
     record_verification(case, exact, found)
     assert found == pytest.approx(exact, rel=2.0 * END * HEIGHT / length + 0.01)
+
+
+def test_natural_frequency(build, start, record_verification):
+    """What swings in the solver swings at the mode's frequency, up to (omega dt)^2 and the square
+    of the amplitude; the second mode is 6.27 times as fast in a slender beam, and less in this one.
+    """
+    length = 20e-3
+    model = build(beam("plane_strain", length, 4))
+    first, second = natural_modes(model, model.bodies[0], 2).modes
+    swinging = first_frequency(model, start, length, first.frequency)
+    record_verification("natural frequency [Hz] of a swinging beam", swinging, first.frequency)
+    assert first.frequency == pytest.approx(swinging, rel=1e-3)
+    assert 6.0 < second.frequency / first.frequency < 6.27
+    assert first.dynamic_frequency == pytest.approx(first.frequency, rel=1e-9)  # no branches
 
 
 @pytest.mark.slow

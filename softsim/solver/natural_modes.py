@@ -1,0 +1,209 @@
+"""Natural frequencies and mode shapes of bodies at rest, each held where its nodes are not free.
+
+K phi = omega^2 M phi with the stiffness of what is computed (rest_stiffness.py) and the masses of
+the nodes. Motions as a whole, of a body or a piece of it that nothing holds, have no frequency:
+they are left out.
+
+A vibration is stiffened by Maxwell branches. Of a mode with the shares e_r of its elastic energy in
+the regions r, whose materials have the storage moduli mu_r', the frequency is where
+    f^2 = f_0^2 sum_r e_r mu_r'(f) / mu_r'(0),
+f_0 that of the law alone. That takes the shape as it is, which regions that stiffen differently
+change: the frequency is then too high, by the square of that (Rayleigh). And it takes the energy as
+that of shear: what of it compresses, mu / (3 kappa) in bending, does not grow.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.optimize import brentq
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+from softsim.errors import ModesError
+from softsim.materials.material import Material
+from softsim.model import Body, Model
+from softsim.solver.rest_stiffness import incidence, rest_stiffness
+
+SHIFT = 1e-3
+"""How far below zero the spectrum is inverted, of (c / L)^2 with the speed c of shear waves and the
+length L of the body: the matrix is positive definite there even if nothing holds the body."""
+
+RIGID = 1e-7
+"""Stiffness against a rigid motion over the mean of its nodes' own: what is less is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalMode:
+    """frequency: of the law alone, dynamic_frequency: with Maxwell branches [Hz].
+    shape (n, d): displacements of the body's nodes, of which the largest is 1. mass_shares (d,):
+    effective mass in each direction over the body's mass [-].
+    """
+
+    frequency: float
+    dynamic_frequency: float
+    shape: np.ndarray
+    mass_shares: np.ndarray
+
+    @property
+    def stiffening(self) -> float:
+        """Stiffness at its frequency over that of the law alone [-]."""
+        return (self.dynamic_frequency / self.frequency) ** 2
+
+    @property
+    def most_moved(self) -> int:
+        """The node that moves most, numbered within the body."""
+        return int(np.argmax(np.linalg.norm(self.shape, axis=1)))
+
+
+@dataclass(frozen=True, eq=False)
+class NaturalModes:
+    """Modes of a body by rising frequency of the law alone. held_count: nodes that are not free in
+    every direction. rigid_motions: how many are left out. stiffness_error: see RestStiffness [-].
+    """
+
+    body: Body
+    modes: list[NaturalMode]
+    held_count: int
+    rigid_motions: int
+    stiffness_error: float
+
+
+def movable_bodies(model: Model) -> list[Body]:
+    """Bodies that are not held at all their nodes. Raises ModesError where there is none."""
+    movable = [body for body in model.bodies if model.is_free[body.nodes].any()]
+    if not movable:
+        raise ModesError(
+            "every node of every body is fixed, prescribed or tied: nothing has natural modes",
+            hint="hold fewer nodes",
+        )
+    return movable
+
+
+def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
+    """The first `count` modes of a movable body of the model.
+
+    Raises ModesError where the body cannot be strained in so many ways, or is too large.
+    """
+    is_free, mass = model.is_free[body.nodes], model.mass[body.nodes]
+    free = is_free.ravel()
+    root_mass = np.sqrt(np.repeat(mass, model.dimension)[free])
+    stiffness = [rest_stiffness(model, body, region) for region in body.regions]
+    scaling = sp.diags(1.0 / root_mass)
+    parts = [(scaling @ k.matrix[free][:, free] @ scaling).tocsc() for k in stiffness]
+    whole = sum(parts[1:], parts[0])
+    rigid = rigid_motions(body, is_free, whole, root_mass)
+    refuse_too_many(body, count, len(root_mass) - rigid.shape[1])
+    shift = SHIFT * wave_frequency(body) ** 2
+    modes = []
+    for square, vector in lowest(whole, rigid, count, shift):
+        frequency = float(np.sqrt(square) / (2.0 * np.pi))
+        energy_shares = np.array([vector @ (part @ vector) for part in parts]) / square
+        shape, momentum = np.zeros((2, *is_free.shape))
+        shape[is_free], momentum[is_free] = vector / root_mass, vector * root_mass
+        modes.append(
+            NaturalMode(
+                frequency,
+                dynamic_frequency(frequency, energy_shares, [r.material for r in body.regions]),
+                shape / np.linalg.norm(shape, axis=1).max(),
+                momentum.sum(axis=0) ** 2 / mass.sum(),
+            )
+        )
+    held_count = int((~is_free.all(axis=1)).sum())
+    return NaturalModes(body, modes, held_count, rigid.shape[1], max(k.error for k in stiffness))
+
+
+def refuse_too_many(body: Body, count: int, ways: int) -> None:
+    """Raise ModesError where a body that can be strained in some `ways` has not more than `count`
+    of them.
+    """
+    if count >= ways:
+        raise ModesError(
+            f"{count} modes of body '{body.name}' cannot be told, whose nodes that are not held "
+            f"can be moved in {ways} ways",
+            hint="hold fewer nodes, or ask for fewer modes",
+        )
+
+
+def lowest(
+    matrix: sp.csc_matrix, without: np.ndarray, count: int, shift: float
+) -> list[tuple[float, np.ndarray]]:
+    """The smallest eigenvalues of a matrix beside those of the orthonormal vectors `without`
+    (size, k), each with its unit vector (size,).
+
+    By Lanczos iteration with the inverse of the matrix plus `shift` on its diagonal. The start
+    vector is always the same one, for the same answer.
+    """
+    size = matrix.shape[0]
+    factors = splu(
+        (matrix + shift * sp.identity(size)).tocsc(), permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0, options={"SymmetricMode": True},
+    )  # fmt: skip
+
+    def kept(v: np.ndarray) -> np.ndarray:
+        return v - without @ (without.T @ v)
+
+    inverse = LinearOperator(matrix.shape, lambda v: kept(factors.solve(kept(v))), dtype=float)
+    start = kept(np.random.default_rng(0).standard_normal(size))
+    values, vectors = eigsh(matrix, count, sigma=-shift, OPinv=inverse, v0=start)
+    return [(float(values[k]), vectors[:, k]) for k in np.argsort(values)]
+
+
+def wave_frequency(body: Body) -> float:
+    """c / L [1/s] of the slowest shear wave and the longest side of the body."""
+    slowest = min(r.material.law.initial_shear_modulus / r.material.density for r in body.regions)
+    return float(np.sqrt(slowest) / np.ptp(body.points, axis=0).max())
+
+
+def rigid_motions(
+    body: Body, is_free: np.ndarray, matrix: sp.csc_matrix, root_mass: np.ndarray
+) -> np.ndarray:
+    """Motions of free components that strain nothing, times sqrt(m): orthonormal (size, k).
+
+    They are sought among shifts and turns of each piece in which what is held rests. Where rings
+    go around, some of these strain them.
+    """
+    tried = shifts_and_turns(body)
+    free = is_free.ravel()
+    at_held, combined = np.linalg.eigh(tried[~free].T @ tried[~free])
+    resting = tried[free] @ combined[:, at_held < 1e-9]
+    basis, _ = np.linalg.qr(root_mass[:, None] * resting)
+    stiffness, turned = np.linalg.eigh(basis.T @ (matrix @ basis))
+    alone = float(matrix.diagonal().mean())
+    return basis @ turned[:, stiffness < RIGID * alone]
+
+
+def shifts_and_turns(body: Body) -> np.ndarray:
+    """Unit vectors (n d, k) of the shifts along the axes and the turns about them, of each piece of
+    a body whose elements are connected.
+    """
+    (n, d), moves = body.points.shape, incidence(body.cells, len(body.points))
+    pieces, piece = connected_components(moves.T @ moves, directed=False)
+    motions = []
+    for number in range(pieces):
+        inside = (piece == number).astype(float)[:, None]
+        arms = body.points - body.points[piece == number].mean(axis=0)
+        for axis in range(d):
+            motions.append(inside * np.eye(d)[axis])
+        for first, second in [(0, 1), (1, 2), (2, 0)][: d * (d - 1) // 2]:
+            turn = np.zeros((n, d))
+            turn[:, first], turn[:, second] = -arms[:, second], arms[:, first]
+            motions.append(inside * turn)
+    columns = np.stack([motion.ravel() for motion in motions], axis=1)
+    return columns / np.linalg.norm(columns, axis=0)
+
+
+def dynamic_frequency(
+    frequency: float, energy_shares: np.ndarray, materials: list[Material]
+) -> float:
+    """Frequency [Hz] of a mode with Maxwell branches, of that without them [Hz] and the shares
+    (k,) of its energy in parts of these materials.
+    """
+
+    def excess(tried: float) -> float:
+        """Of the frequency with the moduli at the frequency that is tried: falls once past 0."""
+        grown = [m.storage_modulus(tried) / m.storage_modulus(0.0) for m in materials]
+        return frequency * float(np.sqrt(energy_shares @ grown)) - tried
+
+    stiffest = max(m.instantaneous_shear_modulus / m.storage_modulus(0.0) for m in materials)
+    return float(brentq(excess, 0.5 * frequency, 2.0 * frequency * np.sqrt(stiffest)))

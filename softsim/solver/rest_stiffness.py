@@ -1,0 +1,175 @@
+"""The stiffness of a region at rest: the derivative of the very forces that an increment computes.
+
+K = -df/dx by central differences, f the forces of the elements with nothing beside them. Averaged
+nodal pressure couples two nodes that move elements with a common corner. Nodes on no two of which
+the force on a third depends are moved at once: they have one colour (Curtis, Powell, Reid 1974, J.
+Inst. Math. Appl. 13:117-119), so that the number of differences does not grow with the mesh.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import norm
+
+from softsim import fields
+from softsim.elements.region import Region
+from softsim.errors import ModesError
+from softsim.model import Body, Model
+from softsim.solver.explicit import ExplicitSolver
+
+STEP = 1e-5
+"""How far a node is moved, of its shortest edge: beyond it strains' squares count, below rounding.
+"""
+
+ALLOWED_ERROR = 1e-5
+"""Of a stiffness, see RestStiffness."""
+
+MOST_ENTRIES = 20_000_000
+"""Of a matrix: with those of a body in space its factors take some 4 GB."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestStiffness:
+    """matrix: K (n d, n d) [N/m] of a body's nodes, symmetric, zero where a component is not free.
+    error: what was not symmetric of it, or what it misses of the forces of an arbitrary
+    displacement, whichever is more, over the norm [-].
+    """
+
+    matrix: sp.csr_matrix
+    error: float
+
+
+def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
+    """The stiffness of a region of a body, of the law alone: Maxwell branches have relaxed.
+
+    Raises ModesError where the matrix would have too many entries, or its error is too large.
+    """
+    is_free = model.is_free[body.nodes]
+    pairs = coupled_pairs(region, np.any(is_free, axis=1))
+    refuse_too_large(body, pairs.nnz * model.dimension**2)
+    if pairs.nnz == 0:  # the body moves, but nothing of this region
+        return RestStiffness(sp.csr_matrix((is_free.size, is_free.size)), 0.0)
+    forces = ElasticForces(model, body, region)
+    step = STEP * shortest_edges(region)
+    free = sp.diags(is_free.ravel().astype(float))
+    found = free @ differences(forces, pairs, step) @ free
+    matrix = (0.5 * (found + found.T)).tocsr()
+    asymmetry = norm(found - found.T) / norm(found)
+    arbitrary = is_free * step[:, None] * np.random.default_rng(0).uniform(-1.0, 1.0, is_free.shape)
+    resisted = free @ forces.resisting(arbitrary).ravel()
+    missed = np.linalg.norm(resisted - matrix @ arbitrary.ravel()) / np.linalg.norm(resisted)
+    error = float(max(asymmetry, missed))
+    if not error <= ALLOWED_ERROR:
+        raise ModesError(
+            f"the forces of body '{body.name}' have no symmetric stiffness at rest, or not between "
+            f"neighbours alone: it is off by {error:.2g}, {ALLOWED_ERROR:g} is allowed",
+            hint="its natural frequencies cannot be told",
+        )
+    return RestStiffness(matrix, error)
+
+
+def refuse_too_large(body: Body, entries: int) -> None:
+    """Raise ModesError where a body's matrix would have too many entries."""
+    if entries > MOST_ENTRIES:
+        raise ModesError(
+            f"body '{body.name}' is too large for its natural frequencies: its stiffness would "
+            f"have {entries:,} entries, {MOST_ENTRIES:,} are possible",
+            hint="use a coarser mesh, or a part of the body, held where it was cut off",
+        )
+
+
+class ElasticForces:
+    """Forces on a body's nodes by one of its regions, whose branches have relaxed, and by nothing
+    else.
+    """
+
+    def __init__(self, model: Model, body: Body, region: Region) -> None:
+        relaxed = replace(region, material=replace(region.material, branches=()))
+        alone = replace(
+            model, bodies=(replace(body, regions=(relaxed,)),), rigid_bodies=(), outlines=(),
+            walls=(), self_contact=None, loads=(), bulk_viscosity=0.0, relaxation=None,
+            settling=None, passage=None,
+        )  # fmt: skip
+        self.solver, self.nodes, self.rest = ExplicitSolver([alone]), body.nodes, model.points
+
+    def at(self, displacement: np.ndarray) -> np.ndarray:
+        """Forces (n, d) [N] where the body's nodes are displaced by (n, d) [m]."""
+        x, nodes = self.rest.copy(), self.solver.terms.nodes
+        x[self.nodes] += displacement
+        fields.write(nodes.position, x[None])
+        self.solver.find_forces(dt=1.0)  # elements without branches and viscosity know no time
+        return fields.read(nodes.force)[0, self.nodes]
+
+    def resisting(self, displacement: np.ndarray) -> np.ndarray:
+        """K u (n, d) [N] of a small displacement u (n, d) [m], by a central difference."""
+        return 0.5 * (self.at(-displacement) - self.at(displacement))
+
+
+def coupled_pairs(region: Region, moving: np.ndarray) -> sp.coo_matrix:
+    """Pairs of a body's nodes, of those that are `moving` (n,), that may act on each other."""
+    hoop, cells = region.geometry.hoop, region.cells
+    movers = cells if hoop is None else hoop.stencil(cells)
+    moves = incidence(movers, len(moving)) @ sp.diags(moving.astype(float))
+    around_corner = incidence(cells, len(moving)).T @ moves
+    pairs = (around_corner.T @ around_corner).tocsr()
+    pairs.eliminate_zeros()
+    return pairs.tocoo()
+
+
+def incidence(nodes: np.ndarray, node_count: int) -> sp.csr_matrix:
+    """Of each element (m, n): 1 at its nodes (m, k)."""
+    starts = np.arange(0, nodes.size + 1, nodes.shape[1])
+    matrix = sp.csr_matrix((np.ones(nodes.size), nodes.ravel(), starts), (len(nodes), node_count))
+    matrix.sum_duplicates()
+    return matrix
+
+
+def colours(pairs: sp.coo_matrix) -> np.ndarray:
+    """Colour (n,) of each node, from 0 on: two that act on the same node have different ones.
+
+    Greedy, in the order of the nodes; -1 of nodes without a pair.
+    """
+    pattern = pairs.tocsr()
+    conflicts = (pattern @ pattern).tocsr()
+    colour = np.full(pattern.shape[0], -1)
+    for node in np.flatnonzero(np.diff(pattern.indptr)):
+        others = colour[conflicts.indices[conflicts.indptr[node] : conflicts.indptr[node + 1]]]
+        taken = np.zeros(len(others) + 1, dtype=bool)
+        taken[others[(others >= 0) & (others < len(taken))]] = True
+        colour[node] = np.argmin(taken)
+    return colour
+
+
+def differences(forces: ElasticForces, pairs: sp.coo_matrix, step: np.ndarray) -> sp.csr_matrix:
+    """K (n d, n d) [N/m], column by column; step (n,): how far each node is moved [m]."""
+    n, d = len(step), forces.rest.shape[1]
+    colour = colours(pairs)
+    order = np.argsort(colour[pairs.col], kind="stable")
+    rows, columns = pairs.row[order], pairs.col[order]
+    starts = np.searchsorted(colour[columns], np.arange(colour.max() + 2))
+    values = np.empty((len(rows), d, d))
+    for number, (start, end) in enumerate(pairwise(starts)):
+        alike, inside = colour == number, slice(start, end)
+        for axis in range(d):
+            moved = np.zeros((n, d))
+            moved[alike, axis] = step[alike]
+            resisted = forces.resisting(moved)
+            values[inside, :, axis] = resisted[rows[inside]] / step[columns[inside], None]
+    of_rows, of_columns = np.broadcast_arrays(
+        (rows[:, None] * d + np.arange(d))[:, :, None],
+        (columns[:, None] * d + np.arange(d))[:, None, :],
+    )
+    entries = (values.ravel(), (of_rows.ravel(), of_columns.ravel()))
+    return sp.csr_matrix(entries, shape=(n * d, n * d))
+
+
+def shortest_edges(region: Region) -> np.ndarray:
+    """Shortest distance (n,) [m] of each node from the others of its elements; 1 beside them."""
+    corners = region.points[region.cells]
+    apart = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
+    apart[apart == 0.0] = np.inf
+    shortest = np.full(len(region.points), np.inf)
+    np.minimum.at(shortest, region.cells, apart.min(axis=2))
+    return np.where(np.isfinite(shortest), shortest, 1.0)
