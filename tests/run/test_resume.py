@@ -16,10 +16,13 @@ from softsim.errors import OutputError
 from softsim.output.claim import claimed
 from softsim.output.history import read_history
 
+# Checkpoints as often as rows: a run that takes long enough to be stopped in its middle.
+SLOWED_STRIP = FALLING_STRIP.replace("checkpoint_interval: 5 ms", "checkpoint_interval: 1 ms")
+
 
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     """SIGTERM in the middle, then --resume: history and fields as if nothing had happened."""
-    scene = write_scene(FALLING_STRIP)
+    scene = write_scene(SLOWED_STRIP)
     run(scene, out=tmp_path / "whole")
     code = (
         "import sys; from softsim.cli import main; "
@@ -37,7 +40,7 @@ def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
 
 def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     """kill -9: the history is readable up to its last row, the last checkpoint resumes."""
-    scene = write_scene(FALLING_STRIP)
+    scene = write_scene(SLOWED_STRIP)
     run(scene, out=tmp_path / "whole")
     code = (
         "from softsim.run import run; from pathlib import Path; "
