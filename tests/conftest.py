@@ -20,11 +20,22 @@ def kernel_cache(tmp_path_factory):
 
 
 @pytest.fixture
-def cpu(kernel_cache):
-    """Taichi on the CPU, started anew: fields of earlier tests are gone."""
+def restart(kernel_cache):
+    """Start Taichi on the CPU anew: fields made before are gone, kernels compiled before are found
+    again. (Two solvers beside each other share no kernels.)
+    """
     from softsim import backend
 
-    return backend.start("cpu", cache=Path(kernel_cache))
+    def started(threads: int = 1):
+        return backend.start("cpu", cache=Path(kernel_cache), threads=threads)
+
+    return started
+
+
+@pytest.fixture
+def cpu(restart):
+    """Taichi on the CPU, started anew: fields of earlier tests are gone."""
+    return restart()
 
 
 @pytest.fixture
@@ -52,12 +63,15 @@ def build(write_scene):
 
 
 @pytest.fixture
-def start(cpu):
-    """A solver at t = 0 with the stable step (or a given share of it)."""
+def start(restart):
+    """A solver at t = 0 with the stable step (or a given share of it), the only one there is: what
+    one started before it has found is read before.
+    """
     from softsim.solver.explicit import ExplicitSolver
     from softsim.stability.time_step import stable_step
 
     def start_solver(*models, share: float = 0.9):
+        restart()
         solver = ExplicitSolver(list(models))
         solver.begin(share * min(stable_step(m, m.points).value for m in models))
         return solver
@@ -66,8 +80,8 @@ def start(cpu):
 
 
 @pytest.fixture
-def start_settled(cpu):
-    """A solver at t = 0 with the stable step, whose models have settled."""
+def start_settled(restart):
+    """As `start`, with the stable step, whose models have settled."""
     import numpy as np
 
     from softsim.solver.energy import EnergyReader
@@ -76,6 +90,7 @@ def start_settled(cpu):
     from softsim.stability.time_step import stable_step
 
     def start_solver(*models):
+        restart()
         solver = ExplicitSolver(list(models))
         step = 0.9 * min(stable_step(m, m.points).value for m in models)
         settle(solver, EnergyReader(solver), np.full(len(models), step))

@@ -1,12 +1,14 @@
 """Maxwell branches of a material: given as a Prony series, or fitted to its spectrum."""
 
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Any
 
 from softsim.materials.laws import LAWS
 from softsim.materials.maxwell import MaxwellSeries
 from softsim.materials.maxwell_fit import MaxwellFit, fewest_branches
 from softsim.materials.spectrum import Spectrum, constant_loss_factor, fractional, measured
+from softsim.scene import spectra
 from softsim.scene.materials import Material
 
 SPECTRA: Mapping[str, Callable[[Any, float], Spectrum]] = {
@@ -28,6 +30,17 @@ def viscoelasticity(data: Material) -> tuple[MaxwellSeries, MaxwellFit | None]:
     if data.spectrum is None:
         return MaxwellSeries.of_prony([(term.g, term.relaxation_time) for term in data.prony]), None
     mu0 = LAWS[data.law](*data.constants).initial_shear_modulus
-    spectrum = SPECTRA[data.spectrum.kind](data.spectrum, mu0)
-    fit = fewest_branches(spectrum, data.spectrum.largest_error)
+    fit = fitted(data.spectrum, mu0)
     return fit.series, fit
+
+
+@lru_cache
+def fitted(data: spectra.Spectrum, mu0: float) -> MaxwellFit:
+    """The fit to a scene's spectrum, mu0 [Pa] being the law's shear modulus at rest; kept, as it
+    takes a third of a second and the cases of a study build the same material again.
+
+    Raises
+    ------
+    MaterialError: no branches meet the spectrum.
+    """
+    return fewest_branches(SPECTRA[data.kind](data, mu0), data.largest_error)

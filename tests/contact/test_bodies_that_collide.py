@@ -1,7 +1,5 @@
 """Whole runs of deformable bodies that hit each other: energy, momentum, the same bits."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from surface_rig import PLANE
@@ -70,15 +68,14 @@ def test_a_resumed_run_goes_on_to_the_same_bits(build, start):
         np.testing.assert_array_equal(after[name], array, err_msg=name)
 
 
-def test_workers_give_the_bits_of_one_in_self_contact(build, kernel_cache):
+def test_workers_give_the_bits_of_one_in_self_contact(build, restart):
     """One thread by itself or two side by side."""
-    from softsim import backend
     from softsim.machine import processor_count
     from softsim.solver.explicit import ExplicitSolver
 
     if processor_count() == 1:
         pytest.skip("one processor")
-    backend.start("cpu", cache=Path(kernel_cache), threads=2)
+    restart(threads=2)
     model = build(PLANE, ASLANT)
     dt = 0.9 * stable_step(model, model.points).value
     solver = ExplicitSolver([model])

@@ -2,10 +2,12 @@
 
 import io
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,10 +18,13 @@ from softsim.errors import OutputError
 from softsim.output.claim import claimed
 from softsim.output.history import read_history
 
+# Checkpoints as often as rows: a run that takes long enough to be stopped in its middle.
+SLOWED_STRIP = FALLING_STRIP.replace("checkpoint_interval: 5 ms", "checkpoint_interval: 1 ms")
+
 
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     """SIGTERM in the middle, then --resume: history and fields as if nothing had happened."""
-    scene = write_scene(FALLING_STRIP)
+    scene = write_scene(SLOWED_STRIP)
     run(scene, out=tmp_path / "whole")
     code = (
         "import sys; from softsim.cli import main; "
@@ -37,7 +42,7 @@ def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
 
 def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     """kill -9: the history is readable up to its last row, the last checkpoint resumes."""
-    scene = write_scene(FALLING_STRIP)
+    scene = write_scene(SLOWED_STRIP)
     run(scene, out=tmp_path / "whole")
     code = (
         "from softsim.run import run; from pathlib import Path; "
@@ -53,6 +58,27 @@ def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run):
     same_files(tmp_path / "whole", tmp_path / "parts")
 
 
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory, kernel_cache):
+    """The strip's scene, and the folder of its run to 5 ms, which ended as it should."""
+    from softsim.run import run as run_scene
+
+    base = tmp_path_factory.mktemp("finished")
+    scene, out = base / "scene.yaml", base / "out"
+    scene.write_text(FALLING_STRIP, encoding="utf-8")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SOFTSIM_CACHE", kernel_cache)
+        run_scene(scene, ("time.end=5 ms",), out, "cpu", console=Console(file=io.StringIO()))
+    return scene, out
+
+
+@pytest.fixture
+def ended(finished, tmp_path):
+    """The same, the folder as this test's own."""
+    scene, folder = finished
+    return scene, Path(shutil.copytree(folder, tmp_path / "out"))
+
+
 def wait_for_rows(path, rows, process):
     deadline = time.monotonic() + 120.0
     while time.monotonic() < deadline:
@@ -63,51 +89,46 @@ def wait_for_rows(path, rows, process):
     raise AssertionError("no rows")
 
 
-def test_resuming_a_finished_run_changes_nothing(write_scene, tmp_path, run):
-    scene = write_scene(FALLING_STRIP)
-    run(scene, "time.end=5 ms", out=tmp_path / "out")
-    before = (tmp_path / "out" / "history.csv").read_bytes()
-    run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True)
-    assert (tmp_path / "out" / "history.csv").read_bytes() == before
-    assert status(tmp_path / "out") == "done"
+def test_resuming_a_finished_run_changes_nothing(ended, run):
+    scene, out = ended
+    before = (out / "history.csv").read_bytes()
+    run(scene, "time.end=5 ms", out=out, resume=True)
+    assert (out / "history.csv").read_bytes() == before
+    assert status(out) == "done"
 
 
-def test_resume_on_another_device_is_refused(write_scene, tmp_path, run):
+def test_resume_on_another_device_is_refused(ended, run):
     import h5py
 
-    scene = write_scene(FALLING_STRIP)
-    run(scene, "time.end=5 ms", out=tmp_path / "out")
-    with h5py.File(tmp_path / "out" / "checkpoint.h5", "r+") as file:
+    scene, out = ended
+    with h5py.File(out / "checkpoint.h5", "r+") as file:
         del file["device"]
         file["device"] = np.frombuffer(b"cuda", np.uint8)
     with pytest.raises(OutputError, match="computed on cuda"):
-        run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True)
+        run(scene, "time.end=5 ms", out=out, resume=True)
 
 
-def test_resume_of_another_scene_is_refused(write_scene, tmp_path, run):
-    scene = write_scene(FALLING_STRIP)
-    run(scene, "time.end=5 ms", out=tmp_path / "out")
+def test_resume_of_another_scene_is_refused(ended, run):
+    scene, out = ended
     with pytest.raises(OutputError, match="another scene"):
-        run(scene, "time.end=6 ms", out=tmp_path / "out", resume=True)
+        run(scene, "time.end=6 ms", out=out, resume=True)
 
 
-def test_resume_of_nothing_starts_anew_and_says_so(write_scene, tmp_path, run):
+def test_resume_of_nothing_starts_anew_and_says_so(finished, tmp_path, run):
     """A cluster's command is the same whether the job was there before or not."""
-    scene, console = write_scene(FALLING_STRIP), Console(file=io.StringIO(), width=500)
-    run(scene, "time.end=5 ms", out=tmp_path / "plain")
+    (scene, plain), console = finished, Console(file=io.StringIO(), width=500)
     run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True, console=console)
     said = console.file.getvalue()
     assert f"nothing to resume in {tmp_path / 'out'}: the run starts anew" in said
-    same_files(tmp_path / "plain", tmp_path / "out")
+    same_files(plain, tmp_path / "out")
 
 
 def contents(folder):
     return {file.name: file.read_bytes() for file in folder.iterdir() if not file.is_dir()}
 
 
-def test_a_folder_in_which_a_run_is_at_work_is_left_alone(write_scene, tmp_path, run):
-    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
-    run(scene, "time.end=5 ms", out=out)
+def test_a_folder_in_which_a_run_is_at_work_is_left_alone(ended, run):
+    scene, out = ended
     for resume in (False, True):
         with claimed(out):
             before = contents(out)
@@ -123,22 +144,20 @@ def without_rows(out, start, stop):
     (out / "history.csv").write_text("".join(lines[: 2 + start] + lines[2 + stop :]))
 
 
-@pytest.mark.parametrize("start, stop", [(4, 11), (3, 5), (0, 11)], ids=["end", "middle", "all"])
-def test_a_history_with_a_hole_is_not_resumed(write_scene, tmp_path, run, start, stop):
-    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
-    run(scene, "time.end=10 ms", out=out)
+@pytest.mark.parametrize("start, stop", [(3, 6), (2, 4), (0, 6)], ids=["end", "middle", "all"])
+def test_a_history_with_a_hole_is_not_resumed(ended, run, start, stop):
+    scene, out = ended
     without_rows(out, start, stop)
     before = contents(out)
-    said = rf"history\.csv has {11 - stop + start} of 11 entries .*at t = 0\.01 s.*hole"
+    said = rf"history\.csv has {6 - stop + start} of 6 entries .*at t = 0\.005 s.*hole"
     with pytest.raises(OutputError, match=said) as told:
-        run(scene, "time.end=10 ms", out=out, resume=True)
+        run(scene, "time.end=5 ms", out=out, resume=True)
     assert "remove checkpoint.h5" in told.value.hint
     assert contents(out) == before
 
 
-def test_frames_with_a_hole_are_not_resumed(write_scene, tmp_path, run):
-    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
-    run(scene, "time.end=5 ms", out=out)
+def test_frames_with_a_hole_are_not_resumed(ended, run):
+    scene, out = ended
     shorter = (out / "results.vtkhdf").read_bytes()
     run(scene, "time.end=20 ms", out=out)
     (out / "results.vtkhdf").write_bytes(shorter)
@@ -147,9 +166,8 @@ def test_frames_with_a_hole_are_not_resumed(write_scene, tmp_path, run):
 
 
 @pytest.mark.parametrize("name", ["checkpoint.h5", "results.vtkhdf"])
-def test_a_truncated_file_is_not_resumed(write_scene, tmp_path, run, name):
-    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
-    run(scene, "time.end=5 ms", out=out)
+def test_a_truncated_file_is_not_resumed(ended, run, name):
+    scene, out = ended
     whole = (out / name).read_bytes()
     (out / name).write_bytes(whole[: len(whole) // 2])
     before = contents(out)
@@ -159,9 +177,8 @@ def test_a_truncated_file_is_not_resumed(write_scene, tmp_path, run, name):
     assert contents(out) == before
 
 
-def test_a_resumed_run_repairs_what_it_writes_anyway(write_scene, tmp_path, run):
-    scene, out = write_scene(FALLING_STRIP), tmp_path / "out"
-    run(scene, "time.end=5 ms", out=out)
+def test_a_resumed_run_repairs_what_it_writes_anyway(ended, run):
+    scene, out = ended
     whole = (out / "scene.resolved.yaml").read_text()
     for name in ("summary.json", "scene.resolved.yaml"):
         (out / name).write_text(whole[:100] + ": {")

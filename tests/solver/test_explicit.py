@@ -1,10 +1,9 @@
 """The integrator: order, stability, scenarios, launches."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from softsim.solver import increments
 from softsim.solver.increments import Span
 from softsim.stability.time_step import stable_step
 
@@ -109,67 +108,74 @@ KINDS = ["plane", "section of rings", "space", "ring, static"]
 
 
 @pytest.mark.parametrize("text", MODELS, ids=KINDS)
-def test_launches_give_the_answer_of_the_serial_kernel(build, start, text):
-    """The launch sequence of a GPU, run on the CPU: same passes, same order, same result.
+def test_launches_give_the_answer_of_the_serial_kernel(build, start, monkeypatch, text):
+    """The launch sequence of a GPU, run on the CPU: same passes, same order, same result. Several
+    increments a call take minutes to compile; a strip has them below.
 
     To round-off: fast_math lets the compiler order sums as suits the loop around them. (Under local
     damping, which turns with the sign of a velocity, round-off grows tenfold in 50 increments.)
     """
+    monkeypatch.setattr(increments, "LAUNCHED_TOGETHER", 1)
     model = build(text)
-    serial = start(model)
-    serial.advance(163)
-    x = serial.positions()
-    launched = start(model)
-    dt = launched.time_increment
-    launched.kernels.by_launches([Span(163, launched.time, dt, drift=dt, kick=dt)])
+    solver = start(model)
+    begun, dt = solver.state(), solver.time_increment
+    solver.advance(163)
+    x = solver.positions()
+    solver.restore(begun, 0.0, 0, dt)
+    solver.kernels.by_launches([Span(163, 0.0, dt, drift=dt, kick=dt)])
     size = np.ptp(model.points, axis=0).max()
-    np.testing.assert_allclose(x, launched.positions(), rtol=0.0, atol=1e-12 * size)
+    np.testing.assert_allclose(x, solver.positions(), rtol=0.0, atol=1e-12 * size)
     assert np.abs(x - model.points).max() > 1e-4 * size  # something moved
 
 
-def test_scenarios_rest_when_they_have_done_their_own(build, cpu):
+def test_scenarios_rest_when_they_have_done_their_own(build, restart):
     """Other steps and numbers of increments side by side, by launches and one after another."""
     from softsim.solver.explicit import ExplicitSolver
 
     steps, counts = np.array([3e-6, 4e-6]), np.array([37, 80])
     models = [build(STRIP, f"contact.friction_coefficient={mu}") for mu in (0.0, 0.8)]
-    together, launched = ExplicitSolver(models), ExplicitSolver(models)
-    for solver in (together, launched):
+
+    def begun(models, steps):
+        restart()
+        solver = ExplicitSolver(models)
         solver.begin(steps)
+        return solver
+
+    together = begun(models, steps)
     together.advance(counts)
-    spans = [
-        Span(int(count), 0.0, dt, drift=dt, kick=dt)
-        for count, dt in zip(counts, steps, strict=True)
-    ]
-    launched.kernels.by_launches(spans)
     np.testing.assert_allclose(together.times, counts * steps)
-    size = np.ptp(models[0].points, axis=0).max()
-    x = together.positions()
+    x, size = together.positions(), np.ptp(models[0].points, axis=0).max()
+    launched = begun(models, steps)
+    launched.kernels.by_launches(
+        [
+            Span(int(count), 0.0, dt, drift=dt, kick=dt)
+            for count, dt in zip(counts, steps, strict=True)
+        ]
+    )
     np.testing.assert_allclose(x, launched.positions(), rtol=0.0, atol=1e-12 * size)
     for s, model in enumerate(models):
-        alone = ExplicitSolver([model])
-        alone.begin(float(steps[s]))
+        alone = begun([model], float(steps[s]))
         alone.advance(int(counts[s]))
         np.testing.assert_allclose(x[s], alone.positions()[0], rtol=0.0, atol=1e-12 * size)
 
 
 @pytest.mark.parametrize("text", MODELS, ids=KINDS)
-def test_workers_give_the_bits_of_one(build, kernel_cache, text):
+def test_workers_give_the_bits_of_one(build, restart, text):
     """One thread by itself or two side by side: each number is summed in the same order."""
-    from softsim import backend
     from softsim.machine import processor_count
     from softsim.solver.explicit import ExplicitSolver
 
     if processor_count() == 1:
         pytest.skip("one processor")
-    backend.start("cpu", cache=Path(kernel_cache), threads=2)
+    restart(threads=2)
     model = build(text)
     dt = 0.9 * stable_step(model, model.points).value
-    found = []
+    solver = ExplicitSolver([model])
+    solver.begin(dt)
+    begun, found = solver.state(), []
     for workers in (0, 1, 2):
-        solver = ExplicitSolver([model])
-        solver.begin(dt)
-        span = Span(16, solver.time, dt, drift=dt, kick=dt)
+        solver.restore(begun, 0.0, 0, dt)
+        span = Span(16, 0.0, dt, drift=dt, kick=dt)
         if workers:
             solver.kernels.together(0, span, workers)
         else:
@@ -180,16 +186,16 @@ def test_workers_give_the_bits_of_one(build, kernel_cache, text):
             np.testing.assert_array_equal(other[name], array, err_msg=name)
 
 
-def test_period_error_is_of_second_order(build, start):
+def test_period_error_is_of_second_order(build, restart):
     """Free vibration without contact: halving the step quarters the difference to a fine one."""
-    model = build(STRIP, "environment.walls={}", "solver.bulk_viscosity=0")
-    ends = []
     from softsim.solver.explicit import ExplicitSolver
 
-    span = 5e-3
+    model = build(STRIP, "environment.walls={}", "solver.bulk_viscosity=0")
+    ends, span = [], 5e-3
     coarse = 0.8 * stable_step(model, model.points).value
     count = int(np.ceil(span / coarse))
     for refinement in (1, 2, 8):
+        restart()
         solver = ExplicitSolver([model])
         solver.begin(span / (count * refinement))
         solver.advance(count * refinement)
@@ -217,10 +223,10 @@ def test_a_changed_step_keeps_second_order(build, start):
     solver.advance(500)
     solver.change_time_increment(0.5 * step)
     solver.advance(1000)
-    reference = start(model, share=0.1)
-    reference.advance(round(solver.time / reference.time_increment))
+    changed = solver.positions()
+    fine = start(model, share=0.1)
+    fine.advance(round(solver.time / fine.time_increment))
+    reference = fine.positions()
     fixed = start(model, share=0.8)
     fixed.advance(1000)
-    changed_error = np.abs(solver.positions() - reference.positions()).max()
-    fixed_error = np.abs(fixed.positions() - reference.positions()).max()
-    assert changed_error < fixed_error
+    assert np.abs(changed - reference).max() < np.abs(fixed.positions() - reference).max()

@@ -43,18 +43,20 @@ def test_a_block_slides_down_a_polyline_as_down_a_plane(build, start, record_ver
     surface begin to touch, and with that the age of their contact.
     The polyline ends below the block, and goes on straight from there.
     """
-    solvers = []
+    spans = ((0.01, 1e-14, 1e-12), (0.1, 1e-14, 1e-4))
+    moved = []  # with each wall, at the end of each span
     for wall in ([], [ground(-1.0 * UP, 30.0 * UP)]):
         coulomb = ("contact.friction_memory=0 s", *wall)
         models = [build(BLOCK, f"contact.friction_coefficient={mu}", *coulomb) for mu in (0, 0.5)]
-        solvers.append(start(*models))
-    for until, slippery, rough in ((0.01, 1e-14, 1e-12), (0.1, 1e-14, 1e-4)):
-        for solver in solvers:
+        solver = start(*models)
+        moved.append([])
+        for until, *_ in spans:
             settle(solver, until, 50)
-        plane, grid = (solver.positions() - models[0].points for solver in solvers)
+            moved[-1].append(solver.positions() - models[0].points)
+    for (_, slippery, rough), plane, grid in zip(spans, *moved, strict=True):
         assert np.abs(grid - plane)[0].max() < slippery
         assert np.abs(grid - plane)[1].max() < rough
-    ways = [-float((moved[1] @ UP).mean()) for moved in (plane, grid)]
+    ways = [-float((by[1] @ UP).mean()) for by in (plane, grid)]
     assert ways[0] > 7e-3
     record_verification("slides down a slope on a grid [m]", *ways)
 
