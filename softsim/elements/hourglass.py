@@ -140,6 +140,11 @@ def amplitudes(region: Region, modes: HourglassModes) -> np.ndarray:
     return result
 
 
+# So many modes are relaxed one by one in the text of a kernel. That is faster than a loop, but the
+# twelve modes of hexahedra take a minute to compile.
+UNROLLED = 2
+
+
 @ti.data_oriented
 class HourglassSprings:
     """Springs on the amplitudes y of `count` modes, whose energy is 1/2 mu y^2 [J]: the law's, and
@@ -179,26 +184,31 @@ class HourglassSprings:
         for m in ti.static(range(self.count)):
             self.force[s, b, m] = self.modulus[0] * self.amplitude[s, b, m]
         if ti.static(self.points.branch_count > 0):
-            self.relax(s, b)
+            dissipated = self.lane(0.0)
+            if ti.static(self.count <= UNROLLED):
+                for m in ti.static(range(self.count)):
+                    dissipated += self.relax(s, b, m)
+            else:
+                for m in range(ti.static(self.count)):
+                    dissipated += self.relax(s, b, m)
+            self.dissipation[s, b] = self.dissipation[s, b] + dissipated
 
     @ti.func
-    def relax(self, s, b):
-        """The branches' share of the forces."""
-        dissipated = self.lane(0.0)
-        for m in range(ti.static(self.count)):  # unrolled it takes a minute to compile
-            y = self.amplitude[s, b, m]
-            mean = 0.5 * (y + self.last[s, b, m])
-            force = self.force[s, b, m]
-            for k in ti.static(range(self.points.branch_count)):
-                e, mu = self.points.decay[s, k], self.points.branch_modulus[k]
-                before = self.relaxed[s, b, m, k]
-                after = e * before + (1.0 - e) * y  # exact for a constant y
-                self.relaxed[s, b, m, k] = after
-                force += mu * (y - after)
-                dissipated += mu * (mean - 0.5 * (before + after)) * (after - before)
-            self.last[s, b, m] = y
-            self.force[s, b, m] = force
-        self.dissipation[s, b] = self.dissipation[s, b] + dissipated
+    def relax(self, s, b, m):
+        """Add the branches' share of the force of mode m; what they have dissipated."""
+        y = self.amplitude[s, b, m]
+        mean = 0.5 * (y + self.last[s, b, m])
+        force, dissipated = self.force[s, b, m], self.lane(0.0)
+        for k in ti.static(range(self.points.branch_count)):
+            e, mu = self.points.decay[s, k], self.points.branch_modulus[k]
+            before = self.relaxed[s, b, m, k]
+            after = e * before + (1.0 - e) * y  # exact for a constant y
+            self.relaxed[s, b, m, k] = after
+            force += mu * (y - after)
+            dissipated += mu * (mean - 0.5 * (before + after)) * (after - before)
+        self.last[s, b, m] = y
+        self.force[s, b, m] = force
+        return dissipated
 
     @ti.func
     def stored_energy(self, s):

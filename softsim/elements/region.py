@@ -42,12 +42,30 @@ class Region:
 
     @property
     def pressure_points(self) -> np.ndarray:
-        """Numbers (m, k) of the pressures that each element has: those of its nodes, where linear
-        simplexes would lock with one each; of an element with hourglass modes its own.
+        """Numbers (m, k), below `pressure_count`, of the pressures that each element has: those of
+        its nodes, where linear simplexes would lock with one each; of an element with hourglass
+        modes its own. Of simplexes among the latter those of their nodes, after the elements' own.
         """
-        if self.has_hourglass_modes:
-            return np.arange(len(self.cells))[:, None]
-        return self.cells
+        if not self.has_hourglass_modes:
+            return self.cells
+        own = np.arange(len(self.cells))[:, None]
+        simplexes = self._is_simplex[:, None]
+        return np.where(simplexes, len(own) + self.cells, own) if simplexes.any() else own
+
+    @property
+    def pressure_count(self) -> int:
+        """How many pressures are numbered."""
+        if not self.has_hourglass_modes:
+            return len(self.points)
+        return len(self.cells) + (len(self.points) if self._is_simplex.any() else 0)
+
+    @property
+    def _is_simplex(self) -> np.ndarray:
+        """Which cells (m,) have collapsed to simplexes."""
+        corners = np.sort(self.cells, axis=1)
+        distinct = 1 + (corners[:, 1:] != corners[:, :-1]).sum(axis=1)
+        simplexes: np.ndarray = distinct == self.points.shape[1] + 1
+        return simplexes
 
     @property
     def pressure_sizes(self) -> np.ndarray:
@@ -56,8 +74,7 @@ class Region:
         """
         points = self.pressure_points
         volume = signed_volumes(self.points, self.cells)[:, None] / points.shape[1]
-        count = len(self.cells) if self.has_hourglass_modes else len(self.points)
-        return nodal_sums(points, volume, count) ** (1.0 / self.points.shape[1])
+        return nodal_sums(points, volume, self.pressure_count) ** (1.0 / self.points.shape[1])
 
     @property
     def volumes(self) -> np.ndarray:
