@@ -82,6 +82,8 @@ def _first(condition: np.ndarray) -> int:
 
 
 def _moving_average(values: np.ndarray, window: int) -> np.ndarray:
-    """Mean over `window` values around each; the ends are continued by their own values."""
-    padded = np.pad(values, (window // 2, (window - 1) // 2), mode="edge")
+    """Mean over `window` values around each; the ends are continued by the mean of a window there,
+    as a value of their own may be a peak.
+    """
+    padded = np.pad(values, (window // 2, (window - 1) // 2), mode="mean", stat_length=window)
     return np.convolve(padded, np.full(window, 1.0 / window), mode="valid")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from softsim.report.moments import moments, onset_of_motion
@@ -29,6 +29,7 @@ def test_onset_is_found_under_any_vibration(moves_at, swing, frequency, directio
     assert found[2].time == pytest.approx(moves_at, abs=0.3)
 
 
+@example(frequency=30.375, swing=0.0009871119184075286)  # ends at a peak of either side
 @given(frequency=st.floats(30.0, 200.0), swing=st.floats(1e-6, 1e-3))
 def test_vibration_in_place_has_no_onset(frequency, swing) -> None:
     found = moments(TIME, PRESSURE, swing * np.sin(2 * np.pi * frequency * TIME))

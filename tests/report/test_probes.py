@@ -87,9 +87,9 @@ environment:
 layout: {}
 time: {end: 1 s}
 """,
-    "of a closed loop": """
+    "of a closed loop, of quadrilaterals": """
 bodies:
-  b: {mesh: {generator: block, length: 3 mm, height: 3 mm, element_size: 3 mm},
+  b: {mesh: {generator: block, length: 3 mm, height: 3 mm, element_size: 3 mm, cells: quad},
       formulation: plane_strain, thickness: 1 mm, material: ecoflex_00_30, fixed: [bottom]}
 rigid_bodies: {r: {mass: 1 g, inertia: 1 g*mm^2}}
 loads:
