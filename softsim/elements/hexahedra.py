@@ -17,16 +17,16 @@ Amplitudes: y = sqrt(V/3 / mu) L E of each plate, with H = L^T L.
 import numpy as np
 import taichi as ti
 
-from softsim import backend
 from softsim.elements.hourglass import (
     CYCLIC,
+    HourglassElements,
     HourglassSprings,
     hourglass_modes,
     plate_factors,
     warping_scales,
 )
 from softsim.elements.one_point import followed_by_zeros, lane_tables, padded
-from softsim.elements.quadrature import CORNERS
+from softsim.elements.quadrature import PARENT_CORNERS
 from softsim.elements.region import Region
 from softsim.elements.tetrahedra import SpaceElements
 from softsim.fields import lane_field
@@ -34,12 +34,12 @@ from softsim.nodes import Nodes
 from softsim.term import Pass, Stage
 
 MODES, AMPLITUDES = 4, 12
-SIGNS = tuple(map(tuple, CORNERS[8].tolist()))  # xi_i of the corners
+SIGNS = tuple(map(tuple, PARENT_CORNERS[8].tolist()))  # xi_i of the corners
 
 
 @ti.data_oriented
-class Hexahedra(SpaceElements):
-    """Hexahedra; parameters as for OnePointElements."""
+class Hexahedra(HourglassElements, SpaceElements):
+    """Hexahedra; parameters as for SpaceElements."""
 
     def __init__(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> None:
         super().__init__(nodes, region, bulk_viscosity)
@@ -54,7 +54,7 @@ class Hexahedra(SpaceElements):
         L = np.stack([plate_factors(region, modes, k) for k in range(3)], axis=1)
         self.plate = lane_tables(followed_by_zeros(L.reshape(len(L), 3, 9)))
         self.mode = lane_field((scenarios, blocks, MODES, 3))  # h~_k
-        self.pull = lane_field((scenarios, blocks, MODES, 3))  # Q_k
+        self.moment = lane_field((scenarios, blocks, MODES, 3))  # Q_k
         self.turned = lane_field((scenarios, blocks, AMPLITUDES))  # q_ki at 3 k + i
         self.slope = lane_field((scenarios, blocks, AMPLITUDES))  # p_ki
         self.bent = lane_field((scenarios, blocks, 9))  # of T_i, at 3 i + component
@@ -64,10 +64,6 @@ class Hexahedra(SpaceElements):
         passes = super().passes()
         passes[Stage.PRESS].append(Pass("elements", int(self.blocks), (self.bend,)))
         return passes
-
-    def rest_edges(self, region: Region) -> np.ndarray:
-        """D_i (m, 3, 3) [m]."""
-        return hourglass_modes(region).basis
 
     @ti.func
     def deform(self, s, b, t, dt):
@@ -105,14 +101,6 @@ class Hexahedra(SpaceElements):
         self.keep_volume(s, b, self.volume_ratio(s, b))
 
     @ti.func
-    def corner_component(self, s, b, corner: ti.template(), k: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Coordinate k of one corner of a block."""
-        x = self.metric.lane(0.0)
-        for lane in ti.static(range(backend.lanes())):
-            x[lane] = self.nodes.position[s, self.corner[b, corner, lane]][k]
-        return x
-
-    @ti.func
     def bend(self, s, b, t, dt):
         """What the hourglass modes add to T_i, less sum P_ki Q_k, and Q_k."""
         ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
@@ -136,9 +124,9 @@ class Hexahedra(SpaceElements):
             p_a = self.slope[s, b, 3 * m]
             p_b = self.slope[s, b, 3 * m + 1]
             p_c = self.slope[s, b, 3 * m + 2]
-            self.pull[s, b, m, 0] = p_a * e_ax + p_b * e_bx + p_c * e_cx
-            self.pull[s, b, m, 1] = p_a * e_ay + p_b * e_by + p_c * e_cy
-            self.pull[s, b, m, 2] = p_a * e_az + p_b * e_bz + p_c * e_cz
+            self.moment[s, b, m, 0] = p_a * e_ax + p_b * e_bx + p_c * e_cx
+            self.moment[s, b, m, 1] = p_a * e_ay + p_b * e_by + p_c * e_cy
+            self.moment[s, b, m, 2] = p_a * e_az + p_b * e_bz + p_c * e_cz
         self.bend_edge(s, b, 0, r_a, e_ax, e_ay, e_az)
         self.bend_edge(s, b, 1, r_b, e_bx, e_by, e_bz)
         self.bend_edge(s, b, 2, r_c, e_cx, e_cy, e_cz)
@@ -151,9 +139,9 @@ class Hexahedra(SpaceElements):
         for m in ti.static(range(MODES)):
             p, share = self.slope[s, b, 3 * m + i], self.share[b, m, i]
             along += p * self.turned[s, b, 3 * m + i]
-            T_x += p * r * self.mode[s, b, m, 0] - share * self.pull[s, b, m, 0]
-            T_y += p * r * self.mode[s, b, m, 1] - share * self.pull[s, b, m, 1]
-            T_z += p * r * self.mode[s, b, m, 2] - share * self.pull[s, b, m, 2]
+            T_x += p * r * self.mode[s, b, m, 0] - share * self.moment[s, b, m, 0]
+            T_y += p * r * self.mode[s, b, m, 1] - share * self.moment[s, b, m, 1]
+            T_z += p * r * self.mode[s, b, m, 2] - share * self.moment[s, b, m, 2]
         self.bent[s, b, 3 * i] = T_x - along * r * e_x
         self.bent[s, b, 3 * i + 1] = T_y - along * r * e_y
         self.bent[s, b, 3 * i + 2] = T_z - along * r * e_z
@@ -173,15 +161,6 @@ class Hexahedra(SpaceElements):
     def inverse_root(self, s, b, i: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
         """1 / |d_i|."""
         return 1.0 / ti.sqrt(self.dot(s, b, i, i))
-
-    @ti.func
-    def sum_of_edges(self, s, b, S_1, S_2, S_3):
-        """S_1 d_1 + S_2 d_2 + S_3 d_3, by component."""
-        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
-        x = S_1 * ax[s, b] + S_2 * bx[s, b] + S_3 * cx[s, b]
-        y = S_1 * ay[s, b] + S_2 * by[s, b] + S_3 * cy[s, b]
-        z = S_1 * az[s, b] + S_2 * bz[s, b] + S_3 * cz[s, b]
-        return x, y, z
 
     @ti.func
     def strain_plates(self, s, b):
@@ -239,25 +218,4 @@ class Hexahedra(SpaceElements):
     def pulled(self, s, b, m: ti.template(), k: ti.template(), g_1, g_2, g_3):  # type: ignore[valid-type]  # Taichi wants an instance
         """Component k of H_m = Q_m + sum N_mi G_i."""
         lean = self.lean[b, m, 0] * g_1 + self.lean[b, m, 1] * g_2 + self.lean[b, m, 2] * g_3
-        return self.pull[s, b, m, k] + lean
-
-    # --- what the books and checkpoints ask -------------------------------------------------------
-
-    def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
-        return super().state_fields() | self.springs.state_fields()
-
-    def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
-        super().forget_dissipation(scenario)
-        self.springs.forget_dissipation(scenario)
-
-    @ti.func
-    def hourglass_energy(self, s):
-        """In the hourglass modes [J]."""
-        return self.springs.stored_energy(s)
-
-    @ti.func
-    def hourglass_dissipation(self, s):
-        """By their Maxwell branches so far [J]."""
-        return self.springs.dissipated_energy(s)
+        return self.moment[s, b, m, k] + lean

@@ -34,7 +34,8 @@ import taichi as ti
 
 from softsim import backend, fields
 from softsim.elements.material_points import MaterialPoints
-from softsim.elements.quadrature import CORNERS
+from softsim.elements.one_point import OnePointElements
+from softsim.elements.quadrature import PARENT_CORNERS
 from softsim.elements.region import Region
 from softsim.fields import Number, lane_field, real_field
 
@@ -71,7 +72,7 @@ class HourglassModes:
 
 def hourglass_modes(region: Region) -> HourglassModes:
     """Of quadrilaterals or hexahedra."""
-    at_corner = CORNERS[region.cells.shape[1]]
+    at_corner = PARENT_CORNERS[region.cells.shape[1]]
     corners, d = at_corner.shape
     directions = at_corner.T
     others = [np.delete(directions, i, axis=0).prod(axis=0) for i in range(d)]
@@ -231,3 +232,33 @@ class HourglassSprings:
             for b in range(self.blocks.read()):
                 energy += self.dissipation[s, b]
         return energy.sum()
+
+
+@ti.data_oriented
+class HourglassElements(OnePointElements):
+    """Elements whose hourglass modes have `springs`."""
+
+    springs: HourglassSprings
+
+    def rest_edges(self, region: Region) -> np.ndarray:
+        """D_i (m, d, d) [m]."""
+        return hourglass_modes(region).basis
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return super().state_fields() | self.springs.state_fields()
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
+        super().forget_dissipation(scenario)
+        self.springs.forget_dissipation(scenario)
+
+    @ti.func
+    def hourglass_energy(self, s):
+        """In the hourglass modes [J]."""
+        return self.springs.stored_energy(s)
+
+    @ti.func
+    def hourglass_dissipation(self, s):
+        """By their Maxwell branches so far [J]."""
+        return self.springs.dissipated_energy(s)

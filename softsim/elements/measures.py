@@ -14,7 +14,7 @@ class ElementMeasures:
     and shear stiffness [Pa] as in `Law.shear_stiffness` (law alone).
 
     nodal_pressure (n,) [Pa]: -kappa (J_a - 1), J_a of all elements around a node, positive in
-    compression; NaN beside the region.
+    compression; NaN beside the region. Of elements with a pressure of their own it is the mean.
     """
 
     J: np.ndarray

@@ -1,6 +1,6 @@
 """What all elements share: lanes of corners, one material point, pressures.
 
-An increment asks for three passes: `deform`, `press`, `stress_corners`.
+An increment asks for three passes at least: `deform`, `press`, `stress_corners`.
 Tensors are written in a basis of each element's own, see elements/metric.py.
 """
 
@@ -61,15 +61,15 @@ class OnePointElements(Term):
         d = region.geometry.dimension
         # Components of the first edge, of the second, ...
         self.edge = [lane_field((scenarios, blocks)) for _ in range(d * d)]
-        # One more than there are elements: it stays zero, for the padding of the nodes' lists.
+        # One more than there are elements: it stays zero, for the padding of the pressures' lists.
         self.current_volume = real_field(np.zeros((scenarios, blocks * lanes + 1)))
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        nodes, blocks = int(self.pressure.elements_of.blocks), int(self.blocks)
+        pressures, blocks = int(self.pressure.elements_of.blocks), int(self.blocks)
         return {
             Stage.MOVE: [Pass("elements", blocks, (self.deform,))],
-            Stage.PRESS: [Pass("elements", nodes, (self.press,))],
+            Stage.PRESS: [Pass("elements", pressures, (self.press,))],
             Stage.STRESS: [Pass("elements", blocks, (self.stress_corners,))],
         }
 
@@ -101,8 +101,16 @@ class OnePointElements(Term):
     # --- one increment, pass by pass; deform comes first, stress_corners last --------------------
 
     @ti.func
+    def corner_component(self, s, b, corner: ti.template(), k: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Coordinate k of one corner of a block."""
+        x = self.metric.lane(0.0)
+        for lane in ti.static(range(backend.lanes())):
+            x[lane] = self.nodes.position[s, self.corner[b, corner, lane]][k]
+        return x
+
+    @ti.func
     def keep_volume(self, s, b, J):
-        """Note the present volumes J V of block b for its nodes."""
+        """Note the present volumes J V of block b for its pressures."""
         volume = J * self.volume[b]
         for lane in ti.static(range(backend.lanes())):
             self.current_volume[s, b * ti.static(backend.lanes()) + lane] = volume[lane]

@@ -59,7 +59,7 @@ class PressurePoints:
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
         return {
-            "nodal_J": self.J,
+            "pressure_J": self.J,
             "viscous_pressure": self.viscous,
             "bulk_dissipation": self.dissipation,
         }

@@ -12,7 +12,7 @@ import numpy as np
 from softsim.mesh.mesh import signed_volumes
 
 # Corners of the square and of the cube, by their xi_i.
-CORNERS = {
+PARENT_CORNERS = {
     4: np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float),
     8: np.array(
         [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1],
@@ -85,16 +85,19 @@ def altitude(corners: np.ndarray) -> float:
     """The smallest altitude [m] of a cell with these corners (c, d): over the shortest way between
     opposite sides the shape functions of one side fall from 1 to 0.
     """
-    gradients = quadrature(corners, np.arange(len(corners))[None]).mean_gradients(np.ones((1, 1)))
-    slopes = gradients[0]
+    distinct = np.unique(corners, axis=0)
+    if len(distinct) == corners.shape[1] + 1:
+        corners = distinct  # a simplex, however it was written
+    whole = quadrature(corners, np.arange(len(corners))[None])
+    slopes = whole.mean_gradients(np.ones((1, 1)))[0]
     if len(corners) > corners.shape[1] + 1:
-        slopes = (CORNERS[len(corners)].T > 0.0) @ gradients[0]
+        slopes = (PARENT_CORNERS[len(corners)].T > 0.0) @ slopes
     return 1.0 / float(np.linalg.norm(slopes, axis=1).max())
 
 
 def _of_cubes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
     """By Gauss's two points along each xi_i: exact up to xi_i^3."""
-    at_corner = CORNERS[cells.shape[1]]
+    at_corner = PARENT_CORNERS[cells.shape[1]]
     d = at_corner.shape[1]
     xi = at_corner / np.sqrt(3.0)
     factors = 0.5 * (1.0 + xi[:, None] * at_corner)  # (g, corners, d): along each xi_i

@@ -6,21 +6,24 @@ for fibres along xi_i, whose strain q_i / |D_i| xi_j grows across them, where in
 E' is their modulus in plane strain. In rectangles that is the exact energy of bending.
 """
 
-import numpy as np
 import taichi as ti
 
-from softsim import backend
 from softsim.elements.across import Across, SectionElements
-from softsim.elements.hourglass import HourglassSprings, fibre_scales, hourglass_modes
+from softsim.elements.hourglass import (
+    HourglassElements,
+    HourglassSprings,
+    fibre_scales,
+    hourglass_modes,
+)
 from softsim.elements.one_point import followed_by_zeros, lane_tables, padded
-from softsim.elements.quadrature import CORNERS
+from softsim.elements.quadrature import PARENT_CORNERS
 from softsim.elements.region import Region
 from softsim.fields import lane_field
 from softsim.nodes import Nodes
 
 
 @ti.data_oriented
-class Quadrilaterals(SectionElements):
+class Quadrilaterals(HourglassElements, SectionElements):
     """Quadrilaterals; parameters as for SectionElements."""
 
     def __init__(self, nodes: Nodes, region: Region, bulk_viscosity: float, across: Across) -> None:
@@ -33,34 +36,13 @@ class Quadrilaterals(SectionElements):
         self.scale = lane_tables(followed_by_zeros(fibre_scales(region, modes)))
         self.mode = [lane_field((scenarios, blocks)) for _ in range(2)]  # h~
 
-    def rest_edges(self, region: Region) -> np.ndarray:
-        """D_i (m, 2, 2) [m]."""
-        return hourglass_modes(region).basis
-
     @ti.func
     def deform(self, s, b, t, dt):
         """Edges, hourglass mode and present volumes from the corner positions."""
-        x0 = self.metric.lane(0.0)
-        y0 = self.metric.lane(0.0)
-        x1 = self.metric.lane(0.0)
-        y1 = self.metric.lane(0.0)
-        x2 = self.metric.lane(0.0)
-        y2 = self.metric.lane(0.0)
-        x3 = self.metric.lane(0.0)
-        y3 = self.metric.lane(0.0)
-        for lane in ti.static(range(backend.lanes())):
-            p0 = self.nodes.position[s, self.corner[b, 0, lane]]
-            p1 = self.nodes.position[s, self.corner[b, 1, lane]]
-            p2 = self.nodes.position[s, self.corner[b, 2, lane]]
-            p3 = self.nodes.position[s, self.corner[b, 3, lane]]
-            x0[lane] = p0[0]
-            y0[lane] = p0[1]
-            x1[lane] = p1[0]
-            y1[lane] = p1[1]
-            x2[lane] = p2[0]
-            y2[lane] = p2[1]
-            x3[lane] = p3[0]
-            y3[lane] = p3[1]
+        x0, y0 = self.corner_component(s, b, 0, 0), self.corner_component(s, b, 0, 1)
+        x1, y1 = self.corner_component(s, b, 1, 0), self.corner_component(s, b, 1, 1)
+        x2, y2 = self.corner_component(s, b, 2, 0), self.corner_component(s, b, 2, 1)
+        x3, y3 = self.corner_component(s, b, 3, 0), self.corner_component(s, b, 3, 1)
         self.deform_component(s, b, 0, x0, x1, x2, x3)
         self.deform_component(s, b, 1, y0, y1, y2, y3)
         self.across.measure(s, b, [x0, x1, x2, x3])
@@ -105,29 +87,8 @@ class Quadrilaterals(SectionElements):
         h_y = Q_y + self.lean[b, 0] * a_y + self.lean[b, 1] * b_y
         around = self.across.tension(s, b, S)
         for c in ti.static(range(4)):
-            i, j = ti.static(CORNERS[4][c][0]), ti.static(CORNERS[4][c][1])
+            i, j = ti.static(PARENT_CORNERS[4][c][0]), ti.static(PARENT_CORNERS[4][c][1])
             x = -0.25 * (i * a_x + j * b_x + i * j * h_x) - around * self.across.weight(b, c)
             y = -0.25 * (i * a_y + j * b_y + i * j * h_y)
             self.push_corner(s, b, c, 0, x)
             self.push_corner(s, b, c, 1, y)
-
-    # --- what the books and checkpoints ask -------------------------------------------------------
-
-    def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
-        return super().state_fields() | self.springs.state_fields()
-
-    def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books of dissipation anew in a scenario whose branches have relaxed."""
-        super().forget_dissipation(scenario)
-        self.springs.forget_dissipation(scenario)
-
-    @ti.func
-    def hourglass_energy(self, s):
-        """In the hourglass modes [J]."""
-        return self.springs.stored_energy(s)
-
-    @ti.func
-    def hourglass_dissipation(self, s):
-        """By their Maxwell branches so far [J]."""
-        return self.springs.dissipated_energy(s)

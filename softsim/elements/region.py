@@ -44,13 +44,19 @@ class Region:
     def pressure_points(self) -> np.ndarray:
         """Numbers (m, k), below `pressure_count`, of the pressures that each element has: those of
         its nodes, where linear simplexes would lock with one each; of an element with hourglass
-        modes its own. Of simplexes among the latter those of their nodes, after the elements' own.
+        modes its own. Of simplexes among the latter those of their nodes, after the elements' own;
+        the others' own one then counts once for each corner of a simplex.
         """
         if not self.has_hourglass_modes:
             return self.cells
         own = np.arange(len(self.cells))[:, None]
-        simplexes = self._is_simplex[:, None]
-        return np.where(simplexes, len(own) + self.cells, own) if simplexes.any() else own
+        if not self._is_simplex.any():
+            return own
+        points = np.repeat(own, self.points.shape[1] + 1, axis=1)
+        corners = np.sort(self.cells[self._is_simplex], axis=1)
+        last_of_its_node = np.diff(corners, append=-1, axis=1) != 0
+        points[self._is_simplex] = len(own) + corners[last_of_its_node].reshape(-1, points.shape[1])
+        return points
 
     @property
     def pressure_count(self) -> int:

@@ -4,7 +4,7 @@ In the plane as elements/triangles.py and quadrilaterals.py say. Of a ring cell 
 that of the diameters between its corners c and the nodes c' opposite them (elements/diameters.py),
     F_zz = sum_c |x_c - x_c'| / D,   D = sum_c |X_c - X_c'|,
 so its stress pulls at each of them with the tension V F_zz S_zz / D. Cells of single parts have
-F_zz = 1.
+F_zz = 1. All corners count alike, which is the mean over triangles and parallelograms.
 """
 
 from dataclasses import dataclass, replace

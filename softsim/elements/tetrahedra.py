@@ -49,6 +49,15 @@ class SpaceElements(OnePointElements):
             + self.edge[3 * i + 2][s, b] * self.edge[3 * j + 2][s, b]
         )
 
+    @ti.func
+    def sum_of_edges(self, s, b, S_1, S_2, S_3):
+        """S_1 d_1 + S_2 d_2 + S_3 d_3, by component."""
+        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
+        x = S_1 * ax[s, b] + S_2 * bx[s, b] + S_3 * cx[s, b]
+        y = S_1 * ay[s, b] + S_2 * by[s, b] + S_3 * cy[s, b]
+        z = S_1 * az[s, b] + S_2 * bz[s, b] + S_3 * cz[s, b]
+        return x, y, z
+
 
 @ti.data_oriented
 class Tetrahedra(SpaceElements):
@@ -75,28 +84,19 @@ class Tetrahedra(SpaceElements):
     def stress_corners(self, s, b, t, dt):
         """Corner forces from the stress."""
         S = self.stress(s, b)
-        x1, y1, z1 = self.pull(s, b, S.aa, S.ab, S.ca)
-        x2, y2, z2 = self.pull(s, b, S.ab, S.bb, S.bc)
-        x3, y3, z3 = self.pull(s, b, S.ca, S.bc, S.cc)
+        x1, y1, z1 = self.sum_of_edges(s, b, S.aa, S.ab, S.ca)
+        x2, y2, z2 = self.sum_of_edges(s, b, S.ab, S.bb, S.bc)
+        x3, y3, z3 = self.sum_of_edges(s, b, S.ca, S.bc, S.cc)
         # All of them first, then the stores: in between these would keep LLVM from vectorising.
-        self.push_corner(s, b, 0, 0, -(x1 + x2 + x3))
-        self.push_corner(s, b, 0, 1, -(y1 + y2 + y3))
-        self.push_corner(s, b, 0, 2, -(z1 + z2 + z3))
-        self.push_corner(s, b, 1, 0, x1)
-        self.push_corner(s, b, 1, 1, y1)
-        self.push_corner(s, b, 1, 2, z1)
-        self.push_corner(s, b, 2, 0, x2)
-        self.push_corner(s, b, 2, 1, y2)
-        self.push_corner(s, b, 2, 2, z2)
-        self.push_corner(s, b, 3, 0, x3)
-        self.push_corner(s, b, 3, 1, y3)
-        self.push_corner(s, b, 3, 2, z3)
-
-    @ti.func
-    def pull(self, s, b, a1, a2, a3):
-        """-(a1 d_1 + a2 d_2 + a3 d_3), by component."""
-        ax, ay, az, bx, by, bz, cx, cy, cz = ti.static(self.edge)
-        x = -(a1 * ax[s, b] + a2 * bx[s, b] + a3 * cx[s, b])
-        y = -(a1 * ay[s, b] + a2 * by[s, b] + a3 * cy[s, b])
-        z = -(a1 * az[s, b] + a2 * bz[s, b] + a3 * cz[s, b])
-        return x, y, z
+        self.push_corner(s, b, 0, 0, x1 + x2 + x3)
+        self.push_corner(s, b, 0, 1, y1 + y2 + y3)
+        self.push_corner(s, b, 0, 2, z1 + z2 + z3)
+        self.push_corner(s, b, 1, 0, -x1)
+        self.push_corner(s, b, 1, 1, -y1)
+        self.push_corner(s, b, 1, 2, -z1)
+        self.push_corner(s, b, 2, 0, -x2)
+        self.push_corner(s, b, 2, 1, -y2)
+        self.push_corner(s, b, 2, 2, -z2)
+        self.push_corner(s, b, 3, 0, -x3)
+        self.push_corner(s, b, 3, 1, -y3)
+        self.push_corner(s, b, 3, 2, -z3)

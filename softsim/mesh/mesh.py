@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import reverse_cuthill_mckee
 from softsim.errors import MeshError
 
 SURFACE = "surface"
-CORNERS = {2: (3, 4), 3: (4, 8)}
+CORNER_COUNTS = {2: (3, 4), 3: (4, 8)}
 """Numbers of corners that cells can have, by number of dimensions."""
 
 # Facets of a positive cell, by number of dimensions and of corners: material to the left of an
@@ -80,7 +80,7 @@ class Mesh:
         if points.ndim != 2 or points.shape[1] not in (2, 3):
             raise MeshError(f"points have the shape {points.shape}; (n, 2) or (n, 3) is needed")
         dimension = points.shape[1]
-        cells = _node_rows("cells", self.cells, CORNERS[dimension])
+        cells = _node_rows("cells", self.cells, CORNER_COUNTS[dimension])
         surface = boundary_facets(cells, dimension)
         node_sets = {**self.node_sets, SURFACE: np.unique(surface)}
         facet_sets = {**self.facet_sets, SURFACE: surface}

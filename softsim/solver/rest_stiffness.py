@@ -1,9 +1,10 @@
 """The stiffness of a region at rest: the derivative of the very forces that an increment computes.
 
-K = -df/dx by central differences, f the forces of the elements with nothing beside them. Averaged
-nodal pressure couples two nodes that move elements with a common corner. Nodes on no two of which
-the force on a third depends are moved at once: they have one colour (Curtis, Powell, Reid 1974, J.
-Inst. Math. Appl. 13:117-119), so that the number of differences does not grow with the mesh.
+K = -df/dx by central differences, f the forces of the elements with nothing beside them. Two nodes
+are coupled that move elements with a common pressure (elements/pressure_points.py). Nodes on no two
+of which the force on a third depends are moved at once: they have one colour (Curtis, Powell, Reid
+1974, J. Inst. Math. Appl. 13:117-119), so that the number of differences does not grow with the
+mesh.
 """
 
 from dataclasses import dataclass, replace
@@ -112,16 +113,16 @@ def coupled_pairs(region: Region, moving: np.ndarray) -> sp.coo_matrix:
     hoop, cells = region.geometry.hoop, region.cells
     movers = cells if hoop is None else hoop.stencil(cells)
     moves = incidence(movers, len(moving)) @ sp.diags(moving.astype(float))
-    around_corner = incidence(cells, len(moving)).T @ moves
-    pairs = (around_corner.T @ around_corner).tocsr()
+    around_pressure = incidence(region.pressure_points, region.pressure_count).T @ moves
+    pairs = (around_pressure.T @ around_pressure).tocsr()
     pairs.eliminate_zeros()
     return pairs.tocoo()
 
 
-def incidence(nodes: np.ndarray, node_count: int) -> sp.csr_matrix:
-    """Of each element (m, n): 1 at its nodes (m, k)."""
-    starts = np.arange(0, nodes.size + 1, nodes.shape[1])
-    matrix = sp.csr_matrix((np.ones(nodes.size), nodes.ravel(), starts), (len(nodes), node_count))
+def incidence(members: np.ndarray, count: int) -> sp.csr_matrix:
+    """Of each element (m, count): more than 0 at its members (m, k)."""
+    starts = np.arange(0, members.size + 1, members.shape[1])
+    matrix = sp.csr_matrix((np.ones(members.size), members.ravel(), starts), (len(members), count))
     matrix.sum_duplicates()
     return matrix
 

@@ -1,10 +1,11 @@
 """What the hourglass modes of a region's elements add to the stiffness at most.
 
 U = 1/2 mu |A q|^2, q_ki = e_i . h~_k (elements/hourglass.py), mu with that of all branches. With
-the largest eigenvalue a of A^T A, |p| <= mu a |q|. Moving the nodes,
+the largest eigenvalue a of A^T A, |p| <= mu a |q| in an element that came straight from rest, whose
+branches hold no more than they would unrelaxed. Moving the nodes,
     dq_ki = e_i . dh~_k + h~_k . (dd_i across d_i) / |d_i|,
     |d^2 q_ki| <= 2 |dh~_k| |dd_i| / |d_i| + 3 |h~_k| |dd_i|^2 / |d_i|^2.
-With r^2 = sum |h~_k|^2 / min |d_i|^2, g the largest eigenvalue of the e_i . e_j, whose root bounds
+With r^2 = sum |h~_k|^2 / min |d_i|^2, g the largest row sum of the |e_i . e_j|, whose root bounds
 |q| by |h~|, and 2 r x y <= r (x^2 + y^2), that is
     d^2 U <= mu a [(g (1 + r) + sqrt(g) r) sum |dh~_k|^2
                    + (r + r^2 + sqrt(g) (r + 3 r^2)) sum |dd_i|^2].

@@ -33,6 +33,14 @@ CASES = {
 }
 
 
+def scene(case):
+    """One element of this case."""
+    text = SCENE.replace("GENERATOR", CASES[case][0])
+    formulation, *more = case.split(", ")
+    text = text.replace("formulation: FORMULATION", f"formulation: {formulation}")
+    return text.replace("    material:", f"    {more[0]}\n    material:") if more else text
+
+
 @pytest.mark.parametrize("case", list(CASES))
 def test_a_bent_element_relaxes(build, start, case):
     """One element, bent at once and held: E I kappa^2 / 2 for each length of it, times the modulus
@@ -43,13 +51,8 @@ def test_a_bent_element_relaxes(build, start, case):
     """
     from softsim.solver.energy import EnergyReader
 
-    generator, volume = CASES[case]
-    text = SCENE.replace("GENERATOR", generator)
-    formulation, *more = case.split(", ")
-    text = text.replace("formulation: FORMULATION", f"formulation: {formulation}")
-    if more:
-        text = text.replace("    material:", f"    {more[0]}\n    material:")
-    model = build(text)
+    volume = CASES[case][1]
+    model = build(scene(case))
     assert len(model.bodies[0].cells) == 1
     solver = start(model)
     reader = EnergyReader(solver)
@@ -70,6 +73,30 @@ def test_a_bent_element_relaxes(build, start, case):
         assert energies.viscous_dissipation == pytest.approx(dissipated, rel=0.02)
 
 
+@pytest.mark.parametrize("case", list(CASES))
+def test_a_checkpoint_keeps_the_springs(build, start, case):
+    """What a solver does after its state was put back it did before, to the bit.
+
+    With bulk viscosity: a single cube without damping has its fastest mode at omega dt = sqrt(3) in
+    0.9 of the stable step, where central differences resonate with the square of the strains.
+    """
+    model = build(scene(case), "bodies.b.fixed=[left]", "solver.bulk_viscosity=0.06")
+    solver = start(model)
+    noise = np.random.default_rng(2).standard_normal(model.points.shape)
+    x = model.points + 0.02 * SIDE * noise * model.is_free
+    fields.write(solver.terms.nodes.position, x[None])
+    solver.advance(100)
+    kept, at = solver.state(), (solver.time, solver.increment_count)
+    solver.advance(100)
+    first = solver.state()
+    solver.restore(kept, *at, solver.time_increment)
+    solver.advance(100)
+    again = solver.state()
+    assert np.abs(first["elements/0/hourglass_relaxed"]).max() > 0.0
+    for name, values in first.items():
+        np.testing.assert_array_equal(again[name], values, err_msg=name)
+
+
 def test_collapsed_cells_share_pressures():
     """Two triangles among quadrilaterals: each quadrilateral has a pressure of its own, a triangle
     those of its nodes, so that triangles do not lock.
@@ -80,7 +107,7 @@ def test_collapsed_cells_share_pressures():
     region = Region("b", None, 0, points, cells, np.arange(3), PlaneStrain(1.0), rubber)
     found = region.pressure_points
     assert (found[0] == 0).all()
-    np.testing.assert_array_equal(found[1:], 3 + cells[1:])
+    np.testing.assert_array_equal(np.sort(found[1:], axis=1), [[4, 5, 8], [4, 7, 8]])
     assert region.pressure_count == 9
     sizes = region.pressure_sizes
     assert (sizes[2] == 0.0) and (sizes[[3 + 0, 3 + 3]] == 0.0).all()  # of nobody
