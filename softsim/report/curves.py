@@ -11,7 +11,7 @@ History = Mapping[str, np.ndarray]
 
 ENERGIES = {
     "internal_energy": ("internal", BLUE, "-"),
-    "hourglass_energy": ("of it in hourglass modes", BLUE, ":"),
+    "hourglass_energy": ("hourglass, part of internal", BLUE, ":"),
     "kinetic_energy": ("kinetic", SKY, "-"),
     "external_work": ("external work", INK, "--"),  # where nothing is lost, upon the internal one
     "friction_dissipation": ("friction", ORANGE, "-"),
