@@ -18,6 +18,7 @@ from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import FollowerPressure
+from softsim.mass_scaling import MassScaling
 from softsim.rigid.body import RigidBodyData
 from softsim.sharing import Own, alike
 
@@ -181,9 +182,9 @@ class Model:
     robot's chamber, with which the run ends, or None. time_increment: the user's step [s], or None
     for the stable one. friction_memory [s], friction_slip_length [m]: within which the limit of
     friction on walls and outlines follows the normal force (contact/friction.py). self_contact:
-    None where surfaces do not touch each other. relaxation: after the loads' time of a static
-    procedure, or None where inertia is real; settling: before t = 0, or None. passage: what a
-    layout asks, or None.
+    None where surfaces do not touch each other. mass_scaling: None where masses are as they are.
+    relaxation: after the loads' time of a static procedure, or None where inertia is real;
+    settling: before t = 0, or None. passage: what a layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -208,6 +209,7 @@ class Model:
     time_increment: Own[float | None]
     safety_factor: Own[float]
     bulk_viscosity: float
+    mass_scaling: MassScaling | None
     energy_error_limit: Own[float]
     relaxation: Relaxation | None
     settling: Relaxation | None

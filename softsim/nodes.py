@@ -10,6 +10,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.fields import Number, index_field, real_field, rounded, vector_field
+from softsim.mass_scaling import MassScaling
 
 # A sum over many entries of one thing (a chamber's volume, the force on a rigid body) is made of so
 # many parts, which workers or a GPU's threads sum side by side, in the same order whoever does it.
@@ -158,11 +159,13 @@ class Nodes:
     is_free: (nodes, d), whether a component follows its own force: not where it is fixed,
         prescribed or tied to a rigid body.
     gravity: (scenarios, d) [m/s^2], of this moment: loads/gravity.py may change it.
-    local_damping: share of the unbalanced force that resists the motion now, see `shift_damped`
+    local_damping: share of the unbalanced force that resists the motion now, see `damping`
         (scenarios,) [-]. relaxes: whether there ever is any.
+    mass_scaling: groups of nodes within which motion is slowed, or None.
 
     Fields, (scenarios, nodes): position [m], velocity [m/s] (half a step behind `position` while
-    forces are computed), force [N] (the last one summed), damping_work [J].
+    forces are computed), force [N] (the last one summed), damping_work [J], lag [m/s^2] (what mass
+    scaling takes from the acceleration).
     """
 
     def __init__(
@@ -174,6 +177,7 @@ class Nodes:
         gravity: np.ndarray,
         local_damping: np.ndarray,
         relaxes: bool,
+        mass_scaling: MassScaling | None,
     ) -> None:
         self.scenarios, count, self.dimension = position.shape
         self.count = Number(count)
@@ -189,7 +193,21 @@ class Nodes:
         self.gravity = vector_field(gravity)
         self.rest = vector_field(position[0])
         self.damping_work = real_field(np.zeros((self.scenarios, count)))
+        self.is_scaled = mass_scaling is not None
+        if mass_scaling is not None:
+            self._make_groups(mass_scaling)
         self.corner_forces = CornerForces(self.dimension)
+
+    def _make_groups(self, scaling: MassScaling) -> None:
+        """Lists of the nodes of each group, and the share of each in its group's mass."""
+        members = np.argsort(scaling.group, kind="stable")[(scaling.group < 0).sum() :]
+        mass, group = self.lumped_mass[members], scaling.group[members]
+        self.groups = Number(scaling.count)
+        self.factor = real_field(np.array([scaling.factor]))
+        self.member = index_field(members)
+        self.first_member = index_field(np.searchsorted(group, np.arange(scaling.count + 1)))
+        self.mass_share = real_field(mass / np.bincount(group, mass)[group])
+        self.lag = vector_field(np.zeros((self.scenarios, int(self.count), self.dimension)))
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -199,6 +217,8 @@ class Nodes:
             "force": self.force,
             "damping_work": self.damping_work,
         }
+        if self.is_scaled:
+            kept["lag"] = self.lag
         for name, component in zip("xyz", self.corner_forces.component, strict=False):
             kept[f"corner_forces_{name}"] = component
         return kept
@@ -219,47 +239,106 @@ class Nodes:
             if a >= 0:
                 for k in ti.static(range(self.dimension)):
                     self.force[s, a][k] = force[k, lane]
-                if ti.static(self.relaxes):
-                    self.shift_damped(s, a, dt)
-                else:
-                    self.shift(s, a, t, dt)
+                if ti.static(not self.is_scaled):
+                    self.accelerate(s, a, t, dt)
 
     @ti.func
-    def acceleration(self, s, a):
+    def hold_back(self, s, g, t, dt):
+        """What mass scaling takes from the accelerations of the nodes of group g, see
+        mass_scaling.py.
+        """
+        mean = ti.Vector.zero(backend.real, self.dimension)
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            mean += self.mass_share[k] * self.driven(s, self.member[k])
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            a = self.member[k]
+            self.lag[s, a] = (1.0 - 1.0 / self.factor[0]) * (self.driven(s, a) - mean)
+
+    @ti.func
+    def accelerate(self, s, a, t, dt):
+        """v += dt (f / m + g) with the last force, against local damping where there is any."""
+        if ti.static(self.relaxes):
+            self.shift_damped(s, a, dt)
+        else:
+            self.shift(s, a, t, dt)
+
+    @ti.func
+    def unslowed(self, s, a):
         """f / m + g of the last force, zero in components that are not free [m/s^2]."""
         return self.inverse_mass[a] * (self.force[s, a] + self.mass[a] * self.gravity[s])
 
     @ti.func
+    def driven(self, s, a):
+        """The same, less what local damping takes of it."""
+        result = self.unslowed(s, a)
+        if ti.static(self.relaxes):
+            result -= self.damping(s, a)
+        return result
+
+    @ti.func
+    def acceleration(self, s, a):
+        """Of the last force without local damping [m/s^2]."""
+        result = self.unslowed(s, a)
+        if ti.static(self.is_scaled):
+            result -= self.lag[s, a]
+        return result
+
+    @ti.func
     def shift(self, s, a, t, dt):
-        """v += dt (f / m + g) with the last force."""
+        """v += dt times the acceleration of the last force."""
         self.velocity[s, a] = self.velocity[s, a] + dt * self.acceleration(s, a)
 
     @ti.func
-    def shift_damped(self, s, a, dt):
-        """As `shift`, against a damping force: the share of the unbalanced force that resists.
+    def damping(self, s, a):
+        """Share of the unbalanced force that resists the motion, over the mass [m/s^2].
 
         Dynamic relaxation by local damping (Cundall 1987, in Analytical and Computational Methods
         in Engineering Rock Mechanics, ch. 4): f_d = -share |f| sign(v), component by component. It
         damps every mode by about share / pi of critical and leaves balanced motion alone.
         """
-        before = self.velocity[s, a]
-        free = self.acceleration(s, a)
-        damping = ti.abs(free) * ti.math.sign(before) * self.local_damping[s]
-        after = before + dt * (free - damping)
+        resisting = ti.abs(self.unslowed(s, a)) * ti.math.sign(self.velocity[s, a])
+        return resisting * self.local_damping[s]
+
+    @ti.func
+    def shift_damped(self, s, a, dt):
+        """As `shift`, against local damping, whose work is booked."""
+        before, damping = self.velocity[s, a], self.damping(s, a)
+        after = before + dt * (self.acceleration(s, a) - damping)
         self.velocity[s, a] = after
         self.damping_work[s, a] = self.damping_work[s, a] + 0.5 * dt * self.mass[a] * damping.dot(
             before + after
         )
 
     @ti.func
+    def present_velocity(self, s, a, dt):
+        """At the time of the positions: half a kick of dt less."""
+        return self.velocity[s, a] - 0.5 * dt * self.acceleration(s, a)
+
+    @ti.func
     def kinetic_energy(self, s, dt):
-        """Of the free components [J], at the time of their positions: v less half a kick of dt."""
+        """Of the free components [J], at the time of their positions."""
         energy = ti.cast(0.0, backend.real)
         for a in range(self.count.read()):
-            v = self.velocity[s, a] - 0.5 * dt * self.acceleration(s, a)
+            v = self.present_velocity(s, a, dt)
             for i in ti.static(range(self.dimension)):
                 if self.inverse_mass[a][i] > 0.0:
                     energy += 0.5 * self.mass[a] * v[i] * v[i]
+        if ti.static(self.is_scaled):
+            energy += self.added_kinetic_energy(s, dt)
+        return energy
+
+    @ti.func
+    def added_kinetic_energy(self, s, dt):
+        """What mass scaling adds to it [J]: of the motion within groups."""
+        energy = ti.cast(0.0, backend.real)
+        for g in range(self.groups.read()):
+            mean = ti.Vector.zero(backend.real, self.dimension)
+            for k in range(self.first_member[g], self.first_member[g + 1]):
+                mean += self.mass_share[k] * self.present_velocity(s, self.member[k], dt)
+            for k in range(self.first_member[g], self.first_member[g + 1]):
+                a = self.member[k]
+                apart = self.present_velocity(s, a, dt) - mean
+                energy += 0.5 * (self.factor[0] - 1.0) * self.mass[a] * apart.dot(apart)
         return energy
 
     @ti.func

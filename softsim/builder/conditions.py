@@ -11,6 +11,8 @@ from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
 from softsim.loads.prescribed import PrescribedMotion
+from softsim.mass_scaling import MassScaling, edges_of, grouped
+from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Probe
 from softsim.scene import conditions, outputs
 from softsim.scene.tree import Keys
@@ -29,6 +31,30 @@ def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.n
             nodes = names.node_set(condition.nodes, ("conditions", name, "nodes"))
             mass[nodes] += condition.mass / len(nodes)
     return mass
+
+
+def mass_scaling(
+    names: Names, bodies: tuple[Body, ...], points: np.ndarray, is_free: np.ndarray
+) -> MassScaling | None:
+    """Groups of nodes that are free in every direction, or None where the scene wants none.
+
+    Raises SceneError where no two nodes are near enough.
+    """
+    wanted = names.scene.solver.mass_scaling
+    if wanted is None:
+        return None
+    of_bodies = [edges_of(b.cells + b.first_node, b.facet_sets[SURFACE]) for b in bodies]
+    edges, crosses = map(np.concatenate, zip(*of_bodies, strict=True))
+    group, count = grouped(points, edges, crosses, np.all(is_free, axis=1), wanted.within)
+    if count == 0:
+        shortest = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1).min()
+        raise names.loaded.error(
+            ("solver", "mass_scaling", "within"),
+            f"no two nodes that are free in every direction lie within {wanted.within * 1e3:.3g} "
+            f"mm of each other; the shortest edge of an element has {shortest * 1e3:.3g} mm",
+            "group over a longer distance, or leave mass_scaling out",
+        )
+    return MassScaling(group, count, wanted.factor)
 
 
 def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) -> np.ndarray:

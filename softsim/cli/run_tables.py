@@ -4,6 +4,7 @@ It imports Taichi, and is imported by commands when they need it.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from rich.table import Table
@@ -18,7 +19,7 @@ from softsim.report.table import segments
 from softsim.run.pilot import predicted_duration
 from softsim.scene.loading import LoadedScene
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
-from softsim.stability.time_step import estimator, first_time_increment
+from softsim.stability.time_step import StableStepEstimator, estimator, first_time_increment
 
 
 def summary_table(summary: Mapping[str, Any]) -> Table:
@@ -75,6 +76,10 @@ def model_table(model: Model) -> Table:
             if sets:
                 listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
                 table.add_row(f"  {kind} sets", listed)
+    if model.mass_scaling is not None:
+        unscaled = StableStepEstimator(replace(model, mass_scaling=None)).at_rest.value
+        said = model.mass_scaling.describe(model.points, model.mass)
+        table.add_row("mass scaling", f"{said}; stable step without it {unscaled * 1e6:.3g} us")
     stable = estimator(model).at_rest
     dt = first_time_increment(model)
     table.add_row("stable step", stable.describe())

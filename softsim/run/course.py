@@ -101,6 +101,9 @@ class Run:
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
             log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)
+        scaling = self.model.mass_scaling
+        if scaling is not None:
+            log.info("mass scaling: %s", scaling.describe(self.model.points, self.model.mass))
         log.info("stable step %s", stable.describe())
         self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)[0]

@@ -19,6 +19,7 @@ from softsim.scene.quantities import (
     AutoOrPositiveTime,
     Name,
     Number,
+    PositiveLength,
     PositiveTime,
     SetPattern,
     Text,
@@ -51,6 +52,20 @@ class Time(Part):
     )
 
 
+class MassScaling(Part):
+    """Longer steps: motion within groups of nodes that lie close together is slowed, what a group
+    does as a whole is not.
+    """
+
+    within: PositiveLength = Field(
+        description="Largest distance between two nodes of a group: about the thickness of what is "
+        "thin, and small against what bends. Groups are made of nearest neighbours at rest."
+    )
+    factor: Number = Field(
+        default=4.0, gt=1.0, description="Inertia of motion within a group over what it is."
+    )
+
+
 class Solver(Part):
     """Settings of the explicit integrator."""
 
@@ -63,6 +78,9 @@ class Solver(Part):
         le=1.0,
         description="Linear coefficient b1, as in ABAQUS/Explicit; "
         "a static procedure takes at least 0.06, without which it would not settle.",
+    )
+    mass_scaling: MassScaling | None = Field(
+        default=None, description="For longer steps; by default masses are as they are."
     )
     energy_error_limit: Number = Field(
         default=0.05, gt=0.0, description="The run stops when the balance is off by more."

@@ -1,8 +1,8 @@
 """Natural frequencies and mode shapes of bodies at rest, each held where its nodes are not free.
 
 K phi = omega^2 M phi with the stiffness of what is computed (rest_stiffness.py) and the masses of
-the nodes. Motions as a whole, of a body or a piece of it that nothing holds, have no frequency:
-they are left out.
+the nodes, scaled where the run scales them (mass_scaling.py). Motions as a whole, of a body or a
+piece of it that nothing holds, have no frequency: they are left out.
 
 A vibration is stiffened by Maxwell branches. Of a mode with the shares e_r of its elastic energy in
 the regions r, whose materials have the storage moduli mu_r', the frequency is where
@@ -87,20 +87,21 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
     """
     is_free, mass = model.is_free[body.nodes], model.mass[body.nodes]
     free = is_free.ravel()
-    root_mass = np.sqrt(np.repeat(mass, model.dimension)[free])
+    free_mass = np.repeat(mass, model.dimension)[free]
+    root, inverse_root = inertia_root(model, body)
     stiffness = [rest_stiffness(model, body, region) for region in body.regions]
-    scaling = sp.diags(1.0 / root_mass)
-    parts = [(scaling @ k.matrix[free][:, free] @ scaling).tocsc() for k in stiffness]
+    parts = [(inverse_root.T @ k.matrix[free][:, free] @ inverse_root).tocsc() for k in stiffness]
     whole = sum(parts[1:], parts[0])
-    rigid = rigid_motions(body, is_free, whole, root_mass)
-    refuse_too_many(body, count, len(root_mass) - rigid.shape[1])
+    rigid = rigid_motions(body, is_free, whole, root)
+    refuse_too_many(body, count, len(free_mass) - rigid.shape[1])
     shift = SHIFT * wave_frequency(body) ** 2
     modes = []
     for square, vector in lowest(whole, rigid, count, shift):
         frequency = float(np.sqrt(square) / (2.0 * np.pi))
         energy_shares = np.array([vector @ (part @ vector) for part in parts]) / square
         shape, momentum = np.zeros((2, *is_free.shape))
-        shape[is_free], momentum[is_free] = vector / root_mass, vector * root_mass
+        shape[is_free] = inverse_root @ vector
+        momentum[is_free] = free_mass * shape[is_free]
         modes.append(
             NaturalMode(
                 frequency,
@@ -111,6 +112,23 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
         )
     held_count = int((~is_free.all(axis=1)).sum())
     return NaturalModes(body, modes, held_count, rigid.shape[1], max(k.error for k in stiffness))
+
+
+def inertia_root(model: Model, body: Body) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    """L (k, k) with L^T L = M, of the free components of a body, and its inverse; M as it is
+    scaled, if it is.
+    """
+    mass, free = model.mass[body.nodes], model.is_free[body.nodes].ravel()
+    root_mass = np.sqrt(np.repeat(mass, model.dimension)[free])
+    root, inverse_root = sp.diags(root_mass), sp.diags(1.0 / root_mass)
+    scaling = model.mass_scaling
+    if scaling is None:
+        return root.tocsr(), inverse_root.tocsr()
+    slower, faster = (
+        scaling.of_nodes(body.nodes).scaled(mass, model.dimension, power)[free][:, free]
+        for power in (0.5, -0.5)
+    )
+    return (slower @ root).tocsr(), (inverse_root @ faster).tocsr()
 
 
 def refuse_too_many(body: Body, count: int, ways: int) -> None:
@@ -156,9 +174,10 @@ def wave_frequency(body: Body) -> float:
 
 
 def rigid_motions(
-    body: Body, is_free: np.ndarray, matrix: sp.csc_matrix, root_mass: np.ndarray
+    body: Body, is_free: np.ndarray, matrix: sp.csc_matrix, root: sp.csr_matrix
 ) -> np.ndarray:
-    """Motions of free components that strain nothing, times sqrt(m): orthonormal (size, k).
+    """Motions of free components that strain nothing, times the root of their inertia: orthonormal
+    (size, k).
 
     They are sought among shifts and turns of each piece in which what is held rests. Where rings
     go around, some of these strain them.
@@ -167,7 +186,7 @@ def rigid_motions(
     free = is_free.ravel()
     at_held, combined = np.linalg.eigh(tried[~free].T @ tried[~free])
     resting = tried[free] @ combined[:, at_held < 1e-9]
-    basis, _ = np.linalg.qr(root_mass[:, None] * resting)
+    basis, _ = np.linalg.qr(root @ resting)
     stiffness, turned = np.linalg.eigh(basis.T @ (matrix @ basis))
     alone = float(matrix.diagonal().mean())
     return basis @ turned[:, stiffness < RIGID * alone]

@@ -41,6 +41,7 @@ class Terms:
             np.stack([m.starting_gravity for m in models]),
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
             any(m.relaxation is not None or m.settling is not None for m in models),
+            model.mass_scaling,
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.elements = [
@@ -160,9 +161,17 @@ class Terms:
     def kick_stages(self) -> list[Passes]:
         """New half-step velocities from the summed forces."""
         bodies = self.rigid_bodies
-        blocks = int(self.nodes.corner_forces.of_node.blocks)
+        nodes = self.nodes
+        blocks = int(nodes.corner_forces.of_node.blocks)
+        slowed = []
+        if nodes.is_scaled:
+            slowed = [
+                [Pass("integration", int(nodes.groups), (nodes.hold_back,))],
+                [Pass("integration", int(nodes.count), (nodes.accelerate,))],
+            ]
         return filled(
-            [Pass("integration", blocks, (self.nodes.kick,))],
+            [Pass("integration", blocks, (nodes.kick,))],
+            *slowed,
             [Pass("integration", bodies.count * PARTS, (bodies.collect,))],
             [Pass("integration", bodies.count, (bodies.kick,))],
         )

@@ -17,6 +17,8 @@ from scipy.linalg import eigh_tridiagonal
 # then lies 5 % above the estimate, 2.5 % of the time step.
 STEPS = 36
 FAILING_SHARE = 1e-5
+# Steps of a mere estimate: of 2,000 unknowns it lacks some 5 %.
+FEW_STEPS = 10
 
 
 def largest_eigenvalue_bound(
@@ -27,9 +29,21 @@ def largest_eigenvalue_bound(
 
     product: the matrix times a vector (size,). moving (size,): where it is not zero.
     """
-    start = np.random.default_rng(0).standard_normal(len(moving)) * moving
-    estimate, vector = lanczos(product, start / length(start), STEPS)
+    estimate, vector = lanczos(product, start_vector(moving), STEPS)
     return estimate / (1.0 - shortfall(int(moving.sum()), STEPS)), vector
+
+
+def largest_eigenvalue_estimate(
+    product: Callable[[np.ndarray], np.ndarray], moving: np.ndarray
+) -> float:
+    """About the largest eigenvalue of such a matrix, not more than it."""
+    return lanczos(product, start_vector(moving), FEW_STEPS)[0]
+
+
+def start_vector(moving: np.ndarray) -> np.ndarray:
+    """A random unit vector (size,) of what moves."""
+    start = np.random.default_rng(0).standard_normal(len(moving)) * moving
+    return start / length(start)
 
 
 def shortfall(size: int, steps: int) -> float:

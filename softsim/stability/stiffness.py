@@ -1,5 +1,8 @@
 """Upper bound of the stiffness of a whole model, as the matrix M^-1/2 K M^-1/2 on nodal vectors.
 
+Where masses are scaled (mass_scaling.py), the matrix is R M^-1/2 K M^-1/2 R with R the inverse root
+of M^-1/2 M' M^-1/2.
+
 K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx, with their bulk
                                                 viscosity eta_a
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
@@ -32,7 +35,7 @@ class ScaledStiffness:
     product takes less time than two. dilation (n d, p): the transpose of G M^-1/2. bulk_stiffness
     (p,) [J]: V_a (kappa + 2 eta_a / dt). hoops: rows (r, n d) [1/s] whose squares are added, of the
     elements that go around. contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s] whose squares
-    are added.
+    are added. slowing (n d, n d): R, or None.
     """
 
     strain: sp.csr_matrix
@@ -41,9 +44,17 @@ class ScaledStiffness:
     hoops: sp.csr_matrix
     contact: np.ndarray
     chambers: list[np.ndarray]
+    slowing: sp.csr_matrix | None
 
     def product(self, v: np.ndarray) -> np.ndarray:
         """The matrix times a vector (n d,)."""
+        return self.slowed(self._unslowed_product(self.slowed(v)))
+
+    def slowed(self, v: np.ndarray) -> np.ndarray:
+        """R v: the displacement of a vector of the matrix, times M^1/2."""
+        return v if self.slowing is None else self.slowing @ v
+
+    def _unslowed_product(self, v: np.ndarray) -> np.ndarray:
         n = len(self.bulk_stiffness)
         strained = self.strain @ v
         result = self.dilation @ (self.bulk_stiffness * strained[:n])
@@ -61,18 +72,7 @@ class ScaledStiffness:
 
     def chamber_frequency(self) -> float:
         """Upper bound of omega^2 [1/s^2] of the chambers alone."""
-        return float(sum((c**2).sum() for c in self.chambers))
-
-    def row_sum_bound(self) -> float:
-        """Upper bound of the largest eigenvalue [1/s^2]: the largest sum of absolute values of a
-        row, and the whole of each chamber.
-        """
-        n = len(self.bulk_stiffness)
-        ones, hoops = np.ones(len(self.contact)), abs(self.hoops)
-        strained = abs(self.strain) @ ones
-        rows = abs(self.dilation) @ (self.bulk_stiffness * strained[:n])
-        rows += strained[n:] + hoops.T @ (hoops @ ones) + self.contact
-        return float(rows.max() + self.chamber_frequency())
+        return float(sum((self.slowed(c) ** 2).sum() for c in self.chambers))
 
 
 class ModelStiffness:
@@ -80,6 +80,7 @@ class ModelStiffness:
 
     moving (n d,): which components move. inverse_sqrt_mass (n d,): 1/sqrt(m) of them, else 0.
     There are p pressures, pressures (k, m), of each region, numbers those of its elements.
+    mobility (n,): how fast a force on one node alone sets it in motion, over 1/m [-].
     """
 
     def __init__(self, model: Model) -> None:
@@ -89,6 +90,10 @@ class ModelStiffness:
         self.contact = ContactStiffness(model)
         self.inverse_sqrt_mass = inverse_sqrt_mass(model).ravel()
         self.moving = self.inverse_sqrt_mass > 0.0
+        self.slowing, self.mobility = None, np.ones(n)
+        if model.mass_scaling is not None:
+            self.slowing = model.mass_scaling.scaled(model.mass, d, -0.5)
+            self.mobility = model.mass_scaling.mobility(model.mass)
         members = [np.unique(r.pressed) for r in self.regions]
         starts = np.cumsum([0, *map(len, members)])
         self.pressures = [
@@ -155,6 +160,7 @@ class ModelStiffness:
             with_values(self.hoops, hoop * self.hoop_scale),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
+            self.slowing,
         )
 
     def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
@@ -170,7 +176,8 @@ class ModelStiffness:
     def hardest_hit(self, x: np.ndarray, dt: float) -> float:
         """Largest omega^2 [1/s^2] of a node on what it may hit."""
         hits = self.contact.of_hits(x, dt)
-        return float((hits[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
+        moved = self.mobility[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2
+        return float((hits[:, None] * moved).max())
 
 
 def pairs(

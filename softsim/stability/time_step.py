@@ -22,10 +22,12 @@ from softsim.elements.quadrature import altitude
 from softsim.elements.region import Region
 from softsim.model import LOCAL_DAMPING, Model
 from softsim.stability.element_stiffness import ElementStiffness
-from softsim.stability.lanczos import largest_eigenvalue_bound
+from softsim.stability.lanczos import largest_eigenvalue_bound, largest_eigenvalue_estimate
 from softsim.stability.rigid_bodies import load_springs, spring_frequencies
 from softsim.stability.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
 
+# How often the step that damping is bounded with is guessed.
+GUESSES = 2
 # omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
 # deep as v dt and is thrown back with up to (omega^2 dt^2 - 1) v, which must not be more than it
 # came with.
@@ -102,7 +104,8 @@ class StableStepEstimator:
         self.going_taut = spring_frequencies(model, [one for one in springs if one.goes_taut])
         alone = [element_frequencies(region) for region in model.regions]
         stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
-        self.longest = LONGEST_OVER_ELEMENT * 2.0 / np.sqrt(alone[stiffest].max())
+        slowed = 1.0 if model.mass_scaling is None else model.mass_scaling.factor
+        self.longest = LONGEST_OVER_ELEMENT * 2.0 * np.sqrt(slowed / alone[stiffest].max())
         element = int(np.argmax(alone[stiffest]))
         name = element_name(model.regions[stiffest], element, model.points)
         self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the step that fits {name}"
@@ -119,10 +122,14 @@ class StableStepEstimator:
         bodies = self.stiffness.contact.of_bodies
         slowed = 1.0 if self.model.relaxation is None else 1.0 + LOCAL_DAMPING
         springs = sum(self.springs.values())
-        held = springs + bodies(x, np.inf)
-        guess = 2.0 / np.sqrt(slowed * (undamped.row_sum_bound() + held))
+        guess = np.inf
+        for _ in range(GUESSES):
+            damped = self.stiffness.damped(undamped, x, guess)
+            fastest = largest_eigenvalue_estimate(damped.product, self.stiffness.moving)
+            guess = 2.0 / np.sqrt(slowed * (1.1 * fastest + springs + bodies(x, guess)))
         matrix = self.stiffness.damped(undamped, x, guess)
-        bound, mode = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
+        bound, found = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
+        mode = matrix.slowed(found)
         of_bodies = bodies(x, guess)
         total = bound + of_bodies + springs
         stable = 2.0 / np.sqrt(slowed * total)

@@ -104,12 +104,15 @@ def largest_energies(cpu):
 
 @WHOLE
 @pytest.mark.parametrize("formulation", list(TYPES))
-def test_at_rest(build, write_mesh, largest_energies, formulation, cells):
-    """A free block with bulk viscosity, which shortens the step: 0.99 of the bound is stable, 1.3
-    times it is not.
+@pytest.mark.parametrize("scaling", ["null", "{within: 0.9 mm, factor: 9}"])
+def test_at_rest(build, write_mesh, largest_energies, formulation, cells, scaling):
+    """A free block with bulk viscosity, which shortens the step, and with groups of nodes that are
+    slowed, which makes it longer: 0.99 of the bound is stable, 1.3 times it is not.
     """
     write_mesh(formulation, cells)
-    model = build(scene(formulation, ""), "solver.bulk_viscosity=0.06")
+    model = build(
+        scene(formulation, ""), "solver.bulk_viscosity=0.06", f"solver.mass_scaling={scaling}"
+    )
     bound = stable_step(model, model.points).value
     steps = [0.99 * bound, 1.3 * bound]
     energies = largest_energies(model, model.points, steps, 1e-3)
