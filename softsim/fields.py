@@ -13,7 +13,7 @@ shape that was asked for; the cells beyond it hold zeros, and no kernel comes th
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -108,6 +108,12 @@ class _Place:
         return _Place(
             self.block, self.first + row * words, self.shape[1:], self.extents[1:], self.dtype
         )
+
+    @property
+    def words(self) -> tuple[int, int]:
+        """Its first word, and the first one behind it."""
+        count = math.prod(self.extents) * self.dtype.itemsize // WORD
+        return self.first, self.first + count
 
     def read(self) -> np.ndarray:
         """The numbers."""
@@ -212,6 +218,13 @@ def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
     _places[field].row(row).write(values)
 
 
+def clear_row(cleared: Sequence[ti.Field], row: int) -> None:
+    """Set all numbers of one row of fields that were made together to zero, in one launch."""
+    places = [_places[field].row(row) for field in cleared]
+    if places:
+        places[0].block.clear(np.array([place.words for place in places], dtype=np.int32))
+
+
 @ti.data_oriented
 class Number:
     """A whole number of a model, such as how many elements it has: an index in Python; in a kernel
@@ -252,6 +265,13 @@ class _Block:
         """Write `data` from word `first` on."""
         for k in range(data.shape[0]):
             self.words[first + k] = data[k]
+
+    @ti.kernel
+    def clear(self, spans: ti.types.ndarray(ti.i32, ndim=2)):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Set the words spans[i, 0] .. spans[i, 1] to zero."""
+        for i in range(spans.shape[0]):
+            for k in range(spans[i, 0], spans[i, 1]):
+                self.words[k] = 0
 
     @ti.kernel
     def copy_out(self, first: ti.i32, data: ti.types.ndarray(ti.i32, ndim=1)):  # type: ignore[valid-type]  # Taichi wants an instance

@@ -70,8 +70,11 @@ class Term:
     def forget_dissipation(self, scenario: int) -> None:
         """Begin the books of dissipation anew in a scenario."""
 
-    def clear_impulses(self, scenario: int) -> None:
-        """Start a new interval over which the history averages."""
+    def impulses(self) -> list[ti.Field]:
+        """Fields (scenarios, ...) that are summed over the interval between two rows of the
+        history, and begin anew with each.
+        """
+        return []
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """Columns of the history now, `interval` [s] after impulses were cleared."""

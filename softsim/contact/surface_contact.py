@@ -127,10 +127,9 @@ class SurfaceContact(Dissipation):
             fields.write_row(summed, scenario, 0)
         fields.write_row(self.left_at, scenario, NEVER)
 
-    def clear_impulses(self, scenario: int) -> None:
-        """Start a new interval over which contact forces of a scenario are averaged."""
-        for summed in (self.normal_impulse, self.slipping_impulse, self.impulse):
-            fields.write_row(summed, scenario, 0.0)
+    def impulses(self) -> list[ti.Field]:
+        """Of the forces of each node."""
+        return [self.normal_impulse, self.slipping_impulse, self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """Columns of the history: the frame's."""

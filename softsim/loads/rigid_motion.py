@@ -71,9 +71,9 @@ class RigidMotionTerm(Term):
         """No work is done before the first increment."""
         fields.write(self.work, 0.0)
 
-    def clear_impulses(self, scenario: int) -> None:
-        """Start a new interval over which the force in a scenario is averaged."""
-        fields.write_row(self.impulse, scenario, 0.0)
+    def impulses(self) -> list[ti.Field]:
+        """Of the force."""
+        return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """The mean force of the drive [N]."""

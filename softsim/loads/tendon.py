@@ -81,9 +81,9 @@ class TendonTerm(Term):
         """Fields that a checkpoint keeps."""
         return {"impulse": self.impulse}
 
-    def clear_impulses(self, scenario: int) -> None:
-        """Start a new interval over which the tension in a scenario is averaged."""
-        fields.write_row(self.impulse, scenario, 0.0)
+    def impulses(self) -> list[ti.Field]:
+        """Of the tension."""
+        return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """The mean tension [N]."""

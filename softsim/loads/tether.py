@@ -121,9 +121,9 @@ class TetherTerm(Term):
         names = ("place", "axis", "weight", "stretch", "work", "dissipation", "impulse")
         return {name: getattr(self, name) for name in names}
 
-    def clear_impulses(self, scenario: int) -> None:
-        """Start a new interval over which the drag in a scenario is averaged."""
-        fields.write_row(self.impulse, scenario, 0.0)
+    def impulses(self) -> list[ti.Field]:
+        """Of the drag."""
+        return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """The mean drag against the way forward [N]."""

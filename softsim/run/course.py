@@ -274,8 +274,7 @@ class Run:
         progress.next_history = _next_multiple(self.output.history_interval, scenario.time)
         progress.largest_energy = self.balance.largest_energy
         self.files.warn(hourglass_warnings(seen.energies, progress.largest_energy, scenario.time))
-        for term in scenario.terms.everything:
-            term.clear_impulses(scenario.number)
+        scenario.solver.clear_impulses(scenario.number)
         error = self.energy_error = seen.row["energy_error"]
         self.contact_count = int(seen.row["contact_count"])
         progress.largest_energy_error = max(progress.largest_energy_error, error)

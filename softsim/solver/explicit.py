@@ -116,7 +116,12 @@ class ExplicitSolver:
             self.damp(s, 0.0)
             for term in self.terms.everything:
                 term.forget_dissipation(s)
-                term.clear_impulses(s)
+            self.clear_impulses(s)
+
+    def clear_impulses(self, s: int) -> None:
+        """Begin a new interval over which the history of scenario s averages."""
+        summed = [field for term in self.terms.everything for field in term.impulses()]
+        fields.clear_row(summed, s)
 
     # --- increments ------------------------------------------------------------------------------
 

@@ -59,8 +59,7 @@ def observed(solver, until, clear_at=0.0):
     balance = EnergyBalance.starting(reader.read()[0], solver.models[0])
     while solver.time < clear_at:
         solver.advance(10)
-    for term in scenario.terms.everything:
-        term.clear_impulses(0)
+    solver.clear_impulses(0)
     began = solver.time
     while solver.time < until:
         solver.advance(10)

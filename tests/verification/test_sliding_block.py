@@ -90,7 +90,7 @@ class Rig:
         """History of scenario s up to `end` [s]."""
         from softsim.solver.energy import EnergyBalance
 
-        solver, walls = self.solver, self.solver.terms.wall_contacts[0]
+        solver = self.solver
         energies, _, centre = self.reader.read(s)
         balance = EnergyBalance.starting(energies, self.models[s])
         times, places, worst = [0.0], [centre[0]], 0.0
@@ -99,7 +99,7 @@ class Rig:
         while solver.times[s] < end:
             counts[s] = min(200, int(np.ceil((end - solver.times[s]) / solver.time_increments[s])))
             if times[-1] < rubbing_from:
-                walls.clear_impulses(s)
+                solver.clear_impulses(s)
             solver.advance(counts)
             energies, grip, centre = self.reader.read(s)
             times.append(solver.times[s])
@@ -394,7 +394,7 @@ def test_slip_share_of_a_block_that_slides(build, start):
     solver = start(build(SMALL, "environment.inclination=35 deg"))
     reader = EnergyReader(solver)
     advance_to(solver, 0.3)
-    solver.terms.wall_contacts[0].clear_impulses(0)
+    solver.clear_impulses(0)
     assert reader.read()[1].slip_share == 0.0  # nothing yet, and no division by it
     advance_to(solver, 0.5)
     assert reader.read()[1].slip_share > 0.99
@@ -408,7 +408,7 @@ def test_slip_share_of_a_block_that_rests(build, start_settled):
 
     solver = start_settled(build(SMALL, "time.settle=1 s"))
     advance_to(solver, 0.1)
-    solver.terms.wall_contacts[0].clear_impulses(0)
+    solver.clear_impulses(0)
     advance_to(solver, 0.2)
     assert EnergyReader(solver).read()[1].slip_share == 0.0
 
