@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from softsim.errors import SceneError
-from softsim.loads.rigid_motion import RigidMotion
 
 STIFFNESS, WAY = 100.0, 6e-3
 SCENE = """
