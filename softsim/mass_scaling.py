@@ -19,7 +19,7 @@ from heapq import heapify, heappop, heappush
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.spatial.distance import pdist
+from scipy.spatial.distance import cdist
 
 
 @dataclass(frozen=True)
@@ -111,26 +111,42 @@ def grouped(
         if length <= within
     ]
     heapify(joinable)
-    next_number = len(points)
+    extent = dict.fromkeys(members, 0.0)
+    joined = len(points)
     while joinable:
-        _, _, first, second = heappop(joinable)
+        _, size, first, second = heappop(joinable)
         if first not in members or second not in members:
             continue  # one of them has joined another
-        nodes = members.pop(first) + members.pop(second)
-        around = (beside.pop(first) | beside.pop(second)) - {first, second}
-        for other in around:
+        members[joined] = members.pop(first) + members.pop(second)
+        beside[joined] = (beside.pop(first) | beside.pop(second)) - {first, second}
+        extent[joined] = size * within
+        others = sorted(beside[joined])
+        for other, across in zip(
+            others,
+            farthest(points, members[joined], [members[other] for other in others]),
+            strict=True,
+        ):
             beside[other] -= {first, second}
-            beside[other].add(next_number)
-            diameter = pdist(points[nodes + members[other]]).max()
+            beside[other].add(joined)
+            diameter = max(extent[joined], extent[other], across)
             if diameter <= within:
-                heappush(joinable, (True, round(diameter / within, 6), other, next_number))
-        members[next_number], beside[next_number] = nodes, around
-        next_number += 1
+                heappush(joinable, (True, round(diameter / within, 6), other, joined))
+        joined += 1
     group = np.full(len(points), -1)
     groups = [nodes for nodes in members.values() if len(nodes) > 1]
     for k, nodes in enumerate(groups):
         group[nodes] = k
     return group, len(groups)
+
+
+def farthest(points: np.ndarray, nodes: list[int], groups: list[list[int]]) -> list[float]:
+    """The largest distance [m] of a node from those of each group."""
+    if not groups:
+        return []
+    starts = np.cumsum([0, *map(len, groups[:-1])])
+    distances = cdist(points[nodes], points[[node for group in groups for node in group]])
+    found: list[float] = np.maximum.reduceat(distances.max(axis=0), starts).tolist()
+    return found
 
 
 def edges_of(cells: np.ndarray, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
