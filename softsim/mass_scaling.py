@@ -36,17 +36,22 @@ class MassScaling:
         """That of some nodes, numbered anew."""
         return MassScaling(self.group[nodes], self.count, self.factor)
 
+    @property
+    def group_of_each(self) -> np.ndarray:
+        """Number of each node's group (n,), a node of none being a group of its own."""
+        grouped = self.group >= 0
+        return np.where(grouped, self.group, self.count + np.cumsum(~grouped) - 1)
+
     def means(self, mass: np.ndarray) -> sp.csr_matrix:
-        """The matrix (n, n) that projects M^1/2 u on motions that each group shares; a node of
-        none is alone.
-        """
-        grouped = np.flatnonzero(self.group >= 0)
-        number = self.count + np.arange(len(mass))
-        number[grouped] = self.group[grouped]
-        total = np.bincount(number, mass)
-        share = np.sqrt(np.divide(mass, total[number], out=np.ones(len(mass)), where=mass > 0.0))
-        spread = sp.csr_matrix((share, (np.arange(len(mass)), number)))
+        """The matrix (n, n) that projects M^1/2 u on motions that each group shares."""
+        root = np.sqrt(self.shares(mass))
+        spread = sp.csr_matrix((root, (np.arange(len(mass)), self.group_of_each)))
         return (spread @ spread.T).tocsr()
+
+    def shares(self, mass: np.ndarray) -> np.ndarray:
+        """Of each node in the mass of its group (n,) [-]."""
+        total = np.bincount(self.group_of_each, mass)[self.group_of_each]
+        return np.divide(mass, total, out=np.ones(len(mass)), where=total > 0.0)
 
     def scaled(self, mass: np.ndarray, dimension: int, power: float) -> sp.csr_matrix:
         """(M^-1/2 M' M^-1/2)^power (n d, n d) of nodes of these masses (n,) [kg]."""

@@ -159,13 +159,13 @@ class Nodes:
     is_free: (nodes, d), whether a component follows its own force: not where it is fixed,
         prescribed or tied to a rigid body.
     gravity: (scenarios, d) [m/s^2], of this moment: loads/gravity.py may change it.
-    local_damping: share of the unbalanced force that resists the motion now, see `damping`
+    local_damping: share of the unbalanced force that resists the motion now, see `resistance`
         (scenarios,) [-]. relaxes: whether there ever is any.
     mass_scaling: groups of nodes within which motion is slowed, or None.
 
     Fields, (scenarios, nodes): position [m], velocity [m/s] (half a step behind `position` while
-    forces are computed), force [N] (the last one summed), damping_work [J], lag [m/s^2] (what mass
-    scaling takes from the acceleration).
+    forces are computed), force [N] (the last one summed), damping_work [J], lag, drag [m/s^2]
+    (what mass scaling takes from the acceleration; local damping where masses are scaled).
     """
 
     def __init__(
@@ -200,14 +200,15 @@ class Nodes:
 
     def _make_groups(self, scaling: MassScaling) -> None:
         """Lists of the nodes of each group, and the share of each in its group's mass."""
-        members = np.argsort(scaling.group, kind="stable")[(scaling.group < 0).sum() :]
-        mass, group = self.lumped_mass[members], scaling.group[members]
-        self.groups = Number(scaling.count)
+        group = scaling.group_of_each
+        members = np.argsort(group, kind="stable")
+        self.groups = Number(int(group.max()) + 1)
         self.factor = real_field(np.array([scaling.factor]))
         self.member = index_field(members)
-        self.first_member = index_field(np.searchsorted(group, np.arange(scaling.count + 1)))
-        self.mass_share = real_field(mass / np.bincount(group, mass)[group])
-        self.lag = vector_field(np.zeros((self.scenarios, int(self.count), self.dimension)))
+        self.first_member = index_field(np.searchsorted(group[members], np.arange(group.max() + 2)))
+        self.mass_share = real_field(scaling.shares(self.lumped_mass)[members])
+        at_rest = np.zeros((self.scenarios, int(self.count), self.dimension))
+        self.lag, self.drag = vector_field(at_rest), vector_field(at_rest)
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -218,7 +219,7 @@ class Nodes:
             "damping_work": self.damping_work,
         }
         if self.is_scaled:
-            kept["lag"] = self.lag
+            kept |= {"lag": self.lag, "drag": self.drag}
         for name, component in zip("xyz", self.corner_forces.component, strict=False):
             kept[f"corner_forces_{name}"] = component
         return kept
@@ -247,12 +248,34 @@ class Nodes:
         """What mass scaling takes from the accelerations of the nodes of group g, see
         mass_scaling.py.
         """
+        if ti.static(self.relaxes):
+            self.resist(s, g)
         mean = ti.Vector.zero(backend.real, self.dimension)
         for k in range(self.first_member[g], self.first_member[g + 1]):
             mean += self.mass_share[k] * self.driven(s, self.member[k])
         for k in range(self.first_member[g], self.first_member[g + 1]):
             a = self.member[k]
             self.lag[s, a] = (1.0 - 1.0 / self.factor[0]) * (self.driven(s, a) - mean)
+
+    @ti.func
+    def resist(self, s, g):
+        """Local damping of a group: of its motion as a whole by the force on the whole of it, of
+        motion within it by the rest. Forces within a group, which are slow to balance, would else
+        hold back all of it.
+        """
+        force = ti.Vector.zero(backend.real, self.dimension)
+        speed, mean = force, force
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            force += self.mass_share[k] * self.unslowed(s, self.member[k])
+            speed += self.mass_share[k] * self.velocity[s, self.member[k]]
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            a = self.member[k]
+            self.drag[s, a] = self.resistance(
+                s, self.unslowed(s, a) - force, self.velocity[s, a] - speed
+            )
+            mean += self.mass_share[k] * self.drag[s, a]
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            self.drag[s, self.member[k]] += self.resistance(s, force, speed) - mean
 
     @ti.func
     def accelerate(self, s, a, t, dt):
@@ -289,15 +312,24 @@ class Nodes:
         self.velocity[s, a] = self.velocity[s, a] + dt * self.acceleration(s, a)
 
     @ti.func
-    def damping(self, s, a):
-        """Share of the unbalanced force that resists the motion, over the mass [m/s^2].
+    def resistance(self, s, acceleration, velocity):
+        """Share of an unbalanced force that resists the motion, over the mass [m/s^2].
 
         Dynamic relaxation by local damping (Cundall 1987, in Analytical and Computational Methods
         in Engineering Rock Mechanics, ch. 4): f_d = -share |f| sign(v), component by component. It
         damps every mode by about share / pi of critical and leaves balanced motion alone.
         """
-        resisting = ti.abs(self.unslowed(s, a)) * ti.math.sign(self.velocity[s, a])
-        return resisting * self.local_damping[s]
+        return ti.abs(acceleration) * ti.math.sign(velocity) * self.local_damping[s]
+
+    @ti.func
+    def damping(self, s, a):
+        """Local damping of a node, over its mass [m/s^2]."""
+        result = ti.Vector.zero(backend.real, self.dimension)
+        if ti.static(self.is_scaled):
+            result = self.drag[s, a]
+        else:
+            result = self.resistance(s, self.unslowed(s, a), self.velocity[s, a])
+        return result
 
     @ti.func
     def shift_damped(self, s, a, dt):

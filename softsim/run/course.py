@@ -273,7 +273,6 @@ class Run:
         progress.last_history = scenario.time
         progress.next_history = _next_multiple(self.output.history_interval, scenario.time)
         progress.largest_energy = self.balance.largest_energy
-        self.files.warn(hourglass_warnings(seen.energies, progress.largest_energy, scenario.time))
         scenario.solver.clear_impulses(scenario.number)
         error = self.energy_error = seen.row["energy_error"]
         self.contact_count = int(seen.row["contact_count"])
@@ -296,7 +295,7 @@ class Run:
         found = measures(self.model, history)
         error = {"energy_error": self.progress.largest_energy_error}
         failure = failed_expectations(self.files.loaded.scene.expect, found | error)
-        self._end("done", found, failure)
+        self._end("done", history, found, failure)
         if failure is None:
             self.outcome = Results(self.files.path, self.files.summary, history)
         else:
@@ -312,13 +311,21 @@ class Run:
 
     def stop(self, status: str, failure: str | None = None) -> None:
         """Write the summary of a run that did not reach its end, and close the files."""
-        self._end(status, measures(self.model, self.files.rows()), failure)
+        history = self.files.rows()
+        self._end(status, history, measures(self.model, history), failure)
 
-    def _end(self, status: str, found: dict[str, Any], failure: str | None) -> None:
-        """Write the summary with the measures found, and close the files."""
+    def _end(
+        self,
+        status: str,
+        history: dict[str, np.ndarray],
+        found: dict[str, Any],
+        failure: str | None,
+    ) -> None:
+        """Write the summary with the measures found in the history, and close the files."""
         chatter = self.scenario.chatter()
         found |= {"contact_chatter": chatter.returns}
         self.files.warn(chatter_warnings(self.model, chatter))
+        self.files.warn(hourglass_warnings(history))
         if (name := ended_by(self.stop_conditions)) is not None:
             found["ended_by"] = name
         if failure is not None:
