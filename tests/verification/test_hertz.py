@@ -79,16 +79,16 @@ def write_inp(path, points, cells, kind, sets):
     path.write_text("\n".join(lines) + "\n")
 
 
-def write_rings(path, radii, depths):
-    """A half section, graded towards the top of the axis."""
+def write_rings(path, radii, depths, cells):
+    """A half section, graded towards the top of the axis; `cells`: simplex or quad."""
     from softsim.robots.block import block
 
     columns, rows = len(radii) - 1, len(depths) - 1
-    grid = block(columns, rows, 1.0)
+    grid = block(columns, rows, 1.0, cells)
     i, j = np.round(grid.points + np.array([columns / 2, 0.0])).astype(int).T
     points = np.column_stack([radii[i], HEIGHT - depths[rows - j]])
     sets = {"top": np.flatnonzero(j == rows), "base": np.flatnonzero(j == 0)}
-    write_inp(path, points, grid.cells, "CAX3", sets)
+    write_inp(path, points, grid.cells, f"CAX{grid.cells.shape[1]}", sets)
 
 
 def write_quarter(path, sides, depths):
@@ -145,9 +145,9 @@ def axisymmetric(build, start, tmp_path):
     penalty stiffness, and then with twice as much.
     """
 
-    def press(size, growth, level=0):
+    def press(size, growth, level=0, cells="simplex"):
         spacing = (stations(size, extent, growth, level) for extent in (WIDTH, HEIGHT))
-        write_rings(tmp_path / "block.inp", *spacing)
+        write_rings(tmp_path / "block.inp", *spacing, cells)
         scene = SCENE.format(formulation="axisymmetric", mass=0.05, force=FORCE)
         solver = start(build(scene), share=0.8)  # stable for both
         soft = pressed(solver)
@@ -172,10 +172,11 @@ def quarter(build, start, tmp_path):
     return press
 
 
-def test_axisymmetric(axisymmetric, record_verification):
+@pytest.mark.parametrize("cells", ["simplex", "quad"])
+def test_axisymmetric(axisymmetric, record_verification, cells):
     """Depth within 5 %, contact radius within a cell, and what the penalty adds, at h = 0.2 mm."""
     size = 0.2e-3
-    found, stiff = axisymmetric(size, 1.4)
+    found, stiff = axisymmetric(size, 1.4, cells=cells)
     # Forces balance within the tolerance of the static procedure.
     assert found.force == pytest.approx(FORCE, rel=1e-4)
     assert found.depth == pytest.approx(DEPTH, rel=0.05)
@@ -188,8 +189,9 @@ def test_axisymmetric(axisymmetric, record_verification):
     assert found.penetration == pytest.approx(0.75 * layer, rel=size / (2.0 * A))
     assert stiff.penetration == pytest.approx(0.5 * found.penetration, rel=size / (2.0 * A))
     assert 0.0 < share < found.penetration
-    record_verification("Hertz, rings 0.2 mm: depth [m]", DEPTH, found.depth)
-    record_verification("Hertz, rings 0.2 mm: penalty's share of it", layer / 2.0, share)
+    name = f"Hertz, rings 0.2 mm, {cells}"
+    record_verification(f"{name}: depth [m]", DEPTH, found.depth)
+    record_verification(f"{name}: penalty's share of it", layer / 2.0, share)
 
 
 @pytest.mark.slow
