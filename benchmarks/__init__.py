@@ -5,17 +5,19 @@ rate of reference.cpp at the same mesh and time step: the same elements, law, Ma
 viscosity and what they dissipate, without contact, loads and rigid bodies, whose nodes are held.
 tests/benchmarks holds its positions and energies against softsim's.
 
-    --only       what is measured
-    pfr          scenes/pfr_36mm.yaml with all it has, one thread, at the start of a run
-    space        scenes/pfr_36mm_3d.yaml likewise, on one thread and on two
-    pair         two runs of pfr at once, their sum over one alone
-    triangles    a bare block on two threads: no branches, no contact; memory of an element
-    tetrahedra   a bare bar likewise
-    start        `softsim run` from its first instruction to the first increment
-    run          `softsim run scenes/pfr_36mm.yaml`, with files and figures
-    study        a sweep's cases by one command, over as many single runs
-    overhead     a sweep's own time a case, the runs left out
-    gpu          many scenarios and large meshes; the ceiling is what the memory's bandwidth allows
+    --only         what is measured
+    pfr            scenes/pfr_36mm.yaml with all it has, one thread, at the start of a run
+    space          scenes/pfr_36mm_3d.yaml likewise, on one thread and on two
+    pair           two runs of pfr at once, their sum over one alone
+    triangles      a bare plate on two threads: no branches, no contact; memory of an element
+    quadrilaterals likewise
+    tetrahedra     a bare bar likewise
+    hexahedra      likewise
+    start          `softsim run` from its first instruction to the first increment
+    run            `softsim run scenes/pfr_36mm.yaml`, with files and figures
+    study          a sweep's cases by one command, over as many single runs
+    overhead       a sweep's own time a case, the runs left out
+    gpu            many scenarios and large meshes; the ceiling is what memory bandwidth allows
 
 Ratios hold where nothing else runs; threads need a free core each.
 """

@@ -16,6 +16,12 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.hourglass import (
+    fibre_scales,
+    hourglass_modes,
+    plate_factors,
+    warping_scales,
+)
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.region import Region
 from softsim.elements.ring_section import RingSection
@@ -59,12 +65,17 @@ def write_problem(path: Path, model: Model, increment: float) -> Problem:
     """Write the first region of `model` for the program, nodes numbered for a narrow band.
 
     increment: time step [s]. Contact, loads and rigid bodies are left out: nodes tied to a rigid
-    body are held. Raises ValueError for another law than Yeoh's, or a revolved section.
+    body are held. Raises ValueError for another law than Yeoh's, a revolved section, quadrilaterals
+    in a ring section, or simplexes among them.
     """
     body = model.regions[0]
     geometry, material = body.geometry, body.material
     if len(material.law.constants) != 3 or isinstance(geometry, Axisymmetric):
         raise ValueError("the reference knows Yeoh's law in plane and ring sections and in space")
+    if body.has_hourglass_modes and isinstance(geometry, RingSection):
+        raise ValueError("the reference knows quadrilaterals in plane strain only")
+    if body.has_hourglass_modes and body.pressure_points.shape[1] > 1:
+        raise ValueError("the reference knows no simplexes among quadrilaterals or hexahedra")
     order = banded(body.cells, len(body.points))
     number = np.empty_like(order)
     number[order] = np.arange(len(order))
@@ -72,7 +83,9 @@ def write_problem(path: Path, model: Model, increment: float) -> Problem:
     cell_order = np.lexsort(np.sort(cells, axis=1).T[::-1])
     rings = geometry if isinstance(geometry, RingSection) else None
     thickness = geometry.thickness if isinstance(geometry, PlaneStrain | RingSection) else 1.0
-    integers = [len(order), len(cells), len(material.branches), rings is not None]
+    basis, tables = hourglass_tables(body)
+    integers = [cells.shape[1], len(order), len(cells), len(material.branches), rings is not None]
+    integers.append(tables.shape[1])
     constants = [material.bulk_modulus, *material.law.constants]
     mass = model.mass[body.nodes][:, None]
     inverse_mass = np.where(model.is_free[body.nodes], 1.0 / mass, 0.0)
@@ -87,10 +100,13 @@ def write_problem(path: Path, model: Model, increment: float) -> Problem:
             model.points[body.nodes],
             model.velocity[body.nodes],
             inverse_mass,
-            nodal_viscosity(body, model.bulk_viscosity),
         ):
             np.ascontiguousarray(values[order], dtype=float).tofile(file)
+        pressure_order = cell_order if body.has_hourglass_modes else order
+        viscosities(body, model.bulk_viscosity)[pressure_order].tofile(file)
         cells[cell_order].astype(np.int32).tofile(file)
+        basis[cell_order].tofile(file)
+        tables[cell_order].tofile(file)
         if rings:
             number[rings.opposite[order]].astype(np.int32).tofile(file)
             rings.is_ring[cell_order].astype(np.int32).tofile(file)
@@ -107,9 +123,28 @@ def banded(cells: np.ndarray, node_count: int) -> np.ndarray:
     return reverse_cuthill_mckee(graph.tocsr(), symmetric_mode=True).astype(np.int64)
 
 
-def nodal_viscosity(body: Region, b1: float) -> np.ndarray:
-    """b1 rho c_d h_a (n,) [Pa s], as in softsim/elements/pressure_points.py."""
+def viscosities(body: Region, b1: float) -> np.ndarray:
+    """b1 rho c_d h_a [Pa s] of each pressure, as in softsim/elements/pressure_points.py."""
     return b1 * body.material.impedance * body.pressure_sizes
+
+
+def hourglass_tables(body: Region) -> tuple[np.ndarray, np.ndarray]:
+    """D_i (m, d, d) [m] of each element, and in a row what its modes have at rest beside, as in
+    `Modes` of reference.cpp (softsim/elements/hourglass.py); empty of simplexes.
+    """
+    count = len(body.cells)
+    if not body.has_hourglass_modes:
+        return np.empty((count, 0)), np.empty((count, 0))
+    modes = hourglass_modes(body)
+    columns = [body.volumes / np.linalg.det(modes.basis), modes.lean, modes.share]
+    if body.points.shape[1] == 2:
+        columns.append(fibre_scales(body, modes))
+    else:
+        plates = np.stack([plate_factors(body, modes, k) for k in range(3)], axis=1)
+        columns.append(np.linalg.norm(modes.basis, axis=2))
+        columns.append(plates[:, :, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]])
+        columns.append(warping_scales(body, modes))
+    return modes.basis, np.column_stack([column.reshape(count, -1) for column in columns])
 
 
 class Ceiling:

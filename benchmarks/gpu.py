@@ -46,7 +46,7 @@ def gpu_rows(folder: Path, program: Path | None, effort: Effort) -> list[Row]:
     """Many scenarios of the robot's section, and large meshes in space."""
     measured = bandwidth()
     works = [(scenes.PFR, count) for count in (1, 64, 1024)]
-    works += [(scenes.tetrahedra(folder, n), 1) for n in (20_000, 200_000, 1_000_000)]
+    works += [(scenes.block(folder, "tetrahedra", n), 1) for n in (20_000, 200_000, 1_000_000)]
     rows = [Row("GPU: memory bandwidth", measured / 1e9, "GB/s")]
     for scene, scenarios in works:
         rows += _rate_rows(scene, scenarios, measured, effort)

@@ -89,10 +89,9 @@ def large_meshes(
     kind: str, target: float, folder: Path, program: Path | None, effort: Effort
 ) -> list[Row]:
     """Two sizes of plain mesh on two threads, and the memory that they take."""
-    make = {"triangles": scenes.triangles, "tetrahedra": scenes.tetrahedra}[kind]
     rows, sizes = [], []
     for count in effort.counts:
-        scene = make(folder, count)
+        scene = scenes.block(folder, kind, count)
         with SolverProcess(scene, threads=2) as solver:
             sizes.append((solver.element_count, solver.peak_memory))
             ceiling = _ceiling(scene, folder, program, threads=2)
@@ -141,4 +140,6 @@ def _in_turn(
 
 
 triangle_rows = functools.partial(large_meshes, "triangles", 0.5)
+quadrilateral_rows = functools.partial(large_meshes, "quadrilaterals", 0.5)
 tetrahedron_rows = functools.partial(large_meshes, "tetrahedra", 0.4)
+hexahedron_rows = functools.partial(large_meshes, "hexahedra", 0.4)

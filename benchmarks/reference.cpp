@@ -10,8 +10,10 @@
 //     S = J^(-2/3) (M - (C : M) / 3 C^-1) + p_e J C^-1,  M = 2 W' I + sum mu_k A_k     Yeoh's law
 //     f_c = -V S_ck d_k,  T = V F_zz S_zz / D on diameters of rings        corner forces
 //     v += dt (f / m + g)                                                  kick
-// on plane-strain triangles, ring sections or tetrahedra: the equations of softsim/elements, with
-// what branches and bulk viscosity dissipate; without contact, loads and rigid bodies.
+// on plane-strain triangles, ring sections or tetrahedra, and on plane-strain quadrilaterals or
+// hexahedra, which have a pressure of their own and springs on their hourglass modes: the equations
+// of softsim/elements, with what branches and bulk viscosity dissipate; without contact, loads and
+// rigid bodies.
 //
 // What made it fast (AVX-512, Zen 4):
 // * Lanes: eight elements at a time, four with AVX2; corner data gathered whole nodes at a load.
@@ -79,8 +81,14 @@ inline Plane operator-(Plane a, Plane b) { return {a.x - b.x, a.y - b.y}; }
 inline Space operator-(Space a, Space b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 inline Plane operator-(Plane a) { return {-a.x, -a.y}; }
 inline Space operator-(Space a) { return {-a.x, -a.y, -a.z}; }
-inline Plane operator*(Lanes s, Plane a) { return {s * a.x, s * a.y}; }
-inline Space operator*(Lanes s, Space a) { return {s * a.x, s * a.y, s * a.z}; }
+template <class S>
+inline Plane operator*(S s, Plane a) {
+    return {s * a.x, s * a.y};
+}
+template <class S>
+inline Space operator*(S s, Space a) {
+    return {s * a.x, s * a.y, s * a.z};
+}
 inline Lanes dot(Plane a, Plane b) { return a.x * b.x + a.y * b.y; }
 inline Lanes dot(Space a, Space b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Space cross(Space a, Space b) {
@@ -192,11 +200,13 @@ inline Lanes inverse_cube_root(Lanes J) {
 
 // Symmetric tensors: METRIC[c][k] is the index of component ck; a section has zz last. WWIDE says
 // how often each occurs in a contraction. `volume` is that over `scale`, the thickness / 2 or 1/6;
-// its derivative by the edges is `slope`. T: double or Lanes.
+// its derivative by the edges is `slope`. MODES: vectors h_k that no linear field moves; with them
+// the edges are d_i of softsim/elements/hourglass.py, whose words are used. T: double or Lanes.
 struct PlaneStrain {
     using Node = Pair;
     using Vector = Plane;
-    static constexpr int DIMENSION = 2, COMPONENTS = 4;
+    struct Modes {};
+    static constexpr int DIMENSION = 2, COMPONENTS = 4, MODES = 0;
     static constexpr bool IS_SECTION = true, HAS_RINGS = false;
     static constexpr int METRIC[2][2] = {{0, 1}, {1, 2}};
     static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 1.0, 1.0};
@@ -223,7 +233,8 @@ struct RingSection : PlaneStrain {
 struct Solid {
     using Node = Quad;
     using Vector = Space;
-    static constexpr int DIMENSION = 3, COMPONENTS = 6;
+    struct Modes {};
+    static constexpr int DIMENSION = 3, COMPONENTS = 6, MODES = 0;
     static constexpr bool IS_SECTION = false, HAS_RINGS = false;
     static constexpr int METRIC[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
     static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 2.0, 1.0, 2.0, 1.0};
@@ -242,6 +253,91 @@ struct Solid {
         result[3] = A[5] * A[0] - A[2] * A[2];
         result[4] = A[2] * A[1] - A[4] * A[0];
         result[5] = A[0] * A[3] - A[1] * A[1];
+    }
+};
+
+// Of kinds with modes: `split` gives g_i and h_k of the corners' places, `join` the corners' forces
+// of those on g_i and h_k; `amplitudes` gives y of q, `slopes` p, the forces on q, of those on y.
+// Modes: what elements have at rest, ceiling.py writes it; scale is the volume over det(D_i).
+struct Quadrilateral : PlaneStrain {
+    static constexpr int MODES = 1;
+    struct Modes {
+        Lanes scale, lean[1][2], share[1][2], fibre[2];
+    };
+    static void split(const Plane* x, Plane* g, Plane* h) {
+        Plane diagonal = x[2] - x[0], other = x[1] - x[3];
+        g[0] = 0.25 * (diagonal + other);
+        g[1] = 0.25 * (diagonal - other);
+        h[0] = 0.25 * ((x[0] - x[1]) + (x[2] - x[3]));
+    }
+    static void join(const Plane* G, const Plane* H, Plane* f) {
+        Plane rising = 0.25 * (G[0] + G[1]), falling = 0.25 * (G[0] - G[1]), h = 0.25 * H[0];
+        f[0] = h - rising;
+        f[1] = falling - h;
+        f[2] = rising + h;
+        f[3] = -(falling + h);
+    }
+    static void amplitudes(const Modes& of, const Lanes* q, Lanes* y) {
+        for (int i = 0; i < 2; ++i) y[i] = of.fibre[i] * q[i];
+    }
+    static void slopes(const Modes& of, const Lanes* force, Lanes* p) { amplitudes(of, force, p); }
+};
+
+struct Hexahedron : Solid {
+    static constexpr int MODES = 4;
+    static constexpr int CYCLIC[3][2] = {{1, 2}, {2, 0}, {0, 1}};
+    struct Modes {
+        Lanes scale, lean[4][3], share[4][3], length[3], plate[3][6], warping[3];
+    };
+    static void split(const Space* x, Space* g, Space* h) {
+        Space d0 = x[1] - x[0], s0 = x[1] + x[0], d1 = x[2] - x[3], s1 = x[2] + x[3];
+        Space d2 = x[5] - x[4], s2 = x[5] + x[4], d3 = x[6] - x[7], s3 = x[6] + x[7];
+        h[0] = 0.125 * ((s3 - s2) - (s1 - s0));
+        h[1] = 0.125 * ((d3 + d2) - (d1 + d0));
+        h[2] = 0.125 * ((d3 - d2) + (d1 - d0));
+        h[3] = 0.125 * ((d3 - d2) - (d1 - d0));
+        g[0] = 0.125 * ((d3 + d2) + (d1 + d0));
+        g[1] = 0.125 * ((s3 - s2) + (s1 - s0));
+        g[2] = 0.125 * ((s3 + s2) - (s1 + s0));
+    }
+    static void join(const Space* G, const Space* H, Space* f) {
+        for (int k = 0; k < 2; ++k) {
+            double z = 2 * k - 1;
+            Space g1 = G[0] + z * H[1], h3 = H[2] + z * H[3];
+            Space g2 = G[1] + z * H[0], g3 = z * G[2];
+            Space low = 0.125 * (g1 - h3), high = 0.125 * (g1 + h3);
+            Space below = 0.125 * (g3 - g2), above = 0.125 * (g3 + g2);
+            f[4 * k] = below - low;
+            f[4 * k + 1] = below + low;
+            f[4 * k + 2] = above + high;
+            f[4 * k + 3] = above - high;
+        }
+    }
+    static void amplitudes(const Modes& of, const Lanes* q, Lanes* y) {
+        for (int k = 0; k < 3; ++k) {
+            int i = CYCLIC[k][0], j = CYCLIC[k][1];
+            const Lanes* L = of.plate[k];
+            Lanes first = of.length[i] * q[3 * j + i], second = of.length[j] * q[3 * i + j];
+            Lanes both = of.length[i] * q[4 * i] + of.length[j] * q[4 * j];
+            y[3 * k] = L[0] * first + L[1] * second + L[2] * both;
+            y[3 * k + 1] = L[3] * second + L[4] * both;
+            y[3 * k + 2] = L[5] * both;
+            y[9 + k] = of.warping[k] * q[9 + k];
+        }
+    }
+    static void slopes(const Modes& of, const Lanes* force, Lanes* p) {
+        Lanes twist[3];
+        for (int k = 0; k < 3; ++k) {
+            int i = CYCLIC[k][0], j = CYCLIC[k][1];
+            const Lanes *L = of.plate[k], *f = force + 3 * k;
+            twist[k] = L[2] * f[0] + L[4] * f[1] + L[5] * f[2];
+            p[3 * j + i] = of.length[i] * (L[0] * f[0]);
+            p[3 * i + j] = of.length[j] * (L[1] * f[0] + L[3] * f[1]);
+            p[9 + k] = of.warping[k] * force[9 + k];
+        }
+        for (int i = 0; i < 3; ++i) {
+            p[4 * i] = of.length[i] * (twist[CYCLIC[i][0]] + twist[CYCLIC[i][1]]);
+        }
     }
 };
 
@@ -312,14 +408,16 @@ struct Branch {
 };
 
 struct Problem {
-    int64_t dimension, nodes, cells, branch_count, has_rings;
+    int64_t dimension, corners, nodes, cells, branch_count, has_rings;
+    int64_t mode_numbers;  // that a cell with hourglass modes has at rest, or zero
     double thickness, sector, dt, bulk_modulus, C10, C20, C30;
     std::vector<Branch> branches;
     std::vector<double> gravity;                              // (d)
     std::vector<double> points, position, velocity;           // (nodes, d)
     std::vector<double> inverse_mass;                         // (nodes, d), zero where held
-    std::vector<double> bulk_viscosity;                       // (nodes) b_a [Pa s]
-    std::vector<int32_t> corner;                              // (cells, d + 1), in a band
+    std::vector<double> bulk_viscosity;                       // (pressures) b_a [Pa s]
+    std::vector<int32_t> corner;                              // (cells, corners), in a band
+    std::vector<double> basis, modes;  // (cells, d, d) D_i, (cells, mode_numbers), or empty
     std::vector<int32_t> opposite, is_ring;                   // (nodes), (cells), or empty
 
     double length(size_t a, size_t b) const {  // of nodes at rest, in the plane
@@ -336,6 +434,7 @@ struct Problem {
     }
     // Of a cell: its volume over det(edges).
     double scale(long cell) const {
+        if (mode_numbers) return modes[cell * mode_numbers];
         if (dimension == 3) return 1.0 / 6.0;
         if (has_rings && is_ring[cell]) return 0.5 * sector * diameters(cell) / 6.0;
         return 0.5 * thickness;
@@ -348,7 +447,7 @@ Problem read_problem(const char* path) {
     auto read = [&](auto* to, size_t count) {
         file.read(reinterpret_cast<char*>(to), std::streamsize(count * sizeof *to));
     };
-    read(&p.dimension, 5);
+    read(&p.dimension, 7);
     read(&p.thickness, 7);
     size_t d = size_t(p.dimension), n = size_t(p.nodes);
     p.branches.resize(size_t(p.branch_count));
@@ -359,12 +458,17 @@ Problem read_problem(const char* path) {
     };
     numbers(p.gravity, d);
     for (auto* a : {&p.points, &p.position, &p.velocity, &p.inverse_mass}) numbers(*a, n * d);
-    numbers(p.bulk_viscosity, n);
-    p.corner.resize(size_t(p.cells) * (d + 1));
+    size_t cells = size_t(p.cells);
+    numbers(p.bulk_viscosity, p.mode_numbers ? cells : n);
+    p.corner.resize(cells * size_t(p.corners));
     read(p.corner.data(), p.corner.size());
+    if (p.mode_numbers) {
+        numbers(p.basis, cells * d * d);
+        numbers(p.modes, cells * size_t(p.mode_numbers));
+    }
     if (p.has_rings) {
         p.opposite.resize(n);
-        p.is_ring.resize(size_t(p.cells));
+        p.is_ring.resize(cells);
         read(p.opposite.data(), n);
         read(p.is_ring.data(), p.is_ring.size());
     }
@@ -394,7 +498,6 @@ constexpr long WINDOW = 64;  // nodes sorted by how many elements they have
 // Cells come in the order of their lowest nodes, which are numbered for a narrow band. Every
 // other thread goes through its share backwards, so that two meet at their interface at the end.
 Layout lay_out(const Problem& p, long threads) {
-    long corners = p.dimension + 1;
     Layout layout;
     std::vector<long> last(p.nodes, -1), owner(p.nodes, -1), degree(p.nodes, 0);
     std::vector<bool> shared(p.nodes, false);
@@ -403,8 +506,8 @@ Layout lay_out(const Problem& p, long threads) {
         long first = long(layout.cell_at.size());
         for (long k = 0; k < to - from; ++k) layout.cell_at.push_back(t % 2 ? to - 1 - k : from + k);
         for (size_t e = size_t(first); e < layout.cell_at.size(); ++e) {
-            for (long c = 0; c < corners; ++c) {
-                int32_t a = p.corner[layout.cell_at[e] * corners + c];
+            for (long c = 0; c < p.corners; ++c) {
+                int32_t a = p.corner[layout.cell_at[e] * p.corners + c];
                 shared[a] = shared[a] || (owner[a] >= 0 && owner[a] != t);
                 if (owner[a] < 0) owner[a] = t;
                 if (owner[a] == t) last[a] = long(e);
@@ -476,7 +579,12 @@ template <class K>
 class Solver {
     using Node = typename K::Node;
     using Vector = typename K::Vector;
-    static constexpr int D = K::DIMENSION, CORNERS = D + 1, METRICS = D * (D + 1) / 2;
+    using Modes = typename K::Modes;
+    static constexpr int D = K::DIMENSION, METRICS = D * (D + 1) / 2;
+    static constexpr bool HAS_MODES = K::MODES > 0;
+    static constexpr int CORNERS = HAS_MODES ? 1 << D : D + 1, AMPLITUDES = K::MODES * D;
+    // Pressures that a mean is of, those of the nodes; or the element's own.
+    static constexpr int SHARES = HAS_MODES ? 1 : CORNERS;
     static constexpr int SLOT = sizeof(Node);
     static constexpr int WIDE = SLOT / sizeof(double);  // Lanes that LANES nodes fill
 
@@ -522,8 +630,12 @@ class Solver {
     std::vector<Slice> volume_slice_, force_slice_, tension_slice_;
     std::vector<uint32_t> volume_slot_, force_slot_, tension_slot_;  // byte offsets
     Array<Node> position_, velocity_, inverse_mass_;
-    Array<Lanes> J_, pressure_, inverse_node_volume_, viscosity_;  // of nodes, by slice
+    // Of pressures, by slice of nodes or block of elements.
+    Array<Lanes> J_, pressure_, inverse_whole_, viscosity_;
     Array<Lanes> viscous_, bulk_work_;  // pressure by bulk viscosity; its integral dJ, twice
+    Array<Modes> modes_;
+    Array<Lanes> last_y_, relaxing_y_;  // (blocks, amplitudes), (blocks, branches, amplitudes)
+    Array<Lanes> mode_work_;            // dissipated by the branches of the springs [J]
     Array<Ring> ring_;
     Array<Lanes> hoop_, tension_;       // of elements: F_zz, what they pull diameters with
     std::vector<Corner> diameter_at_, end_;  // (blocks, corners), (diameter blocks, ends)
@@ -551,12 +663,16 @@ class Solver {
           position_((slices_ + 1) * LANES),
           velocity_((slices_ + 1) * LANES),
           inverse_mass_((slices_ + 1) * LANES),
-          J_(slices_),
+          J_(pressure_slices()),
           pressure_(slices_ + 1),
-          inverse_node_volume_(slices_),
-          viscosity_(slices_),
-          viscous_(slices_),
-          bulk_work_(slices_),
+          inverse_whole_(pressure_slices()),
+          viscosity_(pressure_slices()),
+          viscous_(pressure_slices()),
+          bulk_work_(pressure_slices()),
+          modes_(HAS_MODES ? blocks_ : 1),
+          last_y_(blocks_ * AMPLITUDES + 1),
+          relaxing_y_(blocks_ * AMPLITUDES * p.branches.size() + 1),
+          mode_work_(HAS_MODES ? blocks_ : 1),
           ring_(K::HAS_RINGS ? blocks_ : 1),
           hoop_(K::HAS_RINGS ? blocks_ : 1),
           tension_(K::HAS_RINGS ? blocks_ + 1 : 1),
@@ -569,6 +685,7 @@ class Solver {
             branch_.push_back({branch.modulus, std::exp(-p.dt / branch.relaxation_time)});
         }
         place_nodes();
+        place_pressures();
         place_elements();
         if constexpr (K::HAS_RINGS) place_diameters();
         for (const Part& part : layout_.parts) plan_.push_back(planned(part));
@@ -620,18 +737,31 @@ class Solver {
     }
 
   private:
+    long pressure_slices() const { return HAS_MODES ? blocks_ : slices_; }
+
+    // By (slice, lane): the pressure, -1 where there is none.
+    const std::vector<long>& pressure_at() const {
+        return HAS_MODES ? layout_.cell_at : layout_.node_at;
+    }
+
+    void place_pressures() {
+        for (long k = 0; k < pressure_slices() * LANES; ++k) {
+            long a = pressure_at()[k];
+            J_[k / LANES][k % LANES] = 1.0;
+            if (a >= 0) viscosity_[k / LANES][k % LANES] = problem_.bulk_viscosity[a];
+        }
+    }
+
     void place_nodes() {
         const Problem& p = problem_;
         for (long k = 0; k < slices_ * LANES; ++k) {
             long a = layout_.node_at[k];
-            J_[k / LANES][k % LANES] = 1.0;
             if (a < 0) continue;
             for (int i = 0; i < D; ++i) {
                 position_[k][i] = p.position[a * D + i];
                 velocity_[k][i] = p.velocity[a * D + i];
                 inverse_mass_[k][i] = p.inverse_mass[a * D + i];
             }
-            viscosity_[k / LANES][k % LANES] = p.bulk_viscosity[a];
         }
     }
 
@@ -654,11 +784,12 @@ class Solver {
             long cell = layout_.cell_at[e], b = e / LANES;
             int lane = int(e % LANES);
             double volume = cell < 0 ? 0.0 : set_reference(b, lane, cell);
+            if (HAS_MODES && cell >= 0) inverse_whole_[b][lane] = 1.0 / volume;
             for (int c = 0; c < CORNERS; ++c) {
                 long k = cell < 0 ? nowhere : place[p.corner[cell * CORNERS + c]];
                 corner_[b * CORNERS + c][lane] = int32_t(k);
                 if (cell < 0) continue;
-                volumes[k].push_back(uint32_t(e * sizeof(double)));
+                if (!HAS_MODES) volumes[k].push_back(uint32_t(e * sizeof(double)));
                 forces[k].push_back(uint32_t(((b * CORNERS + c) * LANES + lane) * SLOT));
                 node_volume[k] += volume;
             }
@@ -673,9 +804,9 @@ class Solver {
         for (long q = 0; q < slices_; ++q) {  // block number `blocks_` stays zero
             list(&volumes[q * LANES], blocks_ * sizeof(Lanes), volume_slice_, volume_slot_);
             list(&forces[q * LANES], blocks_ * CORNERS * LANES * SLOT, force_slice_, force_slot_);
-            for (int i = 0; i < LANES; ++i) {
+            for (int i = 0; !HAS_MODES && i < LANES; ++i) {
                 double volume = node_volume[q * LANES + i];
-                inverse_node_volume_[q][i] = volume > 0.0 ? 1.0 / volume : 0.0;
+                inverse_whole_[q][i] = volume > 0.0 ? 1.0 / volume : 0.0;
             }
         }
     }
@@ -699,7 +830,15 @@ class Solver {
         double d[D][D], grad[D][D], metric[K::COMPONENTS];
         for (int c = 0; c < D; ++c) {
             for (int i = 0; i < D; ++i) {
-                d[c][i] = problem_.points[nodes[c + 1] * D + i] - problem_.points[nodes[0] * D + i];
+                const double* x = problem_.points.data();
+                d[c][i] = HAS_MODES ? problem_.basis[(cell * D + c) * D + i]
+                                    : x[nodes[c + 1] * D + i] - x[nodes[0] * D + i];
+            }
+        }
+        if constexpr (HAS_MODES) {
+            Lanes* of = reinterpret_cast<Lanes*>(&modes_[b]);
+            for (long k = 0; k < problem_.mode_numbers; ++k) {
+                of[k][lane] = problem_.modes[cell * problem_.mode_numbers + k];
             }
         }
         double det = 0.0;
@@ -797,6 +936,7 @@ class Solver {
         while (now.measured < part.end_block) {
             now.measured = std::min(now.measured + CHUNK, part.end_block);
             long end = part.shared_slice;
+            if (HAS_MODES) now.pressed = end, now.stressed = now.measured;
             while (now.pressed < end && last_block[now.pressed] < now.measured) ++now.pressed;
             while (now.stressed < now.measured && last_slice[now.stressed] < now.pressed) {
                 ++now.stressed;
@@ -845,9 +985,14 @@ class Solver {
     }
 
     void forget_dissipation(const Part& part) {
-        for (long q = part.first_slice; q < part.end_slice; ++q) bulk_work_[q] = Lanes{};
+        long from = HAS_MODES ? part.first_block : part.first_slice;
+        long to = HAS_MODES ? part.end_block : part.end_slice;
+        for (long q = from; q < to; ++q) bulk_work_[q] = Lanes{};
         if (branch_.empty()) return;
-        for (long b = part.first_block; b < part.end_block; ++b) metric_work_[b] = Lanes{};
+        for (long b = part.first_block; b < part.end_block; ++b) {
+            metric_work_[b] = Lanes{};
+            if (HAS_MODES) mode_work_[b] = Lanes{};
+        }
     }
 
     // Lengths and directions of diameters.
@@ -861,8 +1006,9 @@ class Solver {
         }
     }
 
-    // Edges and volumes.
+    // Edges and volumes, of elements whose pressures wait for them.
     void measure(long from, long to) {
+        if constexpr (HAS_MODES) return;
         const Node* x = position_.data();
         for (long b = from; b < to; ++b) {
             const Corner* corner = &corner_[b * CORNERS];
@@ -891,8 +1037,29 @@ class Solver {
         return Lanes{} + 1.0;
     }
 
+    // Edges of a block, and what is left of its hourglass modes.
+    void deform(long b, Vector* d, Vector* h) {
+        if constexpr (HAS_MODES) {
+            const Modes& of = modes_[b];
+            Vector x[CORNERS];
+            for (int c = 0; c < CORNERS; ++c) {
+                x[c] = gather(position_.data(), corner_[b * CORNERS + c]);
+            }
+            K::split(x, d, h);
+            for (int i = 0; i < D; ++i) {
+                for (int k = 0; k < K::MODES; ++k) d[i] = d[i] + of.lean[k][i] * h[k];
+            }
+            for (int k = 0; k < K::MODES; ++k) {
+                for (int i = 0; i < D; ++i) h[k] = h[k] - of.share[k][i] * d[i];
+            }
+        } else {
+            for (int c = 0; c < D; ++c) d[c] = copied(edges_[b].d[c]);
+        }
+    }
+
     // Volume over that of K::volume, as long as F_zz = 1.
     Lanes scale_at_rest(long b) {
+        if constexpr (HAS_MODES) return modes_[b].scale;
         if constexpr (K::HAS_RINGS) return ring_[b].scale;
         return Lanes{} + (D == 2 ? 0.5 * problem_.thickness : 1.0 / 6.0);
     }
@@ -913,10 +1080,20 @@ class Solver {
         return across - sum * reference.inverse_volume;
     }
 
-    // p_a / corners: the shares sum to the element's mean.
+    // p_a / shares, at J: they sum to the element's mean.
+    Lanes compress(long q, Lanes J) {
+        double stiffness = problem_.bulk_modulus / SHARES, rate = 1.0 / (SHARES * problem_.dt);
+        Lanes dJ = J - J_[q], viscous = rate * viscosity_[q] * dJ;
+        bulk_work_[q] += (viscous_[q] + viscous) * dJ;
+        viscous_[q] = viscous;
+        J_[q] = J;
+        return stiffness * (J - 1.0) + viscous;
+    }
+
+    // Pressures of the nodes.
     void press(long from, long to) {
+        if constexpr (HAS_MODES) return;
         const char* volume = reinterpret_cast<const char*>(volume_.data());
-        double stiffness = problem_.bulk_modulus / CORNERS, rate = 1.0 / (CORNERS * problem_.dt);
         for (long q = from; q < to; ++q) {
             const uint32_t* slot = &volume_slot_[volume_slice_[q].first];
             double sum[LANES] = {};
@@ -925,33 +1102,33 @@ class Solver {
                     sum[i] += *reinterpret_cast<const double*>(volume + slot[i]);
                 }
             }
-            Lanes J = side_by_side(sum) * inverse_node_volume_[q];
-            Lanes dJ = J - J_[q], viscous = rate * viscosity_[q] * dJ;
-            pressure_[q] = stiffness * (J - 1.0) + viscous;
-            bulk_work_[q] += (viscous_[q] + viscous) * dJ;
-            viscous_[q] = viscous;
-            J_[q] = J;
+            pressure_[q] = compress(q, side_by_side(sum) * inverse_whole_[q]);
         }
+    }
+
+    // Sum of the pressures at the corners of a block.
+    Lanes averaged(long b) {
+        const double* p = reinterpret_cast<const double*>(pressure_.data());
+        const Corner* corner = &corner_[b * CORNERS];
+        double sum[LANES];
+        for (int i = 0; i < LANES; ++i) {
+            sum[i] = p[corner[0][i]];
+            for (int c = 1; c < CORNERS; ++c) sum[i] += p[corner[c][i]];
+        }
+        return side_by_side(sum);
     }
 
     // f_c = -(sum_k T_ck d_k + h dV/dx_c) with T = J^(-2/3) V M, h = p - T : C / (3 V J).
     void stress(long from, long to) {
-        const double* p = reinterpret_cast<const double*>(pressure_.data());
         double c0 = 2.0 * problem_.C10, c1 = 4.0 * problem_.C20, c2 = 6.0 * problem_.C30;
         for (long b = from; b < to; ++b) {
-            const Corner* corner = &corner_[b * CORNERS];
-            double sum[LANES];
-            for (int i = 0; i < LANES; ++i) {
-                sum[i] = p[corner[0][i]];
-                for (int c = 1; c < CORNERS; ++c) sum[i] += p[corner[c][i]];
-            }
-            Lanes mean = side_by_side(sum);
-            Vector d[D], slope[D];
+            Vector d[D], slope[D], f[D], bent[K::MODES + 1];
             Lanes C[K::COMPONENTS], T[K::COMPONENTS];
-            for (int c = 0; c < D; ++c) d[c] = copied(edges_[b].d[c]);
+            deform(b, d, bent);
             const Reference& reference = reference_[b];
             Lanes plain = K::volume(d, slope) * scale_at_rest(b);  // V J / F_zz
             Lanes J = plain * hoop(b) * reference.inverse_volume;
+            Lanes mean = HAS_MODES ? compress(b, J) : averaged(b);
             stretch(b, d, C);
             Lanes r = inverse_cube_root(J), r2 = r * r;
             Lanes I1 = first_invariant(reference, C);
@@ -973,15 +1150,81 @@ class Solver {
                 tension_[b] = ring_[b].slope * (h * plain - hoop_[b] * T[METRICS]);
             }
             Lanes push = -(scale_at_rest(b) * hoop(b)) * h;
-            Vector balance;
             for (int c = 0; c < D; ++c) {
-                Vector f = push * slope[c];
-                for (int k = 0; k < D; ++k) f = f + T[K::METRIC[c][k]] * d[k];
-                balance = c == 0 ? f : balance + f;
-                store(force_of(b, c + 1), f);
+                f[c] = push * slope[c];
+                for (int k = 0; k < D; ++k) f[c] = f[c] + T[K::METRIC[c][k]] * d[k];
             }
-            store(force_of(b, 0), -balance);
+            if constexpr (HAS_MODES) {
+                bend(b, d, bent, f);
+            } else {
+                Vector balance = f[0];
+                for (int c = 1; c < D; ++c) balance = balance + f[c];
+                for (int c = 0; c < D; ++c) store(force_of(b, c + 1), f[c]);
+                store(force_of(b, 0), -balance);
+            }
         }
+    }
+
+    // q, with e_i and 1 / |d_i|.
+    static void turn(const Vector* d, const Vector* h, Vector* e, Lanes* root, Lanes* q) {
+        for (int i = 0; i < D; ++i) {
+            root[i] = 1.0 / square_root(dot(d[i], d[i]));
+            e[i] = root[i] * d[i];
+        }
+        for (int m = 0; m < AMPLITUDES; ++m) q[m] = dot(e[m % D], h[m / D]);
+    }
+
+    // Corner forces of those on the edges, f, and of the hourglass modes.
+    void bend(long b, const Vector* d, const Vector* h, const Vector* f) {
+        const Modes& of = modes_[b];
+        Lanes root[D], q[AMPLITUDES], y[AMPLITUDES], p[AMPLITUDES];
+        Vector e[D], G[D], H[K::MODES], corners[CORNERS];
+        turn(d, h, e, root, q);
+        K::amplitudes(of, q, y);
+        load(b, y);
+        K::slopes(of, y, p);
+        for (int k = 0; k < K::MODES; ++k) {
+            H[k] = p[k * D] * e[0];
+            for (int i = 1; i < D; ++i) H[k] = H[k] + p[k * D + i] * e[i];
+        }
+        for (int i = 0; i < D; ++i) {
+            Vector pull = p[i] * h[0], share = of.share[0][i] * H[0];
+            Lanes along = p[i] * q[i];
+            for (int k = 1; k < K::MODES; ++k) {
+                pull = pull + p[k * D + i] * h[k];
+                share = share + of.share[k][i] * H[k];
+                along += p[k * D + i] * q[k * D + i];
+            }
+            G[i] = f[i] + root[i] * (pull - along * e[i]) - share;
+        }
+        for (int k = 0; k < K::MODES; ++k) {
+            for (int i = 0; i < D; ++i) H[k] = H[k] + of.lean[k][i] * G[i];
+        }
+        K::join(G, H, corners);
+        for (int c = 0; c < CORNERS; ++c) store(force_of(b, c), corners[c]);
+    }
+
+    // Amplitudes become the forces of their springs, whose branches relax by an increment.
+    void load(long b, Lanes* y) {
+        double mu = 2.0 * problem_.C10;
+        Lanes work = mode_work_[b];
+        for (int m = 0; m < AMPLITUDES; ++m) {
+            Lanes force = -mu * y[m];
+            Lanes* relaxing = &relaxing_y_[(b * AMPLITUDES + m) * branch_.size()];
+            if (!branch_.empty()) {
+                Lanes mean = 0.5 * (y[m] + last_y_[b * AMPLITUDES + m]);
+                last_y_[b * AMPLITUDES + m] = y[m];
+                for (const Relaxation& branch : branch_) {
+                    Lanes before = *relaxing;
+                    Lanes after = branch.decay * before + (1.0 - branch.decay) * y[m];
+                    force -= branch.modulus * (y[m] - after);
+                    work += branch.modulus * (mean - 0.5 * (before + after)) * (after - before);
+                    *relaxing++ = after;
+                }
+            }
+            y[m] = force;
+        }
+        if (!branch_.empty()) mode_work_[b] = work;
     }
 
     // Let the branches of a block relax by an increment; `sum` gets -V sum mu A.
@@ -1056,25 +1299,46 @@ class Solver {
         }
     }
 
-    // Compression of the nodes, and what bulk viscosity has dissipated.
+    // Compression, and what bulk viscosity has dissipated.
     void add_volumetric(Energies& sum) {
-        for (long k = 0; k < slices_ * LANES; ++k) {
+        for (long k = 0; k < pressure_slices() * LANES; ++k) {
             long q = k / LANES;
             int lane = int(k % LANES);
-            if (layout_.node_at[k] < 0) continue;
-            double all = 1.0 / inverse_node_volume_[q][lane];  // of its elements
+            if (pressure_at()[k] < 0) continue;
+            double all = 1.0 / inverse_whole_[q][lane];  // of its elements
             double dilation = J_[q][lane] - 1.0;
-            sum.stored += 0.5 * problem_.bulk_modulus * dilation * dilation * all / CORNERS;
+            sum.stored += 0.5 * problem_.bulk_modulus * dilation * dilation * all / SHARES;
             sum.dissipated += 0.5 * bulk_work_[q][lane] * all;
         }
+    }
+
+    // The springs of one element's hourglass modes.
+    void add_bending(Energies& sum, long b, int lane, const Vector* d, const Vector* h) {
+        Lanes root[D], q[AMPLITUDES], y[AMPLITUDES];
+        Vector e[D];
+        turn(d, h, e, root, q);
+        K::amplitudes(modes_[b], q, y);
+        for (int m = 0; m < AMPLITUDES; ++m) {
+            sum.stored += problem_.C10 * y[m][lane] * y[m][lane];
+            for (size_t k = 0; k < branch_.size(); ++k) {
+                Lanes relaxed = relaxing_y_[(b * AMPLITUDES + m) * branch_.size() + k];
+                double stretch = y[m][lane] - relaxed[lane];
+                sum.stored += 0.5 * branch_[k].modulus * stretch * stretch;
+            }
+        }
+        sum.dissipated += mode_work_[b][lane];
     }
 
     // Law and Maxwell branches of one element.
     void add_isochoric(Energies& sum, long b, int lane) {
         Lanes C[K::COMPONENTS];
-        stretch(b, edges_[b].d, C);
+        Vector d[D], bent[K::MODES + 1];
+        deform(b, d, bent);
+        if constexpr (HAS_MODES) add_bending(sum, b, lane, d, bent);
+        stretch(b, d, C);
         double volume = 1.0 / reference_[b].inverse_volume[lane];
-        double r2 = 1.0 / std::cbrt(volume_[b][lane] / volume * (volume_[b][lane] / volume));
+        double J = (K::volume(d) * scale_at_rest(b) * hoop(b))[lane] / volume;
+        double r2 = 1.0 / std::cbrt(J * J);
         double k1 = r2 * first_invariant(reference_[b], C)[lane] - 3.0;
         sum.stored += volume * k1 * (problem_.C10 + k1 * (problem_.C20 + k1 * problem_.C30));
         if (!branch_.empty()) sum.dissipated -= 0.5 * metric_work_[b][lane];
@@ -1136,8 +1400,10 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "threads, increments and repeats are at least 1\n");
         return 2;
     }
-    auto run = problem.dimension == 3 ? solve<Solid>
+    bool has_modes = problem.mode_numbers > 0;
+    auto run = problem.dimension == 3 ? (has_modes ? solve<Hexahedron> : solve<Solid>)
                : problem.has_rings    ? solve<RingSection>
+               : has_modes            ? solve<Quadrilateral>
                                       : solve<PlaneStrain>;
     return run(problem, threads, increments, repeats, positions);
 }

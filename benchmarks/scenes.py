@@ -1,5 +1,6 @@
 """What is measured: the robot in section and in space, plain blocks of any number of elements."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -7,20 +8,21 @@ PFR = ROOT / "scenes" / "pfr_36mm.yaml"
 PFR_IN_SPACE = ROOT / "scenes" / "pfr_36mm_3d.yaml"
 
 # Bare: no contact and no Maxwell branches, which flatters the rate. Held at one end, they sag.
-_TRIANGLES = """
+_PLATE = """
 bodies:
   block:
-    mesh: {{generator: block, length: {length} m, height: {height} m, element_size: {size} m}}
+    mesh: {{generator: block, length: {length} m, height: {height} m, element_size: {size} m,
+            cells: {cells}}}
     formulation: plane_strain
     thickness: 10 mm
     material: rubber
     fixed: [left]
 """
-_TETRAHEDRA = """
+_BAR = """
 bodies:
   block:
     mesh: {{generator: box, length: {length} m, width: {height} m, height: {height} m,
-            element_size: {size} m}}
+            element_size: {size} m, cells: {cells}}}
     formulation: solid
     material: rubber
     fixed: [left]
@@ -33,20 +35,34 @@ time: {end: 1 s}
 SIZE = 1e-3  # of an element [m]
 
 
-def triangles(folder: Path, count: int) -> Path:
-    """A scene of about `count` triangles: a block four times as long as high."""
-    rows = max(1, round((count / 8) ** 0.5))
-    text = _TRIANGLES.format(length=4 * rows * SIZE, height=rows * SIZE, size=SIZE)
-    return _written(folder / f"triangles_{count}.yaml", text)
+@dataclass(frozen=True)
+class _Block:
+    """length: in heights. split: cells that a square or a brick is cut into."""
+
+    text: str
+    dimension: int
+    length: int
+    cells: str
+    split: int
 
 
-def tetrahedra(folder: Path, count: int) -> Path:
-    """A scene of about `count` tetrahedra: a bar three times as long as wide."""
-    rows = max(1, round((count / 18) ** (1 / 3)))
-    text = _TETRAHEDRA.format(length=3 * rows * SIZE, height=rows * SIZE, size=SIZE)
-    return _written(folder / f"tetrahedra_{count}.yaml", text)
+_BLOCKS = {
+    "triangles": _Block(_PLATE, 2, 4, "simplex", 2),
+    "quadrilaterals": _Block(_PLATE, 2, 4, "quad", 1),
+    "tetrahedra": _Block(_BAR, 3, 3, "simplex", 6),
+    "hexahedra": _Block(_BAR, 3, 3, "quad", 1),
+}
 
 
-def _written(path: Path, text: str) -> Path:
+def block(folder: Path, kind: str, count: int) -> Path:
+    """A scene of about `count` triangles, quadrilaterals, tetrahedra or hexahedra: a plate four
+    times as long as high, or a bar three times as long as wide.
+    """
+    of = _BLOCKS[kind]
+    rows = max(1, round((count / (of.length * of.split)) ** (1 / of.dimension)))
+    text = of.text.format(
+        length=of.length * rows * SIZE, height=rows * SIZE, size=SIZE, cells=of.cells
+    )
+    path = folder / f"{kind}_{count}.yaml"
     path.write_text(text + _REST)
     return path

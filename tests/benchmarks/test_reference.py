@@ -27,6 +27,19 @@ bodies:
           formulation: solid, material: rubber, fixed: [left]}
 environment: {gravity: 5000 m/s^2}
 """,
+    "quadrilaterals": """
+bodies:
+  block: {mesh: {generator: block, length: 11 mm, height: 5 mm, element_size: 1 mm, cells: quad},
+          formulation: plane_strain, thickness: 7 mm, material: rubber, fixed: [left]}
+environment: {gravity: 500 m/s^2}
+""",
+    "hexahedra": """
+bodies:
+  block: {mesh: {generator: box, length: 5 mm, width: 2 mm, height: 3 mm, element_size: 1 mm,
+                 cells: quad},
+          formulation: solid, material: rubber, fixed: [left]}
+environment: {gravity: 5000 m/s^2}
+""",
     "rings": """
 bodies:
   block: {mesh: {generator: pfr_section, element_size: 1 mm}, formulation: ring_section,
@@ -102,10 +115,19 @@ def test_a_reference_without_finite_energies_is_refused(block, program, tmp_path
         Ceiling(program, problem, 1).outcome(INCREMENTS, tmp_path / "positions.bin")
 
 
-def test_other_laws_are_refused(build, tmp_path):
-    model = build((BLOCKS["triangles"] + LAWS["elastic"]).replace("yeoh", "neo_hooke").replace(
-        ", C20: 9 kPa, C30: 2 kPa", ""
-    ))  # fmt: skip
+NEO_HOOKE = LAWS["elastic"].replace("yeoh", "neo_hooke").replace(", C20: 9 kPa, C30: 2 kPa", "")
+UNKNOWN = {
+    "Yeoh": BLOCKS["triangles"] + NEO_HOOKE,
+    "quadrilaterals in plane strain only": BLOCKS["rings"].replace(
+        "element_size: 1 mm", "element_size: 1 mm, cells: quad"
+    )
+    + LAWS["elastic"],
+}
+
+
+@pytest.mark.parametrize("reason", UNKNOWN)
+def test_other_problems_are_refused(build, tmp_path, reason):
+    model = build(UNKNOWN[reason])
     dt = stable_step(model, model.points).value
-    with pytest.raises(ValueError, match="Yeoh"):
+    with pytest.raises(ValueError, match=reason):
         write_problem(tmp_path / "block.bin", model, dt)

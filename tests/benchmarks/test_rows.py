@@ -8,7 +8,7 @@ import sys
 from rich.console import Console
 
 from benchmarks.gpu import bytes_an_increment
-from benchmarks.scenes import ROOT, triangles
+from benchmarks.scenes import ROOT, block
 from benchmarks.solver_process import SolverProcess
 from benchmarks.table import Row, limit_row, machine, ratio_row, show, write_json
 
@@ -43,7 +43,7 @@ def test_json_and_table_hold_every_row(tmp_path):
 
 def test_a_worker_builds_a_mesh_and_measures_it(tmp_path, monkeypatch, kernel_cache):
     monkeypatch.setenv("SOFTSIM_CACHE", str(kernel_cache))
-    with SolverProcess(triangles(tmp_path, 200)) as solver:
+    with SolverProcess(block(tmp_path, "triangles", 200)) as solver:
         assert solver.element_count == 200
         solver.start(5)
         assert solver.rate() > 0.0

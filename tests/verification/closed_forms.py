@@ -372,6 +372,34 @@ def elastica_sag(length, bending_stiffness, weight_per_length=0.0, tip_force=0.0
     return Sag(length * drop, length * reach, angle)
 
 
+def pressed_ring_force(radius, bending_stiffness, height):
+    """Force [N] between two plates that press an inextensible ring to a height: of its middle line,
+    which is 2 `radius` high at rest.
+
+    psi(s) is how far a quarter has turned from one plate, where psi = 0, to its middle, pi/2; half
+    of the force acts on it: EI psi'' = force/2 cos(psi), and half the height is the integral of
+    sin(psi). Raises RuntimeError where the ring is no longer convex at the plates.
+    Source: Love 1927, Mathematical Theory of Elasticity, ch. XIX: the elastica, of a rod whose
+    natural curvature is that of the ring.
+    """
+    length = 0.5 * np.pi * radius
+
+    def slopes(s, y, load):
+        psi, curvature, _ = y
+        return [curvature, load[0] * np.cos(psi), np.sin(psi)]
+
+    def ends(top, middle, load):
+        return [top[0], middle[0] - 0.5 * np.pi, top[2], middle[2] - 0.5 * height / length]
+
+    s = np.linspace(0.0, 1.0, 41)
+    turned = 0.5 * np.pi * s
+    guess = [turned, np.full_like(s, 0.5 * np.pi), 2.0 / np.pi * (1.0 - np.cos(turned))]
+    solution = solve_bvp(slopes, ends, s, guess, p=[1.0], tol=1e-9, max_nodes=20000)
+    if not solution.success or solution.y[1, 0] < 0.0:
+        raise RuntimeError(f"pressed_ring_force: {solution.message}; {height} m is too flat")
+    return float(2.0 * solution.p[0] * bending_stiffness / length**2)
+
+
 # Indentation --------------------------------------------------------------------------------------
 
 

@@ -5,7 +5,7 @@ way, the pattern that locks most readily.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -143,6 +143,16 @@ def grid(
     return SmallMesh(points, made_positive(points, cells), sets, tuple(sets))
 
 
+def joined(mesh: SmallMesh) -> SmallMesh:
+    """The quadrilaterals that `grid` cut into pairs of triangles."""
+    first, second = mesh.cells[::2], mesh.cells[1::2]
+    is_shared = (first[:, :, None] == second[:, None]).any(axis=2)
+    # From the corner that only the first triangle has; the second one's own lies opposite.
+    turn = np.argmin(is_shared, axis=1)[:, None] + np.arange(3)
+    a, b, d = np.take_along_axis(first, turn % 3, axis=1).T
+    return replace(mesh, cells=np.column_stack([a, b, second[:, 2], d]))
+
+
 def two_strips(length: float, inner: float, outer: float, columns: int, rows: int) -> SmallMesh:
     """A section of a tube along x, |x| < length / 2: two strips, mirror images about y = 0.
 
@@ -232,6 +242,25 @@ def octant(inner: float, outer: float, around: int, across: int) -> SmallMesh:
     return walled(points, swept(section, low, low + len(steps)), np.arange(len(steps)))
 
 
+def octant_of_hexahedra(inner: float, outer: float, around: int, across: int) -> SmallMesh:
+    """As `octant`: the three faces of a cube that meet at a corner, blown up."""
+    angles = np.linspace(0.0, 0.25 * np.pi, around + 1)
+    face = joined(grid(around, around, lambda s, t: (s, t)))
+    u, v = np.tan(angles[np.round(around * face.points).astype(int)]).T
+    faces = [np.roll(np.column_stack([np.ones_like(u), u, v]), k, axis=1) for k in range(3)]
+    directions = np.concatenate(faces)
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    _, kept, number = np.unique(
+        directions.round(12), axis=0, return_index=True, return_inverse=True
+    )
+    section = number.ravel()[np.concatenate([face.cells + k * len(u) for k in range(3)])]
+    radii = np.linspace(inner, outer, across + 1)
+    points = (radii[:, None, None] * directions[kept]).reshape(-1, 3)
+    low = len(kept) * np.arange(across)[:, None, None]
+    cells = np.concatenate([low + section, low + len(kept) + section], axis=2).reshape(-1, 8)
+    return walled(points, cells, np.arange(len(kept)))
+
+
 def swept(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Tetrahedra between copies of a triangulated section, layer by layer.
 
@@ -253,7 +282,9 @@ def walled(points: np.ndarray, cells: np.ndarray, inner: np.ndarray) -> SmallMes
     sets = {"inner": inner}
     for axis, letter in enumerate("xyz"[: points.shape[1]]):
         sets[f"{letter}0"] = np.flatnonzero(points[:, axis] == 0.0)
-    return SmallMesh(points, made_positive(points, cells), sets, ("inner",))
+    if cells.shape[1] == points.shape[1] + 1:
+        cells = made_positive(points, cells)
+    return SmallMesh(points, cells, sets, ("inner",))
 
 
 def distorted(

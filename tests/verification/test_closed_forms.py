@@ -226,6 +226,17 @@ def test_elastica_under_tip_force(load, drop, shortening):
     assert 1.0 - sag.reach == pytest.approx(shortening, abs=1e-5)
 
 
+def test_pressed_ring_at_small_load():
+    """Diameter shortened by (pi/4 - 2/pi) F R^3 / EI: Timoshenko, Strength of Materials II,
+    section 12.
+    """
+    shortening = 1e-4
+    slope = (0.25 * np.pi - 2.0 / np.pi) * 2.0**3 / 3.0
+    assert cf.pressed_ring_force(2.0, 3.0, 4.0 - shortening) == pytest.approx(
+        shortening / slope, rel=1e-3
+    )
+
+
 def test_elastica_under_its_weight_has_the_least_energy():
     """Slope angle as a polynomial, the sum of bending and potential energy minimised."""
     weight, force = 6.0, 1.5

@@ -41,6 +41,10 @@ LENGTH, SIDE, DENSITY = 0.1, 0.03, 1070.0
 E, NU = 263.8e3, 0.49  # the source's, of the beam at rest
 LONG_TERM = "materials.rubber.C10=%r Pa" % (247e3 / (4.0 * (1.0 + NU)))
 LOAD = 0.052
+# Size [mm] and overrides. Four hexahedra through the height bend as eight bricks of tetrahedra.
+TETRAHEDRA = (3.75,)
+HEXAHEDRA = (7.5, "bodies.beam.mesh.cells=quad")
+MESHES = pytest.mark.parametrize("mesh", [TETRAHEDRA, HEXAHEDRA], ids=["simplex", "quad"])
 
 BEAM = f"""
 bodies:
@@ -188,8 +192,8 @@ def test_the_beam_at_rest_converges_to_another_program(run, record_verification)
     alone, 15.93 mm loaded (12 x 4 x 2 bricks: 6.54 and 15.74: some 1 % is still to come).
 
     4 and 8 rows of linear tetrahedra lie 15 % and 4 % under that, second order; extrapolated so,
-    they agree within 2 %. Elastica with Timoshenko's shear, whose clamp does not hold the section's
-    width, drops a tenth further.
+    they agree within 2 %, and so do 4 rows of hexahedra as they are (-1.2 and -1.1 %). Elastica
+    with Timoshenko's shear, whose clamp does not hold the section's width, drops a tenth further.
     """
     for is_loaded, felupe in ((False, 6.636e-3), (True, 15.929e-3)):
         drops = [-run(is_loaded, size).summary["probes"]["tip_y"] for size in (7.5, 3.75)]
@@ -197,6 +201,9 @@ def test_the_beam_at_rest_converges_to_another_program(run, record_verification)
         name = "loaded" if is_loaded else "own weight"
         record_verification(f"DS10 beam against FElupe, {name}", felupe, extrapolated)
         assert extrapolated == pytest.approx(felupe, rel=0.02)
+        found = -run(is_loaded, *HEXAHEDRA).summary["probes"]["tip_y"]
+        record_verification(f"DS10 beam against FElupe, {name}, hexahedra", felupe, found)
+        assert found == pytest.approx(felupe, rel=0.02)
         bending, area = E * SIDE**4 / 12.0, SIDE**2
         force, weight = LOAD * 9.81 * is_loaded, DENSITY * area * 9.81
         sag = closed_forms.elastica_sag(LENGTH, bending, weight, force).drop
@@ -205,38 +212,58 @@ def test_the_beam_at_rest_converges_to_another_program(run, record_verification)
         assert 0.85 * sag < extrapolated < sag
 
 
-@pytest.mark.slow
-def test_the_beam_drops_as_measured(run, measured, record_verification):
-    """The markers at rest, tetrahedra of 3.75 mm, whose drop is 4 to 5 % too small.
+TOO_FAR = pytest.mark.xfail(
+    strict=True,
+    reason="7 % too far: LONG_TERM, which tetrahedra make up for, is 9 % too soft at rest",
+)
 
-    Found: own weight +4.2 % (5 % allowed: the mesh; the two runs differ by 2 %), loaded -3.8 %
-    (12 % allowed: the mesh, and remark (2) above, which costs 6 % with any program).
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("measured", "mesh"),
+    [
+        ("gravity", TETRAHEDRA),
+        ("load52", TETRAHEDRA),
+        ("load52", HEXAHEDRA),
+        pytest.param("gravity", HEXAHEDRA, marks=TOO_FAR),
+    ],
+    indirect=["measured"],
+)
+def test_the_beam_drops_as_measured(run, measured, mesh, record_verification):
+    """The markers at rest, tetrahedra of 3.75 mm, whose drop is 4 to 5 % too small, and hexahedra
+    of 7.5 mm, 1 %.
+
+    Found with tetrahedra: own weight +4.2 % (5 % allowed: the mesh; the two runs differ by 2 %),
+    loaded -3.8 % (12 % allowed: the mesh, and remark (2) above, which costs 6 % with any program).
+    With hexahedra: +7.4 %, a miss, and -0.6 %.
     """
     is_loaded, beam = measured
-    results = run(is_loaded, 3.75, LONG_TERM)
+    results = run(is_loaded, *mesh, LONG_TERM)
     found = marker_drop(results.folder, beam.markers)
     name = "loaded" if is_loaded else "own weight"
-    record_verification(f"DS10 beam measured, {name}: drop", beam.drop, found)
+    record_verification(f"DS10 beam measured, {name}: drop, {mesh[0]} mm", beam.drop, found)
     assert found == pytest.approx(beam.drop, rel=0.12 if is_loaded else 0.05)
 
 
-def swung(run, is_loaded):
-    """How the beam swings, let go from the horizontal, tetrahedra of 3.75 mm; and the run."""
+def swung(run, is_loaded, mesh):
+    """How the beam swings, let go from the horizontal; and the run."""
     end = "1.4 s" if is_loaded else "0.8 s"
-    results = run(is_loaded, 3.75, LONG_TERM, "time.procedure=dynamic", f"time.end={end}")
+    results = run(is_loaded, *mesh, LONG_TERM, "time.procedure=dynamic", f"time.end={end}")
     t = np.arange(0.0, results.history["time"][-1], 2e-3)
     return swing(t, np.interp(t, results.history["time"], results.history["tip_y"])), results
 
 
 @pytest.mark.slow
-def test_the_beam_swings_as_measured(run, measured, record_verification):
-    """The frequency by the same fit to both curves: found +5.2 % and +5.9 %, of which the mesh
-    makes 2.4 % (a drop 5 % too small); 6 % are allowed.
+@MESHES
+def test_the_beam_swings_as_measured(run, measured, mesh, record_verification):
+    """The frequency by the same fit to both curves: found +5.2 % and +5.9 % with tetrahedra, of
+    which the mesh makes 2.4 % (a drop 5 % too small), +3.5 and +4.1 % with hexahedra; 6 % are
+    allowed.
     """
     is_loaded, beam = measured
-    found, results = swung(run, is_loaded)
+    found, results = swung(run, is_loaded, mesh)
     name = "DS10 beam measured, " + ("loaded" if is_loaded else "own weight")
-    record_verification(f"{name}: frequency", beam.frequency, found.frequency)
+    record_verification(f"{name}: frequency, {mesh[0]} mm", beam.frequency, found.frequency)
     assert found.frequency == pytest.approx(beam.frequency, rel=0.06)
     assert results.summary["energy_error"] < 1e-3
 
@@ -250,13 +277,17 @@ MISSED = pytest.mark.xfail(
 @pytest.mark.parametrize(
     "measured", ["gravity", pytest.param("load52", marks=MISSED)], indirect=True
 )
-def test_the_beam_decays_as_measured(run, measured, record_verification):
-    """Damping ratio, found 0.0546 and 0.0469, from a spectrum that knows nothing of this beam. The
-    fit has 0.054 and 0.057 for the two runs of the beam alone, 0.059 and 0.053 loaded: -1.7 %, and
-    -16 %, a miss (the source gives 0.05 for both). They scatter by 6 %; 15 % are allowed.
+@MESHES
+def test_the_beam_decays_as_measured(run, measured, mesh, record_verification):
+    """Damping ratio, found 0.0546 and 0.0469 (hexahedra: 0.0543 and 0.0469), from a spectrum that
+    knows nothing of this beam. The fit has 0.054 and 0.057 for the two runs of the beam alone,
+    0.059 and 0.053 loaded: -1.7 %, and -16 %, a miss (the source gives 0.05 for both). They scatter
+    by 6 %; 15 % are allowed.
     """
     is_loaded, beam = measured
-    found, _ = swung(run, is_loaded)
+    found, _ = swung(run, is_loaded, mesh)
     name = "DS10 beam measured, " + ("loaded" if is_loaded else "own weight")
-    record_verification(f"{name}: damping ratio", beam.damping_ratio, found.damping_ratio)
+    record_verification(
+        f"{name}: damping ratio, {mesh[0]} mm", beam.damping_ratio, found.damping_ratio
+    )
     assert found.damping_ratio == pytest.approx(beam.damping_ratio, rel=0.15)

@@ -79,29 +79,31 @@ def write_inp(path, points, cells, kind, sets):
     path.write_text("\n".join(lines) + "\n")
 
 
-def write_rings(path, radii, depths):
-    """A half section, graded towards the top of the axis."""
+def write_rings(path, radii, depths, cells):
+    """A half section, graded towards the top of the axis; `cells`: simplex or quad."""
     from softsim.robots.block import block
 
     columns, rows = len(radii) - 1, len(depths) - 1
-    grid = block(columns, rows, 1.0)
+    grid = block(columns, rows, 1.0, cells)
     i, j = np.round(grid.points + np.array([columns / 2, 0.0])).astype(int).T
     points = np.column_stack([radii[i], HEIGHT - depths[rows - j]])
     sets = {"top": np.flatnonzero(j == rows), "base": np.flatnonzero(j == 0)}
-    write_inp(path, points, grid.cells, "CAX3", sets)
+    write_inp(path, points, grid.cells, f"CAX{grid.cells.shape[1]}", sets)
 
 
-def write_quarter(path, sides, depths):
-    """A quarter of a square block in space, graded towards the top of its inner edge."""
+def write_quarter(path, sides, depths, cells):
+    """A quarter of a square block in space, graded towards the top of its inner edge; `cells` as
+    above.
+    """
     from softsim.robots.box import box
 
     columns, rows = len(sides) - 1, len(depths) - 1
-    grid = box(columns, columns, rows, 1.0)
+    grid = box(columns, columns, rows, 1.0, cells)
     i, j, k = np.round(grid.points).astype(int).T
     points = np.column_stack([sides[i], HEIGHT - depths[rows - j], sides[k]])
     sets = {"top": j == rows, "base": j == 0, "left": i == 0, "back": k == 0}
     sets = {name: np.flatnonzero(chosen) for name, chosen in sets.items()}
-    write_inp(path, points, grid.cells, "C3D4", sets)
+    write_inp(path, points, grid.cells, f"C3D{grid.cells.shape[1]}", sets)
 
 
 @dataclass(frozen=True)
@@ -145,9 +147,9 @@ def axisymmetric(build, start, tmp_path):
     penalty stiffness, and then with twice as much.
     """
 
-    def press(size, growth, level=0):
+    def press(size, growth, level=0, cells="simplex"):
         spacing = (stations(size, extent, growth, level) for extent in (WIDTH, HEIGHT))
-        write_rings(tmp_path / "block.inp", *spacing)
+        write_rings(tmp_path / "block.inp", *spacing, cells)
         scene = SCENE.format(formulation="axisymmetric", mass=0.05, force=FORCE)
         solver = start(build(scene), share=0.8)  # stable for both
         soft = pressed(solver)
@@ -162,20 +164,20 @@ def axisymmetric(build, start, tmp_path):
 def quarter(build, start, tmp_path):
     """The same in space, a quarter of it with a quarter of the force."""
 
-    def press(size, growth):
-        write_quarter(
-            tmp_path / "block.inp", stations(size, WIDTH, growth), stations(size, HEIGHT, growth)
-        )
+    def press(size, growth, cells):
+        spacing = (stations(size, extent, growth) for extent in (WIDTH, HEIGHT))
+        write_quarter(tmp_path / "block.inp", *spacing, cells)
         scene = SCENE.format(formulation="solid", mass=0.0125, force=FORCE / 4.0)
         return pressed(start(build(scene + SYMMETRY)))
 
     return press
 
 
-def test_axisymmetric(axisymmetric, record_verification):
+@pytest.mark.parametrize("cells", ["simplex", "quad"])
+def test_axisymmetric(axisymmetric, record_verification, cells):
     """Depth within 5 %, contact radius within a cell, and what the penalty adds, at h = 0.2 mm."""
     size = 0.2e-3
-    found, stiff = axisymmetric(size, 1.4)
+    found, stiff = axisymmetric(size, 1.4, cells=cells)
     # Forces balance within the tolerance of the static procedure.
     assert found.force == pytest.approx(FORCE, rel=1e-4)
     assert found.depth == pytest.approx(DEPTH, rel=0.05)
@@ -188,25 +190,26 @@ def test_axisymmetric(axisymmetric, record_verification):
     assert found.penetration == pytest.approx(0.75 * layer, rel=size / (2.0 * A))
     assert stiff.penetration == pytest.approx(0.5 * found.penetration, rel=size / (2.0 * A))
     assert 0.0 < share < found.penetration
-    record_verification("Hertz, rings 0.2 mm: depth [m]", DEPTH, found.depth)
-    record_verification("Hertz, rings 0.2 mm: penalty's share of it", layer / 2.0, share)
+    name = f"Hertz, rings 0.2 mm, {cells}"
+    record_verification(f"{name}: depth [m]", DEPTH, found.depth)
+    record_verification(f"{name}: penalty's share of it", layer / 2.0, share)
 
 
 @pytest.mark.slow
-def test_axisymmetric_against_space(axisymmetric, quarter, record_verification):
-    """Rings and a quarter of tetrahedra on the same stations, h = 0.3 mm: each knows the contact
-    radius to half a cell, so they agree within (h / 2a)^2 = 2.9 %; both within 5 % of the exact
-    depth.
+@pytest.mark.parametrize("cells", ["simplex", "quad"])
+def test_axisymmetric_against_space(axisymmetric, quarter, record_verification, cells):
+    """Rings and a quarter in space on the same stations, h = 0.3 mm: each knows the contact radius
+    to half a cell, so they agree within (h / 2a)^2 = 2.9 %; both within 5 % of the exact depth.
     """
     size = 0.3e-3
-    (rings, _), space = axisymmetric(size, 1.8), quarter(size, 1.8)
+    (rings, _), space = axisymmetric(size, 1.8, cells=cells), quarter(size, 1.8, cells)
     assert space.force == pytest.approx(FORCE / 4.0, rel=1e-4)
     assert space.depth == pytest.approx(rings.depth, rel=(size / (2.0 * A)) ** 2)
     assert space.depth == pytest.approx(DEPTH, rel=0.05)
     assert rings.depth == pytest.approx(DEPTH, rel=0.05)
     assert abs(space.contact_radius - A) < np.sqrt(2.0) * size
-    record_verification("Hertz, tetrahedra 0.3 mm: depth [m]", DEPTH, space.depth)
-    record_verification("Hertz, tetrahedra against rings [m]", rings.depth, space.depth)
+    record_verification(f"Hertz, in space 0.3 mm, {cells}: depth [m]", DEPTH, space.depth)
+    record_verification(f"Hertz, space against rings, {cells} [m]", rings.depth, space.depth)
 
 
 @pytest.mark.slow
