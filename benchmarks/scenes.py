@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from softsim.scene.loading import load_scene
+
 ROOT = Path(__file__).resolve().parents[1]
 PFR = ROOT / "scenes" / "pfr_36mm.yaml"
 PFR_IN_SPACE = ROOT / "scenes" / "pfr_36mm_3d.yaml"
@@ -52,6 +54,21 @@ _BLOCKS = {
     "tetrahedra": _Block(_BAR, 3, 3, "simplex", 6),
     "hexahedra": _Block(_BAR, 3, 3, "quad", 1),
 }
+
+
+OF_TRIANGLES = (
+    "bodies.skin.mesh.cells=simplex",
+    "bodies.skin.mesh.skin_rows=null",
+    "bodies.skin.mesh.spike_columns=null",
+    "bodies.skin.mesh.element_size=0.5 mm",
+)
+
+
+def pfr_of_triangles(folder: Path) -> Path:
+    """PFR with a mesh of 1,112 triangles."""
+    path = folder / "pfr_of_triangles.yaml"
+    path.write_text(load_scene(PFR, OF_TRIANGLES).resolved())
+    return path
 
 
 def block(folder: Path, kind: str, count: int) -> Path:
