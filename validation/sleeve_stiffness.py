@@ -76,13 +76,15 @@ SKIN = "skin in free air"
 
 @dataclass(frozen=True)
 class Variant:
-    """A series of runs, one a pipe. stiffness: of the sleeve, times the stated one."""
+    """A series of runs, one a pipe. stiffness: of the sleeve, times the stated one. mesh: settings
+    of the mesh other than those of the scenes.
+    """
 
     name: str
     stiffness: float = FACTOR
-    element_size: float = 0.5  # mm
     friction: float = 0.7
     root: float = 2.5  # mm
+    mesh: tuple[str, ...] = ()
 
     def label(self, pipe: int) -> str:
         """The name of a case."""
@@ -96,7 +98,7 @@ class Variant:
             f"[{RISE + FALL} s, {LEFT[pipe]} ml]]}}"
         )
         overrides = (
-            f"bodies.skin.mesh.element_size={self.element_size} mm",
+            *(f"bodies.skin.mesh.{finer}" for finer in self.mesh),
             f"bodies.skin.mesh.root_thickness={self.root} mm",
             f"contact.friction_coefficient={self.friction}",
             *(f"materials.sleeve.{key}={value:.6g} kPa" for key, value in self._constants()),
@@ -127,7 +129,7 @@ OTHERS = (
     Variant("friction 0.8", friction=0.8),
     Variant("root 2 mm", root=2.0),
     Variant("root 3 mm", root=3.0),
-    Variant("mesh 0.7 mm", element_size=0.7),
+    Variant("finer mesh", mesh=("spike_columns=2", "element_size=0.7 mm")),
 )
 
 

@@ -7,6 +7,7 @@ number is summed in the same order in all three: workers give the same bits, lau
 round-off (they are other kernels, and fast_math lets the compiler order the arithmetic of each).
 """
 
+import itertools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass
@@ -16,7 +17,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.errors import DeviceError
-from softsim.fields import Number, index_field, real_field, rounded, write
+from softsim.fields import index_field, real_field, rounded, write
 from softsim.solver.terms import Passes, Terms
 from softsim.solver.threads import ThreadCount
 from softsim.term import Pass
@@ -55,18 +56,24 @@ COUNT, START, DT, DRIFT, KICK = range(5)
 
 @dataclass(frozen=True)
 class Loop:
-    """A pass as kernels meet it: they read its count when they run. extent: rounded up, it does not
-    hang on the mesh.
+    """A pass as kernels meet it: they read its count, counts[number], when they run. extent:
+    rounded up, it does not hang on the mesh.
     """
 
-    count: Number
+    counts: ti.Field
+    number: int
     extent: int
     functions: tuple[Callable[..., None], ...]
 
 
 def loops(stages: list[Passes]) -> list[list[Loop]]:
     """The passes of each stage, for kernels."""
-    return [[Loop(Number(p.count), rounded(p.count), p.functions) for p in ps] for ps in stages]
+    counts = index_field(np.array([p.count for stage in stages for p in stage]))
+    number = itertools.count()
+    return [
+        [Loop(counts, next(number), rounded(p.count), p.functions) for p in stage]
+        for stage in stages
+    ]
 
 
 @ti.data_oriented
@@ -176,7 +183,7 @@ class IncrementKernels:
     def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
         """One worker's share of a stage."""
         for loop in ti.static(stage):
-            count = loop.count.read()
+            count = loop.counts[loop.number]
             for function in ti.static(loop.functions):
                 for i in range(count * worker // workers, count * (worker + 1) // workers):
                     function(s, i & LARGEST_INDEX, t, dt)
@@ -226,7 +233,7 @@ def work_at(stage: ti.template(), s, i, t, dt):  # type: ignore[valid-type]  # T
     """Index i of a stage whose loops are numbered through by their extents, one after another."""
     first = 0
     for loop in ti.static(stage):
-        if first <= i < first + loop.count.read():
+        if first <= i < first + loop.counts[loop.number]:
             for function in ti.static(loop.functions):
                 function(s, i - first, t, dt)
         first += loop.extent
