@@ -36,7 +36,7 @@ PIPE = 36  # mm
 RATE = 4.0  # kPa/s, of the fall: three times the best one, for nine runs are wanted
 TOLERANCE = 0.05
 ROWS_AND_SIZE = {1: (1, 1.0), 2: (1, 0.7), 3: (2, 0.5)}
-"""Through the skin, and the length of cells along skin and spikes [mm], by the number across one."""
+"""Through the skin, and the length of cells along it [mm], by their number across a spike."""
 GROUPS = 1.05  # mm, of mass scaling: across the skin
 BEGINNING = 0.4  # s
 CYCLE, SHORT, MODE1 = "a cycle", "0.4 s", "Mode 1"
@@ -277,8 +277,8 @@ SCRIPT = Script(
     about=(
         f"Displacement of a cycle of Mode 3 in the {PIPE} mm pipe, its onset and end pressure, its "
         "first 0.4 s, and the speed of Mode 1 at 64 Hz over the mesh, mass scaling, the time step, "
-        "the penalty stiffness and the stiffness of sticking friction: none of them may matter. Shown: "
-        f"each result over that of the finest setting, the grey band {100.0 * TOLERANCE:g} %. The "
+        "the penalty stiffness and the stiffness of sticking friction: none of them may matter. "
+        f"Shown: each result over that of the finest setting, the grey band {100.0 * TOLERANCE:g} %. The "
         "reference has "
         f"{REFERENCE.name}."
     ),
