@@ -278,9 +278,8 @@ SCRIPT = Script(
         f"Displacement of a cycle of Mode 3 in the {PIPE} mm pipe, its onset and end pressure, its "
         "first 0.4 s, and the speed of Mode 1 at 64 Hz over the mesh, mass scaling, the time step, "
         "the penalty stiffness and the stiffness of sticking friction: none of them may matter. "
-        f"Shown: each result over that of the finest setting, the grey band {100.0 * TOLERANCE:g} %. The "
-        "reference has "
-        f"{REFERENCE.name}."
+        "Shown: each result over that of the finest setting, the grey band "
+        f"{100.0 * TOLERANCE:g} %. The reference has {REFERENCE.name}."
     ),
     cases=cases,
     rows=rows,
