@@ -20,10 +20,11 @@ from softsim.errors import DeviceError
 AUTO = "auto"
 DEVICES = (AUTO, "cpu", "cuda")
 
-# From so many elements on `auto` takes every processor. Two threads are hardly faster than one for
-# the robot's section (1,654 triangles and contact), 1.4 times as fast for 2,600 triangles, 1.9
-# times for 20,000 (measured): below, the other core does more good in a second run.
-ELEMENTS_FOR_THREADS = 5_000
+# From so many corners of elements on, those of 5,000 triangles or 1,900 hexahedra, `auto` takes
+# every processor. Two threads are hardly faster than one for 1,654 triangles and contact, 1.4 times
+# as fast for 2,600, 1.9 times for 20,000 (measured): below, the other core does more good in a
+# second run.
+CORNERS_FOR_THREADS = 15_000
 
 
 @dataclass(frozen=True)
@@ -81,11 +82,11 @@ class Choice:
                 hint=f"--device cpu --threads {self.threads}, or leave --threads out",
             )
 
-    def threads_for(self, element_count: int) -> int:
-        """CPU threads for a model of so many elements."""
+    def threads_for(self, corner_count: int) -> int:
+        """CPU threads for a model whose elements have so many corners."""
         if self.threads is not None:
             return self.threads
-        is_large = element_count >= ELEMENTS_FOR_THREADS
+        is_large = corner_count >= CORNERS_FOR_THREADS
         return processor_count() if is_large and self.device == "cpu" else 1
 
 

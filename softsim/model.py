@@ -231,6 +231,11 @@ class Model:
         return sum(len(b.cells) for b in self.bodies)
 
     @property
+    def corner_count(self) -> int:
+        """Corners of these, each of its own: about how much work they are."""
+        return sum(b.cells.size for b in self.bodies)
+
+    @property
     def pressures(self) -> tuple[FollowerPressure, ...]:
         """Of chambers, in the order of the scene."""
         return self.of_kind(FollowerPressure)

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from softsim.errors import DeviceError
 from softsim.machine import (
-    ELEMENTS_FOR_THREADS,
+    CORNERS_FOR_THREADS,
     Choice,
     asked_threads,
     choose,
@@ -44,8 +44,8 @@ def test_several_threads_on_the_gpu_are_refused():
 
 def test_auto_takes_every_processor_for_a_large_model_only():
     choice = choose("cpu", "auto")
-    assert choice.threads_for(ELEMENTS_FOR_THREADS - 1) == 1
-    assert choice.threads_for(ELEMENTS_FOR_THREADS) == processor_count()
+    assert choice.threads_for(CORNERS_FOR_THREADS - 1) == 1
+    assert choice.threads_for(CORNERS_FOR_THREADS) == processor_count()
     assert choose("cpu", 1).threads_for(10**6) == 1
     assert Choice("cuda", None).threads_for(10**6) == 1
 

@@ -12,7 +12,7 @@ from softsim import __version__
 from softsim.cli.options import explained
 from softsim.errors import DeviceError
 from softsim.machine import (
-    ELEMENTS_FOR_THREADS,
+    CORNERS_FOR_THREADS,
     Memory,
     choose,
     cores,
@@ -82,7 +82,7 @@ def print_devices(console: Console, seconds: float) -> None:
         console.print(fault, highlight=False)
     console.print(
         f"auto takes {choose().device}; --threads auto takes one thread below "
-        f"{ELEMENTS_FOR_THREADS:,} elements, else all",
+        f"{CORNERS_FOR_THREADS:,} corners of elements, else all",
         highlight=False,
     )
 

@@ -43,8 +43,8 @@ class Batch:
     ) -> None:
         self.clock = WallClock()
         self.console = files[0].console
-        elements = len(files) * files[0].model.element_count
-        backend.start(choice.device, threads=choice.threads_for(elements))
+        corners = len(files) * files[0].model.corner_count
+        backend.start(choice.device, threads=choice.threads_for(corners))
         self.solver = ExplicitSolver([of_run.model for of_run in files])
         self.reader = EnergyReader(self.solver)
         self.runs = [
