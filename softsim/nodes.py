@@ -5,12 +5,13 @@ cells into a slot of its own, and each node then sums its slots in a fixed order
 same bits on every run, and the same text on one core and on a GPU.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 import taichi as ti
 
 from softsim import backend
 from softsim.fields import Number, index_field, real_field, rounded, vector_field
-from softsim.mass_scaling import MassScaling
 
 # A sum over many entries of one thing (a chamber's volume, the force on a rigid body) is made of so
 # many parts, which workers or a GPU's threads sum side by side, in the same order whoever does it.
@@ -161,11 +162,9 @@ class Nodes:
     gravity: (scenarios, d) [m/s^2], of this moment: loads/gravity.py may change it.
     local_damping: share of the unbalanced force that resists the motion now, see `resistance`
         (scenarios,) [-]. relaxes: whether there ever is any.
-    mass_scaling: groups of nodes within which motion is slowed, or None.
 
     Fields, (scenarios, nodes): position [m], velocity [m/s] (half a step behind `position` while
-    forces are computed), force [N] (the last one summed), damping_work [J], lag, drag [m/s^2]
-    (what mass scaling takes from the acceleration; local damping where masses are scaled).
+    forces are computed), force [N] (the last one summed), damping_work [J].
     """
 
     def __init__(
@@ -177,7 +176,6 @@ class Nodes:
         gravity: np.ndarray,
         local_damping: np.ndarray,
         relaxes: bool,
-        mass_scaling: MassScaling | None,
     ) -> None:
         self.scenarios, count, self.dimension = position.shape
         self.count = Number(count)
@@ -193,22 +191,7 @@ class Nodes:
         self.gravity = vector_field(gravity)
         self.rest = vector_field(position[0])
         self.damping_work = real_field(np.zeros((self.scenarios, count)))
-        self.is_scaled = mass_scaling is not None
-        if mass_scaling is not None:
-            self._make_groups(mass_scaling)
         self.corner_forces = CornerForces(self.dimension)
-
-    def _make_groups(self, scaling: MassScaling) -> None:
-        """Lists of the nodes of each group, and the share of each in its group's mass."""
-        group = scaling.group_of_each
-        members = np.argsort(group, kind="stable")
-        self.groups = Number(int(group.max()) + 1)
-        self.factor = real_field(np.array([scaling.factor]))
-        self.member = index_field(members)
-        self.first_member = index_field(np.searchsorted(group[members], np.arange(group.max() + 2)))
-        self.mass_share = real_field(scaling.shares(self.lumped_mass)[members])
-        at_rest = np.zeros((self.scenarios, int(self.count), self.dimension))
-        self.lag, self.drag = vector_field(at_rest), vector_field(at_rest)
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""
@@ -218,11 +201,13 @@ class Nodes:
             "force": self.force,
             "damping_work": self.damping_work,
         }
-        if self.is_scaled:
-            kept |= {"lag": self.lag, "drag": self.drag}
         for name, component in zip("xyz", self.corner_forces.component, strict=False):
             kept[f"corner_forces_{name}"] = component
         return kept
+
+    def kicks(self) -> list[tuple[int, Callable[..., None]]]:
+        """How many indices, and what is done at each (s, i, t, dt), one after another: a kick."""
+        return [(int(self.corner_forces.of_node.blocks), self.kick)]
 
     @ti.func
     def drift(self, s, a, t, dt):
@@ -240,42 +225,12 @@ class Nodes:
             if a >= 0:
                 for k in ti.static(range(self.dimension)):
                     self.force[s, a][k] = force[k, lane]
-                if ti.static(not self.is_scaled):
-                    self.accelerate(s, a, t, dt)
+                self.take_force(s, a, t, dt)
 
     @ti.func
-    def hold_back(self, s, g, t, dt):
-        """What mass scaling takes from the accelerations of the nodes of group g, see
-        mass_scaling.py.
-        """
-        if ti.static(self.relaxes):
-            self.resist(s, g)
-        mean = ti.Vector.zero(backend.real, self.dimension)
-        for k in range(self.first_member[g], self.first_member[g + 1]):
-            mean += self.mass_share[k] * self.driven(s, self.member[k])
-        for k in range(self.first_member[g], self.first_member[g + 1]):
-            a = self.member[k]
-            self.lag[s, a] = (1.0 - 1.0 / self.factor[0]) * (self.driven(s, a) - mean)
-
-    @ti.func
-    def resist(self, s, g):
-        """Local damping of a group: of its motion as a whole by the force on the whole of it, of
-        motion within it by the rest. Forces within a group, which are slow to balance, would else
-        hold back all of it.
-        """
-        force = ti.Vector.zero(backend.real, self.dimension)
-        speed, mean = force, force
-        for k in range(self.first_member[g], self.first_member[g + 1]):
-            force += self.mass_share[k] * self.unslowed(s, self.member[k])
-            speed += self.mass_share[k] * self.velocity[s, self.member[k]]
-        for k in range(self.first_member[g], self.first_member[g + 1]):
-            a = self.member[k]
-            self.drag[s, a] = self.resistance(
-                s, self.unslowed(s, a) - force, self.velocity[s, a] - speed
-            )
-            mean += self.mass_share[k] * self.drag[s, a]
-        for k in range(self.first_member[g], self.first_member[g + 1]):
-            self.drag[s, self.member[k]] += self.resistance(s, force, speed) - mean
+    def take_force(self, s, a, t, dt):
+        """The force on a node is there, perhaps not yet that on others."""
+        self.accelerate(s, a, t, dt)
 
     @ti.func
     def accelerate(self, s, a, t, dt):
@@ -291,20 +246,9 @@ class Nodes:
         return self.inverse_mass[a] * (self.force[s, a] + self.mass[a] * self.gravity[s])
 
     @ti.func
-    def driven(self, s, a):
-        """The same, less what local damping takes of it."""
-        result = self.unslowed(s, a)
-        if ti.static(self.relaxes):
-            result -= self.damping(s, a)
-        return result
-
-    @ti.func
     def acceleration(self, s, a):
         """Of the last force without local damping [m/s^2]."""
-        result = self.unslowed(s, a)
-        if ti.static(self.is_scaled):
-            result -= self.lag[s, a]
-        return result
+        return self.unslowed(s, a)
 
     @ti.func
     def shift(self, s, a, t, dt):
@@ -324,12 +268,7 @@ class Nodes:
     @ti.func
     def damping(self, s, a):
         """Local damping of a node, over its mass [m/s^2]."""
-        result = ti.Vector.zero(backend.real, self.dimension)
-        if ti.static(self.is_scaled):
-            result = self.drag[s, a]
-        else:
-            result = self.resistance(s, self.unslowed(s, a), self.velocity[s, a])
-        return result
+        return self.resistance(s, self.unslowed(s, a), self.velocity[s, a])
 
     @ti.func
     def shift_damped(self, s, a, dt):
@@ -355,23 +294,12 @@ class Nodes:
             for i in ti.static(range(self.dimension)):
                 if self.inverse_mass[a][i] > 0.0:
                     energy += 0.5 * self.mass[a] * v[i] * v[i]
-        if ti.static(self.is_scaled):
-            energy += self.added_kinetic_energy(s, dt)
-        return energy
+        return energy + self.added_kinetic_energy(s, dt)
 
     @ti.func
     def added_kinetic_energy(self, s, dt):
-        """What mass scaling adds to it [J]: of the motion within groups."""
-        energy = ti.cast(0.0, backend.real)
-        for g in range(self.groups.read()):
-            mean = ti.Vector.zero(backend.real, self.dimension)
-            for k in range(self.first_member[g], self.first_member[g + 1]):
-                mean += self.mass_share[k] * self.present_velocity(s, self.member[k], dt)
-            for k in range(self.first_member[g], self.first_member[g + 1]):
-                a = self.member[k]
-                apart = self.present_velocity(s, a, dt) - mean
-                energy += 0.5 * (self.factor[0] - 1.0) * self.mass[a] * apart.dot(apart)
-        return energy
+        """Of inertia beside the nodes' masses [J]."""
+        return ti.cast(0.0, backend.real)
 
     @ti.func
     def weight_work(self, s):

@@ -5,6 +5,7 @@ forces come about (softsim/term.py).
 """
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import BodyFrame
+from softsim.scaled_nodes import ScaledNodes
 from softsim.solver.chatter import return_time
 from softsim.term import Pass, Stage, Term
 
@@ -33,7 +35,8 @@ class Terms:
 
     def __init__(self, models: list[Model]) -> None:
         model, scenarios = models[0], len(models)
-        self.nodes = Nodes(
+        scaling = model.mass_scaling
+        self.nodes = (Nodes if scaling is None else partial(ScaledNodes, scaling))(
             np.broadcast_to(model.points, (scenarios, *model.points.shape)),
             np.stack([m.velocity for m in models]),
             model.mass,
@@ -41,7 +44,6 @@ class Terms:
             np.stack([m.starting_gravity for m in models]),
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
             any(m.relaxation is not None or m.settling is not None for m in models),
-            model.mass_scaling,
         )
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.elements = [
@@ -161,17 +163,8 @@ class Terms:
     def kick_stages(self) -> list[Passes]:
         """New half-step velocities from the summed forces."""
         bodies = self.rigid_bodies
-        nodes = self.nodes
-        blocks = int(nodes.corner_forces.of_node.blocks)
-        slowed = []
-        if nodes.is_scaled:
-            slowed = [
-                [Pass("integration", int(nodes.groups), (nodes.hold_back,))],
-                [Pass("integration", int(nodes.count), (nodes.accelerate,))],
-            ]
         return filled(
-            [Pass("integration", blocks, (nodes.kick,))],
-            *slowed,
+            *([Pass("integration", count, (kick,))] for count, kick in self.nodes.kicks()),
             [Pass("integration", bodies.count * PARTS, (bodies.collect,))],
             [Pass("integration", bodies.count, (bodies.kick,))],
         )

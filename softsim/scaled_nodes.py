@@ -1,0 +1,116 @@
+"""Nodes whose motion within groups is slowed: mass_scaling.py in kernels.
+
+A kick sums the forces on all nodes, then finds what each group holds back, then moves velocities.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+from softsim.fields import Number, index_field, real_field, vector_field
+from softsim.mass_scaling import MassScaling
+from softsim.nodes import Nodes
+
+
+@ti.data_oriented
+class ScaledNodes(Nodes):
+    """Nodes in groups; a node of no group is one alone. More as `Nodes` takes it.
+
+    Fields, (scenarios, nodes): lag [m/s^2], what mass scaling takes from the acceleration, drag
+    [m/s^2], local damping.
+    """
+
+    def __init__(self, scaling: MassScaling, *more: Any) -> None:
+        super().__init__(*more)
+        group = scaling.group_of_each
+        members = np.argsort(group, kind="stable")
+        self.groups = Number(int(group.max()) + 1)
+        self.factor = real_field(np.array([scaling.factor]))
+        self.member = index_field(members)
+        self.first_member = index_field(np.searchsorted(group[members], np.arange(group.max() + 2)))
+        self.mass_share = real_field(scaling.shares(self.lumped_mass)[members])
+        at_rest = np.zeros((self.scenarios, int(self.count), self.dimension))
+        self.lag, self.drag = vector_field(at_rest), vector_field(at_rest)
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return super().state_fields() | {"lag": self.lag, "drag": self.drag}
+
+    def kicks(self) -> list[tuple[int, Callable[..., None]]]:
+        """Forces, what groups hold back, velocities."""
+        back, forward = (int(self.groups), self.hold_back), (int(self.count), self.accelerate)
+        return [*super().kicks(), back, forward]
+
+    @ti.func
+    def take_force(self, s, a, t, dt):
+        """Nothing moves before the forces on all of its group are there."""
+
+    @ti.func
+    def hold_back(self, s, g, t, dt):
+        """What mass scaling takes from the accelerations of the nodes of group g, see
+        mass_scaling.py.
+        """
+        if ti.static(self.relaxes):
+            self.resist(s, g)
+        mean = ti.Vector.zero(backend.real, self.dimension)
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            mean += self.mass_share[k] * self.driven(s, self.member[k])
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            a = self.member[k]
+            self.lag[s, a] = (1.0 - 1.0 / self.factor[0]) * (self.driven(s, a) - mean)
+
+    @ti.func
+    def driven(self, s, a):
+        """f / m + g of the last force, less what local damping takes of it [m/s^2]."""
+        result = self.unslowed(s, a)
+        if ti.static(self.relaxes):
+            result -= self.drag[s, a]
+        return result
+
+    @ti.func
+    def resist(self, s, g):
+        """Local damping of a group: of its motion as a whole by the force on the whole of it, of
+        motion within it by the rest. Forces within a group, which are slow to balance, would else
+        hold back all of it.
+        """
+        force = ti.Vector.zero(backend.real, self.dimension)
+        speed, mean = force, force
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            force += self.mass_share[k] * self.unslowed(s, self.member[k])
+            speed += self.mass_share[k] * self.velocity[s, self.member[k]]
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            a = self.member[k]
+            self.drag[s, a] = self.resistance(
+                s, self.unslowed(s, a) - force, self.velocity[s, a] - speed
+            )
+            mean += self.mass_share[k] * self.drag[s, a]
+        for k in range(self.first_member[g], self.first_member[g + 1]):
+            a = self.member[k]
+            self.drag[s, a] = self.drag[s, a] + self.resistance(s, force, speed) - mean
+
+    @ti.func
+    def acceleration(self, s, a):
+        """Of the last force without local damping [m/s^2]."""
+        return self.unslowed(s, a) - self.lag[s, a]
+
+    @ti.func
+    def damping(self, s, a):
+        """Local damping of a node, over its mass [m/s^2]."""
+        return self.drag[s, a]
+
+    @ti.func
+    def added_kinetic_energy(self, s, dt):
+        """What mass scaling adds to it [J]: of the motion within groups."""
+        energy = ti.cast(0.0, backend.real)
+        for g in range(self.groups.read()):
+            mean = ti.Vector.zero(backend.real, self.dimension)
+            for k in range(self.first_member[g], self.first_member[g + 1]):
+                mean += self.mass_share[k] * self.present_velocity(s, self.member[k], dt)
+            for k in range(self.first_member[g], self.first_member[g + 1]):
+                a = self.member[k]
+                apart = self.present_velocity(s, a, dt) - mean
+                energy += 0.5 * (self.factor[0] - 1.0) * self.mass[a] * apart.dot(apart)
+        return energy
