@@ -266,7 +266,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
 
 def wrapped(name: str) -> str:
     """A name on two lines."""
-    for word in (" of ", " in ", " over "):
+    for word in (" of ", " in ", " over ", " across ", " within "):
         name = name.replace(word, f"\n{word.lstrip()}")
     return name
 
