@@ -6,7 +6,7 @@ viscosity and what they dissipate, without contact, loads and rigid bodies, whos
 tests/benchmarks holds its positions and energies against softsim's.
 
     --only         what is measured
-    pfr            scenes/pfr_36mm.yaml with all it has, one thread, at the start of a run
+    pfr            scenes/pfr_36mm.yaml of triangles, with all it has, one thread, at its start
     space          scenes/pfr_36mm_3d.yaml likewise, on one thread and on two
     pair           two runs of pfr at once, their sum over one alone
     triangles      a bare plate on two threads: no branches, no contact; memory of an element

@@ -198,7 +198,7 @@ inline Lanes inverse_cube_root(Lanes J) {
 
 // --- kinds of elements ---------------------------------------------------------------------------
 
-// Symmetric tensors: METRIC[c][k] is the index of component ck; a section has zz last. WWIDE says
+// Symmetric tensors: METRIC[c][k] is the index of component ck; a section has zz last. OCCURS says
 // how often each occurs in a contraction. `volume` is that over `scale`, the thickness / 2 or 1/6;
 // its derivative by the edges is `slope`. MODES: vectors h_k that no linear field moves; with them
 // the edges are d_i of softsim/elements/hourglass.py, whose words are used. T: double or Lanes.
@@ -209,7 +209,7 @@ struct PlaneStrain {
     static constexpr int DIMENSION = 2, COMPONENTS = 4, MODES = 0;
     static constexpr bool IS_SECTION = true, HAS_RINGS = false;
     static constexpr int METRIC[2][2] = {{0, 1}, {1, 2}};
-    static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 1.0, 1.0};
+    static constexpr double OCCURS[COMPONENTS] = {1.0, 2.0, 1.0, 1.0};
     static Lanes volume(const Plane* d) { return d[0].x * d[1].y - d[0].y * d[1].x; }
     static Lanes volume(const Plane* d, Plane* slope) {
         slope[0] = {d[1].y, -d[1].x};
@@ -237,7 +237,7 @@ struct Solid {
     static constexpr int DIMENSION = 3, COMPONENTS = 6, MODES = 0;
     static constexpr bool IS_SECTION = false, HAS_RINGS = false;
     static constexpr int METRIC[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-    static constexpr double WWIDE[COMPONENTS] = {1.0, 2.0, 2.0, 1.0, 2.0, 1.0};
+    static constexpr double OCCURS[COMPONENTS] = {1.0, 2.0, 2.0, 1.0, 2.0, 1.0};
     static Lanes volume(const Space* d) { return dot(d[0], cross(d[1], d[2])); }
     static Lanes volume(const Space* d, Space* slope) {
         slope[0] = cross(d[1], d[2]);
@@ -344,7 +344,7 @@ struct Hexahedron : Solid {
 template <class K, class T>
 T contraction(const T* A, const T* B) {
     T sum = A[0] * B[0];
-    for (int k = 1; k < K::COMPONENTS; ++k) sum += K::WWIDE[k] * (A[k] * B[k]);
+    for (int k = 1; k < K::COMPONENTS; ++k) sum += K::OCCURS[k] * (A[k] * B[k]);
     return sum;
 }
 
@@ -1074,7 +1074,7 @@ class Solver {
 
     Lanes first_invariant(const Reference& reference, const Lanes* C) {
         Lanes sum = reference.metric[0] * C[0];
-        for (int m = 1; m < METRICS; ++m) sum += K::WWIDE[m] * (reference.metric[m] * C[m]);
+        for (int m = 1; m < METRICS; ++m) sum += K::OCCURS[m] * (reference.metric[m] * C[m]);
         Lanes across = {};
         if constexpr (K::IS_SECTION) across = C[METRICS];
         return across - sum * reference.inverse_volume;

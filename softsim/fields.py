@@ -219,10 +219,11 @@ def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
 
 
 def clear_row(cleared: Sequence[ti.Field], row: int) -> None:
-    """Set all numbers of one row of fields that were made together to zero, in one launch."""
+    """Set all numbers of one row of fields to zero, in one launch for those made together."""
     places = [_places[field].row(row) for field in cleared]
-    if places:
-        places[0].block.clear(np.array([place.words for place in places], dtype=np.int32))
+    for block in {place.block for place in places}:
+        words = [place.words for place in places if place.block is block]
+        block.clear(np.array(words, dtype=np.int32))
 
 
 @ti.data_oriented

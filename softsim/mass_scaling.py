@@ -73,13 +73,12 @@ class MassScaling:
         whole = (mass[:, None] * (points - mass @ points / mass.sum()) ** 2).sum()
         return float((self.factor - 1.0) * within / whole)
 
-    def describe(self, points: np.ndarray, mass: np.ndarray) -> str:
-        """What it changes, of nodes at rest at points (n, d) [m] of these masses (n,) [kg]."""
+    def describe(self) -> str:
+        """Groups, and what is changed in them."""
         sizes = np.bincount(self.group[self.group >= 0])
         return (
             f"{sizes.sum()} nodes in {self.count} groups of {sizes.max()} at most; motion within a "
-            f"group has {self.factor:g} times its inertia, turning as a whole "
-            f"{100.0 * self.added_turning(points, mass):.2g} % more"
+            f"group has {self.factor:g} times its inertia"
         )
 
 

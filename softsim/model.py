@@ -236,6 +236,17 @@ class Model:
         return sum(b.cells.size for b in self.bodies)
 
     @property
+    def added_turning(self) -> float:
+        """Largest share by which mass scaling adds to a body's inertia against turning [-]."""
+        scaling = self.mass_scaling
+        if scaling is None:
+            return 0.0
+        return max(
+            scaling.of_nodes(b.nodes).added_turning(b.points, self.mass[b.nodes])
+            for b in self.bodies
+        )
+
+    @property
     def pressures(self) -> tuple[FollowerPressure, ...]:
         """Of chambers, in the order of the scene."""
         return self.of_kind(FollowerPressure)

@@ -206,7 +206,7 @@ class Nodes:
         return kept
 
     def kicks(self) -> list[tuple[int, Callable[..., None]]]:
-        """How many indices, and what is done at each (s, i, t, dt), one after another: a kick."""
+        """What a kick does, one after another: of how many indices, and at each (s, i, t, dt)."""
         return [(int(self.corner_forces.of_node.blocks), self.kick)]
 
     @ti.func
@@ -241,14 +241,14 @@ class Nodes:
             self.shift(s, a, t, dt)
 
     @ti.func
-    def unslowed(self, s, a):
-        """f / m + g of the last force, zero in components that are not free [m/s^2]."""
+    def nodal_acceleration(self, s, a):
+        """f / m + g of the last force, by the node's own mass, zero in fixed components [m/s^2]."""
         return self.inverse_mass[a] * (self.force[s, a] + self.mass[a] * self.gravity[s])
 
     @ti.func
     def acceleration(self, s, a):
         """Of the last force without local damping [m/s^2]."""
-        return self.unslowed(s, a)
+        return self.nodal_acceleration(s, a)
 
     @ti.func
     def shift(self, s, a, t, dt):
@@ -268,7 +268,7 @@ class Nodes:
     @ti.func
     def damping(self, s, a):
         """Local damping of a node, over its mass [m/s^2]."""
-        return self.resistance(s, self.unslowed(s, a), self.velocity[s, a])
+        return self.resistance(s, self.nodal_acceleration(s, a), self.velocity[s, a])
 
     @ti.func
     def shift_damped(self, s, a, dt):

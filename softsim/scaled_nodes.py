@@ -65,7 +65,7 @@ class ScaledNodes(Nodes):
     @ti.func
     def driven(self, s, a):
         """f / m + g of the last force, less what local damping takes of it [m/s^2]."""
-        result = self.unslowed(s, a)
+        result = self.nodal_acceleration(s, a)
         if ti.static(self.relaxes):
             result -= self.drag[s, a]
         return result
@@ -79,12 +79,12 @@ class ScaledNodes(Nodes):
         force = ti.Vector.zero(backend.real, self.dimension)
         speed, mean = force, force
         for k in range(self.first_member[g], self.first_member[g + 1]):
-            force += self.mass_share[k] * self.unslowed(s, self.member[k])
+            force += self.mass_share[k] * self.nodal_acceleration(s, self.member[k])
             speed += self.mass_share[k] * self.velocity[s, self.member[k]]
         for k in range(self.first_member[g], self.first_member[g + 1]):
             a = self.member[k]
             self.drag[s, a] = self.resistance(
-                s, self.unslowed(s, a) - force, self.velocity[s, a] - speed
+                s, self.nodal_acceleration(s, a) - force, self.velocity[s, a] - speed
             )
             mean += self.mass_share[k] * self.drag[s, a]
         for k in range(self.first_member[g], self.first_member[g + 1]):
@@ -94,7 +94,7 @@ class ScaledNodes(Nodes):
     @ti.func
     def acceleration(self, s, a):
         """Of the last force without local damping [m/s^2]."""
-        return self.unslowed(s, a) - self.lag[s, a]
+        return self.nodal_acceleration(s, a) - self.lag[s, a]
 
     @ti.func
     def damping(self, s, a):

@@ -85,6 +85,19 @@ def test_a_row_is_read_and_written_alone(made):
             np.testing.assert_array_equal(fields.read(field), whole)
 
 
+def test_a_row_of_several_fields_is_cleared_alone(made):
+    """Of fields made together, and of one made apart."""
+    apart = fields.real_field(np.ones((3, 9)))
+    cleared = [made["vector"], apart]
+    before = {name: fields.read(field) for name, field in made.items()}
+    fields.clear_row(cleared, 1)
+    for field, whole in zip(cleared, (before["vector"], np.ones((3, 9))), strict=True):
+        whole[1] = 0.0
+        np.testing.assert_array_equal(fields.read(field), whole)
+    for name in made.keys() - {"vector"}:
+        np.testing.assert_array_equal(fields.read(made[name]), before[name])
+
+
 def test_writing_changes_one_field_only(made):
     fields.write(made["vector"], 7.0)
     fields.write(made["index"], np.arange(7))

@@ -11,7 +11,7 @@ One of them at a time departs from REFERENCE. A result is a result where each st
 that of the finest (smallest step, stiffest) one; the largest departure is the band of the figure.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -91,26 +91,43 @@ REFERENCE = Numerics()
 
 @dataclass(frozen=True)
 class Series:
-    """Numerics of which one number varies, the finest last."""
+    """Numerics of which one number varies, by that number, the finest last."""
 
     name: str
-    settings: tuple[Numerics, ...]
-    values: tuple[float, ...]
-    unit: str = ""
+    by_value: Mapping[float, Numerics]
 
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Of the number."""
+        return tuple(self.by_value)
 
-def series(name: str, key: str, values: tuple[float, ...], unit: str = "") -> Series:
-    """Of REFERENCE with other values of `key`."""
-    settings = tuple(replace(REFERENCE, **{key: value}) for value in values)  # type: ignore[arg-type]  # one has whole values
-    return Series(name, settings, values, unit)
+    @property
+    def settings(self) -> tuple[Numerics, ...]:
+        """With these."""
+        return tuple(self.by_value.values())
 
 
 ALL = (
-    series("quadrilaterals across a spike", "across", (1, 2, 3)),
-    series("inertia within groups", "inertia", (9.0, 4.0, 1.0)),
-    series("step over the stable one", "step", (0.9, 0.67, 0.45)),
-    series("penalty over the automatic one", "penalty", (0.5, 1.0, 2.0)),
-    series("tangential stiffness over penalty", "tangential", (0.5, 1.0)),
+    Series(
+        "quadrilaterals across a spike",
+        {across: replace(REFERENCE, across=across) for across in (1, 2, 3)},
+    ),
+    Series(
+        "inertia within groups",
+        {factor: replace(REFERENCE, inertia=factor) for factor in (9.0, 4.0, 1.0)},
+    ),
+    Series(
+        "step over the stable one",
+        {share: replace(REFERENCE, step=share) for share in (0.9, 0.67, 0.45)},
+    ),
+    Series(
+        "penalty over the automatic one",
+        {share: replace(REFERENCE, penalty=share) for share in (0.5, 1.0, 2.0)},
+    ),
+    Series(
+        "tangential stiffness over penalty",
+        {share: replace(REFERENCE, tangential=share) for share in (0.5, 1.0)},
+    ),
 )
 DISTINCT = tuple(dict.fromkeys(setting for one in ALL for setting in one.settings))
 
@@ -205,7 +222,7 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     for quantity in QUANTITIES:
         for one in ALL:
             found = quantity.measured(outcomes, one)
-            claim = f"{quantity.name} over {one.name}, {shown_list(one.values, one.unit)}"
+            claim = f"{quantity.name} over {one.name}, {shown_list(one.values)}"
             reference = f"within {100.0 * TOLERANCE:g} % of the last"
             behind = [outcomes[label(quantity.what, numerics)] for numerics in one.settings]
             yield row(NAME, claim, reference, settled(found, quantity.unit), behind)
@@ -260,8 +277,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             line[0].set_ylabel(wrapped(quantity.name), fontsize=6.5)
             line[0].set_ylim(min(0.75, *shares) - 0.05, max(1.25, *shares) + 0.05)
         for one, axes in zip(ALL, panels[-1], strict=True):
-            unit = f" [{one.unit}]" if one.unit else ""
-            axes.set_xlabel(wrapped(one.name) + unit, fontsize=7)
+            axes.set_xlabel(wrapped(one.name), fontsize=7)
 
 
 def wrapped(name: str) -> str:

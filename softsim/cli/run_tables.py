@@ -78,8 +78,11 @@ def model_table(model: Model) -> Table:
                 table.add_row(f"  {kind} sets", listed)
     if model.mass_scaling is not None:
         unscaled = StableStepEstimator(replace(model, mass_scaling=None)).at_rest.value
-        said = model.mass_scaling.describe(model.points, model.mass)
-        table.add_row("mass scaling", f"{said}; stable step without it {unscaled * 1e6:.3g} us")
+        table.add_row(
+            "mass scaling",
+            f"{model.mass_scaling.describe()}, turning {100.0 * model.added_turning:.3g} % more; "
+            f"stable step without it {unscaled * 1e6:.3g} us",
+        )
     stable = estimator(model).at_rest
     dt = first_time_increment(model)
     table.add_row("stable step", stable.describe())

@@ -42,6 +42,7 @@ from softsim.solver.guards import (
     refuse_no_equilibrium,
     refuse_unstable_step,
     step_warnings,
+    turning_warnings,
 )
 from softsim.solver.settling import moves, unbalanced_share
 from softsim.stability.reference_shape import ReferenceShape
@@ -101,9 +102,9 @@ class Run:
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
             log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)
-        scaling = self.model.mass_scaling
-        if scaling is not None:
-            log.info("mass scaling: %s", scaling.describe(self.model.points, self.model.mass))
+        if self.model.mass_scaling is not None:
+            log.info("mass scaling: %s", self.model.mass_scaling.describe())
+            self.files.warn(turning_warnings(self.model.added_turning))
         log.info("stable step %s", stable.describe())
         self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)[0]

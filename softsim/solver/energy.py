@@ -126,7 +126,7 @@ class EnergyReader:
     def _read(
         self,
         steps: ti.types.ndarray(ti.f64, ndim=1),  # type: ignore[valid-type]  # Taichi wants an instance
-        readings: ti.types.ndarray(ti.f64, ndim=2),  # type: ignore[valid-type]  # the same
+        readings: ti.types.ndarray(ti.f64, ndim=2),  # type: ignore[valid-type]  # Taichi wants an instance
     ):
         # A parallel loop misses Taichi's kernel cache; on a GPU a scenario after the other is slow.
         ti.loop_config(serialize=self.serially)
@@ -183,7 +183,7 @@ class EnergyReader:
     def _see(
         self,
         places: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]  # Taichi wants an instance
-        touched: ti.types.ndarray(ti.i32, ndim=2),  # type: ignore[valid-type]  # the same
+        touched: ti.types.ndarray(ti.i32, ndim=2),  # type: ignore[valid-type]  # Taichi wants an instance
     ):
         # A kernel of its own: beside it the compiler adds up impulses in another order.
         ti.loop_config(serialize=self.serially)

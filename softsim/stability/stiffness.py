@@ -48,13 +48,13 @@ class ScaledStiffness:
 
     def product(self, v: np.ndarray) -> np.ndarray:
         """The matrix times a vector (n d,)."""
-        return self.slowed(self._unslowed_product(self.slowed(v)))
+        return self.slowed(self._product_of_own_masses(self.slowed(v)))
 
     def slowed(self, v: np.ndarray) -> np.ndarray:
         """R v: the displacement of a vector of the matrix, times M^1/2."""
         return v if self.slowing is None else self.slowing @ v
 
-    def _unslowed_product(self, v: np.ndarray) -> np.ndarray:
+    def _product_of_own_masses(self, v: np.ndarray) -> np.ndarray:
         n = len(self.bulk_stiffness)
         strained = self.strain @ v
         result = self.dilation @ (self.bulk_stiffness * strained[:n])

@@ -26,8 +26,11 @@ from softsim.stability.lanczos import largest_eigenvalue_bound, largest_eigenval
 from softsim.stability.rigid_bodies import load_springs, spring_frequencies
 from softsim.stability.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
 
-# How often the step that damping is bounded with is guessed.
+# Dashpots are bounded with a guess of the step, made so many times, each with the one before. The
+# eigenvalue is taken for so much larger than estimated: its bound will lie some 5 % above it, and
+# of two guesses equally far off the longer one costs more.
 GUESSES = 2
+OVER_ESTIMATE = 1.1
 # omega dt of what hits a penalty spring, or the end of a tendon's slack: within a step it gets as
 # deep as v dt and is thrown back with up to (omega^2 dt^2 - 1) v, which must not be more than it
 # came with.
@@ -104,8 +107,8 @@ class StableStepEstimator:
         self.going_taut = spring_frequencies(model, [one for one in springs if one.goes_taut])
         alone = [element_frequencies(region) for region in model.regions]
         stiffest = int(np.argmax([frequencies.max() for frequencies in alone]))
-        slowed = 1.0 if model.mass_scaling is None else model.mass_scaling.factor
-        self.longest = LONGEST_OVER_ELEMENT * 2.0 * np.sqrt(slowed / alone[stiffest].max())
+        inertia = 1.0 if model.mass_scaling is None else model.mass_scaling.factor
+        self.longest = LONGEST_OVER_ELEMENT * 2.0 * np.sqrt(inertia / alone[stiffest].max())
         element = int(np.argmax(alone[stiffest]))
         name = element_name(model.regions[stiffest], element, model.points)
         self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the step that fits {name}"
@@ -126,7 +129,7 @@ class StableStepEstimator:
         for _ in range(GUESSES):
             damped = self.stiffness.damped(undamped, x, guess)
             fastest = largest_eigenvalue_estimate(damped.product, self.stiffness.moving)
-            guess = 2.0 / np.sqrt(slowed * (1.1 * fastest + springs + bodies(x, guess)))
+            guess = 2.0 / np.sqrt(slowed * (OVER_ESTIMATE * fastest + springs + bodies(x, guess)))
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, found = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
         mode = matrix.slowed(found)

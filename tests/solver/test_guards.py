@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from softsim.errors import StabilityError
-from softsim.solver.guards import refuse_unstable_step, step_warnings, strain_warnings
+from softsim.solver.guards import (
+    hourglass_warnings,
+    refuse_unstable_step,
+    step_warnings,
+    strain_warnings,
+    turning_warnings,
+)
 from softsim.stability.time_step import StableStep
 
 BLOCK = """\
@@ -63,3 +69,25 @@ def test_a_step_longer_than_taken_is_doubtful(build):
     assert step_warnings(dataclasses.replace(model, time_increment=4.9e-6), FOUND) == {}
     said = step_warnings(dataclasses.replace(model, time_increment=5.1e-6), FOUND)["time step"]
     assert "5.1 us is longer than advised" in said and "limited by contact" in said
+
+
+def test_hourglass_modes_are_judged_when_they_hold_most():
+    """6 % at 2 s: what they hold of next to nothing at 1 s does not count."""
+    history = {
+        "time": np.array([1.0, 2.0, 3.0]),
+        "internal_energy": np.array([1e-9, 1.0, 2.0]),
+        "hourglass_energy": np.array([9e-10, 0.06, 0.05]),
+    }
+    said = hourglass_warnings(history)["hourglass"]
+    assert "at 2 s" in said and "6 % of the internal energy" in said
+    assert hourglass_warnings(history | {"internal_energy": np.array([1e-9, 1.3, 2.0])}) == {}
+    assert hourglass_warnings({"time": np.zeros(0), "hourglass_energy": np.zeros(0)}) == {}
+    assert hourglass_warnings({"time": history["time"]}) == {}
+
+
+def test_groups_that_are_not_small_against_a_body_are_doubtful(build):
+    """A square of 2 mm whose nine nodes are one group turns four times as slowly."""
+    scaled = build(BLOCK, "solver.mass_scaling={within: 3 mm, factor: 4}")
+    assert scaled.added_turning == pytest.approx(3.0)
+    assert "300 % more inert" in turning_warnings(scaled.added_turning)["mass scaling"]
+    assert turning_warnings(build(BLOCK).added_turning) == {}
