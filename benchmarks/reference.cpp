@@ -6,7 +6,8 @@
 // writes the final positions to POSITIONS. Ends with 1 if energies are not finite. One increment is
 //     x += dt v                                                            drift
 //     J_a = sum V_e / sum V_e0,  p_a = kappa (J_a - 1) + b_a dJ_a/dt       averaged nodal pressure
-//     A_k = e_k A_k + (1 - e_k) C_bar^-1,  e_k = exp(-dt / tau_k)          Maxwell branches
+//     A_k = e_k A_k + (1 - e_k) C_bar^-1(t - phi_k dt)                     Maxwell branches, every
+//                                  n_k-th increment: softsim/elements/relaxation.py
 //     S = J^(-2/3) (M - (C : M) / 3 C^-1) + p_e J C^-1,  M = 2 W' I + sum mu_k A_k     Yeoh's law
 //     f_c = -V S_ck d_k,  T = V F_zz S_zz / D on diameters of rings        corner forces
 //     v += dt (f / m + g)                                                  kick
@@ -20,7 +21,7 @@
 // * No F: tensors in the basis of an element's edges d_c = x_c - x_0, in which C_ck = d_c . d_k and
 //     f_c = -(J^(-2/3) sum_k V M_ck d_k + (p_e - J^(-2/3) (C : M) / (3 J)) dV/dx_c),
 //   four numbers of reference geometry a triangle instead of five, seven a tetrahedron, not ten.
-// * Branches keep -mu V A, which the forces want.
+// * Branches keep -mu V A, and their sum, which the forces want.
 // * No serial sums of forces into nodes, whose additions wait for one another (half the rate):
 //   elements write their corners' shares side by side, nodes collect theirs. The nodes of one
 //   slice collect in lock step; slices are sorted by how many elements a node has, and padded by
@@ -348,13 +349,26 @@ T contraction(const T* A, const T* B) {
     return sum;
 }
 
-template <class K>
-double determinant(const double* A) {  // by the first row, or of a section by zz
-    double of[K::COMPONENTS];
+template <class K, class T>
+T determinant(const T* A) {  // by the first row, or of a section by zz
+    T of[K::COMPONENTS];
     K::adjugate(A, of);
-    if (K::IS_SECTION) return A[3] * of[3];
+    if constexpr (K::IS_SECTION) return A[3] * of[3];
     return A[0] * of[0] + A[1] * of[1] + A[2] * of[2];
 }
+
+// Every `held_for` increments a branch relaxes by a share towards the strain `behind` steps ago.
+struct Relaxation {
+    double modulus, share, behind;
+    long held_for;
+
+    Relaxation(double modulus, double relaxation_time, double dt) : modulus(modulus) {
+        double steps = relaxation_time / dt;
+        held_for = std::clamp(long(steps / 8.0), 1L, 8L);
+        share = -std::expm1(-held_for / steps);
+        behind = steps - held_for / std::expm1(held_for / steps) - 0.5 * (held_for - 1);
+    }
+};
 
 // --- memory and threads --------------------------------------------------------------------------
 
@@ -601,9 +615,6 @@ class Solver {
     struct Ring {  // F_zz = single + slope * (sum of the corners' diameters)
         Lanes scale, slope, single, volume;
     };
-    struct Relaxation {
-        double modulus, decay;
-    };
     struct Slice {
         uint32_t first, degree;  // its slots: first + LANES k + lane, k < degree
     };
@@ -618,6 +629,7 @@ class Solver {
     Diameters diameters_;
     long blocks_, slices_, diameter_blocks_;
     std::vector<Relaxation> branch_;
+    double whole_modulus_ = 0.0;  // of the branches
     std::vector<Corner> corner_;  // (blocks, corners)
     Array<Reference> reference_;
     Array<Edges> edges_;
@@ -625,6 +637,7 @@ class Solver {
     // (blocks + 1, corners, lanes) of nodes' vectors, then (diameter blocks, ends, lanes).
     Array<Lanes> corner_force_;
     Array<Tensor> relaxing_;    // (blocks, branches): -mu V A
+    Array<Tensor> branches_;    // their sum, by block
     Array<Tensor> last_C_bar_;  // of elements, by block
     Array<Lanes> metric_work_;  // integral of C_bar : dB, B = sum mu V A [J]
     std::vector<Slice> volume_slice_, force_slice_, tension_slice_;
@@ -634,7 +647,8 @@ class Solver {
     Array<Lanes> J_, pressure_, inverse_whole_, viscosity_;
     Array<Lanes> viscous_, bulk_work_;  // pressure by bulk viscosity; its integral dJ, twice
     Array<Modes> modes_;
-    Array<Lanes> last_y_, relaxing_y_;  // (blocks, amplitudes), (blocks, branches, amplitudes)
+    Array<Lanes> last_y_, pulling_y_;   // (blocks, amplitudes); sum mu r of the branches
+    Array<Lanes> relaxing_y_;           // r (blocks, branches, amplitudes)
     Array<Lanes> mode_work_;            // dissipated by the branches of the springs [J]
     Array<Ring> ring_;
     Array<Lanes> hoop_, tension_;       // of elements: F_zz, what they pull diameters with
@@ -658,6 +672,7 @@ class Solver {
           volume_(blocks_ + 1),
           corner_force_(((blocks_ + 1) * CORNERS + 2 * diameter_blocks_) * WIDE),
           relaxing_(blocks_ * p.branches.size() + 1),
+          branches_(p.branches.empty() ? 1 : blocks_),
           last_C_bar_(p.branches.empty() ? 1 : blocks_),
           metric_work_(p.branches.empty() ? 1 : blocks_),
           position_((slices_ + 1) * LANES),
@@ -671,6 +686,7 @@ class Solver {
           bulk_work_(pressure_slices()),
           modes_(HAS_MODES ? blocks_ : 1),
           last_y_(blocks_ * AMPLITUDES + 1),
+          pulling_y_(blocks_ * AMPLITUDES + 1),
           relaxing_y_(blocks_ * AMPLITUDES * p.branches.size() + 1),
           mode_work_(HAS_MODES ? blocks_ : 1),
           ring_(K::HAS_RINGS ? blocks_ : 1),
@@ -682,7 +698,8 @@ class Solver {
           direction_(diameter_blocks_ + 1),
           barrier_(threads) {
         for (const Branch& branch : p.branches) {
-            branch_.push_back({branch.modulus, std::exp(-p.dt / branch.relaxation_time)});
+            branch_.emplace_back(branch.modulus, branch.relaxation_time, p.dt);
+            whole_modulus_ += branch.modulus;
         }
         place_nodes();
         place_pressures();
@@ -695,7 +712,8 @@ class Solver {
     // every thread. Takes the seconds of each repeat.
     void run(int thread, long increments, long repeats, std::vector<double>& seconds) {
         double dt = problem_.dt;
-        increment(thread, 0.5 * dt, 0.0);
+        long number = 1;
+        increment(thread, number, 0.5 * dt, 0.0);
         forget_dissipation(layout_.parts[thread]);
         for (long r = 0; r < repeats; ++r) {
             auto start = std::chrono::steady_clock::now();
@@ -703,7 +721,7 @@ class Solver {
             barrier_.wait();
             // The drift of the next increment rides on the kick.
             for (long k = 0; k < increments; ++k) {
-                increment(thread, dt, k + 1 < increments ? dt : 0.0);
+                increment(thread, ++number, dt, k + 1 < increments ? dt : 0.0);
             }
             std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
             if (thread == 0) seconds.push_back(took.count());
@@ -878,6 +896,7 @@ class Solver {
             for (size_t k = 0; k < branch_.size(); ++k) {
                 relaxing_[b * branch_.size() + k].of[m][lane] = branch_[k].modulus * metric[m];
             }
+            branches_[b].of[m][lane] = whole_modulus_ * metric[m];
         }
     }
 
@@ -948,8 +967,18 @@ class Solver {
         return plan;
     }
 
-    void increment(int thread, double kick_dt, double drift_dt) {
+    // Bit k: branch k relaxes in the increment of this number.
+    unsigned due_in(long number) {
+        unsigned due = 0;
+        for (size_t k = 0; k < branch_.size(); ++k) {
+            if (number % branch_[k].held_for == 0) due |= 1u << k;
+        }
+        return due;
+    }
+
+    void increment(int thread, long number, double kick_dt, double drift_dt) {
         const Part& part = layout_.parts[thread];
+        unsigned due = due_in(number);
         long threads = long(layout_.parts.size());
         long first_diameter = diameter_blocks_ * thread / threads;
         long end_diameter = diameter_blocks_ * (thread + 1) / threads;
@@ -961,14 +990,14 @@ class Solver {
         for (const Stage& next : plan_[thread]) {
             measure(done.measured, next.measured);
             press(done.pressed, next.pressed);
-            stress(done.stressed, next.stressed);
+            stress(done.stressed, next.stressed, due);
             kick(done.kicked, next.kicked, kick_dt, drift_dt);
             done = next;
         }
         barrier_.wait();
         press(done.pressed, part.end_slice);
         barrier_.wait();
-        stress(done.stressed, part.end_block);
+        stress(done.stressed, part.end_block, due);
         barrier_.wait();
         if constexpr (K::HAS_RINGS) {
             pull(first_diameter, end_diameter);
@@ -1119,7 +1148,7 @@ class Solver {
     }
 
     // f_c = -(sum_k T_ck d_k + h dV/dx_c) with T = J^(-2/3) V M, h = p - T : C / (3 V J).
-    void stress(long from, long to) {
+    void stress(long from, long to, unsigned due) {
         double c0 = 2.0 * problem_.C10, c1 = 4.0 * problem_.C20, c2 = 6.0 * problem_.C30;
         for (long b = from; b < to; ++b) {
             Vector d[D], slope[D], f[D], bent[K::MODES + 1];
@@ -1138,11 +1167,14 @@ class Solver {
             for (int m = 0; m < METRICS; ++m) T[m] = a * reference.metric[m];
             if constexpr (K::HAS_RINGS) T[METRICS] = -a * ring_[b].volume;
             if (!branch_.empty()) {
-                Tensor relaxed;
-                relax(b, C, r2, relaxed.of);
-                trace -= r2 * contraction<K>(C, relaxed.of) * reference.inverse_volume;
+                Tensor C_bar;
+                for (int m = 0; m < K::COMPONENTS; ++m) C_bar.of[m] = r2 * C[m];
+                if (due) relax(b, C_bar.of, due);
+                last_C_bar_[b] = C_bar;
+                const Lanes* branches = branches_[b].of;
+                trace -= contraction<K>(C_bar.of, branches) * reference.inverse_volume;
                 for (int m = 0; m < (K::HAS_RINGS ? K::COMPONENTS : METRICS); ++m) {
-                    T[m] += r2 * relaxed.of[m];
+                    T[m] += r2 * branches[m];
                 }
             }
             Lanes h = mean - trace * (1.0 / 3.0) * (r2 * r);
@@ -1155,7 +1187,7 @@ class Solver {
                 for (int k = 0; k < D; ++k) f[c] = f[c] + T[K::METRIC[c][k]] * d[k];
             }
             if constexpr (HAS_MODES) {
-                bend(b, d, bent, f);
+                bend(b, d, bent, f, due);
             } else {
                 Vector balance = f[0];
                 for (int c = 1; c < D; ++c) balance = balance + f[c];
@@ -1175,13 +1207,13 @@ class Solver {
     }
 
     // Corner forces of those on the edges, f, and of the hourglass modes.
-    void bend(long b, const Vector* d, const Vector* h, const Vector* f) {
+    void bend(long b, const Vector* d, const Vector* h, const Vector* f, unsigned due) {
         const Modes& of = modes_[b];
         Lanes root[D], q[AMPLITUDES], y[AMPLITUDES], p[AMPLITUDES];
         Vector e[D], G[D], H[K::MODES], corners[CORNERS];
         turn(d, h, e, root, q);
         K::amplitudes(of, q, y);
-        load(b, y);
+        load(b, y, due);
         K::slopes(of, y, p);
         for (int k = 0; k < K::MODES; ++k) {
             H[k] = p[k * D] * e[0];
@@ -1204,55 +1236,56 @@ class Solver {
         for (int c = 0; c < CORNERS; ++c) store(force_of(b, c), corners[c]);
     }
 
-    // Amplitudes become the forces of their springs, whose branches relax by an increment.
-    void load(long b, Lanes* y) {
-        double mu = 2.0 * problem_.C10;
-        Lanes work = mode_work_[b];
+    // Amplitudes become the forces of their springs, the branches that are due having relaxed.
+    void load(long b, Lanes* y, unsigned due) {
+        double mu = 2.0 * problem_.C10 + whole_modulus_;
         for (int m = 0; m < AMPLITUDES; ++m) {
-            Lanes force = -mu * y[m];
-            Lanes* relaxing = &relaxing_y_[(b * AMPLITUDES + m) * branch_.size()];
-            if (!branch_.empty()) {
-                Lanes mean = 0.5 * (y[m] + last_y_[b * AMPLITUDES + m]);
-                last_y_[b * AMPLITUDES + m] = y[m];
-                for (const Relaxation& branch : branch_) {
-                    Lanes before = *relaxing;
-                    Lanes after = branch.decay * before + (1.0 - branch.decay) * y[m];
-                    force -= branch.modulus * (y[m] - after);
-                    work += branch.modulus * (mean - 0.5 * (before + after)) * (after - before);
-                    *relaxing++ = after;
-                }
-            }
-            y[m] = force;
+            long at = b * AMPLITUDES + m;
+            if (due) relax_mode(b, m, y[m], due);
+            last_y_[at] = y[m];
+            y[m] = pulling_y_[at] - mu * y[m];
         }
-        if (!branch_.empty()) mode_work_[b] = work;
     }
 
-    // Let the branches of a block relax by an increment; `sum` gets -V sum mu A.
-    void relax(long b, const Lanes* C, Lanes r2, Lanes* sum) {
-        Lanes inverse[K::COMPONENTS], both[K::COMPONENTS];  // -V C_bar^-1, C_bar then and now
-        Lanes scale = scale_at_rest(b);
-        Lanes factor = -(r2 * r2) * (scale * scale) * reference_[b].inverse_volume;
-        K::adjugate(C, inverse);
-        for (int m = 0; m < K::COMPONENTS; ++m) {
-            inverse[m] *= factor;
-            Lanes C_bar = r2 * C[m];
-            both[m] = C_bar + last_C_bar_[b].of[m];
-            last_C_bar_[b].of[m] = C_bar;
-            sum[m] = Lanes{};
+    // Let the due branches of an amplitude relax.
+    void relax_mode(long b, int m, Lanes y, unsigned due) {
+        long at = b * AMPLITUDES + m;
+        Lanes work = mode_work_[b], pull = pulling_y_[at], last = last_y_[at];
+        for (size_t k = 0; k < branch_.size(); ++k) {
+            if (!(due >> k & 1u)) continue;
+            const Relaxation& branch = branch_[k];
+            Lanes& r = relaxing_y_[at * branch_.size() + k];
+            Lanes change = branch.share * (y + branch.behind * (last - y) - r);
+            work += branch.modulus * (0.5 * (y + last) - r - 0.5 * change) * change;
+            pull += branch.modulus * change;
+            r += change;
         }
-        Lanes relaxed = contraction<K>(both, inverse), work = metric_work_[b];
-        Tensor* viscous = &relaxing_[b * branch_.size()];
-        for (const Relaxation& branch : branch_) {
-            double share = 1.0 - branch.decay, gain = share * branch.modulus;
-            work += (0.5 * share) * contraction<K>(both, viscous->of) - (0.5 * gain) * relaxed;
+        mode_work_[b] = work;
+        pulling_y_[at] = pull;
+    }
+
+    // Let the due branches of a block relax.
+    void relax(long b, const Lanes* C_bar, unsigned due) {
+        const Lanes* last = last_C_bar_[b].of;
+        Lanes twice[K::COMPONENTS], met[K::COMPONENTS], change[K::COMPONENTS];
+        for (int m = 0; m < K::COMPONENTS; ++m) twice[m] = C_bar[m] + last[m];
+        for (size_t k = 0; k < branch_.size(); ++k) {
+            if (!(due >> k & 1u)) continue;
+            const Relaxation& branch = branch_[k];
             for (int m = 0; m < K::COMPONENTS; ++m) {
-                Lanes now = branch.decay * viscous->of[m] + gain * inverse[m];
-                viscous->of[m] = now;
-                sum[m] += now;
+                met[m] = C_bar[m] + branch.behind * (last[m] - C_bar[m]);
             }
-            ++viscous;
+            K::adjugate(met, change);
+            Lanes inverse =
+                -branch.modulus / (determinant<K>(met) * reference_[b].inverse_volume);
+            Lanes* viscous = relaxing_[b * branch_.size() + k].of;
+            for (int m = 0; m < K::COMPONENTS; ++m) {
+                change[m] = branch.share * (inverse * change[m] - viscous[m]);
+                viscous[m] += change[m];
+                branches_[b].of[m] += change[m];
+            }
+            metric_work_[b] -= 0.5 * contraction<K>(twice, change);
         }
-        metric_work_[b] = work;
     }
 
     // The tension of all ring cells at a diameter, on both its ends.

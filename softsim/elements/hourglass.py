@@ -158,11 +158,13 @@ class HourglassSprings:
     def __init__(self, points: MaterialPoints, count: int, scenarios: int, blocks: int) -> None:
         self.points, self.count, self.blocks = points, count, Number(blocks)
         self.lane = backend.lane_vector()
-        self.modulus = real_field(np.array([points.material.law.initial_shear_modulus]))
+        mu = points.material.law.initial_shear_modulus
+        branches = sum(b.shear_modulus for b in points.material.branches)
+        self.modulus = real_field(np.array([mu, mu + branches]))  # of the law, with all branches
         shape = (scenarios, blocks, count)
         self.amplitude, self.force = lane_field(shape), lane_field(shape)
         if points.branch_count:
-            self.last = lane_field(shape)
+            self.last, self.relaxed_force = lane_field(shape), lane_field(shape)  # sum mu r
             self.relaxed = lane_field((*shape, points.branch_count))
             self.dissipation = lane_field((scenarios, blocks))
 
@@ -172,6 +174,7 @@ class HourglassSprings:
         if self.points.branch_count:
             kept |= {"hourglass_last": self.last, "hourglass_dissipation": self.dissipation}
             kept["hourglass_relaxed"] = self.relaxed
+            kept["hourglass_relaxed_force"] = self.relaxed_force
         return kept
 
     def forget_dissipation(self, scenario: int) -> None:
@@ -181,35 +184,40 @@ class HourglassSprings:
 
     @ti.func
     def load(self, s, b):
-        """Forces of block b, the branches having relaxed by one increment."""
-        for m in ti.static(range(self.count)):
-            self.force[s, b, m] = self.modulus[0] * self.amplitude[s, b, m]
+        """Forces of block b, the branches whose time it is having relaxed."""
         if ti.static(self.points.branch_count > 0):
-            dissipated = self.lane(0.0)
-            if ti.static(self.count <= UNROLLED):
-                for m in ti.static(range(self.count)):
-                    dissipated += self.relax(s, b, m)
-            else:
-                for m in range(ti.static(self.count)):
-                    dissipated += self.relax(s, b, m)
-            self.dissipation[s, b] = self.dissipation[s, b] + dissipated
+            for k in ti.static(range(self.points.branch_count)):
+                if self.points.relaxation.due[s, k] == 1:
+                    self.relax(s, b, k)
+        for m in ti.static(range(self.count)):
+            y = self.amplitude[s, b, m]
+            self.force[s, b, m] = self.modulus[0] * y
+            if ti.static(self.points.branch_count > 0):
+                self.force[s, b, m] = self.modulus[1] * y - self.relaxed_force[s, b, m]
+                self.last[s, b, m] = y
 
     @ti.func
-    def relax(self, s, b, m):
-        """Add the branches' share of the force of mode m; what they have dissipated."""
-        y = self.amplitude[s, b, m]
-        mean = 0.5 * (y + self.last[s, b, m])
-        force, dissipated = self.force[s, b, m], self.lane(0.0)
-        for k in ti.static(range(self.points.branch_count)):
-            e, mu = self.points.decay[s, k], self.points.branch_modulus[k]
-            before = self.relaxed[s, b, m, k]
-            after = e * before + (1.0 - e) * y  # exact for a constant y
-            self.relaxed[s, b, m, k] = after
-            force += mu * (y - after)
-            dissipated += mu * (mean - 0.5 * (before + after)) * (after - before)
-        self.last[s, b, m] = y
-        self.force[s, b, m] = force
-        return dissipated
+    def relax(self, s, b, k: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Let branch k of all modes of a block relax."""
+        dissipated = self.lane(0.0)
+        if ti.static(self.count <= UNROLLED):
+            for m in ti.static(range(self.count)):
+                dissipated += self.relax_mode(s, b, k, m)
+        else:
+            for m in range(ti.static(self.count)):
+                dissipated += self.relax_mode(s, b, k, m)
+        self.dissipation[s, b] = self.dissipation[s, b] + dissipated
+
+    @ti.func
+    def relax_mode(self, s, b, k: ti.template(), m):  # type: ignore[valid-type]  # Taichi wants an instance
+        """Let branch k of mode m relax; what it has dissipated."""
+        share, behind = self.points.relaxation.share[s, k], self.points.relaxation.behind[s, k]
+        mu, r = self.points.branch_modulus[k], self.relaxed[s, b, m, k]
+        y, last = self.amplitude[s, b, m], self.last[s, b, m]
+        change = share * ((1.0 - behind) * y + behind * last - r)
+        self.relaxed[s, b, m, k] = r + change
+        self.relaxed_force[s, b, m] = self.relaxed_force[s, b, m] + mu * change
+        return mu * (0.5 * (y + last) - r - 0.5 * change) * change
 
     @ti.func
     def stored_energy(self, s):

@@ -51,6 +51,11 @@ class PlaneMetric:
         )
 
     @ti.func
+    def sum(self, A, B):
+        """A + B."""
+        return self.Symmetric(aa=A.aa + B.aa, bb=A.bb + B.bb, ab=A.ab + B.ab, zz=A.zz + B.zz)
+
+    @ti.func
     def scaled(self, a, A):
         """a A."""
         return self.Symmetric(aa=a * A.aa, bb=a * A.bb, ab=a * A.ab, zz=a * A.zz)
@@ -131,6 +136,18 @@ class SpaceMetric:
             ab=a * A.ab + b * B.ab,
             bc=a * A.bc + b * B.bc,
             ca=a * A.ca + b * B.ca,
+        )
+
+    @ti.func
+    def sum(self, A, B):
+        """A + B."""
+        return self.Symmetric(
+            aa=A.aa + B.aa,
+            bb=A.bb + B.bb,
+            cc=A.cc + B.cc,
+            ab=A.ab + B.ab,
+            bc=A.bc + B.bc,
+            ca=A.ca + B.ca,
         )
 
     @ti.func

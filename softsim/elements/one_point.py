@@ -68,7 +68,7 @@ class OnePointElements(Term):
         """Of an increment."""
         pressures, blocks = int(self.pressure.elements_of.blocks), int(self.blocks)
         return {
-            Stage.MOVE: [Pass("elements", blocks, (self.deform,))],
+            Stage.MOVE: [Pass("elements", blocks, (self.deform,)), *self.points.passes()],
             Stage.PRESS: [Pass("elements", pressures, (self.press,))],
             Stage.STRESS: [Pass("elements", blocks, (self.stress_corners,))],
         }
@@ -137,7 +137,7 @@ class OnePointElements(Term):
         r2 = r * r
         r3 = r2 * r
         J2_inverse_C = self.points.cofactor(b, C)  # J^2 C^-1
-        M = self.points.fictitious_stress(s, b, C, J2_inverse_C, r2)
+        M = self.points.fictitious_stress(s, b, C, r2)
         trace = self.metric.contraction(C, M) * (1.0 / 3.0)
         h = r3 * (self.average_pressure(s, b) - trace * (r3 * r2))
         volume = self.volume[b]

@@ -78,13 +78,17 @@ def freeze_metric(solver):
     positions alone. Springs of hourglass modes stay at zero.
     """
     for body in solver.terms.elements:
-        metric = dict(zip(body.metric.components, body.points.viscous_metric[0], strict=True))
+        metric = dict(zip(body.metric.components, body.points.viscous_metric, strict=True))
         at_rest = {name: fields.read(field) for name, field in metric.items()}
         shear = 0.05 * np.sqrt(at_rest["aa"] * at_rest["bb"])
         fields.write(metric["aa"], 1.1 * at_rest["aa"])
         fields.write(metric["bb"], 0.9 * at_rest["bb"])
         fields.write(metric["ab"], at_rest["ab"] + shear)
-        body.points.decay.fill(1.0)
+        modulus = fields.read(body.points.branch_modulus)[0]
+        stress = dict(zip(body.metric.components, body.points.branch_stress, strict=True))
+        for name, field in metric.items():
+            fields.write(stress[name], modulus * fields.read(field))
+        body.points.relaxation.share.fill(0.0)
 
 
 def forces_at(solver, x):

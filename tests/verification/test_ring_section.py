@@ -85,7 +85,7 @@ def as_strips(revolved, ring, x):
 def forces(solver, x):
     """Nodal forces (n, d) [N] of cells and pressure with the nodes at x, nothing relaxed yet."""
     nodes = solver.terms.nodes
-    solver.terms.elements[0].points.decay.fill(1.0)
+    solver.terms.elements[0].points.relaxation.share.fill(0.0)
     nodes.velocity.fill(0.0)
     fields.write(nodes.position, np.ascontiguousarray(x[None]))
     solver.find_forces(1e-9)

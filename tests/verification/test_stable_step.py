@@ -69,7 +69,8 @@ def limits(build, cpu):
         step, body = StableStepEstimator(model), model.regions[0]
         points = solver.terms.elements[0].points
         for elements in solver.terms.elements:
-            elements.points.decay.fill(1.0)  # the metric stays
+            if elements.points.branch_count:
+                elements.points.relaxation.share.fill(0.0)  # the metric stays
 
         def forces(x):
             nodes = solver.terms.nodes
@@ -84,13 +85,14 @@ def limits(build, cpu):
             d = body.points.shape[1]
             inverse = np.linalg.inv(solver.terms.elements[0].rest_edges(body))
             plane = inverse.transpose(0, 2, 1) @ A[:, :d, :d] @ inverse
-            for name, field in zip(points.metric.components, points.viscous_metric[0], strict=True):
+            modulus = fields.read(points.branch_modulus)[0]
+            for name, field in zip(points.metric.components, points.branch_stress, strict=True):
                 if name == "zz":
                     values = A[:, 2, 2]
                 else:
                     i, j = ("abc".index(letter) for letter in name)
                     values = plane[:, i, j]
-                fields.write(field, padded(values).reshape(1, -1, backend.lanes()))
+                fields.write(field, modulus * padded(values).reshape(1, -1, backend.lanes()))
 
         def exact_and_bound(x, relaxed=False):
             if relaxed:
