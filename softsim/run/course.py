@@ -238,7 +238,7 @@ class Run:
             refuse_unstable_step(model, stable, scenario.time)
             self.files.warn(step_warnings(model, stable))
             return
-        allowed = model.safety_factor * stable.value
+        allowed = model.safety_factor * self.progress.schedule.lowest
         if scenario.time_increment > allowed or scenario.time_increment * GROWTH < allowed:
             scenario.change_time_increment(allowed)
             self.progress.time_increment = allowed

@@ -19,8 +19,11 @@ LONGEST_INTERVAL = 4 * LOOK_INTERVAL
 # A run is looked at so many times at least: what its loads do takes a share of its time.
 LEAST_INSPECTIONS = 32
 ALLOWED_CHANGE = 0.01
-# The step may grow when the stable one has grown by this factor; it shrinks at once.
+# The step shrinks at once. It grows when so many estimates in a row have found the stable one
+# grown by this factor: that of a body that swings rises and falls with every swing, and to follow
+# it would take an estimate every few dozen increments.
 GROWTH = 1.05
+ESTIMATES_TO_GROW = 8
 
 
 @dataclass
@@ -28,15 +31,18 @@ class StableStepSchedule:
     """The next look at the elements, and the next estimate of the stable step, of a run whose first
     one is known.
 
-    lowest: the smallest stable step [s] since it last grew by GROWTH. look_due, estimate_due: the
-    increment counts at which they are due. interval: increments between the last estimate and the
-    next one.
+    lowest: the smallest stable step [s] since it last grew, from which the step in use is taken.
+    look_due, estimate_due: the increment counts at which they are due. interval: increments between
+    the last estimate and the next one. grown: how many estimates in a row were above the lowest by
+    GROWTH, lowest_grown: the smallest of them [s].
     """
 
     lowest: float
     look_due: int = FIRST_INTERVAL
     estimate_due: int = FIRST_INTERVAL
     interval: int = FIRST_INTERVAL
+    grown: int = 0
+    lowest_grown: float = 0.0
 
     def plan_next(self, stable: float, increment_count: int, run_length: float) -> None:
         """Plan the next estimate after one that found the stable step `stable` [s].
@@ -46,8 +52,13 @@ class StableStepSchedule:
         self.interval = next_interval(self.interval, self.lowest, stable, run_length)
         self.estimate_due = increment_count + self.interval
         self.plan_look(increment_count)
-        grown = stable > GROWTH * self.lowest
-        self.lowest = stable if grown else min(self.lowest, stable)
+        if stable <= GROWTH * self.lowest:
+            self.grown, self.lowest = 0, min(self.lowest, stable)
+            return
+        self.lowest_grown = min(self.lowest_grown, stable) if self.grown else stable
+        self.grown += 1
+        if self.grown == ESTIMATES_TO_GROW:
+            self.grown, self.lowest = 0, self.lowest_grown
 
     def plan_look(self, increment_count: int) -> None:
         """Plan the next look, so many increments being done."""

@@ -4,6 +4,7 @@ import pytest
 
 from softsim.stability.schedule import (
     ALLOWED_CHANGE,
+    ESTIMATES_TO_GROW,
     FIRST_INTERVAL,
     GROWTH,
     LEAST_INSPECTIONS,
@@ -48,9 +49,15 @@ def test_the_plan_starts_from_the_step_found_at_the_start():
 
 def test_the_plan_keeps_the_lowest_step_until_it_has_grown():
     plan = StableStepSchedule(5e-6)
-    for now, lowest in ((4e-6, 4e-6), (0.99 * GROWTH * 4e-6, 4e-6), (5e-6, 5e-6)):
+    grown = [5e-6, 6e-6] * (ESTIMATES_TO_GROW // 2)
+    swinging = [*grown[:-1], 4.1e-6, *grown[:-1], 3.9e-6]
+    for now in (4e-6, *swinging, *grown[:-1]):
         plan.plan_next(now, 100, LONG)
-        assert plan.lowest == lowest
+        assert plan.lowest == min(4e-6, now) or plan.lowest == 3.9e-6
+    plan.plan_next(5.5e-6, 100, LONG)
+    assert plan.lowest == 5e-6
+    plan.plan_next(0.99 * GROWTH * 5e-6, 100, LONG)
+    assert plan.lowest == 5e-6
 
 
 def test_looks_lie_closer_together_than_estimates():
