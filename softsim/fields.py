@@ -322,3 +322,14 @@ def _allocate(made: Made) -> None:
         _places[new.field] = _Place(block, first, shape, extents, new.dtype)
         if new.values is not None:
             write(new.field, new.values)
+
+
+def padded(tables: Sequence[np.ndarray]) -> np.ndarray:
+    """Tables (n, ...) of several scenarios as one (scenarios, longest n, ...), with zeros."""
+    longest = max(1, *map(len, tables))
+    return np.stack(
+        [
+            np.concatenate([t, np.zeros((longest - len(t), *t.shape[1:]), dtype=t.dtype)])
+            for t in tables
+        ]
+    )

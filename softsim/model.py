@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from softsim.contact.cylinder import Cylinder
-from softsim.contact.pipe_path import PipePath
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.geometry import Geometry
@@ -125,25 +125,31 @@ class Probe:
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """The way of rigid body number `body` along a pipe, and when there is nothing more to wait for.
+    """The way of rigid body number `body` along pipes, and when there is nothing more to wait for.
 
-    items: what the user's list of the pipe says, an entry a text. length: of the body along the
-    pipe [m]. outline: its nodes that touch walls (k,). start, goal: arc length of its centre at
-    rest, and where it has passed [m]. It has stopped when it gains less than `least_progress` [m]
+    items: what the user's lists of the pipes say, an entry a text. length: of the body along the
+    pipe [m]. outline: its nodes that touch walls (k,). start: arc length of its centre at rest;
+    goals: where it has passed, by the branch of the network, infinite of one without an exit [m].
+    It has stopped when it gains less than `least_progress` [m]
     within `patience` pressure cycles, or `patience_time` [s] where it is not `in_cycles`.
     """
 
-    path: PipePath
+    network: PipeNetwork
     items: tuple[str, ...]
     body: int
     length: float
     outline: np.ndarray
     start: float
-    goal: float
+    goals: tuple[float, ...]
     in_cycles: bool
     patience: int
     patience_time: float
     least_progress: float
+
+    def goal_beyond(self, branch: int) -> float:
+        """The goal of a branch [m]; where it has no exit, the nearest of all."""
+        goal = self.goals[branch]
+        return goal if goal < float("inf") else min(self.goals)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,12 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from softsim.builder.names import Names, close_names
+from softsim.builder.pipe_path import pipes
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.wall import Wall
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Passage
 from softsim.scene.bodies import BallOutline, CylinderOutline
 from softsim.scene.layout import Layout
+from softsim.scene.surroundings import PipePathWall
 from softsim.scene.tree import nearest
 
 
@@ -25,27 +28,34 @@ def passage(
     if layout is None:
         refuse_verdict(names)
         return None
-    path = path_of(names, layout, walls)
+    network = network_of(names, layout, walls)
+    refuse_unknown_exit(names, network)
     body = body_of(names, layout)
     name = list(names.scene.rigid_bodies)[body]
     data = names.scene.rigid_bodies[name]
     if data.outline is None:
         raise names.loaded.error(
             ("rigid_bodies", name),
-            f"'{name}' has no outline: nothing can say whether it fits through '{path.name}'",
+            f"'{name}' has no outline: nothing can say whether it fits through '{network.name}'",
             "give it an outline, such as {length: 33 mm, height: 15 mm}",
         )
     length = outline_length(data.outline)
     centre = names.vector(data.center, ("rigid_bodies", name, "center"))
-    start = float(path.arc_length(centre[None])[0])
+    (branch,), (start,) = (found.tolist() for found in network.locate(centre[None]))
+    if branch != 0:
+        raise names.loaded.error(
+            ("rigid_bodies", name, "center"),
+            f"'{name}' starts in the branch '{network.branches[branch].path.name}'",
+            "begin the pipe where the robot is, and let a tee or cross lead from there",
+        )
     return Passage(
-        path=path,
-        items=items(names, path),
+        network=network,
+        items=items(names, network),
         body=body,
         length=length,
         outline=outline_nodes[body],
         start=start,
-        goal=goal(names, layout, path, start, length),
+        goals=goals(names, layout, network, start, length),
         in_cycles=chamber is not None and chamber.drive.cycle_count > 0,
         patience=layout.patience,
         patience_time=layout.patience_time,
@@ -54,18 +64,31 @@ def passage(
 
 
 def refuse_verdict(names: Names) -> None:
-    """Without a layout there is no verdict to expect."""
-    if names.scene.expect.passes is not None:
+    """Without a layout there is no verdict to expect, and no exit."""
+    expect = names.scene.expect
+    for key, wanted in (("passes", expect.passes), ("exit", expect.exit)):
+        if wanted is not None:
+            raise names.loaded.error(
+                ("expect", key),
+                f"{key}: the scene asks no question that a verdict could answer",
+                "add layout: {}, beside a wall of kind pipe_path",
+            )
+
+
+def refuse_unknown_exit(names: Names, network: PipeNetwork) -> None:
+    """The expected exit is one of those there are."""
+    wanted = names.scene.expect.exit
+    if wanted is not None and wanted not in network.exits:
         raise names.loaded.error(
-            ("expect", "passes"),
-            "passes: the scene asks no question that a verdict could answer",
-            "add layout: {}, beside a wall of kind pipe_path",
+            ("expect", "exit"),
+            f"nothing leads to the exit '{wanted}' of '{network.name}'",
+            close_names(wanted, list(network.exits), "exits"),
         )
 
 
-def path_of(names: Names, layout: Layout, walls: Sequence[Wall]) -> PipePath:
-    """The pipe that the layout means."""
-    paths = {wall.name: wall for wall in walls if isinstance(wall, PipePath)}
+def network_of(names: Names, layout: Layout, walls: Sequence[Wall]) -> PipeNetwork:
+    """The pipes that the layout means."""
+    paths = {wall.name: wall for wall in walls if isinstance(wall, PipeNetwork)}
     if not paths:
         raise names.loaded.error(
             ("environment", "walls"),
@@ -102,12 +125,16 @@ def body_of(names: Names, layout: Layout) -> int:
     return 0
 
 
-def items(names: Names, path: PipePath) -> tuple[str, ...]:
-    """What the scene says of the pipe, an entry of its list each: "bend 90 deg, radius 60 mm"."""
-    listed = nearest(names.loaded.tree, ("environment", "walls", path.name, "pipe"))[0].value
-    assert isinstance(listed, list)
+def items(names: Names, network: PipeNetwork) -> tuple[str, ...]:
+    """What the scene says of each entry of its lists of pipes: "bend 90 deg, radius 60 mm"."""
+    wall = names.scene.environment.walls[network.name]
+    assert isinstance(wall, PipePathWall)
+    keys = ("environment", "walls", network.name)
+    lists = (nearest(names.loaded.tree, (*keys, *place))[0].value for place in pipes(wall))
     return tuple(
         ", ".join(f"{key} {said.text}" for key, said in entry.value.items())
+        for listed in lists
+        if isinstance(listed, list)
         for entry in listed
         if isinstance(entry.value, dict)
     )
@@ -120,14 +147,37 @@ def outline_length(outline: CylinderOutline | BallOutline) -> float:
     return outline.length
 
 
-def goal(names: Names, layout: Layout, path: PipePath, start: float, length: float) -> float:
-    """Arc length [m] at which a body `length` [m] long that starts at `start` [m] has passed."""
+def goals(
+    names: Names, layout: Layout, network: PipeNetwork, start: float, length: float
+) -> tuple[float, ...]:
+    """Arc length [m] at which a body `length` [m] long that starts at `start` [m] has passed, by
+    the branch; infinite of one without an exit.
+    """
+    if not network.exits:
+        raise names.loaded.error(
+            ("environment", "walls", network.name, "closed"),
+            "no exit is left by which a robot could get through",
+            "leave an end open",
+        )
+    return tuple(
+        goal(names, layout, network.name, branch.path, start, length)
+        if branch.exit is not None
+        else np.inf
+        for branch in network.branches
+    )
+
+
+def goal(
+    names: Names, layout: Layout, wall: str, path: PipePath, start: float, length: float
+) -> float:
+    """The same of one path of a wall."""
     if layout.goal is None:
         found = default_goal(path, start, length)
-        keys: tuple[str, ...] = ("environment", "walls", path.name, "pipe")
+        keys: tuple[str, ...] = ("environment", "walls", wall, "pipe")
     else:
         found, keys = layout.goal, ("layout", "goal")
-    if not start < found <= path.length:
+    # A branch begins in the middle of what it leaves.
+    if not max(start, path.segments[0].start) < found <= path.length:
         raise names.loaded.error(
             keys,
             f"the body starts at {start * 1e3:g} mm along the path, which ends at "

@@ -1,31 +1,45 @@
 """Pipes along a path: from the items of a scene to segments, and what is wrong with them."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION
-from softsim.builder.names import Names, in_mm
+from softsim.builder.names import Names, close_names, in_mm
 from softsim.contact import pipe_layout
-from softsim.contact.pipe_path import PipePath
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
-from softsim.scene.pipe_items import PipeItem, StepItem, StraightItem, TaperItem
+from softsim.scene.pipe_items import (
+    BendItem,
+    CrossItem,
+    PipeItem,
+    StepItem,
+    StraightItem,
+    TaperItem,
+    TeeItem,
+)
 from softsim.scene.surroundings import PipePathWall
 from softsim.scene.tree import Keys, nearest
 
+# Key of the pipe of the start, beside which its branches stand.
+PIPE = "pipe"
+# Angle [rad] about the direction of travel, from the left, by the side that a branch leaves to.
+SIDES = {"left": 0.0, "right": np.pi}
 # Diameters and lengths that differ by less are the same: rounding of units.
 ALIKE = 1e-9
 
 
-def pipe_paths(names: Names) -> list[PipePath]:
+def pipe_networks(names: Names) -> list[PipeNetwork]:
     """All pipes along a path. SceneError where one cannot be built, or runs into itself."""
     return [
-        pipe_path(names, name, wall)
+        pipe_network(names, name, wall)
         for name, wall in names.scene.environment.walls.items()
         if isinstance(wall, PipePathWall)
     ]
 
 
-def pipe_path(names: Names, name: str, wall: PipePathWall) -> PipePath:
+def pipe_network(names: Names, name: str, wall: PipePathWall) -> PipeNetwork:
     """One of them."""
     keys = ("environment", "walls", name)
     if isinstance(names.geometry, Axisymmetric):
@@ -34,20 +48,140 @@ def pipe_path(names: Names, name: str, wall: PipePathWall) -> PipePath:
             "a half section of revolution has no path to follow",
             "write kind: pipe, a straight pipe about the axis y",
         )
+    refuse_loose_branches(names, keys, wall)
+    refuse_unknown_ends(names, keys, wall)
     refuse_idle_steps(names, keys, wall)
-    refuse_wrong_diameters(names, keys, wall)
-    items = [layout_item(names, (*keys, "pipe", k), item) for k, item in enumerate(wall.pipe)]
-    path = pipe_layout.path_of_items(
-        name, items, wall.diameter, names.vector(wall.start, (*keys, "start")),
-        ("start" in wall.closed, "end" in wall.closed),
+    start_diameter = {PIPE: wall.diameter}
+    laid: dict[str, list[pipe_layout.Item]] = {}
+    for place, listed in reached_from_the_start(wall):
+        along = list(with_diameters(listed, start_diameter[str(place[-1])]))
+        refuse_wrong_diameters(names, (*keys, *place), along)
+        laid[str(place[-1])] = [
+            layout_item(names, (*keys, *place, k), item, diameter)
+            for k, (item, diameter) in enumerate(along)
+        ]
+        for item in laid[str(place[-1])]:
+            if isinstance(item, pipe_layout.Fork):
+                start_diameter |= dict.fromkeys(item.sides, item.to)
+    network = pipe_layout.network_of_items(
+        name, laid[PIPE], {branch: laid[branch] for branch in wall.branches}, wall.diameter,
+        names.vector(wall.start, (*keys, "start")), wall.closed,
     )  # fmt: skip
-    refuse_tight_bends(names, keys, path)
-    refuse_crossing(names, keys, path)
-    return path
+    refuse_short_forks(names, keys, wall, network)
+    refuse_tight_bends(names, keys, wall, network)
+    refuse_crossing(names, keys, wall, network)
+    return network
 
 
-def layout_item(names: Names, keys: Keys, item: PipeItem) -> pipe_layout.Item:
-    """An item as `pipe_layout` takes it: bends turn by a positive angle towards a side."""
+def pipes(wall: PipePathWall) -> dict[Keys, tuple[PipeItem, ...]]:
+    """The items of each pipe by its keys in the wall: of the start's, then of its branches."""
+    return {(PIPE,): wall.pipe} | {("branches", n): listed for n, listed in wall.branches.items()}
+
+
+def key_of_item(wall: PipePathWall, number: int) -> Keys:
+    """Keys in the wall of an item as pipe_layout.network_of_items numbers them."""
+    return [(*place, k) for place, listed in pipes(wall).items() for k in range(len(listed))][
+        number
+    ]
+
+
+def label(key: Keys) -> str:
+    """An item in words: pipe[2], or left[0] of a branch."""
+    return f"{key[-2]}[{key[-1]}]"
+
+
+def sides_of(item: PipeItem) -> dict[str, str]:
+    """The branches that leave at an item, by the side: left, right."""
+    if not isinstance(item, TeeItem | CrossItem):
+        return {}
+    return {side: name for side in SIDES if (name := getattr(item, side)) is not None}
+
+
+def ends_in_a_tee(listed: Sequence[PipeItem]) -> bool:
+    """Whether a pipe ends where two others leave it."""
+    return isinstance(listed[-1], TeeItem) and len(sides_of(listed[-1])) == len(SIDES)
+
+
+def reached_from_the_start(wall: PipePathWall) -> list[tuple[Keys, tuple[PipeItem, ...]]]:
+    """The pipes that the start leads to, each after that which it leaves: keys and items."""
+    found: list[tuple[Keys, tuple[PipeItem, ...]]] = [((PIPE,), wall.pipe)]
+    for _, listed in found:  # grows on the way
+        found += [
+            (("branches", name), wall.branches[name])
+            for item in listed
+            for name in sides_of(item).values()
+        ]
+    return found
+
+
+def refuse_loose_branches(names: Names, keys: Keys, wall: PipePathWall) -> None:
+    """Each branch leaves one pipe, and the start leads to it."""
+    taken: dict[str, str] = {}
+    for place, listed in pipes(wall).items():
+        for k, item in enumerate(listed):
+            for side, branch in sides_of(item).items():
+                at = (*keys, *place, k, side)
+                if branch not in wall.branches:
+                    raise names.loaded.error(
+                        at,
+                        f"there is no branch '{branch}'",
+                        close_names(branch, list(wall.branches), "branches"),
+                    )
+                if branch in taken:
+                    raise names.loaded.error(
+                        at,
+                        f"'{branch}' leaves from {taken[branch]} already",
+                        "give each side a branch of its own",
+                    )
+                taken[branch] = label((*place, k))
+            if k + 1 < len(listed) and ends_in_a_tee(listed[: k + 1]):
+                raise names.loaded.error(
+                    (*keys, *place, k + 1),
+                    f"nothing leads to this: the pipe ends in {label((*place, k))}, a tee with "
+                    "pipes to both sides",
+                    "write cross instead of tee, which goes straight on too",
+                )
+    # Every branch leaves one pipe at most: so those that meet are no ring, and can be followed.
+    reached = {place[-1] for place, _ in reached_from_the_start(wall)}
+    for branch in wall.branches:
+        if branch not in reached:
+            raise names.loaded.error(
+                (*keys, "branches", branch),
+                f"the pipes do not meet: nothing leads from the start to the exit '{branch}'",
+                f"let a tee or cross lead there, such as {{tee: 90 mm, left: {branch}}}",
+            )
+
+
+def refuse_unknown_ends(names: Names, keys: Keys, wall: PipePathWall) -> None:
+    """Only ends that there are can be closed."""
+    ends = ["start"] + [
+        "end" if place == (PIPE,) else str(place[-1])
+        for place, listed in pipes(wall).items()
+        if not ends_in_a_tee(listed)
+    ]
+    for k, end in enumerate(wall.closed):
+        if end not in ends:
+            raise names.loaded.error(
+                (*keys, "closed", k),
+                f"'{end}' is not one of: {', '.join(ends)}",
+                close_names(end, ends, "ends"),
+            )
+
+
+def with_diameters(listed: Sequence[PipeItem], diameter: float) -> Iterator[tuple[PipeItem, float]]:
+    """Each item of a pipe, and how wide [m] the pipe is where it begins."""
+    for item in listed:
+        yield item, diameter
+        if isinstance(item, TaperItem):
+            diameter = item.to
+        elif isinstance(item, StepItem):
+            diameter = item.step
+
+
+def layout_item(names: Names, keys: Keys, item: PipeItem, diameter: float) -> pipe_layout.Item:
+    """An item as `pipe_layout` takes it, where the pipe is `diameter` [m] wide: bends turn by a
+    positive angle towards a side.
+    """
     if isinstance(item, StraightItem):
         return pipe_layout.Straight(item.straight)
     if isinstance(item, TaperItem):
@@ -57,10 +191,53 @@ def layout_item(names: Names, keys: Keys, item: PipeItem) -> pipe_layout.Item:
     if names.dimension == 2 and item.turned != 0.0:
         raise names.loaded.error(
             (*keys, "turned"),
-            "a bend cannot be turned out of the plane of a section",
-            "leave turned out; to the right: bend: -90 deg",
+            f"a {'bend' if isinstance(item, BendItem) else 'pipe'} cannot be turned out of the "
+            "plane of a section",
+            "leave turned out; to the right: bend: -90 deg, or the side right",
         )
-    return pipe_layout.Bend(abs(item.bend), item.radius, item.turned + (item.bend < 0.0) * np.pi)
+    if isinstance(item, BendItem):
+        turned = item.turned + (item.bend < 0.0) * np.pi
+        return pipe_layout.Bend(abs(item.bend), item.radius, turned)
+    return fork(names, keys, item, diameter)
+
+
+def fork(names: Names, keys: Keys, item: TeeItem | CrossItem, diameter: float) -> pipe_layout.Fork:
+    """A tee or a cross in a pipe `diameter` [m] wide. SceneError where pipes leave it that are
+    wider than what they leave.
+    """
+    goes_on = not ends_in_a_tee([item])
+    to = diameter if item.to is None else item.to
+    run, branch = (diameter, to) if goes_on else (to, diameter)
+    if branch > run + ALIKE:
+        raise names.loaded.error(
+            (*keys, "to"),
+            f"a pipe {in_words(branch)} wide does not meet one that is {in_words(run)} wide: it "
+            "would stick out of it",
+            f"the pipes to the sides are at {'most' if goes_on else 'least'} "
+            f"{in_words(diameter)} wide",
+        )
+    length = item.cross if isinstance(item, CrossItem) else item.tee
+    angles = {n: item.turned + SIDES[side] for side, n in sides_of(item).items()}
+    return pipe_layout.Fork(length, angles, to, goes_on, item.fillet)
+
+
+def refuse_short_forks(names: Names, keys: Keys, wall: PipePathWall, network: PipeNetwork) -> None:
+    """Pipes are straight as far as their edges matter."""
+    lengths = {
+        branch.path.segments[0].item: branch.path.segments[0].length
+        for branch in network.branches[1:]
+    }
+    junctions = pipe_layout.junctions_by_item(network)
+    for number, length in lengths.items():
+        reach = junctions[number].reach
+        if length < reach - ALIKE:
+            at = key_of_item(wall, number)
+            raise names.loaded.error(
+                (*keys, *at),
+                f"{label(at)} is {in_words(2.0 * length)} long: too short for its pipes and the "
+                "edges between them",
+                f"it must be at least {in_words(np.ceil(2e3 * reach) / 1e3)} long",
+            )
 
 
 def refuse_idle_steps(names: Names, keys: Keys, wall: PipePathWall) -> None:
@@ -71,69 +248,71 @@ def refuse_idle_steps(names: Names, keys: Keys, wall: PipePathWall) -> None:
             "a pipe cannot begin with a step",
             "give the diameter at which it starts as diameter of the wall",
         )
-    last = len(wall.pipe) - 1
-    if isinstance(wall.pipe[last], StepItem):
-        raise names.loaded.error(
-            (*keys, "pipe", last),
-            "nothing comes after this step",
-            "go on with a straight, or leave the step out",
-        )
+    for place, listed in pipes(wall).items():
+        if isinstance(listed[-1], StepItem):
+            raise names.loaded.error(
+                (*keys, *place, len(listed) - 1),
+                "nothing comes after this step",
+                "go on with a straight, or leave the step out",
+            )
 
 
-def refuse_wrong_diameters(names: Names, keys: Keys, wall: PipePathWall) -> None:
+def refuse_wrong_diameters(
+    names: Names, keys: Keys, along: Sequence[tuple[PipeItem, float]]
+) -> None:
     """An item that states its diameter begins where the last one ended."""
-    diameter = wall.diameter
-    for k, item in enumerate(wall.pipe):
+    for k, (item, diameter) in enumerate(along):
         if item.diameter is not None and abs(item.diameter - diameter) > ALIKE:
             raise names.loaded.error(
-                (*keys, "pipe", k, "diameter"),
+                (*keys, k, "diameter"),
                 f"the pipe is {in_words(diameter)} wide where this begins, not "
                 f"{in_words(item.diameter)}",
                 "put a taper or a step between",
             )
-        if isinstance(item, TaperItem):
-            diameter = item.to
-        elif isinstance(item, StepItem):
-            diameter = item.step
 
 
-def refuse_tight_bends(names: Names, keys: Keys, path: PipePath) -> None:
+def refuse_tight_bends(names: Names, keys: Keys, wall: PipePathWall, network: PipeNetwork) -> None:
     """On the inner side of a bend there is a wall only if its radius is larger than the pipe's."""
-    for segment in path.segments:
+    for segment in (segment for branch in network.branches for segment in branch.path.segments):
         least = segment.radii[0]
         if segment.bend_radius <= least + ALIKE:
             raise names.loaded.error(
-                (*keys, "pipe", segment.item, "radius"),
+                (*keys, *key_of_item(wall, segment.item), "radius"),
                 f"a bend of radius {in_words(segment.bend_radius)} is too tight for a pipe "
                 f"{in_words(2.0 * least)} wide: its inner side would run into itself",
                 f"the radius of the centre line must be more than {in_words(least)}",
             )
 
 
-def refuse_crossing(names: Names, keys: Keys, path: PipePath) -> None:
+def refuse_crossing(names: Names, keys: Keys, wall: PipePathWall, network: PipeNetwork) -> None:
     """No two segments lie in each other."""
-    found = pipe_layout.crossing(path)
+    found = pipe_layout.crossing(network)
     if found is None:
         return
-    first, second = (segment.item for segment in found)
-    origin = nearest(names.loaded.tree, (*keys, "pipe", first))[0].origin
+    first, second = (key_of_item(wall, segment.item) for segment in found)
+    origin = nearest(names.loaded.tree, (*keys, *first))[0].origin
     raise names.loaded.error(
-        (*keys, "pipe", second),
-        f"the pipe runs into itself: pipe[{second}], {found[1].kind}, meets pipe[{first}], "
+        (*keys, *second),
+        f"the pipe runs into itself: {label(second)}, {found[1].kind}, meets {label(first)}, "
         f"{found[0].kind}, of {origin}",
         "make it lead past itself, in space by bends that are turned",
     )
 
 
-def overlap(names: Names, name: str, path: PipePath, places: np.ndarray) -> SceneError:
-    """What is wrong where places (n, d) of bodies start inside the wall of the path `name`."""
+def overlap(names: Names, name: str, network: PipeNetwork, places: np.ndarray) -> SceneError:
+    """What is wrong where places (n, d) of bodies start inside the wall of the pipes `name`."""
     keys = ("environment", "walls", name)
-    gap = path.gap(places)
+    wall = names.scene.environment.walls[name]
+    assert isinstance(wall, PipePathWall)
+    gap = network.gap(places)
     worst = int(np.argmin(gap))
+    branch = network.branches[network.locate(places[worst : worst + 1])[0][0]]
+    path = branch.path
     number, along, _ = (one[worst] for one in path.coordinates(places))
     deepest = f"deepest at {in_mm(places[worst])}"
-    if along < 0.0 or along > path.segments[number].length:
-        end = "start" if along < 0.0 else "end"
+    before = along < 0.0 and branch.parent is None
+    if before or along > path.segments[number].length:
+        end = "start" if before else "end"
         return names.loaded.error(
             (*keys, "closed"),
             f"a body starts beyond the closed {end} of '{name}', {deepest}",
@@ -145,9 +324,10 @@ def overlap(names: Names, name: str, path: PipePath, places: np.ndarray) -> Scen
     # As far out as that of the radius at its beginning.
     farthest = (distances - segment.slope * lengths)[inside].max()
     enough = np.ceil((2.0 * farthest - 2.0 * ALLOWED_PENETRATION) * 1e6) / 1e3  # mm, up to a um
+    at = key_of_item(wall, segment.item)
     return names.loaded.error(
-        (*keys, "pipe", segment.item),
-        f"pipe[{segment.item}] of '{name}', {segment.kind}, starts {-gap[worst] * 1e3:.3g} mm "
+        (*keys, *at),
+        f"{label(at)} of '{name}', {segment.kind}, starts {-gap[worst] * 1e3:.3g} mm "
         f"inside the body, {deepest}",
         f"a pipe that takes it is at least {enough:g} mm wide where this begins",
     )

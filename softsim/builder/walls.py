@@ -9,11 +9,11 @@ import numpy as np
 from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.gridded_walls import gridded_walls
 from softsim.builder.names import Names, close_names, in_mm
-from softsim.builder.pipe_path import overlap, pipe_paths
+from softsim.builder.pipe_path import overlap, pipe_networks
 from softsim.builder.profiles import displacement
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.half_spaces import HalfSpaces
-from softsim.contact.pipe_path import PipePath
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.round_pipes import RoundPipes
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
@@ -39,7 +39,7 @@ def walls(names: Names) -> tuple[Wall, ...]:
     motions = wall_motions(names)
     found = (
         *flat_walls(names, motions), *round_pipes(names, motions), *spheres(names),
-        *cylinders(names), *pipe_paths(names), *gridded_walls(names),
+        *cylinders(names), *pipe_networks(names), *gridded_walls(names),
     )  # fmt: skip
     return tuple(moving(names, wall, motions) for wall in found)
 
@@ -76,7 +76,7 @@ def moving(names: Names, wall: Wall, motions: Mapping[str, str]) -> Wall:
         raise names.loaded.error(
             (*keys, "direction"), f"'{name}' would leave the axis and be a ring", "move it along y"
         )
-    if names.scene.layout is not None and isinstance(wall, PipePath):
+    if names.scene.layout is not None and isinstance(wall, PipeNetwork):
         raise names.loaded.error(
             (*keys, "wall"),
             f"a layout asks whether a robot passes '{name}', which stands still for that",

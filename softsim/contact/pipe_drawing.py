@@ -1,23 +1,63 @@
-"""How a pipe along a path is drawn: its wall as lines or faces, its centre line as a polyline."""
+"""How pipes along paths are drawn: walls as lines or faces, centre lines as polylines."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from softsim.contact.pipe_segment import Segment
+
+if TYPE_CHECKING:  # a wall imports how it is drawn
+    from softsim.contact.pipe_network import PipeNetwork
+    from softsim.contact.pipe_path import PipePath
 
 # Chord of an arc: at most this angle [rad].
 CHORD = np.radians(3.0)
 FACES_AROUND = 48
 # What is shown of the flat face around an open end: up to this share of the pipe's radius.
 FACE_SHARE = 1.25
+# Length [m] of the pieces that walls with openings are made of, by the dimension.
+BETWEEN_STATIONS = {2: 0.5e-3, 3: 2e-3}
+# How far off the rounded edge of two walls at a right angle the sharp one is, in radii.
+OFF_THE_EDGE = np.sqrt(2.0) - 1.0
+# Round-off of a place [m].
+ON_THE_WALL = 1e-9
 
 
-def drawn(segments: Sequence[Segment], closed: tuple[bool, bool]) -> dict[str, np.ndarray]:
+def drawn_network(network: "PipeNetwork") -> dict[str, np.ndarray]:
     """Arrays for the figures, by their names in the results (FieldWriter.describe)."""
-    _, places, tangents, radii = stations(segments)
+    if not network.junctions:
+        return drawn(network.branches[0].path, np.inf)
+    spacing = BETWEEN_STATIONS[len(network.junctions[0].centre)]
+    parts = [drawn(branch.path, spacing) for branch in network.branches]
+    found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return {
+        name: pieces if name == "centre_lines" else opened(network, pieces, spacing)
+        for name, pieces in found.items()
+    }
+
+
+def opened(network: "PipeNetwork", pieces: np.ndarray, spacing: float) -> np.ndarray:
+    """Lines or faces (k, corners, d) [m], `spacing` long, of the walls of a network's pipes: those
+    where a pipe leaves another are left out, those beside the edge moved onto the rounded one.
+    """
+    x, middle = pieces.reshape(-1, pieces.shape[2]).copy(), pieces.mean(axis=1)
+    opens = np.zeros(len(pieces), dtype=bool)
+    for junction in network.junctions:
+        held = junction.holds(middle)
+        opens[held] = junction.gap(middle[held]) > OFF_THE_EDGE * junction.fillet + 0.5 * spacing
+        held = junction.holds(x)
+        x[held] -= junction.gap(x[held])[:, None] * junction.gradient(x[held])
+    is_wall = (np.abs(network.gap(x)) < ON_THE_WALL).reshape(pieces.shape[:2]).all(axis=1)
+    return np.asarray(x.reshape(pieces.shape)[is_wall & ~opens])
+
+
+def drawn(path: "PipePath", spacing: float) -> dict[str, np.ndarray]:
+    """The wall of a pipe, its pieces no longer than `spacing` [m], and its centre line."""
+    _, places, tangents, radii = stations(path.segments, spacing)
     places, tangents = (np.concatenate([a[:1], a, a[-1:]]) for a in (places, tangents))
-    ends = [0.0 if is_closed else FACE_SHARE for is_closed in closed]
+    share = 1.0 if path.goes_on else FACE_SHARE
+    ends = [0.0 if is_closed else share for is_closed in path.closed]
     radii = np.concatenate([[ends[0] * radii[0]], radii, [ends[1] * radii[-1]]])
     keep = np.ones(len(radii), dtype=bool)  # a smooth joint once
     keep[1:] = (np.linalg.norm(np.diff(places, axis=0), axis=1) > 1e-9) | (np.diff(radii) != 0.0)
@@ -28,13 +68,14 @@ def drawn(segments: Sequence[Segment], closed: tuple[bool, bool]) -> dict[str, n
     return {"wall_faces": wall_faces(places, tangents, radii), **centre_line}
 
 
-def stations(segments: Sequence[Segment]) -> tuple[np.ndarray, ...]:
-    """Arc lengths (n,) [m], places (n, d) [m] and tangents (n, d) along the centre line, and the
-    pipe's radii (n,) [m] there; joints twice.
+def stations(segments: Sequence[Segment], spacing: float = np.inf) -> tuple[np.ndarray, ...]:
+    """Arc lengths (n,) [m], places (n, d) [m] and tangents (n, d) along the centre line, no more
+    than `spacing` [m] and a chord apart, and the pipe's radii (n,) [m] there; joints twice.
     """
     arcs, places, tangents, radii = [], [], [], []
     for segment in segments:
-        s = np.linspace(0.0, segment.length, 2 + int(segment.length / segment.bend_radius / CHORD))
+        chord = min(spacing, CHORD * segment.bend_radius)
+        s = np.linspace(0.0, segment.length, 2 + int(segment.length / chord))
         place, tangent = segment.axis_place(s)
         arcs.append(segment.start + s)
         places.append(place)

@@ -1,10 +1,12 @@
 """The layout of a pipe: what a user says of its segments becomes a path in space."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from softsim.contact.junction import RIGHT_ANGLE, Junction
+from softsim.contact.pipe_network import Branch, PipeNetwork
 from softsim.contact.pipe_path import PipePath
 from softsim.contact.pipe_segment import BEND, STRAIGHT, TAPER, Segment
 
@@ -42,7 +44,43 @@ class Step:
     to: float
 
 
-Item = Straight | Bend | Taper | Step
+@dataclass(frozen=True)
+class Fork:
+    """A fitting `length` [m] long all across, in whose middle pipes of the diameter `to` [m] leave
+    at a right angle: sides, by name the angle about the direction of travel, from the left [rad].
+    goes_on: straight ahead too; else it ends between two that leave opposite ways. fillet [m]: of
+    the edges between their walls.
+    """
+
+    length: float
+    sides: Mapping[str, float]
+    to: float
+    goes_on: bool
+    fillet: float
+
+
+Item = Straight | Bend | Taper | Step | Fork
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a pipe has got to: place (d,) [m], directions forward, left and up (3, 3), radius [m],
+    arc length [m].
+    """
+
+    place: np.ndarray
+    frame: np.ndarray
+    radius: float
+    arc: float
+
+    def side(self, angle: float) -> np.ndarray:
+        """The direction (3,) across, at an angle [rad] from the left about that of travel."""
+        return np.asarray(np.cos(angle) * self.frame[1] + np.sin(angle) * self.frame[2])
+
+    def turned_to(self, side: np.ndarray, angle: float) -> np.ndarray:
+        """The frame (3, 3) turned by an angle [rad] towards a side (3,)."""
+        axis = np.cross(self.frame[0], side)
+        return np.stack([turned(v, axis, angle) for v in self.frame])
 
 
 def path_of_items(
@@ -52,39 +90,146 @@ def path_of_items(
     start: np.ndarray,
     closed: tuple[bool, bool],
 ) -> PipePath:
-    """The path of `items`, of which one at least is no step, from `start` (d,) [m] along +x;
-    diameter [m]: where it starts.
+    """The path of `items`, of which one at least is no step and none a fork, from `start` (d,) [m]
+    along +x; diameter [m]: where it starts.
 
     Direction and left turn with each bend about its own axis, so that the frame of a path is never
     twisted; in the plane only turned = 0 and pi stay in it.
     """
-    place, radius = np.array(start, dtype=float), 0.5 * diameter
-    forward, left, up = np.eye(3)
-    d, s = len(place), 0.0
-    segments = []
-    for number, item in enumerate(items):
+    laid, _ = segments_of(items, beginning(diameter, start), 0)
+    return PipePath(name, laid, closed)
+
+
+def beginning(diameter: float, start: np.ndarray) -> Pose:
+    """Where a pipe starts."""
+    return Pose(np.array(start, dtype=float), np.eye(3), 0.5 * diameter, 0.0)
+
+
+def segments_of(
+    items: Sequence[Item], pose: Pose, first: int
+) -> tuple[tuple[Segment, ...], list[tuple[Fork, Pose, int]]]:
+    """Segments of items, numbered from `first` on, from a pose on; and each fork with the pose in
+    its middle and its number.
+    """
+    segments, forks = [], []
+    for number, item in enumerate(items, first):
         if isinstance(item, Step):
-            radius = 0.5 * item.to
+            pose = replace(pose, radius=0.5 * item.to)
             continue
-        side, bend_radius, kind, end_radius = left, np.inf, STRAIGHT, radius
-        if isinstance(item, Bend):
-            kind, bend_radius, length = BEND, item.radius, item.radius * item.angle
-            side = np.cos(item.turned) * left + np.sin(item.turned) * up
-        elif isinstance(item, Taper):
-            kind, length, end_radius = TAPER, item.length, 0.5 * item.to
-        else:
-            length = item.length
-        segment = Segment(
-            kind=kind, item=number, start=s, length=length, point=place, tangent=forward[:d],
-            side=side[:d], bend_radius=bend_radius, radii=(radius, end_radius),
-        )  # fmt: skip
+        if isinstance(item, Fork):
+            _, middle = advanced(pose, Straight(0.5 * item.length), number)
+            forks.append((item, middle, number))
+            item = Straight(item.length if item.goes_on else 0.5 * item.length)
+        segment, pose = advanced(pose, item, number)
         segments.append(segment)
-        place = segment.axis_place(np.array([length]))[0][0]
-        if isinstance(item, Bend):
-            axis = np.cross(forward, side)
-            forward, left, up = (turned(v, axis, item.angle) for v in (forward, left, up))
-        s, radius = s + length, end_radius
-    return PipePath(name, tuple(segments), closed)
+    return tuple(segments), forks
+
+
+def advanced(pose: Pose, item: Straight | Bend | Taper, number: int) -> tuple[Segment, Pose]:
+    """The segment of an item from a pose on, and where it leads."""
+    d = len(pose.place)
+    side, bend_radius, kind, end_radius = pose.frame[1], np.inf, STRAIGHT, pose.radius
+    if isinstance(item, Bend):
+        kind, bend_radius, length = BEND, item.radius, item.radius * item.angle
+        side = pose.side(item.turned)
+    elif isinstance(item, Taper):
+        kind, length, end_radius = TAPER, item.length, 0.5 * item.to
+    else:
+        length = item.length
+    segment = Segment(
+        kind=kind, item=number, start=pose.arc, length=length, point=pose.place,
+        tangent=pose.frame[0][:d], side=side[:d], bend_radius=bend_radius,
+        radii=(pose.radius, end_radius),
+    )  # fmt: skip
+    frame = pose.turned_to(side, item.angle) if isinstance(item, Bend) else pose.frame
+    place = segment.axis_place(np.array([length]))[0][0]
+    return segment, Pose(place, frame, end_radius, pose.arc + length)
+
+
+def network_of_items(
+    name: str,
+    items: Sequence[Item],
+    branches: Mapping[str, Sequence[Item]],
+    diameter: float,
+    start: np.ndarray,
+    closed: Collection[str],
+) -> PipeNetwork:
+    """The network of a pipe of `items` from `start` on, as `path_of_items` takes them, and of the
+    `branches` that its forks and theirs lead to, by name, each once. closed: of the ends, which are
+    start, end and the names of branches. Items are numbered on from the pipe's to the branches'.
+    """
+    if not branches:
+        is_closed = ("start" in closed, "end" in closed)
+        return PipeNetwork.of_one(path_of_items(name, items, diameter, start, is_closed))
+    firsts = np.cumsum([len(items), *map(len, branches.values())])
+    first_item = dict(zip(branches, firsts.tolist(), strict=False))
+    pose = beginning(diameter, start)
+    segments, forks = segments_of(items, pose, 0)
+    ends_in_fork = bool(forks) and not forks[-1][0].goes_on
+    is_closed = ("start" in closed, ends_in_fork or "end" in closed)
+    path = PipePath(name, segments, is_closed, goes_on=True)
+    span = (-np.inf, path.length if ends_in_fork else np.inf)
+    found = [Branch(path, path, None, span, None if is_closed[1] else "end")]
+    junctions, to_do = [], [(0, fork) for fork in forks]
+    while to_do:
+        parent, (fork, middle, number) = to_do.pop(0)
+        junctions += junctions_of(fork, middle)
+        for exit_name, angle in fork.sides.items():
+            frame = middle.turned_to(middle.side(angle), RIGHT_ANGLE)
+            pose = Pose(middle.place, frame, 0.5 * fork.to, middle.arc)
+            stub, pose = advanced(pose, Straight(0.5 * fork.length), number)
+            own, forks = segments_of(branches[exit_name], pose, first_item[exit_name])
+            ends_in_fork = bool(forks) and not forks[-1][0].goes_on
+            ends_closed = ends_in_fork or exit_name in closed
+            path = PipePath(exit_name, (stub, *own), (True, ends_closed), goes_on=True)
+            bore = path if fork.goes_on else reaching_back(path, 0.5 * fork.length)
+            span = (middle.arc, path.length if ends_in_fork else np.inf)
+            to_do += [(len(found), each) for each in forks]
+            found.append(Branch(path, bore, parent, span, None if ends_closed else exit_name))
+    return PipeNetwork(name, tuple(found), tuple(junctions))
+
+
+def junctions_of(fork: Fork, middle: Pose) -> list[Junction]:
+    """Where the pipes of a fork meet: each that leaves one that goes on; or, where it ends, itself
+    with the one that both others make up.
+    """
+    d, forward = len(middle.place), middle.frame[0]
+    sides = [middle.side(angle) for angle in fork.sides.values()]
+    own, leaving = middle.radius, 0.5 * fork.to
+    if not fork.goes_on:
+        return [
+            Junction(
+                middle.place, sides[0][:d], -forward[:d], (leaving, own), fork.fillet,
+                faces_wall=True,
+            )
+        ]  # fmt: skip
+    return [
+        Junction(
+            middle.place, forward[:d], side[:d], (own, leaving), fork.fillet,
+            faces_wall=len(sides) == 1,
+        )
+        for side in sides
+    ]  # fmt: skip
+
+
+def junctions_by_item(network: PipeNetwork) -> dict[int, Junction]:
+    """One of the junctions of each fork, which are alike, by the fork's number."""
+    found = {}
+    for branch in network.branches[1:]:
+        start = branch.path.segments[0]
+        near = [np.abs(j.centre - start.point).max() for j in network.junctions]
+        found[start.item] = network.junctions[int(np.argmin(near))]
+    return found
+
+
+def reaching_back(path: PipePath, by: float) -> PipePath:
+    """A path whose first segment, which is straight, begins so much [m] before its start."""
+    first = path.segments[0]
+    longer = replace(
+        first, start=first.start - by, length=first.length + by,
+        point=first.point - by * first.tangent,
+    )  # fmt: skip
+    return replace(path, segments=(longer, *path.segments[1:]))
 
 
 def turned(vector: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
@@ -95,22 +240,44 @@ def turned(vector: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
     )
 
 
-def crossing(path: PipePath) -> tuple[Segment, Segment] | None:
-    """Two segments of a pipe that run into each other, or None.
+def crossing(network: PipeNetwork) -> tuple[Segment, Segment] | None:
+    """Two segments of a network that run into each other, or None.
 
     Looked for between points a quarter of a radius apart on the centre lines: neighbours touch
     each other at their joint, so they count only where more than half a turn of the tightest bend
-    possible, whose radius is the pipe's own, lies between the points.
+    possible, whose radius is the pipe's own, lies between the points on the way along the pipes.
     """
-    spacing = 0.25 * min(min(segment.radii) for segment in path.segments)
-    s = np.linspace(0.0, path.length, 2 + int(path.length / spacing))
-    x, _ = path.axis_place(s)
-    owner = [path.segment_at(one) for one in s]
-    r = np.array([g.radius(np.array([one - g.start]))[0] for g, one in zip(owner, s, strict=True)])
-    for k in range(len(s)):
-        touching = np.linalg.norm(x - x[k], axis=1) < r + r[k] - 1e-9
-        apart = s > s[k] + 0.5 * np.pi * (r + r[k])
+    paths = [branch.path for branch in network.branches]
+    spacing = 0.25 * min(min(g.radii) for path in paths for g in path.segments)
+    x, r, s, branch, owner = [], [], [], [], []
+    for number, path in enumerate(paths):
+        first = path.segments[0].start
+        along = np.linspace(first, path.length, 2 + int((path.length - first) / spacing))
+        segments = [path.segment_at(one) for one in along]
+        x.append(path.axis_place(along)[0])
+        r += [g.radius(np.array([a - g.start]))[0] for g, a in zip(segments, along, strict=True)]
+        s.append(along)
+        branch.append(np.full(len(along), number))
+        owner += segments
+    place, radius, arc = np.concatenate(x), np.array(r), np.concatenate(s)
+    common = arcs_in_common(network)
+    numbers = np.concatenate(branch)
+    for k in range(len(arc)):
+        touching = np.linalg.norm(place - place[k], axis=1) < radius + radius[k] - 1e-9
+        shared = np.minimum(common[numbers[k]][numbers], np.minimum(arc, arc[k]))
+        apart = arc + arc[k] - 2.0 * shared > 0.5 * np.pi * (radius + radius[k])
         for j in np.flatnonzero(touching & apart):
-            if owner[j] is not owner[k]:
+            if j > k and owner[j] is not owner[k]:
                 return owner[k], owner[j]
     return None
+
+
+def arcs_in_common(network: PipeNetwork) -> np.ndarray:
+    """Up to which arc length [m] the ways from the start to branches (n, n) are one; infinite of a
+    branch with itself.
+    """
+    ways = [network.ways_to(number) for number in range(len(network.branches))]
+    return np.array(
+        [[max(min(one[b], other[b]) for b in one.keys() & other.keys()) for other in ways]
+         for one in ways]
+    )  # fmt: skip

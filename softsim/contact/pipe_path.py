@@ -11,17 +11,13 @@ Of a bend's wall no place outside its two planes is nearer to the inside of it t
 wall across a joint matters only where it is a cone, a step or an end of the pipe.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from softsim.contact import pipe_drawing
-from softsim.contact.path_obstacle import PathObstacle
 from softsim.contact.pipe_segment import BEND, FACE, TAPER, Segment
-from softsim.contact.wall import Wall
-from softsim.sharing import Own
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,19 +69,16 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class PipePath(Wall):
-    """A pipe whose wall is free inside. closed: whether a flat wall closes its start, its end; an
-    open end lies in a flat face and has nothing but free space before it.
+class PipePath:
+    """A pipe whose wall is free inside. closed: whether a flat wall closes its start, its end. An
+    open end lies in a flat face and has nothing but free space before it, or the pipe `goes_on`
+    straight beyond it.
     """
 
-    name: Own[str]
-    segments: Own[tuple[Segment, ...]]
-    closed: Own[tuple[bool, bool]]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """One surface."""
-        return (self.name,)
+    name: str
+    segments: tuple[Segment, ...]
+    closed: tuple[bool, bool]
+    goes_on: bool = False
 
     @property
     def length(self) -> float:
@@ -100,12 +93,24 @@ class PipePath(Wall):
         return (*(Joint(s.point, s.tangent) for s in self.segments), Joint(point[0], tangent[0]))
 
     @property
+    def end_radii(self) -> tuple[float, float]:
+        """Of the pipe at its start and its end [m]."""
+        return self.segments[0].radii[0], self.segments[-1].radii[1]
+
+    @property
     def outer_radii(self) -> tuple[float, float]:
         """Of the flat walls at the start and the end [m]: none where a wall closes it. A face
         beside a bend ends where the bend would come back to it.
         """
-        radii = [min(FACE, self.segments[k].bend_radius) for k in (0, -1)]
-        return (0.0 if self.closed[0] else radii[0], 0.0 if self.closed[1] else radii[1])
+        faces = (min(FACE, self.segments[k].bend_radius) for k in (0, -1))
+        first, last = self.end_radii if self.goes_on else faces
+        return (0.0 if self.closed[0] else first, 0.0 if self.closed[1] else last)
+
+    @property
+    def radii_beyond(self) -> tuple[float, float]:
+        """Of the free space before the start and beyond the end [m]; negative: all is solid."""
+        first, last = self.end_radii if self.goes_on else (FACE, FACE)
+        return (-FACE if self.closed[0] else first, -FACE if self.closed[1] else last)
 
     @cached_property
     def pieces(self) -> tuple[tuple[Piece, ...], ...]:
@@ -213,26 +218,11 @@ class PipePath(Wall):
         """
         count, nowhere = len(self.segments), np.full(len(along), np.inf)
         if number in (0, count + 1):
-            return np.full(len(along), -FACE if self.closed[number > 0] else FACE), nowhere
+            radius = np.full(len(along), self.radii_beyond[number > 0])
+            return radius, np.abs(radius - distance) if self.goes_on else nowhere
         segment = self.segments[number - 1]
         radius = segment.radius(along)
         return radius, nowhere if segment.kind == TAPER else np.abs(radius - distance)
-
-    def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, d), by the path's name."""
-        return {self.name: self.gap(x)}
-
-    def obstacle(self, alike: Sequence["PipePath"], places: np.ndarray) -> PathObstacle:
-        """In kernels."""
-        return PathObstacle(alike, places)
-
-    def touched_at_once(self) -> tuple[float, float]:
-        """In a corner only the nearest piece pushes."""
-        return 1, 1.0
-
-    def drawn(self) -> dict[str, np.ndarray]:
-        """The wall, in the plane as lines and in space as faces, and the centre line."""
-        return pipe_drawing.drawn(self.segments, self.closed)
 
     def axis_place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Point of the centre line (n, d) [m] and unit tangent (n, d) at arc lengths s (n,) [m];

@@ -4,7 +4,7 @@ import numpy as np
 
 from softsim.contact.path_features import narrowings
 from softsim.contact.pipe_drawing import stations
-from softsim.contact.pipe_path import PipePath
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.model import Passage
 from softsim.solver.explicit import Scenario
 
@@ -14,6 +14,7 @@ REACH = 2e-3
 
 COLUMNS = {
     "arc_length": "m",  # of the body's centre along the path
+    "branch": "-",  # in which that is, counted from 0, the pipe of the start
     "clearance": "m",  # smallest gap of its outline to the pipe at this moment
     # Forces of walls, means of the interval; on its outline:
     "frame_wall_force": "N",  # magnitudes summed
@@ -32,20 +33,26 @@ def path_readings(
 ) -> dict[str, float]:
     """The columns now; centre (d,) of the body [m], `interval` [s] since impulses were cleared."""
     x = scenario.positions()
+    branch, s = passage.network.locate(centre[None])
     row = {
-        "arc_length": float(passage.path.arc_length(centre[None])[0]),
-        "clearance": float(passage.path.gap(x[passage.outline]).min()),
+        "arc_length": float(s[0]),
+        "branch": float(branch[0]),
+        "clearance": float(passage.network.gap(x[passage.outline]).min()),
     }
     nodes, forces = wall_forces(scenario, interval)
     of_frame = np.isin(nodes, passage.outline)
     return row | frame_forces(forces[of_frame]) | forces_along(
-        passage.path, x[nodes], forces, of_frame
+        passage.network, x[nodes], forces, of_frame
     )  # fmt: skip
 
 
-def path_samples(path: PipePath) -> np.ndarray:
-    """The path for figures (n, 2 d + 2), a row a station: arc length, point, tangent, radius."""
-    return np.column_stack(stations(path.segments))
+def path_samples(network: PipeNetwork) -> dict[str, np.ndarray]:
+    """The pipes for figures, a row a station (n, 2 d + 2): arc length, point, tangent, radius; and
+    the branch that each row is of (n,).
+    """
+    samples = [np.column_stack(stations(b.path.segments)) for b in network.branches]
+    branches = np.repeat(np.arange(len(samples)), [len(one) for one in samples])
+    return {"path": np.concatenate(samples), "path_branch": branches}
 
 
 def wall_forces(scenario: Scenario, interval: float) -> tuple[np.ndarray, np.ndarray]:
@@ -70,16 +77,19 @@ def frame_forces(forces: np.ndarray) -> dict[str, float]:
 
 
 def forces_along(
-    path: PipePath, places: np.ndarray, forces: np.ndarray, of_frame: np.ndarray
+    network: PipeNetwork, places: np.ndarray, forces: np.ndarray, of_frame: np.ndarray
 ) -> dict[str, float]:
     """Forces (k, d) [N] at places (k, d) [m], as they push along the path or against it; of_frame
     (k,): which act on the outline.
     """
-    s = path.arc_length(places)
-    along = (forces * path.axis_place(s)[1]).sum(axis=1)
+    branch, s = network.locate(places)
+    along = (forces * network.tangents(branch, s)).sum(axis=1)
     drag = np.maximum(-along, 0.0)
-    low, high = narrowings(path).T
-    near = ((s[:, None] >= low - REACH) & (s[:, None] <= high + REACH)).any(axis=1)
+    near = np.zeros(len(s), dtype=bool)
+    for number, one in enumerate(network.branches):
+        low, high = narrowings(one.path).T
+        within = ((s[:, None] >= low - REACH) & (s[:, None] <= high + REACH)).any(axis=1)
+        near |= within & (branch == number)
     return {
         "frame_drag": float(drag[of_frame].sum()),
         "thrust": float(np.maximum(along, 0.0).sum()),

@@ -147,14 +147,16 @@ def failed_expectations(expect: Expect, found: dict[str, Any]) -> str | None:
 
 
 def other_verdict(expect: Expect, found: dict[str, Any]) -> Iterator[str]:
-    """The verdict of a layout, where it is not the expected one; unfinished is never expected."""
-    if expect.passes is None:
-        return
-    expected = Verdict.PASSED if expect.passes else Verdict.STUCK
-    if "layout" not in found:
-        yield f"verdict {expected.value}, found none"
-    elif found["layout"]["verdict"] != expected.value:
-        yield f"verdict {expected.value}, found {found['layout']['sentence']}"
+    """The verdict or the exit of a layout, where it is not the expected one; unfinished is never
+    expected.
+    """
+    layout = found.get("layout", {"verdict": None, "sentence": "none"})
+    if expect.passes is not None:
+        expected = Verdict.PASSED if expect.passes else Verdict.STUCK
+        if layout["verdict"] != expected.value:
+            yield f"verdict {expected.value}, found {layout['sentence']}"
+    if expect.exit is not None and layout.get("exit") != expect.exit:
+        yield f"exit {expect.exit}, found {layout['sentence']}"
 
 
 def outside_limits(expect: Expect, found: dict[str, Any]) -> Iterator[str]:

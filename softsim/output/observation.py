@@ -295,7 +295,7 @@ def description(model: Model, title: str) -> dict:
     passage = model.passage
     return {
         **drawn_walls(model.walls),
-        **({} if passage is None else {"path": along_path.path_samples(passage.path)}),
+        **({} if passage is None else along_path.path_samples(passage.network)),
         "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),

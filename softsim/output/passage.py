@@ -13,7 +13,7 @@ from softsim.model import Passage
 
 History = dict[str, np.ndarray]
 
-SEEN = ("time", "arc_length", "cycles_done")
+SEEN = ("time", "arc_length", "cycles_done", "branch")
 """Columns of a history that tell the verdict."""
 
 
@@ -26,14 +26,17 @@ class Verdict(str, Enum):
 
 
 class PassageCondition:
-    """Follows a body along its pipe; ends a run with the verdict."""
+    """Follows a body along its pipes; ends a run with the verdict. exit: by which it passed;
+    branch: in which it was at its farthest place.
+    """
 
     name = "layout"
 
     def __init__(self, passage: Passage) -> None:
         self.passage = passage
         self.verdict = Verdict.UNFINISHED
-        self.farthest = passage.start
+        self.exit: str | None = None
+        self.farthest, self.branch = passage.start, 0
         # Where and when it had last gained `least_progress`, and in which cycle, counted from 1.
         self.milestone, self.milestone_time, self.milestone_cycle = passage.start, 0.0, 0
 
@@ -46,19 +49,20 @@ class PassageCondition:
         """A row of the history, as it is written."""
         self.see(*(row[name] for name in SEEN))
 
-    def see(self, time: float, arc_length: float, cycles_done: float) -> None:
-        """A row of the history: time [s], arc length of the body's centre [m], and how many
-        pressure cycles have ended.
+    def see(self, time: float, arc_length: float, cycles_done: float, branch: float) -> None:
+        """A row of the history: time [s], arc length of the body's centre [m], how many pressure
+        cycles have ended, and in which branch it is.
         """
         if self.is_over:
             return
         passage = self.passage
-        self.farthest = max(self.farthest, arc_length)
+        if arc_length > self.farthest:
+            self.farthest, self.branch = arc_length, int(branch)
         if self.farthest >= self.milestone + passage.least_progress:
             self.milestone, self.milestone_time = self.farthest, time
             self.milestone_cycle = int(cycles_done) + 1
-        if arc_length >= passage.goal:
-            self.verdict = Verdict.PASSED
+        if arc_length >= passage.goals[int(branch)]:
+            self.verdict, self.exit = Verdict.PASSED, passage.network.branches[int(branch)].exit
         elif self._has_stopped(time, cycles_done) or self._has_fallen(arc_length):
             self.verdict = Verdict.STUCK
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from softsim.contact.path_features import nearest_feature
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_segment import Segment
 from softsim.model import Passage
 from softsim.output import blockage
@@ -19,18 +20,23 @@ def layout_report(passage: Passage, history: History) -> dict[str, Any]:
     report = {
         "verdict": course.verdict.value,
         "start": passage.start,
-        "goal": passage.goal,
+        "goal": passage.goal_beyond(course.branch),
+        "exits": list(passage.network.exits),
         "time": float(time[-1]),
-        "where": where(passage, course.farthest),
+        "where": where(passage, course.branch, course.farthest),
         "final_arc_length": float(s[-1]),
         "segments": [
-            segment_report(passage, segment, history) for segment in passage.path.segments
+            segment_report(passage, number, segment, history)
+            for number, branch in enumerate(passage.network.branches)
+            for segment in branch.path.segments
         ],
         "at_end": {
             "rows_in_contact": float(history["rows_in_contact"][-1]),
             "clearance": finite(history["clearance"][-1]),
         },
     }
+    if course.exit is not None:
+        report["exit"] = course.exit
     if course.verdict is Verdict.STUCK:
         report |= blockage_report(passage, history)
     report["patience"] = {
@@ -39,13 +45,15 @@ def layout_report(passage: Passage, history: History) -> dict[str, Any]:
     return report | {"sentence": sentence(report)}
 
 
-def where(passage: Passage, place: float) -> dict[str, Any]:
-    """The segment of a place [m] along the path, by its number in the user's list, from 1, and the
-    nearest feature of the path with its distance ahead of the place [m].
+def where(passage: Passage, branch: int, place: float) -> dict[str, Any]:
+    """The segment of a place [m] along a branch, by its number in the user's lists, from 1, and the
+    nearest feature of the branch with its distance ahead of the place [m].
     """
-    segment = passage.path.segment_at(place)
-    nearest = nearest_feature(passage.path, place)
+    path = passage.network.branches[branch].path
+    segment = path.segment_at(place)
+    nearest = nearest_feature(path, place)
     return {
+        "branch": path.name,
         "segment": segment.item + 1,
         "what": passage.items[segment.item],
         "arc_length": place,
@@ -58,18 +66,26 @@ def where(passage: Passage, place: float) -> dict[str, Any]:
     }
 
 
-def segment_report(passage: Passage, segment: Segment, history: History) -> dict[str, Any]:
-    """When the body's centre came into a segment and left it for the first time [s], None where it
-    did not; its mean speed there [m/s], rows in contact and least clearance [m] while in it.
+def segment_report(
+    passage: Passage, branch: int, segment: Segment, history: History
+) -> dict[str, Any]:
+    """When the body's centre came into a segment of a branch and left it for the first time [s],
+    None where it did not; its mean speed there [m/s], rows in contact and least clearance [m] while
+    in it. It has left it, too, where it is in a branch that leaves from it or later.
     """
     time, s = history["time"], history["arc_length"]
-    is_last = segment is passage.path.segments[-1]
-    entered = 0 if passage.start >= segment.start else first(s >= segment.start)
-    left = None if is_last else first(s >= segment.end)
-    skipped = entered is None or passage.start >= segment.end
+    path = passage.network.branches[branch].path
+    here = history["branch"] == branch
+    gone_off = np.isin(history["branch"], later_branches(passage.network, branch, segment.start))
+    is_first, is_last = branch == 0, segment is path.segments[-1]
+    reached = here & (s >= segment.start) | gone_off
+    entered = 0 if is_first and passage.start >= segment.start else first(reached)
+    left = first(gone_off if is_last else here & (s >= segment.end) | gone_off)
+    skipped = entered is None or (is_first and passage.start >= segment.end)
     stay = slice(entered, None if left is None else left + 1)
-    inside = (s >= segment.start) & (s < segment.end) | is_last & (s >= segment.end)
+    inside = here & ((s >= segment.start) & (s < segment.end) | is_last & (s >= segment.end))
     found: dict[str, Any] = {
+        "branch": path.name,
         "segment": segment.item + 1,
         "what": passage.items[segment.item],
         "start": segment.start,
@@ -87,6 +103,13 @@ def segment_report(passage: Passage, segment: Segment, history: History) -> dict
         found["most_rows_in_contact"] = float(rows.max())
         found["least_clearance"] = finite(clearance.min())
     return found
+
+
+def later_branches(network: PipeNetwork, branch: int, place: float) -> list[int]:
+    """The branches whose way from the start leaves a branch at a place [m] along it, or later."""
+    ways = (network.ways_to(number) for number in range(len(network.branches)))
+    left = (way.get(branch, -np.inf) for way in ways)
+    return [n for n, arc in enumerate(left) if n != branch and arc >= place]
 
 
 def first(condition: np.ndarray) -> int | None:
@@ -127,8 +150,9 @@ def sentence(report: dict[str, Any]) -> str:
     place, time = report["where"], report["time"]
     gained = (place["arc_length"] - report["start"]) * 1e3
     segment = f"segment {place['segment']} ({place['what']}) at {place['arc_length'] * 1e3:.0f} mm"
+    by_exit = f" by the exit '{report.get('exit')}'" if len(report["exits"]) > 1 else ""
     said = {
-        Verdict.PASSED: lambda: f"passed: {gained:.0f} mm in {time:.1f} s",
+        Verdict.PASSED: lambda: f"passed{by_exit}: {gained:.0f} mm in {time:.1f} s",
         Verdict.STUCK: lambda: f"stuck in {segment}: {report['blocked_by']}",
         Verdict.UNFINISHED: lambda: (
             f"unfinished: {gained:.0f} of {(report['goal'] - report['start']) * 1e3:.0f} mm in "

@@ -1,6 +1,6 @@
 """A robot at moments along its pipe, in one picture: the plane in which the pipe lies."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,21 +42,6 @@ class Pipe:
     origin: np.ndarray
     axes: np.ndarray
 
-    @classmethod
-    def described(cls, path: np.ndarray) -> "Pipe":
-        """From what a run's results keep of it: arc length, point, tangent, radius (n, 2 d + 2)."""
-        d = (path.shape[1] - 2) // 2
-        points, tangents = path[:, 1 : 1 + d] * MILLI, path[:, 1 + d : 1 + 2 * d]
-        axes = plane_of(points, tangents[0])
-        along = tangents @ axes.T
-        along /= np.linalg.norm(along, axis=1)[:, None]
-        left = along @ LEFT
-        origin = points[0]
-        return cls(
-            path[:, 0] * MILLI, (points - origin) @ axes.T + origin @ axes.T, left,
-            path[:, -1] * MILLI, origin, axes,
-        )  # fmt: skip
-
     def project(self, places: np.ndarray) -> np.ndarray:
         """Places (..., d) [mm] in the picture (..., 2)."""
         return places @ self.axes.T
@@ -89,6 +74,23 @@ class Pipe:
         return 1.0
 
 
+def pipes_described(described: Mapping[str, np.ndarray]) -> tuple[Pipe, ...]:
+    """The pipes of a run, by the branch, from what its results keep of them: a path (n, 2 d + 2) of
+    arc lengths, points, tangents, radii, and the branch of each row (n,). All lie in one plane.
+    """
+    path, branch = described["path"], described["path_branch"]
+    d = (path.shape[1] - 2) // 2
+    points, tangents = path[:, 1 : 1 + d] * MILLI, path[:, 1 + d : 1 + 2 * d]
+    origin, axes = points[0], plane_of(points, tangents[0])
+    along = tangents @ axes.T
+    along /= np.linalg.norm(along, axis=1)[:, None]
+    left, centre = along @ LEFT, (points - origin) @ axes.T + origin @ axes.T
+    return tuple(
+        Pipe(path[own, 0] * MILLI, centre[own], left[own], path[own, -1] * MILLI, origin, axes)
+        for own in (branch == number for number in range(int(branch.max()) + 1))
+    )
+
+
 def plane_of(points: np.ndarray, first: np.ndarray) -> np.ndarray:
     """Unit vectors (2, d) of the plane in which a centre line lies: its first direction and, across
     it, left in the plane; in space towards its farthest point, or in the plane of x and y where it
@@ -106,10 +108,11 @@ def plane_of(points: np.ndarray, first: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot at a moment: where its centre is along the pipe [mm], what is written beside it, and
-    the stored frame that shows it.
+    """A robot at a moment: the number of the pipe that its centre is in, and where along it [mm],
+    what is written beside it, and the stored frame that shows it.
     """
 
+    branch: int
     place: float
     label: str
     colour: str
@@ -117,14 +120,19 @@ class Robot:
 
 
 def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
-    """The walls, the solid behind them, and a line across the pipe at each joint [mm]."""
-    for sign in (1.0, -1.0):
-        face = pipe.side(sign)
+    """The walls, the solid behind them, and a line across the pipe at each joint [mm]; what is free
+    lies above all walls, so that pipes that meet open into each other.
+    """
+    sides = [pipe.side(sign) for sign in (1.0, -1.0)]
+    for sign, face in zip((1.0, -1.0), sides, strict=True):
         solid = np.concatenate([face, pipe.side(sign, WALL_DEPTH)[::-1]])
         axes.add_patch(
             Polygon(solid, facecolor=WALL, edgecolor=QUIET, hatch="/////", linewidth=0, zorder=1)
         )
-        axes.plot(*face.T, color=INK, linewidth=0.9, zorder=1.5)
+        # The half of the line that lies in the pipe is covered.
+        axes.plot(*face.T, color=INK, linewidth=1.8, zorder=1.05)
+    bore = np.concatenate([sides[0], sides[1][::-1]])
+    axes.add_patch(Polygon(bore, facecolor="white", linewidth=0, zorder=1.1))
     axes.plot(*pipe.centre.T, color=QUIET, linewidth=0.5, linestyle=(0, (9, 3, 1.5, 3)), zorder=1.2)
     for joint in joints:
         across = np.array([pipe.beside(joint, sign, 0.0)[0] for sign in (1.0, -1.0)])
@@ -165,13 +173,13 @@ def write_beside(axes: Axes, pipe: Pipe, place: float, sign: float, text: str, c
     )  # fmt: skip
 
 
-def view_of(pipe: Pipe, frames: Frames, robots: Sequence[Robot]) -> np.ndarray:
-    """xmin, xmax, ymin, ymax [mm]: the pipe with its wall, room for what stands beside it, and
-    robots that stick out of an end.
+def view_of(pipes: Sequence[Pipe], frames: Frames, robots: Sequence[Robot]) -> np.ndarray:
+    """xmin, xmax, ymin, ymax [mm]: the pipes with their walls, room for what stands beside them,
+    and robots that stick out of an end.
     """
     margin = WALL_DEPTH + LABEL_GAP + 12.0
-    shown = [pipe.side(sign, margin) for sign in (1.0, -1.0)]
-    shown += [pipe.project(places(frames, robot.frame)) for robot in robots]
+    shown = [pipe.side(sign, margin) for pipe in pipes for sign in (1.0, -1.0)]
+    shown += [pipes[0].project(places(frames, robot.frame)) for robot in robots]
     everything = np.concatenate(shown)
     everything = everything[np.isfinite(everything).all(axis=1)]
     return np.column_stack([everything.min(axis=0), everything.max(axis=0)]).ravel()

@@ -8,7 +8,15 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from softsim.output.fields import Frames
-from softsim.report.along_pipe import Pipe, Robot, draw_pipe, draw_robot, view_of, write_beside
+from softsim.report.along_pipe import (
+    Pipe,
+    Robot,
+    draw_pipe,
+    draw_robot,
+    pipes_described,
+    view_of,
+    write_beside,
+)
 from softsim.report.colours import MILLI
 from softsim.report.curves import History, pressurised, time_label
 from softsim.report.panels import Axis, Line, Panel, draw_line, draw_panel
@@ -50,9 +58,9 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
 
     report: what the summary says under `layout`. Raises OutputError if the disk refuses.
     """
-    pipe = Pipe.described(frames.described["path"])
-    shown = robots(pipe, history, frames, report)
-    view = view_of(pipe, frames, shown)
+    pipes = pipes_described(frames.described)
+    shown = robots(pipes, history, frames, report)
+    view = view_of(pipes, frames, shown)
     width, height = view[1] - view[0], view[3] - view[2]
     picture = min(PAGE_WIDTH * height / width, TALLEST)
     panels = below(history)
@@ -63,8 +71,8 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
         top.set(xlim=view[:2], ylim=view[2:], aspect="equal", xlabel="[mm]", ylabel="[mm]")
         top.grid(False)
         top.set_title(report["sentence"])
-        draw_picture(top, pipe, frames, shown, report["segments"])
-        draw_weight(top, pipe.project(frames.described["gravity"]))
+        draw_picture(top, pipes, frames, shown, by_branch(report["segments"]))
+        draw_weight(top, pipes[0].project(frames.described["gravity"]))
         progress = figure.add_subplot(grid[1])
         draw_progress(progress, history, report)
         lower = [figure.add_subplot(grid[k], sharex=progress) for k in range(2, len(heights))]
@@ -87,17 +95,35 @@ def below(history: History) -> list[Panel]:
     return [*panels, Panel(Axis("rows in\ncontact", [rows], from_zero=True, whole=True))]
 
 
+def by_branch(segments: Sequence[Report]) -> list[list[Report]]:
+    """The segments of each branch, in their order."""
+    names = dict.fromkeys(segment["branch"] for segment in segments)
+    return [[one for one in segments if one["branch"] == name] for name in names]
+
+
 def draw_picture(
-    axes: Axes, pipe: Pipe, frames: Frames, shown: Sequence[Robot], segments: Sequence[Report]
+    axes: Axes,
+    pipes: Sequence[Pipe],
+    frames: Frames,
+    shown: Sequence[Robot],
+    segments: Sequence[Sequence[Report]],
 ) -> None:
-    """The pipe, the number of each segment, and the robot at its moments."""
-    draw_pipe(axes, pipe, [segment["start"] * MILLI for segment in segments[1:]])
-    for segment in segments:
-        middle = 0.5 * (segment["start"] + segment["end"]) * MILLI
-        inner = -pipe.outer_side(middle)
-        write_beside(axes, pipe, middle, inner, str(segment["segment"]), QUIET)
+    """The pipes, the number of each segment, and the robot at its moments. A tee has its number
+    where it begins, and its branches' first segments, which are halves of it, have none.
+    """
+    for pipe, own in zip(pipes, segments, strict=True):
+        draw_pipe(axes, pipe, [segment["start"] * MILLI for segment in own[1:]])
+    seen = set()
+    for pipe, own in zip(pipes, segments, strict=True):
+        for segment in own:
+            if segment["segment"] in seen:
+                continue
+            seen.add(segment["segment"])
+            middle = 0.5 * (segment["start"] + segment["end"]) * MILLI
+            inner = -pipe.outer_side(middle)
+            write_beside(axes, pipe, middle, inner, str(segment["segment"]), QUIET)
     for robot in shown:
-        draw_robot(axes, pipe, frames, robot)
+        draw_robot(axes, pipes[robot.branch], frames, robot)
 
 
 def draw_weight(axes: Axes, gravity: np.ndarray) -> None:
@@ -119,13 +145,17 @@ def draw_weight(axes: Axes, gravity: np.ndarray) -> None:
     )  # fmt: skip
 
 
-def robots(pipe: Pipe, history: History, frames: Frames, report: Report) -> list[Robot]:
+def robots(pipes: Sequence[Pipe], history: History, frames: Frames, report: Report) -> list[Robot]:
     """The robot at the frames nearest to when it came to its places, and at its end."""
-    time, s = history["time"], history["arc_length"] * MILLI
-    extent = float(max(np.ptp(pipe.centre, axis=0)))
+    time, s, branch = history["time"], history["arc_length"] * MILLI, history["branch"]
+    extent = float(max(np.ptp(np.concatenate([pipe.centre for pipe in pipes]), axis=0)))
     apart = max(APART * float(np.ptp(frames.points[:, 0])) * MILLI, LEGIBLE * extent)
     end = Robot(
-        float(s[-1]), f"{time[-1]:.1f} s", ENDS[report["verdict"]], nearest(frames, time[-1])
+        int(branch[-1]),
+        float(s[-1]),
+        f"{time[-1]:.1f} s",
+        ENDS[report["verdict"]],
+        nearest(frames, time[-1]),
     )
     found = [end]
     for place in places(float(s[0]), float(s.max()), segment_middles(report), apart):
@@ -134,7 +164,9 @@ def robots(pipe: Pipe, history: History, frames: Frames, report: Report) -> list
         at = float(np.interp(frames.times[frame], time, s))
         if all(abs(at - other.place) >= 0.9 * apart for other in found):
             label = f"{frames.times[frame]:.1f} s"
-            found.append(Robot(at, label, SKY if len(found) > 1 else QUIET, frame))
+            nearest_row = int(np.argmin(np.abs(time - frames.times[frame])))
+            number = int(branch[nearest_row])
+            found.append(Robot(number, at, label, SKY if len(found) > 1 else QUIET, frame))
     return found
 
 
@@ -176,7 +208,7 @@ def draw_progress(axes: Axes, history: History, report: Report) -> None:
     room = 0.05 * (high - low)
     low, high = low - room, high + room
     axes.set_ylim(low, high)
-    draw_bands(axes, report["segments"], low, high)
+    draw_bands(axes, way_taken(report), low, high)
     axes.axhline(goal, color=GREEN, linewidth=0.9, linestyle="--")
     write_at_height(axes, "goal", 0.0, goal, (3.0, 2.0), GREEN)
     draw_line(axes, Line("centre", history["time"], s, BLUE))
@@ -185,14 +217,31 @@ def draw_progress(axes: Axes, history: History, report: Report) -> None:
     axes.set_ylabel("centre along\nthe pipe [mm]")
 
 
+def way_taken(report: Report) -> list[Report]:
+    """The segments of the branch in which the robot came farthest, and those before it that it went
+    through.
+    """
+    farthest = report["where"]["branch"]
+    own = [one for one in report["segments"] if one["branch"] == farthest]
+    before = [
+        one
+        for one in report["segments"]
+        if one["branch"] != farthest
+        and one["entered"] is not None
+        and one["start"] < own[0]["start"]
+    ]
+    return [*before, *own]
+
+
 def draw_bands(axes: Axes, segments: Sequence[Report], low: float, high: float) -> None:
     """Every other segment shaded; to the right what the user wrote of each. low, high: of the axis
     [mm]. The last segment goes on beyond its end.
     """
     seen = []
-    for number, segment in enumerate(segments):
+    tops = [*(segment["start"] for segment in segments[1:]), np.inf]
+    for number, (segment, end) in enumerate(zip(segments, tops, strict=True)):
         bottom = max(segment["start"] * MILLI, low)
-        top = high if segment is segments[-1] else min(segment["end"] * MILLI, high)
+        top = min(end * MILLI, high)
         if bottom >= top:
             continue
         if number % 2 == 0:

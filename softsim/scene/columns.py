@@ -29,6 +29,7 @@ FIXED_COLUMNS = frozenset(
         "energy_error",
         "unbalanced_share",
         "arc_length",
+        "branch",
         "cycles_done",
         "clearance",
         "frame_wall_force",

@@ -71,6 +71,7 @@ OF_CONTROLLED_CYCLES = {
 OF_TENDONS = {"peak_pull": FORCE, "mean_pull": FORCE}
 OF_LAYOUTS = {
     "layout.verdict": LABEL,
+    "layout.exit": LABEL,
     "layout.blocked_by": LABEL,
     "layout.sentence": LABEL,
     "layout.time": TIME,
@@ -78,6 +79,7 @@ OF_LAYOUTS = {
     "layout.goal": LENGTH,
     "layout.final_arc_length": LENGTH,
     "layout.where.arc_length": LENGTH,
+    "layout.where.branch": LABEL,
     "layout.where.segment": NUMBER,
     "layout.where.what": LABEL,
 }

@@ -146,6 +146,9 @@ class Expect(Part):
         strict=True,
         description="The verdict of the layout: true, passed; false, stuck.",
     )
+    exit: Name | None = Field(
+        default=None, description="By which exit of the layout's pipes the robot leaves."
+    )
     frame_displacement: LengthRange | None = Field(
         default=None, description="Of the robot's frame along x, from start to end."
     )

@@ -3,10 +3,10 @@
 import math
 from typing import Annotated
 
-from pydantic import Field, Tag, field_validator
+from pydantic import Field, Tag, field_validator, model_validator
 
 from softsim.scene.part import Part, told_by_key
-from softsim.scene.quantities import Angle, PositiveLength, written
+from softsim.scene.quantities import Angle, Name, PositiveLength, written
 
 DIAMETER = Field(
     default=None, description="Of the pipe where it begins: the same as where the last item ended."
@@ -59,8 +59,53 @@ class StepItem(Part):
     diameter: PositiveLength | None = DIAMETER
 
 
+LEAVING = Field(
+    default=None,
+    description="Diameter of the pipes to its sides: that of the pipe by default; at most that, or "
+    "at least, where the pipe ends in a tee.",
+)
+FILLET = Field(default=written("2 mm"), description="Radius of the edges between the pipes' walls.")
+TURNED = Field(
+    default=written("0 deg"),
+    description="In space: about the direction of travel, from the left to where left is.",
+)
+
+
+class TeeItem(Part):
+    """A pipe leaves at a right angle in the middle of a straight fitting; or two to both sides,
+    where this one ends.
+    """
+
+    tee: PositiveLength = Field(description="Length of the fitting, from end to end.")
+    left: Name | None = Field(default=None, description="Branch that leaves to the left.")
+    right: Name | None = Field(default=None, description="Branch that leaves to the right.")
+    turned: Angle = TURNED
+    to: PositiveLength | None = LEAVING
+    fillet: PositiveLength = FILLET
+    diameter: PositiveLength | None = DIAMETER
+
+    @model_validator(mode="after")
+    def _leads_somewhere(self) -> "TeeItem":
+        if self.left is None and self.right is None:
+            raise ValueError("a tee leads to a branch: write left: NAME, right: NAME or both")
+        return self
+
+
+class CrossItem(Part):
+    """Two pipes leave at right angles in the middle of a straight fitting, which goes on."""
+
+    cross: PositiveLength = Field(description="Length of the fitting, from end to end.")
+    left: Name = Field(description="Branch that leaves to the left.")
+    right: Name = Field(description="Branch that leaves to the right.")
+    turned: Angle = TURNED
+    to: PositiveLength | None = LEAVING
+    fillet: PositiveLength = FILLET
+    diameter: PositiveLength | None = DIAMETER
+
+
 ITEMS: dict[str, type[Part]] = {
     "straight": StraightItem, "bend": BendItem, "taper": TaperItem, "step": StepItem,
+    "tee": TeeItem, "cross": CrossItem,
 }  # fmt: skip
 
 
@@ -68,6 +113,8 @@ PipeItem = Annotated[
     Annotated[StraightItem, Tag("straight")]
     | Annotated[BendItem, Tag("bend")]
     | Annotated[TaperItem, Tag("taper")]
-    | Annotated[StepItem, Tag("step")],
+    | Annotated[StepItem, Tag("step")]
+    | Annotated[TeeItem, Tag("tee")]
+    | Annotated[CrossItem, Tag("cross")],
     told_by_key(ITEMS),
 ]

@@ -67,26 +67,29 @@ class CylinderWall(Part):
     length: PositiveLength = Field(description="Along its axis.")
 
 
-End = Literal["start", "end"]
-
-
 class PipePathWall(Part):
-    """A pipe that leads along a path: in a section two walls, in space round."""
+    """A pipe that leads along a path, and may branch: in a section two walls, in space round."""
 
     kind: Literal["pipe_path"] = Field(description="Kind of wall.")
     diameter: PositiveLength = Field(description="Inner diameter where it starts.")
     start: Point = Field(
         default=ORIGIN, description="Where its centre line starts, in the direction of +x."
     )
-    closed: tuple[End, ...] = Field(
+    closed: tuple[Text, ...] = Field(
         default=(),
-        description="Ends that a flat wall closes: start, end; the others lie in a flat face with "
-        "free space before it.",
+        description="Ends that a flat wall closes: start, end, names of branches. The others lie "
+        "in a flat face with free space before it; of pipes that branch they go straight on.",
     )
     pipe: tuple[PipeItem, ...] = Field(
         min_length=1,
         description="One after another: {straight: 120 mm}, {bend: 90 deg, radius: 60 mm}, "
-        "{taper: 30 mm, to: 41 mm}, {step: 30 mm}.",
+        "{taper: 30 mm, to: 41 mm}, {step: 30 mm}, {tee: 90 mm, left: NAME}, {cross: 90 mm, "
+        "left: NAME, right: OTHER}.",
+    )
+    branches: dict[Name, Annotated[tuple[PipeItem, ...], Field(min_length=1)]] = Field(
+        default={},
+        description="Pipes that tees and crosses lead to, by the name of the exit at their end: "
+        "items as those of pipe.",
     )
 
 

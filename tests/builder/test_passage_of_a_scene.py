@@ -32,7 +32,7 @@ def test_defaults(build):
         "straight 60 mm", "bend 90 deg, radius 60 mm", "step 41 mm", "straight 80 mm",
     )  # fmt: skip
     assert (passage.body, passage.length, passage.start) == (0, 0.033, pytest.approx(0.03))
-    assert passage.goal == pytest.approx(0.06 + BEND + 0.0165)  # wholly in the last segment
+    assert passage.goals == pytest.approx((0.06 + BEND + 0.0165,))  # wholly in the last segment
     assert (passage.in_cycles, passage.patience, passage.patience_time) == (False, 2, 3.0)
     arms = model.points[passage.outline] - [0.03, 0.0]
     assert np.abs(arms).max(axis=0) == pytest.approx([0.0165, 0.0075])
@@ -40,12 +40,12 @@ def test_defaults(build):
 
 def test_the_goal_where_the_last_segment_is_short(build):
     short = SCENE.replace("straight: 80 mm", "straight: 20 mm")
-    assert build(short).passage.goal == pytest.approx(0.08 + BEND - 0.0165)
+    assert build(short).passage.goals == pytest.approx((0.08 + BEND - 0.0165,))
 
 
 def test_the_goal_where_it_starts_in_the_last_segment(build):
     straight = SCENE.replace(PIPE[PIPE.index("[") :], "[{straight: 80 mm}]}")
-    assert build(straight).passage.goal == pytest.approx(0.08 - 0.0165)
+    assert build(straight).passage.goals == pytest.approx((0.08 - 0.0165,))
 
 
 def test_cycles_of_the_pressure_count(build):
@@ -66,6 +66,7 @@ def test_no_question_no_passage(build):
     ("change", "line", "message"),
     [
         (("layout: {}", "expect: {passes: true}"), 13, "asks no question"),
+        (("layout: {}", "expect: {exit: end}"), 13, "exit: the scene asks no question"),
         ((PIPE, "{kind: plane, point: [0 mm, -99 mm]}"), 10, "no wall is of kind pipe_path"),
         (("{}", "{path: tube}"), 13, "no wall 'tube' of kind pipe_path"),
         (("{}", "{body: snake}"), 13, "no rigid body 'snake'"),
@@ -87,4 +88,38 @@ def test_two_pipes_need_a_name(build):
     two = SCENE.replace("layout: {}\n", other + "layout: {}\n")
     with pytest.raises(SceneError, match="there are 2 pipes: pipe, other"):
         build(two)
-    assert build(two, "layout.path=other").passage.path.name == "other"
+    assert build(two, "layout.path=other").passage.network.name == "other"
+
+
+TEE = (
+    "[{straight: 60 mm}, {tee: 80 mm, left: up}, {straight: 90 mm}], "
+    "branches: {up: [{straight: 90 mm}]}}"
+)
+BRANCHED = SCENE.replace(PIPE[PIPE.index("[") :], TEE)
+
+
+def test_each_exit_has_its_goal(build):
+    """Where the body lies in the last 90 mm before it: 140 mm along the pipe, 100 + 40 mm to the
+    branch, and half its length.
+    """
+    passage = build(BRANCHED).passage
+    assert passage.goals == pytest.approx((0.1565, 0.1565))
+    assert passage.items[1] == "tee 80 mm, left up"
+    closed = build(BRANCHED.replace("36 mm,", "36 mm, closed: [end],")).passage
+    assert closed.goals == (np.inf, pytest.approx(0.1565))
+    assert closed.goal_beyond(0) == closed.goals[1]
+
+
+@pytest.mark.parametrize(
+    ("change", "line", "message"),
+    [
+        (("time:", "expect: {exit: upp}\ntime:"), 13, "nothing leads to the exit 'upp' of 'pipe'"),
+        (("center: [30 mm, 0 mm]", "center: [100 mm, 60 mm]"), 6, "starts in the branch 'up'"),
+        (("36 mm,", "36 mm, closed: [end, up],"), 10, "no exit is left"),
+    ],
+)
+def test_refused_of_branches(build, change, line, message):
+    with pytest.raises(SceneError, match=message) as caught:
+        build(BRANCHED.replace(*change))
+    assert caught.value.exit_code == 2
+    assert caught.value.location.line == line

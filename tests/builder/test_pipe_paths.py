@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.builder import build_model
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_path import PipePath
 from softsim.errors import SceneError
 from softsim.scene.loading import load_scene
@@ -41,8 +42,8 @@ TURNED = ITEMS + "        - {bend: 90 deg, radius: 60 mm, turned: 90 deg}\n"
 
 def built_path(path) -> PipePath:
     (wall,) = build_model(load_scene(path)).walls
-    assert isinstance(wall, PipePath)
-    return wall
+    assert isinstance(wall, PipeNetwork)
+    return wall.branches[0].path
 
 
 def test_as_users_write_it(write_scene):
@@ -154,3 +155,66 @@ def test_weight_of_a_rolled_scene(inclination, roll, expected, build):
     for text, d in ((SPACE, 3), (SECTION, 2)):
         found = build(text, *options).gravity
         np.testing.assert_allclose(found, 9.81 * np.array(expected[:d]), atol=1e-14)
+
+
+TEE = """\
+environment:
+  walls:
+    pipe:
+      kind: pipe_path
+      diameter: 36 mm
+      pipe:
+        - {straight: 60 mm}
+        - {tee: 80 mm, left: up}
+        - {straight: 60 mm}
+      branches:
+        up: [{straight: 20 mm}, {tee: 90 mm, left: west, right: east, to: 40 mm}]
+        west: [{straight: 20 mm}]
+        east: [{straight: 20 mm}]
+"""
+
+
+@pytest.mark.parametrize("text", [SECTION, SPACE])
+def test_branches(text, write_scene):
+    """Exits are named by branches; the second tee's pipes are 40 mm wide, 180 mm from the start."""
+    (wall,) = build_model(load_scene(write_scene(text + TEE))).walls
+    assert list(wall.exits) == ["end", "west", "east"]
+    west = wall.branches[wall.exits["west"]].path
+    np.testing.assert_allclose(west.segments[0].radii, 20e-3)
+    np.testing.assert_allclose(west.segments[0].point[:2], [0.1, 0.105], atol=1e-15)
+    assert west.segments[0].start == pytest.approx(0.205)
+    assert [j.fillet for j in wall.junctions] == [2e-3, 2e-3]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "pointed_at", "message", "hint"),
+    [
+        ("left: west, ", "", "[{straight", "the pipes do not meet: nothing leads from the start to "
+         "the exit 'west'", "let a tee or cross lead there"),
+        ("left: up", "left: upp", "upp", "there is no branch 'upp'", "did you mean 'up'?"),
+        ("right: east", "right: west", "west", "'west' leaves from up[1] already",
+         "a branch of its own"),
+        ("left: west", "left: up", "up", "'up' leaves from pipe[1] already", "of its own"),
+        ("{tee: 80 mm, left: up}", "{tee: 80 mm}", "{tee", "a tee leads to a branch", ""),
+        ("{tee: 80 mm, left: up}", "{cross: 80 mm, left: up}", "{cross", "'right' is missing", ""),
+        ("to: 40 mm}]", "to: 40 mm}, {straight: 9 mm}]", "{straight: 9", "nothing leads to this",
+         "write cross instead of tee"),
+        ("to: 40 mm", "to: 30 mm", "30 mm", "36 mm wide does not meet one that is 30 mm wide",
+         "at least 36 mm"),
+        ("80 mm, left: up", "80 mm, left: up, to: 40 mm", "40 mm", "40 mm wide does not meet",
+         "at most 36 mm"),
+        ("80 mm, left: up", "79 mm, left: up", "{tee", "pipe[1] is 79 mm long: too short",
+         "at least 80 mm long"),
+        ("80 mm, left: up", "80 mm, left: up, fillet: 0 mm", "0 mm", "", ""),
+        ("80 mm, left: up", "80 mm, left: up, turned: 90 deg", "90 deg", "out of the plane", ""),
+        ("diameter: 36 mm", "diameter: 36 mm\n      closed: [upp]", "upp",
+         "'upp' is not one of: start, end, west, east", "ends: start, end, west, east"),
+        ("diameter: 36 mm", "diameter: 5 mm", "{straight", "starts", "at least 6 mm wide"),
+        ("20 mm}, {tee", "20 mm}, {bend: 270 deg, radius: 40 mm}, {straight: 90 mm}, {tee",
+         "", "runs into itself", "past itself"),
+    ],
+)  # fmt: skip
+def test_each_refusal_of_branches(old, new, pointed_at, message, hint, write_scene):
+    text = SECTION + TEE
+    assert old in text
+    refused_with(message, hint, pointed_at, text.replace(old, new, 1), write_scene)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, crossing, path_of_items
+from softsim.contact.pipe_network import PipeNetwork
 from tests.contact.pipe_layouts import RIGHT_ANGLE, layout
 
 OPEN = (False, False)
@@ -55,7 +56,9 @@ def test_a_path_that_crosses_itself():
     """Three quarters of a turn and on; the two segments that meet are named."""
     three = [Bend(RIGHT_ANGLE, 0.05, LEFT)] * 3
     found = crossing(
-        path_of_items("p", [Straight(0.1), *three, Straight(0.1)], 0.02, np.zeros(2), OPEN)
+        PipeNetwork.of_one(
+            path_of_items("p", [Straight(0.1), *three, Straight(0.1)], 0.02, np.zeros(2), OPEN)
+        )
     )
     assert found is not None
     assert [segment.item for segment in found] == [0, 4]
@@ -72,12 +75,12 @@ def test_a_path_that_crosses_itself():
     ids=["hairpin", "tight S", "stops before it crosses", "nearly a ring"],
 )
 def test_a_path_that_comes_close_does_not_cross(items):
-    assert crossing(path_of_items("p", items, 0.02, np.zeros(2), OPEN)) is None
+    assert crossing(PipeNetwork.of_one(path_of_items("p", items, 0.02, np.zeros(2), OPEN))) is None
 
 
 def test_legs_too_close():
     """A hairpin that widens on its way back touches its first leg."""
     items = [Straight(0.1), Bend(np.pi, 0.011, LEFT), Taper(0.02, 0.04), Straight(0.08)]
-    found = crossing(path_of_items("p", items, 0.02, np.zeros(2), OPEN))
+    found = crossing(PipeNetwork.of_one(path_of_items("p", items, 0.02, np.zeros(2), OPEN)))
     assert found is not None
     assert found[0].item == 0

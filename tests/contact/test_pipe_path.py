@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from softsim.contact.pipe_layout import Bend, Straight, Taper, path_of_items
+from softsim.contact.pipe_network import PipeNetwork
 from tests.contact.pipe_layouts import RIGHT_ANGLE, layout, places_around
 
 DEPTH = 2e-3  # in the wall: less than any wall is thick
@@ -154,7 +155,7 @@ def test_drawn_wall():
     their left; in space so do faces, towards the free side by the right-hand rule.
     """
     path = layout(2)
-    lines = path.drawn()["wall_lines"]
+    lines = PipeNetwork.of_one(path).drawn()["wall_lines"]
     way = np.diff(lines, axis=1)[:, 0]
     middle, length = lines.mean(axis=1), np.linalg.norm(way, axis=1)
     sagitta = (30e-3 + 20e-3) * np.radians(3.0) ** 2 / 8.0
@@ -163,7 +164,7 @@ def test_drawn_wall():
     assert np.all(path.gap(middle + 2.0 * sagitta * left) > 0.0)
 
     path = layout(3)
-    faces = path.drawn()["wall_faces"]
+    faces = PipeNetwork.of_one(path).drawn()["wall_faces"]
     normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 3] - faces[:, 0])
     normal += np.cross(faces[:, 3] - faces[:, 2], faces[:, 1] - faces[:, 2])
     normal /= np.linalg.norm(normal, axis=1)[:, None]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from softsim.contact.pipe_layout import Bend, Step, Straight, path_of_items
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.model import Passage
 
 ARC = 0.06 * 0.5 * np.pi
@@ -22,9 +23,9 @@ LENGTH = 33e-3
 def passage(**changed) -> Passage:
     """From 30 mm to where a body of 33 mm lies in the last segment; patience: two cycles."""
     given = {
-        "path": PATH, "items": ITEMS, "body": 0, "length": LENGTH, "outline": np.arange(4),
-        "start": 0.03, "goal": STEP + 0.5 * LENGTH, "in_cycles": True, "patience": 2,
-        "patience_time": 3.0, "least_progress": 5e-3,
+        "network": PipeNetwork.of_one(PATH), "items": ITEMS, "body": 0, "length": LENGTH,
+        "outline": np.arange(4), "start": 0.03, "goals": (STEP + 0.5 * LENGTH,),
+        "in_cycles": True, "patience": 2, "patience_time": 3.0, "least_progress": 5e-3,
     }  # fmt: skip
     return Passage(**{**given, **changed})
 
@@ -35,6 +36,7 @@ def history(times, places, period=2.0, **columns) -> dict[str, np.ndarray]:
     """
     t = np.arange(0.0, times[-1] + 1e-9, 0.01)
     given = {
+        "branch": 0.0,
         "rows_in_contact": 3.0, "clearance": 3e-3, "frame_wall_force": 0.0, "frame_pinch": 0.0,
         "frame_drag": 0.0, "thrust": 0.0, "drag": 0.0, "narrowing_drag": 0.0,
     } | columns  # fmt: skip

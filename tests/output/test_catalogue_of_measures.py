@@ -60,6 +60,8 @@ def history(model):
         rows["pressure"] = np.interp(t, [0, 0.5, 1, 2], [1e3, 2e3, 1e3, 2e3])
     if "phase" in rows:
         rows |= {"cycle": 1.0 + (t > 1.0), "phase": np.where((t > 0.5) & (t <= 1.0), 3.0, 1.0)}
+    if "branch" in rows:
+        rows["branch"] = np.zeros_like(t)
     if "cycles_done" in rows:
         rows["cycles_done"] = np.floor(t)
     return rows

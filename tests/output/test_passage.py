@@ -3,13 +3,20 @@
 import pytest
 from passages import STEP, history, passage
 
-from softsim.output.passage import PassageCondition, Verdict, after_history, has_fallen, last_rows
+from softsim.output.passage import (
+    SEEN,
+    PassageCondition,
+    Verdict,
+    after_history,
+    has_fallen,
+    last_rows,
+)
 
 
 def ended(asked, rows) -> tuple[Verdict, float | None]:
     """The verdict, and the time [s] at which it came."""
     condition = PassageCondition(asked)
-    for row in zip(rows["time"], rows["arc_length"], rows["cycles_done"], strict=True):
+    for row in zip(*(rows[name] for name in SEEN), strict=True):
         condition.see(*row)
         if condition.is_over:
             return condition.verdict, float(row[0])
@@ -77,7 +84,7 @@ def test_a_resumed_condition_decides_alike():
     condition = after_history(passage(), shown)
     assert not condition.is_over
     for k in range(700, len(rows["time"])):
-        condition.see(*(float(rows[name][k]) for name in ("time", "arc_length", "cycles_done")))
+        condition.see(*(float(rows[name][k]) for name in SEEN))
         if condition.is_over:
             break
     assert rows["time"][k] == pytest.approx(10.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from passages import ARC, STEP, history, passage
 
+from softsim.contact.pipe_layout import Fork, Straight, network_of_items
 from softsim.output.verdict import layout_report, where
 
 
@@ -76,6 +77,33 @@ def test_a_body_beyond_an_open_end_is_clear_of_all_walls():
     ],
 )
 def test_where(place, segment, name, distance):
-    found = where(passage(), place)
+    found = where(passage(), 0, place)
     assert (found["segment"], found["nearest_feature"]["name"]) == (segment, name)
     assert found["nearest_feature"]["distance"] == pytest.approx(distance)
+
+
+def test_the_exit_by_which_it_left():
+    """A pipe of 100 mm with a branch in its middle, of 90 mm from there: the robot turns into it at
+    2 s. The tee is left where the way leaves it.
+    """
+    fork = Fork(80e-3, {"left": 0.0}, 36e-3, True, 2e-3)
+    network = network_of_items(
+        "pipe", [Straight(10e-3), fork, Straight(10e-3)], {"left": [Straight(50e-3)]}, 36e-3,
+        np.zeros(2), (),
+    )  # fmt: skip
+    items = ("straight 10 mm", "tee 80 mm", "straight 10 mm", "straight 50 mm")
+    asked = passage(network=network, items=items, start=5e-3, goals=(90e-3, 120e-3))
+    rows = history([0.0, 4.0], [5.0, 125.0])
+    rows["branch"] = np.where(rows["arc_length"] > 0.05, 1.0, 0.0)
+    report = layout_report(asked, rows)
+    assert (report["verdict"], report["exit"], report["goal"]) == ("passed", "left", 120e-3)
+    assert report["sentence"].startswith("passed by the exit 'left': 115 mm")
+    assert report["where"]["branch"] == "left"
+    first, tee, ahead, half, arm = report["segments"]
+    assert tee["segment"] == half["segment"] == 2
+    assert (first["left"], tee["left"]) == pytest.approx((1.0 / 6.0, 1.5), abs=0.011)
+    assert (ahead["entered"], ahead["left"]) == (None, None)
+    assert (half["entered"], arm["entered"]) == pytest.approx((1.5, 85.0 / 30.0), abs=0.011)
+    assert arm["left"] is None
+    straight_on = layout_report(asked, rows | {"branch": np.zeros(len(rows["time"]))})
+    assert (straight_on["exit"], straight_on["goal"]) == ("end", 90e-3)

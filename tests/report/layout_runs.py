@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from softsim.contact.pipe_layout import Bend, Step, Straight, Taper, path_of_items
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.mesh.mesh import Mesh
 from softsim.model import Passage
 from softsim.output.along_path import path_samples
@@ -27,7 +28,7 @@ UNITS = {
     "time": "s", "pressure": "Pa", "frame_x": "m", "frame_y": "m", "rows_in_contact": "-",
     "wall_force_normal": "N", "arc_length": "m", "cycles_done": "-", "clearance": "m",
     "frame_wall_force": "N", "frame_pinch": "N", "frame_drag": "N", "thrust": "N", "drag": "N",
-    "narrowing_drag": "N",
+    "narrowing_drag": "N", "branch": "-",
 }  # fmt: skip
 
 
@@ -58,7 +59,7 @@ def write_layout_run(folder: Path, mesh: Mesh, farthest: float, wedged: bool) ->
     history.close()
     writer = FieldWriter(folder / RESULTS, mesh.points, mesh.cells)
     writer.describe(
-        path=path_samples(path),
+        **path_samples(PipeNetwork.of_one(path)),
         gravity=np.array([0.0, -9.81, 0.0])[:d],
         outlines=np.array([[0.0, 0.0, 33e-3, 15e-3]]),
         title="a robot in a layout",
@@ -74,8 +75,9 @@ def write_layout_run(folder: Path, mesh: Mesh, farthest: float, wedged: bool) ->
             extra={"frame_pose": np.array([[*pose, angle]])},
         )
     given = Passage(
-        path=path, items=SAID, body=0, length=33e-3, outline=np.arange(4), start=float(s[0]),
-        goal=path.segments[-1].start + 16.5e-3, in_cycles=True, patience=2, patience_time=3.0,
+        network=PipeNetwork.of_one(path), items=SAID, body=0, length=33e-3,
+        outline=np.arange(4), start=float(s[0]),
+        goals=(path.segments[-1].start + 16.5e-3,), in_cycles=True, patience=2, patience_time=3.0,
         least_progress=5e-3,
     )  # fmt: skip
     columns = {name: np.zeros(len(times)) for name in UNITS} | {

@@ -8,11 +8,12 @@ from layout_runs import ITEMS, write_layout_run
 from matplotlib.image import imread
 
 from softsim.contact.pipe_layout import Bend, Straight, path_of_items
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.output.along_path import path_samples
 from softsim.output.fields import read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history
-from softsim.report.along_pipe import Pipe
+from softsim.report.along_pipe import Pipe, pipes_described
 from softsim.report.figures import draw_all
 from softsim.report.layout import places, robots, spread
 from softsim.robots.block import block
@@ -23,7 +24,8 @@ QUARTER = 0.5 * np.pi
 
 def pipe(items=ITEMS, dimension: int = 2) -> Pipe:
     path = path_of_items("pipe", items, 36e-3, np.zeros(dimension), (False, False))
-    return Pipe.described(path_samples(path))
+    (one,) = pipes_described(path_samples(PipeNetwork.of_one(path)))
+    return one
 
 
 def strip(length: float = 30e-3):
@@ -80,7 +82,7 @@ def test_texts_of_short_segments_do_not_overlap():
 def test_the_robot_at_its_end_is_always_there(tmp_path: Path):
     write_layout_run(tmp_path, strip(), 0.151, wedged=True)
     shown = robots(
-        pipe(), read_history(tmp_path / HISTORY), read_frames(tmp_path / RESULTS),
+        [pipe()], read_history(tmp_path / HISTORY), read_frames(tmp_path / RESULTS),
         read_summary(tmp_path)["layout"],
     )  # fmt: skip
     assert shown[0].label == "24.0 s"

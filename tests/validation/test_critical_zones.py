@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from softsim.contact.pipe_layout import Straight, Taper, path_of_items
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.output.verdict import layout_report
 from tests.output.passages import LENGTH, history, passage
 from validation import critical_zones
@@ -16,14 +17,16 @@ from validation.verdicts import AGREES, DISAGREES, UNKNOWN
 START, TAPER, END = 25.0, 60.0, 80.0  # mm: of the robot's centre, of the taper
 GOAL = END + 0.5e3 * LENGTH
 PIPE = passage(
-    path=path_of_items(
-        "pipe",
-        [Straight(1e-3 * TAPER), Taper(1e-3 * (END - TAPER), 41e-3), Straight(80e-3)],
-        30e-3, np.zeros(2), (False, False),
+    network=PipeNetwork.of_one(
+        path_of_items(
+            "pipe",
+            [Straight(1e-3 * TAPER), Taper(1e-3 * (END - TAPER), 41e-3), Straight(80e-3)],
+            30e-3, np.zeros(2), (False, False),
+        )
     ),
     items=("straight 60 mm", "taper 20 mm, to 41 mm", "straight 80 mm"),
     start=1e-3 * START,
-    goal=1e-3 * GOAL,
+    goals=(1e-3 * GOAL,),
 )  # fmt: skip
 
 

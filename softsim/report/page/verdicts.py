@@ -50,5 +50,7 @@ def expectations(expect: Mapping[str, Any]) -> Iterator[str]:
         if isinstance(wanted, Mapping):
             limits = [f"{word} {value}" for word, value in wanted.items() if value is not None]
             yield f"{name.replace('_', ' ')} {', '.join(limits)}"
+        elif name == "exit" and wanted is not None:
+            yield f"the robot leaves by the exit '{wanted}'"
         elif wanted is not None:
             yield "the robot passes" if wanted else "the robot gets stuck"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from softsim import fields
+from softsim.contact.pipe_network import PipeNetwork
 from tests.contact.pipe_layouts import layout, places_around
 
 
@@ -42,11 +43,13 @@ def test_gap_and_normal(cpu, dimension):
     where two walls are equally near. Side by side in both ways to close the ends; the nodes start
     where they are.
     """
-    from softsim.contact.path_obstacle import PathObstacle
+    from softsim.contact.network_obstacle import NetworkObstacle
 
     paths = [layout(dimension, (False, True)), layout(dimension, (True, False))]
     x = places_around(paths[0], 2000, 2e-3, seed=6)
-    asked, gaps, normals = asking(PathObstacle(paths, x), x, 2)(x)
+    asked, gaps, normals = asking(
+        NetworkObstacle([PipeNetwork.of_one(path) for path in paths], x), x, 2
+    )(x)
     assert asked.all()
     h = 1e-7
     for path, gap, normal in zip(paths, gaps, normals, strict=True):
@@ -66,32 +69,32 @@ def test_nodes_are_followed_through_the_whole_path(cpu, dimension):
     """From before the start into the wall of any segment at once: they pass every joint on their
     way, and back again.
     """
-    from softsim.contact.path_obstacle import PathObstacle
+    from softsim.contact.network_obstacle import NetworkObstacle
 
     path = layout(dimension)
     x = places_around(path, 2000, 2e-3, seed=7)
     x = x[path.gap(x) < 0.0]
     start = np.tile(path.axis_place(np.array([-1e-3]))[0], (len(x), 1))
-    obstacle = PathObstacle([path], start)
+    obstacle = NetworkObstacle([PipeNetwork.of_one(path)], start)
     assert set(fields.read(obstacle.near).ravel()) == {0}
     ask = asking(obstacle, start, 1)
     ask(x)
     beside = path.beside(*path.coordinates(x)[:2])
     assert len(np.unique(beside)) > len(path.segments)
-    np.testing.assert_array_equal(fields.read(obstacle.near)[0], beside)
+    np.testing.assert_array_equal(fields.read(obstacle.near)[0, :, 0], beside)
     ask(start)
     assert set(fields.read(obstacle.near).ravel()) == {0}
 
 
 def test_scenarios_of_other_lengths(cpu):
     """Paths of another number of segments side by side: each has its own."""
-    from softsim.contact.path_obstacle import PathObstacle
+    from softsim.contact.network_obstacle import NetworkObstacle
     from softsim.contact.pipe_layout import Straight, path_of_items
 
     short = path_of_items("pipe", [Straight(0.01)], 0.03, np.zeros(2), (True, True))
     paths = [layout(2), short]
     x = np.array([[5e-3, 14e-3], [5e-3, 15.5e-3], [12e-3, 2e-3]])
-    _, gaps, _ = asking(PathObstacle(paths, x), x, 2)(x)
+    _, gaps, _ = asking(NetworkObstacle([PipeNetwork.of_one(path) for path in paths], x), x, 2)(x)
     np.testing.assert_allclose(gaps[1, 1:], [-0.5e-3, -2e-3], rtol=0.0, atol=1e-13)
     np.testing.assert_allclose(gaps[0, :2], paths[0].gap(x[:2]), rtol=0.0, atol=1e-13)
 
@@ -101,11 +104,11 @@ def test_nodes_that_cannot_touch_are_not_asked(cpu, dimension):
     """While they wander about at random, up to a tenth of a millimetre a step: every node in the
     wall is asked, and once more when it is out again; of those a millimetre from it few are.
     """
-    from softsim.contact.path_obstacle import PathObstacle
+    from softsim.contact.network_obstacle import NetworkObstacle
 
     path = layout(dimension)
     x = places_around(path, 300, 0.2e-3, seed=8)
-    obstacle = PathObstacle([path], x)
+    obstacle = NetworkObstacle([PipeNetwork.of_one(path)], x)
     ask = asking(obstacle, x, 1)
     ask(x)
     generator = np.random.default_rng(9)
