@@ -85,7 +85,8 @@ class FieldWriter:
 
         For the figures: walls (w, 2 d), a point of each [m] and its normal into the free side;
         pipes (p, 7), a point on the axis, its direction, the radius [m];
-        path (n, 2 d + 2), samples of a pipe's centre line: arc length, point, tangent, radius [m];
+        path (n, 2 d + 2), samples of pipes' centre lines: arc length, point, tangent, radius [m];
+        path_branch (n,), the number of the branch that each is of;
         wall_lines (k, 2, 2), pieces of curved walls in a section [m], one after another, with the
         free side on their left; wall_faces (k, 3 or 4, 3), the same in space [m], towards the free
         side by the right-hand rule; centre_lines (k, 2, d), pieces of what bodies follow [m];

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 
 from softsim.output.fields import Frames
 from softsim.report.along_pipe import (
+    LEFT,
     Pipe,
     Robot,
     draw_pipe,
@@ -35,6 +36,9 @@ LEGIBLE = 0.09
 
 LINE = 0.075
 """Height of a line of text as a share of the panel of the progress."""
+
+EXIT_INSIDE = 8.0
+"""How far before its end the name of an exit stands [mm]."""
 
 TALLEST = 4.6
 """Of the picture of the pipe [inch]."""
@@ -71,7 +75,7 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
         top.set(xlim=view[:2], ylim=view[2:], aspect="equal", xlabel="[mm]", ylabel="[mm]")
         top.grid(False)
         top.set_title(report["sentence"])
-        draw_picture(top, pipes, frames, shown, by_branch(report["segments"]))
+        draw_picture(top, pipes, frames, shown, report)
         draw_weight(top, pipes[0].project(frames.described["gravity"]))
         progress = figure.add_subplot(grid[1])
         draw_progress(progress, history, report)
@@ -106,24 +110,42 @@ def draw_picture(
     pipes: Sequence[Pipe],
     frames: Frames,
     shown: Sequence[Robot],
-    segments: Sequence[Sequence[Report]],
+    report: Report,
 ) -> None:
-    """The pipes, the number of each segment, and the robot at its moments. A tee has its number
-    where it begins, and its branches' first segments, which are halves of it, have none.
+    """The pipes, the number of each segment, exits where there are several, and the robot at its
+    moments. A tee has its number before its middle, where branches leave, and none beyond.
     """
+    segments = by_branch(report["segments"])
     for pipe, own in zip(pipes, segments, strict=True):
         draw_pipe(axes, pipe, [segment["start"] * MILLI for segment in own[1:]])
+    numbers = [segment["segment"] for segment in report["segments"]]
     seen = set()
     for pipe, own in zip(pipes, segments, strict=True):
         for segment in own:
-            if segment["segment"] in seen:
+            number = segment["segment"]
+            if number in seen:
                 continue
-            seen.add(segment["segment"])
-            middle = 0.5 * (segment["start"] + segment["end"]) * MILLI
+            seen.add(number)
+            share = 0.5 if numbers.count(number) == 1 else 0.2
+            middle = (segment["start"] + share * (segment["end"] - segment["start"])) * MILLI
             inner = -pipe.outer_side(middle)
-            write_beside(axes, pipe, middle, inner, str(segment["segment"]), QUIET)
+            write_beside(axes, pipe, middle, inner, str(number), QUIET)
+    if len(report["exits"]) > 1:
+        draw_exits(axes, pipes, segments, report["exits"])
     for robot in shown:
         draw_robot(axes, pipes[robot.branch], frames, robot)
+
+
+def draw_exits(
+    axes: Axes, pipes: Sequence[Pipe], segments: Sequence[Sequence[Report]], exits: Sequence[str]
+) -> None:
+    """The names of the exits in the ends of their pipes: of branches their own, else end."""
+    names = ["end", *(own[0]["branch"] for own in segments[1:])]
+    for pipe, name in zip(pipes, names, strict=True):
+        if name in exits:
+            along = pipe.left[-1] @ -LEFT
+            x, y = pipe.centre[-1] - EXIT_INSIDE * along
+            axes.text(x, y, name, ha="center", va="center", fontsize=8.0, color=GREEN, zorder=6)
 
 
 def draw_weight(axes: Axes, gravity: np.ndarray) -> None:

@@ -60,5 +60,6 @@ def segments(report: Mapping[str, Any]) -> Table:
             cell(None if segment[name] is None else segment[name] * factor, written)
             for name, factor, written in COLUMNS.values()
         ]
-        rows.append([cell(f"{segment['segment']}  {segment['what']}"), *numbers])
+        branch = f" ({segment['branch']})" if len(report["exits"]) > 1 else ""
+        rows.append([cell(f"{segment['segment']}{branch}  {segment['what']}"), *numbers])
     return Table("The way through the layout", ["segment", *COLUMNS], rows)

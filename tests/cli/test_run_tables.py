@@ -23,7 +23,10 @@ def lines(report) -> list[str]:
 
 
 def test_a_row_a_segment():
-    first, second = (" ".join(line.split()) for line in lines({"segments": [SEGMENT, AHEAD]})[2:])
+    first, second = (
+        " ".join(line.split())
+        for line in lines({"segments": [SEGMENT, AHEAD], "exits": ["end"]})[2:]
+    )
     assert first == "1 straight 70 mm 0 70 0.00 2.50 18.0 4 2.50"
     assert second == "2 bend -180 deg, radius 60 mm 70 164"  # in one line of 80
 
