@@ -70,8 +70,8 @@ def case(pipe: int, design: Design) -> Case:
         return shared
     scene = shared.loaded.scene
     thickness, frame = scene.bodies["skin"].thickness, scene.rigid_bodies["frame"].mass
-    if thickness is None:
-        raise ValueError(f"{shared.scene} has no thickness: its number of spikes is in its mesh")
+    if thickness is None or frame is None:
+        raise ValueError(f"{shared.scene} is not the section, whose thickness stands for spikes")
     overrides = (
         f"bodies.skin.mesh.spikes_per_strip={design.rows}",
         f"bodies.skin.mesh.spike_pitch={FREE_LENGTH / design.rows} mm",

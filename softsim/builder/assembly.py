@@ -56,7 +56,12 @@ def build_model(loaded: LoadedScene) -> Model:
         soft_count + np.flatnonzero(corner_owner == r) for r in range(len(scene.rigid_bodies))
     ]
     rigid_bodies = tuple(
-        rigid.rigid_body(names, name, np.concatenate([tied[r], outline_nodes[r]]))
+        rigid.rigid_body(
+            names,
+            name,
+            rigid.own_mass(names, name, bodies),
+            np.concatenate([tied[r], outline_nodes[r]]),
+        )
         for r, name in enumerate(scene.rigid_bodies)
     )
     stiffness = contact.Stiffness(

@@ -9,11 +9,12 @@ from softsim.contact.cylinder import Cylinder
 from softsim.contact.sphere import Sphere
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.rigid_motion import RigidMotion
-from softsim.model import OutlineData
+from softsim.model import Body, OutlineData
 from softsim.rigid.body import RigidBodyData
 from softsim.scene import conditions
 from softsim.scene.bodies import BallOutline, RigidBody
 from softsim.scene.surroundings import PipeWall, PlaneWall
+from softsim.units import format_quantity
 
 # Of a model of each kind, in the order x, y, z, rotations about x, y, z.
 PLANE_FREEDOM = (True, True, False, False, False, True)
@@ -112,8 +113,45 @@ def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
     return result
 
 
-def rigid_body(names: Names, name: str, tied: np.ndarray) -> RigidBodyData:
-    """One rigid body; `tied`: its soft nodes and the corners of its outline."""
+def own_mass(names: Names, name: str, bodies: tuple[Body, ...]) -> float:
+    """Mass of a rigid body without the nodes tied to it [kg].
+
+    Raises SceneError where its total mass leaves nothing for itself, or where one of its deformable
+    bodies is tied to another rigid body too.
+    """
+    data, keys = names.scene.rigid_bodies[name], ("rigid_bodies", name, "total_mass")
+    if data.mass is not None:
+        return data.mass
+    assert data.total_mass is not None
+    held = {other: tied_bodies(names, other) for other in names.scene.rigid_bodies}
+    for body in held[name]:
+        holders = [other for other, of_other in held.items() if body in of_other]
+        if len(holders) > 1:
+            raise names.loaded.error(
+                keys,
+                f"'{body}' is tied to {' and '.join(holders)}: whose mass it is cannot be told",
+                f"give rigid_bodies.{name}.mass, without the nodes tied to it",
+            )
+    carried = sum(body.mass for body in bodies if body.name in held[name])
+    if data.total_mass <= carried:
+        raise names.loaded.error(
+            keys,
+            f"{format_quantity(data.total_mass, 'kg')} are given, the deformable bodies tied to "
+            f"'{name}' have {format_quantity(carried, 'kg')}",
+            "more than these have; or give mass, without them",
+        )
+    return data.total_mass - carried
+
+
+def tied_bodies(names: Names, name: str) -> set[str]:
+    """Names of the deformable bodies that are tied to a rigid body."""
+    tied = names.scene.rigid_bodies[name].tied
+    keys = ("rigid_bodies", name, "tied")
+    return {names.body(reference, (*keys, k))[0] for k, reference in enumerate(tied)}
+
+
+def rigid_body(names: Names, name: str, mass: float, tied: np.ndarray) -> RigidBodyData:
+    """One rigid body of this mass [kg]; `tied`: its soft nodes and the corners of its outline."""
     data = names.scene.rigid_bodies[name]
     keys = ("rigid_bodies", name)
     free = free_to_move(names, name)
@@ -130,7 +168,7 @@ def rigid_body(names: Names, name: str, tied: np.ndarray) -> RigidBodyData:
             )
     return RigidBodyData(
         name=name,
-        mass=data.mass,
+        mass=mass,
         inertia=np.diag(np.broadcast_to(np.asarray(data.inertia, dtype=float), 3)),
         centre=names.vector(data.center, (*keys, "center")),
         tied=tied,

@@ -140,7 +140,10 @@ Outline = Annotated[
 class RigidBody(Part):
     """A rigid body with mass, inertia and three degrees of freedom, in space six."""
 
-    mass: PositiveMass = Field(description="Without the nodes tied to it.")
+    mass: PositiveMass | None = Field(default=None, description="Without the nodes tied to it.")
+    total_mass: PositiveMass | None = Field(
+        default=None, description="Instead of mass: with the deformable bodies tied to it."
+    )
     inertia: Inertia = Field(
         description="About its centre, without tied nodes: about z, or in space about x, y and z "
         "(one number there: the same about all)."
@@ -165,6 +168,12 @@ class RigidBody(Part):
     initial_angular_velocity: AngularVelocity = Field(
         default=written("0 rad/s"), description="Turning speed, about z."
     )
+
+    @model_validator(mode="after")
+    def _has_one_mass(self) -> "RigidBody":
+        if (self.mass is None) == (self.total_mass is None):
+            raise ValueError("has either mass or total_mass: give one of them")
+        return self
 
     @field_validator("supports")
     @classmethod

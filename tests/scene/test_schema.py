@@ -146,6 +146,13 @@ def test_supports_need_an_outline():
     assert bodies.RigidBody.model_validate({**body, "outline": outline}).supports
 
 
+def test_a_rigid_body_has_one_mass():
+    body = {"inertia": "1 kg*mm^2"}
+    assert refused(bodies.RigidBody, **body) == {""}
+    assert refused(bodies.RigidBody, **body, mass="8 g", total_mass="10 g") == {""}
+    assert bodies.RigidBody.model_validate({**body, "total_mass": "10 g"}).mass is None
+
+
 @pytest.mark.parametrize("name", ["a.b", "", "1a", "ä", "a b"])
 def test_names_can_be_part_of_a_reference(name):
     assert refused(Scene, **smallest(materials={name: YEOH})) == {f"materials.{name}.[key]"}
