@@ -47,12 +47,12 @@ def robot_in_space(folder: Path, program: Path | None, effort: Effort) -> list[R
     """The whole robot with everything its scene has, on one thread and on two: what the bare bar
     of `tetrahedra` leaves out.
     """
-    rows = []
+    rows, scene = [], scenes.pfr_in_space(folder)
     for threads in (1, 2):
-        with SolverProcess(scenes.PFR_IN_SPACE, threads=threads) as solver:
-            ceiling = _ceiling(scenes.PFR_IN_SPACE, folder, program, threads)
+        with SolverProcess(scene, threads=threads) as solver:
+            ceiling = _ceiling(scene, folder, program, threads)
             rate, highest = _in_turn(solver, ceiling, effort)
-            name = f"PFR in space, {solver.element_count} tetrahedra, {_counted(threads)}"
+            name = f"PFR in space, {solver.element_count} hexahedra, {_counted(threads)}"
         rows.append(ratio_row(name, rate, highest, 0.4, OF_A_ROBOT))
     return rows
 

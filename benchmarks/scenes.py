@@ -66,8 +66,17 @@ OF_TRIANGLES = (
 
 def pfr_of_triangles(folder: Path) -> Path:
     """PFR with a mesh of 1,112 triangles."""
-    path = folder / "pfr_of_triangles.yaml"
-    path.write_text(load_scene(PFR, OF_TRIANGLES).resolved())
+    return changed(PFR, OF_TRIANGLES, folder / "pfr_of_triangles.yaml")
+
+
+def pfr_in_space(folder: Path) -> Path:
+    """PFR_IN_SPACE without mass scaling, which the compiled reference has not."""
+    return changed(PFR_IN_SPACE, ("solver.mass_scaling=null",), folder / "pfr_in_space.yaml")
+
+
+def changed(scene: Path, overrides: tuple[str, ...], path: Path) -> Path:
+    """A scene with overrides, written to `path`."""
+    path.write_text(load_scene(scene, overrides).resolved())
     return path
 
 
