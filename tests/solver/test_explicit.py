@@ -101,9 +101,10 @@ conditions:
          displacement: {kind: ramp, value: 1 mm, duration: 4 ms}}
 time: {end: 1 s, procedure: static}
 """
-# Sections take long to compile; a plane one is launched below too, where scenarios rest.
-SLOW = [pytest.param(text, marks=pytest.mark.slow) for text in (STRIP, STRIPS)]
-MODELS = [*SLOW, SPACE, RING]
+# Sections and bodies in space take long to compile; a plane section is launched below too, where
+# scenarios rest.
+SLOW = [pytest.param(text, marks=pytest.mark.slow) for text in (STRIP, STRIPS, SPACE)]
+MODELS = [*SLOW, RING]
 KINDS = ["plane", "section of rings", "space", "ring, static"]
 
 

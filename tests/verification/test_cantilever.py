@@ -114,6 +114,7 @@ def first_frequency(model, start, length, guess):
     return 0.25 / rest
 
 
+@pytest.mark.slow
 def test_frequency_in_plane_strain(build, start, record_verification):
     """20 x 1 mm: Timoshenko's frequency with E/(1 - nu^2), to order 2 in the element size.
 
@@ -148,10 +149,10 @@ def test_frequency_in_plane_strain(build, start, record_verification):
     ("formulation", "length", "count"),
     [
         ("plane_strain", 20e-3, 1),
-        ("plane_strain", 20e-3, 2),
-        ("plane_strain", 20e-3, 4),
-        ("solid", 10e-3, 1),
-        ("solid", 10e-3, 2),
+        pytest.param("plane_strain", 20e-3, 2, marks=pytest.mark.slow),
+        pytest.param("plane_strain", 20e-3, 4, marks=pytest.mark.slow),
+        pytest.param("solid", 10e-3, 1, marks=pytest.mark.slow),
+        pytest.param("solid", 10e-3, 2, marks=pytest.mark.slow),
     ],
 )
 def test_frequency_of_quadrilaterals(build, start, record_verification, formulation, length, count):
@@ -207,6 +208,7 @@ def test_frequency_in_space(build, start, record_verification):
     assert errors[1] < 0.5 * errors[0]  # two bricks are far from the order to come
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("cells", "counts"), [("simplex", (2, 4)), ("quad", (1, 2, 4))])
 def test_sag(cells, counts, write_scene, tmp_path, kernel_cache, monkeypatch, record_verification):
     """20 x 1 mm under its own weight, nu = 0.4: the tip drops by two fifths of the length.

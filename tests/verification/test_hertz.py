@@ -173,7 +173,7 @@ def quarter(build, start, tmp_path):
     return press
 
 
-@pytest.mark.parametrize("cells", ["simplex", "quad"])
+@pytest.mark.parametrize("cells", [pytest.param("simplex", marks=pytest.mark.slow), "quad"])
 def test_axisymmetric(axisymmetric, record_verification, cells):
     """Depth within 5 %, contact radius within a cell, and what the penalty adds, at h = 0.2 mm."""
     size = 0.2e-3

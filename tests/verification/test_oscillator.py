@@ -157,6 +157,7 @@ def test_free_fall(build, start, record_verification, formulation):
     assert np.abs(across).max() < 1e-9 * abs(exact)
 
 
+@pytest.mark.slow
 def test_energy_over_a_million_increments(build, start, record_verification):
     """A block thrown at a twentieth of the wave speed, held at its end, no damping: the energy
     swings with the step but goes nowhere.

@@ -43,7 +43,9 @@ time: {{end: 200 ms, procedure: static}}
 """
 
 
-@pytest.mark.parametrize(("around", "across"), [(32, 1), (32, 2)])
+@pytest.mark.parametrize(
+    ("around", "across"), [(32, 1), pytest.param(32, 2, marks=pytest.mark.slow)]
+)
 def test_pressed_ring(
     around, across, write_scene, tmp_path, kernel_cache, monkeypatch, record_verification
 ):

@@ -228,17 +228,15 @@ def pressure_errors(write_scene, tmp_path, kernel_cache, monkeypatch, record_ver
 
 SLOW = [
     (PLANE_TUBE, (8, 16, 32)),
+    (REVOLVED_TUBE, (32,)),
+    (RING_TUBE, (32,)),
     (REVOLVED_SPHERE, (8, 16, 32)),
     (SOLID_SPHERE, (8, 16)),
+    *[(wall, (16,)) for wall in QUADRILATERALS],
+    (HEXAHEDRA, (8,)),
 ]
 CASES = [
     (PLANE_TUBE, (16,)),
-    (REVOLVED_TUBE, (32,)),
-    (RING_TUBE, (32,)),
-    (REVOLVED_SPHERE, (8, 16)),
-    (SOLID_SPHERE, (8,)),
-    *[(wall, (16,)) for wall in QUADRILATERALS],
-    (HEXAHEDRA, (8,)),
     *[pytest.param(*case, marks=pytest.mark.slow) for case in SLOW],
 ]
 
