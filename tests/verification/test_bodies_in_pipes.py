@@ -94,7 +94,7 @@ def slide_through(solver, sample):
     return np.array(lengths[1:]), np.array(forces), velocity
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_nothing_is_felt_at_a_joint(build, start, record_verification, dimension):
     """Without friction the speed is kept to what the contact spring holds of the energy,
     N^2 / 2 k, some 1e-6 of it; the force rises from zero and never jumps: in a time t it changes by
