@@ -59,7 +59,7 @@ def finished(tmp_path_factory):
 def test_a_report_tells_a_damaged_file(finished, tmp_path, name):
     out = shutil.copytree(finished[1], tmp_path / "out")
     whole = (out / name).read_bytes()
-    (out / name).write_bytes(whole[: len(whole) // 2] + b": {[")
+    (out / name).write_bytes(whole[: len(whole) // 2] + b"\n: {[")
     done = softsim("report", out)
     assert done.returncode == 2 and "Traceback" not in done.stderr
     message, hint = done.stderr.splitlines()
