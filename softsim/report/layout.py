@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from softsim.errors import OutputError
 from softsim.output.fields import Frames
 from softsim.report.along_pipe import (
     LEFT,
@@ -60,8 +61,14 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
     """The pipe with the robot at moments along it; below, progress over time with the segments
     shaded, pressure and rows in contact.
 
-    report: what the summary says under `layout`. Raises OutputError if the disk refuses.
+    report: what the summary says under `layout`. Raises OutputError if the disk refuses, or if the
+    run is of a version that knew no branches.
     """
+    if "branch" not in history:
+        raise OutputError(
+            f"{path.parent}: a run of a version of softsim that knew no pipes with branches: its "
+            "layout is not drawn. Run the scene again"
+        )
     pipes = pipes_described(frames.described)
     shown = robots(pipes, history, frames, report)
     view = view_of(pipes, frames, shown)

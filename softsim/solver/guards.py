@@ -18,7 +18,7 @@ LARGEST_J = 2.0
 HOURGLASS_SHARE = 0.05
 HOURGLASS = "hourglass_energy"  # its column in the history
 # What mass scaling may add to a body's inertia against turning: the plane robot with the groups of
-# validation/convergence.py and a factor of 4 has a third of it, and walks 5 % slower.
+# validation/convergence.py and a factor of 4 has a third of it, and walks 6 % slower.
 TURNING_SHARE = 0.01
 
 

@@ -9,13 +9,14 @@ from matplotlib.image import imread
 
 from softsim.contact.pipe_layout import Bend, Straight, path_of_items
 from softsim.contact.pipe_network import PipeNetwork
+from softsim.errors import OutputError
 from softsim.output.along_path import path_samples
 from softsim.output.fields import read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history
 from softsim.report.along_pipe import Pipe, pipes_described
 from softsim.report.figures import draw_all
-from softsim.report.layout import places, robots, spread
+from softsim.report.layout import draw_layout, places, robots, spread
 from softsim.robots.block import block
 from softsim.robots.box import box
 
@@ -100,6 +101,15 @@ def test_it_is_drawn(tmp_path: Path, mesh):
     picture = imread(drawn[-1])
     assert picture.shape[1] > 1400
     assert picture[..., :3].std() > 0.02
+
+
+def test_a_run_from_before_branches_is_refused(tmp_path: Path):
+    write_layout_run(tmp_path, strip(), 0.3, wedged=False)
+    history = read_history(tmp_path / HISTORY)
+    del history["branch"]
+    frames = read_frames(tmp_path / RESULTS)
+    with pytest.raises(OutputError, match="knew no pipes with branches"):
+        draw_layout(history, frames, {}, tmp_path / "layout.png")
 
 
 def test_without_a_question_there_is_no_picture(tmp_path: Path):
