@@ -41,17 +41,6 @@ def check_counts(kind: CellKind, **counts: int | None) -> None:
             raise MeshError(f"{name} is {count}; it must be 1 or more")
 
 
-def check_even(**counts: int | None) -> None:
-    """Raise MeshError, naming the first of the numbers of cells that is given and odd: the body has
-    nodes in its middle.
-    """
-    for name, count in counts.items():
-        if count is not None and count % 2:
-            raise MeshError(
-                f"{name} is {count}; an even number is needed, for nodes in the middle of the body"
-            )
-
-
 def least_thickness(kind: CellKind, element_size: float, tip_thickness: float) -> float:
     """How thick [m] a spike must be everywhere: triangles keep their size, while quadrilaterals
     are as thin as the spike.

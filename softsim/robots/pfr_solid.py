@@ -13,7 +13,6 @@ from softsim.robots.boundary import facets_on, facets_touching
 from softsim.robots.extrusion import EXTRUSIONS
 from softsim.robots.limits import (
     check_counts,
-    check_even,
     check_positive,
     check_rows,
     check_skin,
@@ -60,15 +59,16 @@ def pfr_solid(
 
     element_size: length [m] aimed at for the sides of the cells in the sections through the axis;
     around they are about one and a half times as long. The tips have sharper cells. Of hexahedra,
-    where given, skin_rows is the number through the skin, spike_columns (even) that across a spike
-    along the axis, and spike_layers that across its width.
+    where given, skin_rows is the number through the skin, spike_columns that across a spike along
+    the axis, and spike_layers that across its width.
 
     Node sets: knot_front, knot_rear, knots (end faces, tied to the frame), chamber and outer (the
     skin's inner and outer side, the spikes' roots included), equator_inner (chamber at x = 0),
     equator_outer (outer at x = 0, without the roots), j1, j2 ... (spikes above the skin, row by row
     from the front), tips (outer ends of the spikes). Facet sets: chamber, outer (the skin's outer
     side between the spikes), spikes (their free sides). Cell sets: skin, spikes. Without spikes
-    their sets are left out.
+    their sets are left out, and without nodes at x = 0, as below a spike of odd columns, those of the
+    equator.
 
     Raises MeshError, naming the parameter and its limit, for dimensions that make no such body.
     """
@@ -85,7 +85,6 @@ def pfr_solid(
         element_size=element_size,
     )
     check_counts(cells, skin_rows=skin_rows, spike_columns=spike_columns, spike_layers=spike_layers)
-    check_even(spike_columns=spike_columns)
     check_skin(inner_diameter, outer_diameter)
     if not lean >= 0:
         raise MeshError(
@@ -202,9 +201,11 @@ def _swept(
         "knots": np.concatenate([front, rear]),
         "chamber": around(chamber),
         "outer": around(outer),
-        "equator_inner": around(strip.at_middle(chamber)),
-        "equator_outer": np.setdiff1d(around(strip.at_middle(outer)), number[spike_cells]),
     }
+    middle_inner, middle_outer = (strip.at_middle(line) for line in (chamber, outer))
+    if len(middle_inner):
+        node_sets["equator_inner"] = around(middle_inner)
+        node_sets["equator_outer"] = np.setdiff1d(around(middle_outer), number[spike_cells])
     boundary = boundary_facets(cells, 3)
     facet_sets = {
         "chamber": facets_on(boundary, node_sets["chamber"]),

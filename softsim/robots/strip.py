@@ -53,11 +53,11 @@ def even_columns(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Positions with an even number of equal steps of about `size` between neighbouring stations.
 
-    of_fins: number of steps, even, between the first and the second station, the third and the
+    of_fins: number of steps between the first and the second station, the third and the
     fourth ... of those inside; None: like all others.
 
     Returns the positions and where among them the stations lie. An even number puts a position
-    in the middle between two stations, and lets mirrored stations have mirrored cells.
+    in the middle between two stations, and lets mirrored stations have mirrored cells of tetrahedra.
     """
     steps = np.array([even(piece / size) for piece in np.diff(stations)])
     if of_fins is not None:

@@ -145,9 +145,13 @@ def test_hexahedra_through_the_skin_and_across_a_spike_are_given(rows, columns, 
     assert flux == pytest.approx(factor * 7.5e-3**2 * 30e-3, rel=1e-6)
 
 
-def test_an_odd_number_of_hexahedra_across_a_spike_is_refused():
-    with pytest.raises(MeshError, match="spike_columns is 3; an even number is needed"):
-        pfr_solid(cells="quad", spike_columns=3)
+def test_without_nodes_in_the_middle_there_is_no_equator():
+    mesh = pfr_solid(cells="quad", element_size=1.25e-3, spike_columns=1, spike_layers=1)
+    assert {name for name in DEFAULT.node_sets if name not in mesh.node_sets} == {
+        "equator_inner", "equator_outer",
+    }  # fmt: skip
+    spikes = mesh.cells[mesh.cell_sets["spikes"]]
+    assert (spikes[:, 2] == spikes[:, 3]).sum() == 70
 
 
 def test_all_spikes_are_alike():
