@@ -67,8 +67,8 @@ def pfr_solid(
     equator_outer (outer at x = 0, without the roots), j1, j2 ... (spikes above the skin, row by row
     from the front), tips (outer ends of the spikes). Facet sets: chamber, outer (the skin's outer
     side between the spikes), spikes (their free sides). Cell sets: skin, spikes. Without spikes
-    their sets are left out, and without nodes at x = 0, as below a spike of odd columns, those of the
-    equator.
+    their sets are left out, and without nodes at x = 0, as below a spike of odd columns, those of
+    the equator.
 
     Raises MeshError, naming the parameter and its limit, for dimensions that make no such body.
     """

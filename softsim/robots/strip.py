@@ -57,7 +57,7 @@ def even_columns(
     fourth ... of those inside; None: like all others.
 
     Returns the positions and where among them the stations lie. An even number puts a position
-    in the middle between two stations, and lets mirrored stations have mirrored cells of tetrahedra.
+    in the middle between two stations, and lets mirrored stations have mirrored tetrahedra.
     """
     steps = np.array([even(piece / size) for piece in np.diff(stations)])
     if of_fins is not None:
