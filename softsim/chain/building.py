@@ -23,6 +23,9 @@ from softsim.chain.motor import TURNS, Motor
 from softsim.chain.schema import ChainScene
 from softsim.units import format_quantity
 
+LEAST_STEPS = 10
+"""To a turn of the motor."""
+
 
 def build_chain(loaded: LoadedChain) -> Chain:
     """The chain of a file.
@@ -107,11 +110,19 @@ def _refuse_weightless(loaded: LoadedChain) -> None:
 
 
 def _refuse_long_steps(loaded: LoadedChain, chain: Chain, limbs: Limbs) -> None:
-    """Fixed steps must follow what is fastest: rates of one node add up at most."""
+    """Steps must follow the motor, fixed ones what is fastest: rates of one node add up at most."""
     s = loaded.scene
     if s.time.increment >= s.time.end:
         raise loaded.error(
             ("time", "increment"), "increment: must be less than the end of the time"
+        )
+    turn = 1.0 / s.motor.frequency
+    if s.time.increment > turn / LEAST_STEPS:
+        raise loaded.error(
+            ("time", "increment"),
+            f"increment: {format_quantity(s.time.increment, 's')} leaves less than {LEAST_STEPS} "
+            f"steps to a turn of the motor, {format_quantity(turn, 's')}",
+            f"at most {format_quantity(turn / LEAST_STEPS, 's')}",
         )
     m = chain.masses
     upwards = s.limbs.damping / m + np.sqrt(limbs.stiffnesses / m)

@@ -14,10 +14,13 @@ from softsim.output.claim import claimed
 from softsim.output.folder import HISTORY, SCENE, SUMMARY, RunFolder
 from softsim.output.history import History
 
+MODEL = "chain"
+"""What the summary says that the folder is of."""
+
 
 @dataclass(frozen=True, eq=False)
 class ChainResults:
-    """What `run_chain` found, as it is in memory and in summary.json."""
+    """What `run_chain` found; the summary as in summary.json."""
 
     motion: Motion
     summary: dict[str, Any]
@@ -41,9 +44,11 @@ def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
         told = measures(motion)
         summary = {
             "status": "done",
+            "model": MODEL,
             "scene": loaded.path,
             "title": loaded.scene.title,
             "node_count": chain.node_count,
+            "motor_frequency": loaded.scene.motor.frequency,
             "time_increment": motion.times[1],
             "increments": len(motion.times) - 1,
             "simulated_time": motion.times[-1],

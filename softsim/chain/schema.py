@@ -129,7 +129,7 @@ class Time(Part):
         "MATLAB's ode45, for chains that hardly touch."
     )  # fmt: skip
     row_interval: PositiveTime = Field(
-        default=written("0.4 ms"), description="Between rows of history.csv."
+        default=written("0.2 ms"), description="Between rows of history.csv."
     )
 
 

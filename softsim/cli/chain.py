@@ -40,6 +40,6 @@ def chain(
         loaded = load_chain(robot, overrides or [], options)
         folder = out or Path("runs") / f"{loaded.path.stem}_chain"
         results = run_chain(loaded, folder)
-        draw_chain(results.motion, loaded.scene.motor.frequency, folder / "chain.png")
         console.print(unheaded(chain_rows(results.summary)), highlight=False)
+        console.print(f"figure  {draw_chain(folder)}", highlight=False)
         console.print(f"results in {folder}", highlight=False)

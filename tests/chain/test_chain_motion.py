@@ -38,7 +38,7 @@ def test_a_short_motion_tells_no_speed():
 
 
 def test_the_folder_of_a_run(tmp_path):
-    loaded = load_chain("leafbot5", ["time.end=0.2 s"])
+    loaded = load_chain("leafbot5", ["time.end=0.2 s", "time.row_interval=0.4 ms"])
     results = run_chain(loaded, tmp_path / "run")
     told = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert told["status"] == "done" and told["speed"] == results.summary["speed"]

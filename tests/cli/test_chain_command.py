@@ -20,7 +20,11 @@ def test_a_chain_is_run_and_drawn(tmp_path):
     assert done.exit_code == 0, done.output
     assert "mm/s" in done.output and "results in" in done.output
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["node_count"] == 3
-    assert (tmp_path / "out" / "chain.png").stat().st_size > 20_000
+    figure = tmp_path / "out" / "chain.png"
+    assert figure.stat().st_size > 20_000
+    figure.unlink()
+    assert CliRunner().invoke(app, ["report", str(tmp_path / "out")]).exit_code == 0
+    assert figure.is_file()
 
 
 @pytest.mark.parametrize(
