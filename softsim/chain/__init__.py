@@ -8,7 +8,8 @@ To be read in this order:
     motor        the force of an eccentric mass
     chain        all of these together: accelerations and energies
     loading      a chain from a file or by name
-    building     what a file says, as a chain; refusals
+    refusals     what a file may not say
+    building     what a file says, as a chain
     integrators  steps through time
     motion       what a run finds: energies, measures
     running      from the file to the folder of results

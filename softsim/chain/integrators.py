@@ -28,12 +28,13 @@ def fixed_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarra
     states = np.empty((len(times), *start.shape), start.dtype)
     states[0] = y = start
     h = times[1] - times[0]
-    for step, t in enumerate(times[:-1].tolist(), 1):
-        k1 = rates(t, y)
-        k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
-        k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
-        k4 = rates(t + h, y + h * k3)
-        states[step] = y = y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    with np.errstate(over="ignore", invalid="ignore"):  # told below
+        for step, t in enumerate(times[:-1].tolist(), 1):
+            k1 = rates(t, y)
+            k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
+            k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
+            k4 = rates(t + h, y + h * k3)
+            states[step] = y = y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
     if not np.isfinite(states[-1]).all():
         lost = times[np.flatnonzero(~np.isfinite(states).reshape(len(times), -1).all(axis=1))[0]]
         raise StabilityError(

@@ -19,6 +19,10 @@ UNSETTLED = 0.1
 LEAST_TURNS = 10
 """Of the motor in the half of the run of which speeds and frequencies are told."""
 
+STEADY = ("speed", "least_speed", "greatest_speed", "settling_time", "contact_shares",
+          "dominant_frequencies")  # fmt: skip
+"""What is told of the second half, where it is long enough."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -106,20 +110,24 @@ def measures(motion: Motion) -> dict[str, Any]:
     """What a summary tells of a motion, SI units; NaN where nothing can be told."""
     motor = motion.chain.motor
     turn = 2.0 * np.pi / abs(motor.angular_velocity)
-    late, x, z = motion.late, motion.p[:, 0].real, motion.p[:, 0].imag
-    enough = motion.times[-1] >= 2.0 * LEAST_TURNS * turn
-    told = 1.0 if enough else np.nan
+    x, z = motion.p[:, 0].real, motion.p[:, 0].imag
+    steady: dict[str, Any] = dict.fromkeys(STEADY, np.nan)
+    if motion.times[-1] >= 2.0 * LEAST_TURNS * turn:
+        velocity = motion.v[motion.late, 0].real
+        steady = {
+            "speed": motion.speed,
+            "least_speed": float(velocity.min()),
+            "greatest_speed": float(velocity.max()),
+            "settling_time": motion.settling_time(turn),
+            "contact_shares": motion.contact_shares,
+            "dominant_frequencies": motion.dominant_frequencies,
+        }
     return {
         "motor_force": motor.force,
         "head_displacement": float(x[-1] - x[0]),
-        "speed": told * motion.speed,
-        "least_speed": told * float(motion.v[late, 0].real.min()),
-        "greatest_speed": told * float(motion.v[late, 0].real.max()),
-        "settling_time": told * motion.settling_time(turn),
+        **steady,
         "head_height": float(z.max()),
         "head_depth": float(-z.min()),
-        "contact_shares": told * motion.contact_shares,
-        "dominant_frequencies": told * motion.dominant_frequencies,
         "energy_error": motion.energy_error,
         "length_error": float(np.abs(motion.chain.links.errors(motion.p)).max()),
     }

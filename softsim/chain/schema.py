@@ -53,7 +53,7 @@ class Backbone(Part):
 class Rows(Part):
     """Where limbs are."""
 
-    count: WholeNumber = Field(ge=2, description="Rows of limbs.")
+    count: WholeNumber = Field(ge=2, le=200, description="Rows of limbs.")
     pitch: PositiveLength = Field(description="From row to row.")
     limbs: WholeNumber = Field(default=2, ge=1, description="Limbs of a row.")
     under_head: WholeNumber = Field(

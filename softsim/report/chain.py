@@ -33,7 +33,7 @@ def draw_chain(folder: Path) -> Path:
         _draw_way(way, t, history["x1"] * MILLI, summary["speed"])
         _draw_steps(steps, {name: column[last] for name, column in history.items()})
         _draw_heights(heights, t[last] * MILLI, z[last] * MILLI)
-        _draw_contact(contact, summary["contact_shares"])
+        _draw_contact(contact, summary["contact_shares"] or [0.0] * count)
         figure.align_ylabels()
     return folder / FIGURE
 
@@ -76,10 +76,10 @@ def _draw_heights(axes: Axes, t: np.ndarray, z: np.ndarray) -> None:
                 columnspacing=1.0)  # fmt: skip
 
 
-def _draw_contact(axes: Axes, shares: Sequence[float | None]) -> None:
+def _draw_contact(axes: Axes, shares: Sequence[float]) -> None:
     names = node_names(len(shares))
     colours = [COLOURS[node % len(COLOURS)] for node in range(len(shares))]
-    axes.barh(names, [100.0 * (share or 0.0) for share in shares], color=colours, height=0.6)
+    axes.barh(names, [100.0 * share for share in shares], color=colours, height=0.6)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 100.0)
     axes.set_xlabel("share of the second half on the ground [%]")

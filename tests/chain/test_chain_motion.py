@@ -9,6 +9,7 @@ from softsim.chain.building import build_chain
 from softsim.chain.loading import load_chain
 from softsim.chain.motion import Motion, measures, simulate
 from softsim.chain.running import run_chain
+from softsim.errors import StabilityError
 from softsim.output.history import read_history, read_units
 
 
@@ -33,8 +34,8 @@ def test_measures_of_a_motion():
 
 
 def test_a_short_motion_tells_no_speed():
-    found = measures(made_up(0.2, end=0.1))
-    assert np.isnan(found["speed"]) and np.isnan(found["dominant_frequencies"]).all()
+    found = measures(made_up(0.2, end=5e-3))
+    assert np.isnan(found["speed"]) and np.isnan(found["dominant_frequencies"])
 
 
 def test_the_folder_of_a_run(tmp_path):
@@ -59,3 +60,9 @@ def test_as_printed_it_goes_as_an_independent_program_does(frequency, speed):
     loaded = load_chain("leafbot5", overrides)
     found = simulate(build_chain(loaded), loaded.scene.time).speed
     assert 1e3 * found == pytest.approx(speed, rel=0.02)
+
+
+def test_a_motion_beyond_all_numbers_is_told():
+    loaded = load_chain("leafbot5", ["motor.eccentricity=1e160 m", "time.end=0.1 s"])
+    with pytest.raises(StabilityError, match="beyond all numbers at"):
+        simulate(build_chain(loaded), loaded.scene.time)
