@@ -30,5 +30,5 @@ class Motor:
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(..., n) [N]: m_e e w^2 (sin wt, -cos wt) on the head."""
-        turning = np.exp(1j * self.angular_velocity * np.asarray(t))
-        return -1j * self.force * turning[..., None] * self.shares
+        turning = np.exp(1j * self.angular_velocity * t)
+        return np.multiply.outer(-1j * self.force * turning, self.shares)
