@@ -88,6 +88,7 @@ KINDS = {
     "kg/m^3": Kind("a density", "1070 kg/m^3", ("kg/m^3",)),
     "kg*m^2": Kind("a moment of inertia", "0.5 kg*mm^2", ("g*mm^2", "kg*mm^2", "kg*m^2")),
     "N*m/rad": Kind("a turning stiffness", "0.5 N*mm/rad", ("N*mm/rad", "N*m/rad")),
+    "N*s/m": Kind("a damping coefficient", "1.3 N*s/m", ("mN*s/m", "N*s/m")),
     "N/m": Kind("a stiffness", "200 N/m", ("mN/m", "N/m", "kN/m", "MN/m")),
 }
 

@@ -10,6 +10,7 @@ import pytest
 import yaml
 from typer.main import get_command
 
+from softsim.chain.loading import load_chain
 from softsim.cli import app
 from softsim.cli.examples import examples_folder
 from softsim.scene.assessment import load_layout
@@ -64,6 +65,8 @@ def test_a_command_line_is_one_that_softsim_takes(page, line):
         return
     given = command.make_context(name, words).params
     scene = given.get("scene")
+    if name == "chain" and not given["robot"].isupper():
+        load_chain(given["robot"], given["overrides"] or [])
     if scene is not None and (ROOT / scene).is_file():
         load_scene(ROOT / scene, given["overrides"] or [])
 
@@ -104,6 +107,8 @@ def test_whole_files_load(page, text, tmp_path):
         load_study(written(scenes / "studies" / "here.yaml", text))
     elif "pipe_path" in text:
         load_layout(written(scenes / "here.yaml", text), "pfr", [])
+    elif "robot:chain/" in text:
+        load_chain(written(scenes / "here.yaml", text))
     elif {"bodies", "time"} <= keys:
         load_scene(written(scenes / "here.yaml", text))
 

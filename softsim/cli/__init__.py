@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from softsim.cli.about import devices, print_version, schema
+from softsim.cli.chain import chain
 from softsim.cli.examples import examples
 from softsim.cli.materials import fit_material, spectrum
 from softsim.cli.reporting import report
@@ -27,7 +28,7 @@ def softsim(
 
 for command in (
     examples, run, check, assess, sweep, optimize, report, fit_material, spectrum,
-    calibrate_section, schema, devices,
+    calibrate_section, chain, schema, devices,
 ):  # fmt: skip
     app.command()(command)
 

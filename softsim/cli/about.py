@@ -27,6 +27,7 @@ class FileKind(str, Enum):
 
     scene = "scene"
     study = "study"
+    chain = "chain"
 
 
 def print_version(asked: bool) -> None:
@@ -39,13 +40,19 @@ def print_version(asked: bool) -> None:
 def schema(
     of: Annotated[FileKind, typer.Argument(help="Which files.")] = FileKind.scene,
 ) -> None:
-    """Print the JSON schema of scene or study files, with which an editor completes and checks
+    """Print the JSON schema of scenes, studies or chains, with which an editor completes and checks
     keys.
     """
+    from softsim.chain.schema import chain_json_schema
     from softsim.scene.schema import scene_json_schema
     from softsim.study.schema import study_json_schema
 
-    found = {FileKind.scene: scene_json_schema, FileKind.study: study_json_schema}[of]()
+    schemas = {
+        FileKind.scene: scene_json_schema,
+        FileKind.study: study_json_schema,
+        FileKind.chain: chain_json_schema,
+    }
+    found = schemas[of]()
     print(json.dumps(found, indent=2))
 
 

@@ -14,18 +14,21 @@ from softsim.errors import OutputError, RunError
 
 
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
-    """Draw the figures of a run's or a study's folder again, and write its page report.html."""
+    """Draw the figures of a run's or a study's folder again, and write its page report.html; of a
+    chain's the figure."""
     with explained() as console:
         from softsim.output.study_folder import is_study
 
         if is_study(folder):
             report_study(folder, console)
+        elif is_chain(folder):
+            report_chain(folder, console)
         elif has_run(folder):
             report_run(folder, console)
         else:
             raise OutputError(
                 f"{folder} is the folder of neither a run nor a study",
-                hint="name one that softsim run, assess, sweep or optimize has written",
+                hint="name one that softsim run, assess, chain, sweep or optimize has written",
             )
 
 
@@ -60,6 +63,21 @@ def put_off_report(folder: Path, console: Console) -> None:
 def has_run(folder: Path) -> bool:
     """Whether `folder` has a run's history."""
     return (folder / "history.csv").is_file()
+
+
+def is_chain(folder: Path) -> bool:
+    """Whether `folder` holds what `softsim chain` has found."""
+    from softsim.chain.running import MODEL
+    from softsim.output.folder import read_summary
+
+    return read_summary(folder).get("model") == MODEL
+
+
+def report_chain(folder: Path, console: Console) -> None:
+    """The figure of a chain's folder."""
+    from softsim.report.chain import draw_chain
+
+    console.print(f"figure  {draw_chain(folder)}", highlight=False)
 
 
 def report_run(folder: Path, console: Console) -> None:

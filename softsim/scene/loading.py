@@ -4,20 +4,23 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
+from typing import TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from softsim.errors import Option, SceneError
 from softsim.scene.reporting import did_you_mean, scene_error, title
 from softsim.scene.resolved import resolved_text
 from softsim.scene.robots import PREFIX, part_file
 from softsim.scene.schema import Scene
-from softsim.scene.structure import Place
+from softsim.scene.structure import Model, Place
 from softsim.scene.tree import Key, Keys, Origin, Tree, child, merged, nearest, plain, replaced
 from softsim.scene.yaml_reading import is_file, read_file, read_text
 
 MOST_FILES = 100
 PATH = re.compile(r"[^.\s]+(\.[^.\s]+)*")
+
+Kind = TypeVar("Kind", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -81,11 +84,15 @@ def validated(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedScene:
     """The scene that a tree is, once overrides have won. SceneError as load_scene."""
     for override in overrides:
         tree = overridden(tree, override)
+    return LoadedScene(valid(Scene, tree), path, path.parent, tree)
+
+
+def valid(root: type[Kind], tree: Tree) -> Kind:
+    """What a tree says, as the class that its whole file is. SceneError: it is none."""
     try:
-        scene = Scene.model_validate(plain(tree))
+        return root.model_validate(plain(tree))
     except ValidationError as error:
-        raise scene_error(error, tree, Scene, beside=("include",)) from None
-    return LoadedScene(scene, path, path.parent, tree)
+        raise scene_error(error, tree, root, beside=("include",)) from None
 
 
 class _Includes:
@@ -168,8 +175,9 @@ def _normal(path: PurePath) -> list[str] | None:
     return steps
 
 
-def overridden(tree: Tree, override: str) -> Tree:
-    """`tree` with one value set from the command line, "time.end=3 s".
+def overridden(tree: Tree, override: str, root: Model = Scene) -> Tree:
+    """`tree` with one value set from the command line, "time.end=3 s"; `root` is the class of the
+    whole file.
 
     Raises
     ------
@@ -179,13 +187,14 @@ def overridden(tree: Tree, override: str) -> Tree:
     path, equals, text = override.partition("=")
     if not equals or not PATH.fullmatch(path.strip()):
         raise SceneError("must read PATH=VALUE", 'such as --set "time.end=3 s"', option)
-    keys = keys_at(tree, path.strip(), option)
+    keys = keys_at(tree, path.strip(), option, root)
     value = read_text(text, lambda line, column: option)
     return replaced(tree, keys, value or Tree(None, option, option))
 
 
-def keys_at(tree: Tree, path: str, origin: Origin) -> Keys:
-    """The keys of "time.end"; `origin` is where the path is written.
+def keys_at(tree: Tree, path: str, origin: Origin, root: Model = Scene) -> Keys:
+    """The keys of "time.end"; `origin` is where the path is written, `root` the class of the whole
+    file.
 
     Raises
     ------
@@ -193,16 +202,16 @@ def keys_at(tree: Tree, path: str, origin: Origin) -> Keys:
     """
     if not PATH.fullmatch(path):
         raise SceneError(f"{path!r} is no path of keys", 'such as "time.end"', origin)
-    return tuple(_keys(tree, path.split("."), origin))
+    return tuple(_keys(tree, path.split("."), origin, root))
 
 
-def _keys(tree: Tree, words: Sequence[str], origin: Origin) -> Iterator[Key]:
+def _keys(tree: Tree, words: Sequence[str], origin: Origin, root: Model) -> Iterator[Key]:
     """The words as keys: whole numbers where the scene has a list; each must lead somewhere.
 
     A section of the schema may be absent from the file, a name before the last word may not: a
     mistyped body would become a new one.
     """
-    place: Place | None = Place(Scene)
+    place: Place | None = Place(root)
     held: Tree | None = tree
     for position, word in enumerate(words):
         is_last = position == len(words) - 1

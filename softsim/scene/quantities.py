@@ -122,6 +122,8 @@ Volume = Annotated[float, Quantity("m^3")]
 NotNegativeVolume = Annotated[float, Quantity("m^3", "not negative")]
 PositiveStiffness = Annotated[float, Quantity("N/m", "positive")]
 AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "positive", "auto")]
+NotNegativeDamping = Annotated[float, Quantity("N*s/m", "not negative")]
+NotNegativeGravity = Annotated[float, Quantity("m/s^2", "not negative")]
 NotNegativeTurningStiffness = Annotated[float, Quantity("N*m/rad", "not negative")]
 
 TWO_OR_THREE = Field(min_length=2, max_length=3)

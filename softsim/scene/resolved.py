@@ -106,5 +106,5 @@ def _origin(given: Tree | None) -> str:
     return (
         f"{given.origin.file}:{given.origin.line}"
         if isinstance(given.origin, Location)
-        else "--set"
+        else given.origin.text.partition(" ")[0]
     )

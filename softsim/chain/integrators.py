@@ -1,0 +1,68 @@
+"""Steps through time, of y' = rates(t, y)."""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from softsim.errors import StabilityError
+
+Rates = Callable[[float, np.ndarray], np.ndarray]
+
+REAL_STABILITY = 2.78
+"""Largest increment times rate of decay at which the method of Runge and Kutta is stable (Hairer,
+Wanner, *Solving Ordinary Differential Equations II*, IV.2)."""
+
+RELATIVE, ABSOLUTE = 1e-6, 1e-9
+"""Error of an adaptive step: as a share, and [m, m/s]."""
+
+
+def fixed_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """States (steps + 1, ...) at evenly spaced times, by the classical method of Runge and Kutta:
+    of order 4 between contacts, of order 1 across them, where forces jump.
+
+    Raises
+    ------
+    StabilityError: the states grow beyond all numbers.
+    """
+    states = np.empty((len(times), *start.shape), start.dtype)
+    states[0] = y = start
+    h = times[1] - times[0]
+    with np.errstate(over="ignore", invalid="ignore"):  # told below
+        for step, t in enumerate(times[:-1].tolist(), 1):
+            k1 = rates(t, y)
+            k2 = rates(t + 0.5 * h, y + 0.5 * h * k1)
+            k3 = rates(t + 0.5 * h, y + 0.5 * h * k2)
+            k4 = rates(t + h, y + h * k3)
+            states[step] = y = y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+    if not np.isfinite(states[-1]).all():
+        lost = times[np.flatnonzero(~np.isfinite(states).reshape(len(times), -1).all(axis=1))[0]]
+        raise StabilityError(
+            f"the chain's motion grew beyond all numbers at {lost:.4g} s",
+            "shorten time.increment, or lessen what drives it",
+        )
+    return states
+
+
+def adaptive_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """States (rows, ...) at some times, by Dormand and Prince's pair of order 5 and 4, which is
+    MATLAB's ode45 and so the thesis's.
+
+    Raises
+    ------
+    StabilityError: the step shrinks to nothing.
+    """
+
+    def flat(t: float, y: np.ndarray) -> np.ndarray:
+        return rates(t, y.reshape(start.shape)).ravel()
+
+    found = solve_ivp(
+        flat, (times[0], times[-1]), start.ravel(), method="RK45", t_eval=times,
+        rtol=RELATIVE, atol=ABSOLUTE, max_step=10.0 * (times[1] - times[0]),
+    )  # fmt: skip
+    if not found.success:
+        raise StabilityError(f"the chain's motion ends at {found.t[-1]:.4g} s: {found.message}")
+    return found.y.T.reshape(len(times), *start.shape)
+
+
+INTEGRATORS = {"fixed": fixed_steps, "adaptive": adaptive_steps}

@@ -1,0 +1,102 @@
+"""Chains that are refused for keys that do not go together, each at the place of one of them."""
+
+import math
+
+from softsim.chain.integrators import REAL_STABILITY
+from softsim.chain.loading import LoadedChain
+from softsim.chain.schema import ChainScene
+from softsim.units import format_quantity
+
+LEAST_STEPS = 10
+"""To a turn of the motor."""
+
+MOST_STEPS = 1_000_000
+"""Of a run, which keeps them all: a few hundred megabytes."""
+
+
+def refuse_rows(loaded: LoadedChain) -> None:
+    """Rows stand on the backbone, one of them at least behind the head. SceneError."""
+    rows, length = loaded.scene.rows, loaded.scene.backbone.length
+    if rows.under_head >= rows.count:
+        raise loaded.error(
+            ("rows", "under_head"),
+            f"under_head: {rows.under_head} of {rows.count} rows leave none behind the head",
+            f"at most {rows.count - 1}",
+        )
+    gaps = rows.count - 1
+    if gaps * rows.pitch > length * (1.0 + 1e-9):
+        taken, given = format_quantity(gaps * rows.pitch, "m"), format_quantity(length, "m")
+        raise loaded.error(
+            ("rows", "pitch"),
+            f"pitch: {rows.count} rows take {taken}, the backbone has {given}",
+            f"a pitch of at most {format_quantity(length / gaps, 'm')}, or fewer rows",
+        )
+
+
+def refuse_masses(loaded: LoadedChain) -> None:
+    """Nodes weigh no less than their silicone, the head no less than its motor. SceneError."""
+    s = loaded.scene
+    if s.motor.eccentric_mass > s.masses.head:
+        raise loaded.error(
+            ("motor", "eccentric_mass"),
+            f"eccentric_mass: {format_quantity(s.motor.eccentric_mass, 'kg')} are more than the "
+            f"head, {format_quantity(s.masses.head, 'kg')}, which holds it",
+        )
+    strip = s.backbone
+    silicone = strip.density * strip.length * strip.width * strip.thickness
+    nodes = s.masses.head + (s.rows.count - s.rows.under_head) * s.masses.node
+    if nodes < silicone:
+        raise loaded.error(
+            ("masses",),
+            f"masses: the nodes weigh {format_quantity(nodes, 'kg')} in all, less than the "
+            f"backbone, {format_quantity(silicone, 'kg')}",
+            "the head's mass is that of motor, housing and the silicone under it",
+        )
+
+
+def refuse_steps(loaded: LoadedChain) -> None:
+    """There are some steps and not too many; they follow the motor, fixed ones also what is
+    fastest. SceneError.
+    """
+    s = loaded.scene
+    h, turn = s.time.increment, 1.0 / s.motor.frequency
+    if not h < s.time.end <= h * MOST_STEPS:
+        raise loaded.error(
+            ("time", "end"),
+            f"end: {format_quantity(s.time.end, 's')} are {s.time.end / h:.3g} steps of "
+            f"{format_quantity(h, 's')}",
+            f"from 2 to {MOST_STEPS:,}",
+        )
+    if h > turn / LEAST_STEPS:
+        raise loaded.error(
+            ("time", "increment"),
+            f"increment: {format_quantity(h, 's')} leaves less than {LEAST_STEPS} steps to a turn "
+            f"of the motor, {format_quantity(turn, 's')}",
+            f"at most {format_quantity(turn / LEAST_STEPS, 's')}",
+        )
+    rate = _fastest_rate(s)
+    if s.time.integrator == "fixed" and h * rate > REAL_STABILITY:
+        raise loaded.error(
+            ("time", "increment"),
+            f"increment: {format_quantity(h, 's')} is too long for what changes within "
+            f"{format_quantity(1.0 / rate, 's')}",
+            f"at most {format_quantity(REAL_STABILITY / rate, 's')}",
+        )
+
+
+def _fastest_rate(s: ChainScene) -> float:
+    """A bound of the rates [1/s] at which nodes swing and are damped:
+    up and down b/m + sqrt(k/m), along mu g / v0 + b/m, and that of the constraints.
+
+    To the stiffness k of a node's springs bending adds no more than 16 k_psi / L^2, the largest
+    eigenvalue of differences of differences, and the wave 4 T / L.
+    """
+    shortest = s.rows.pitch
+    bending = 16.0 * s.backbone.bending_stiffness / shortest**2 + 4.0 * s.wave_tension / shortest
+    along = s.friction.coefficient * s.gravity / s.friction.full_speed
+    nodes = ((s.masses.head, s.rows.under_head), (s.masses.node, 1))
+    rates = [1.0 / s.constraint_time, along + s.drag / s.masses.head]
+    for mass, rows in nodes:
+        stiffness = rows * s.rows.limbs * s.limbs.stiffness + bending
+        rates.append(s.limbs.damping / mass + math.sqrt(stiffness / mass))
+    return max(rates)

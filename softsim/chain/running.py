@@ -1,0 +1,78 @@
+"""A chain from its file to the folder of its results."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from softsim.chain.building import build_chain
+from softsim.chain.loading import LoadedChain
+from softsim.chain.motion import Motion, measures, simulate
+from softsim.output.claim import claimed
+from softsim.output.folder import HISTORY, SCENE, SUMMARY, RunFolder
+from softsim.output.history import History
+
+MODEL = "chain"
+"""What the summary says that the folder is of."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChainResults:
+    """What `run_chain` found; the summary as in summary.json."""
+
+    motion: Motion
+    summary: dict[str, Any]
+
+
+def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
+    """Simulate a chain, and write scene, history and summary into a folder.
+
+    Raises
+    ------
+    SceneError: it cannot be built. StabilityError: it cannot be followed. OutputError: another run
+    works in the folder, or the disk refuses.
+    """
+    chain = build_chain(loaded)
+    target = RunFolder(folder)
+    with claimed(folder):
+        (folder / SUMMARY).unlink(missing_ok=True)  # of a run before: this one is not done
+        target.write_text_atomic(SCENE, loaded.resolved())
+        began = time.monotonic()
+        motion = simulate(chain, loaded.scene.time)
+        told = measures(motion)
+        summary = {
+            "status": "done",
+            "model": MODEL,
+            "scene": loaded.path,
+            "title": loaded.scene.title,
+            "node_count": chain.node_count,
+            "motor_frequency": loaded.scene.motor.frequency,
+            "time_increment": motion.times[1],
+            "increments": len(motion.times) - 1,
+            "simulated_time": motion.times[-1],
+            "wall_time": time.monotonic() - began,
+            **told,
+        }
+        _write_history(motion, loaded.scene.time.row_interval, folder / HISTORY)
+        target.write_json_atomic(SUMMARY, summary)
+    return ChainResults(motion, summary)
+
+
+def _write_history(motion: Motion, interval: float, path: Path) -> None:
+    """Rows about `interval` [s] apart: places and speeds, energies and works."""
+    stride = max(round(interval / motion.times[1]), 1)
+    columns: dict[str, tuple[str, np.ndarray]] = {"time": ("s", motion.times)}
+    for node in range(motion.chain.node_count):
+        columns[f"x{node + 1}"] = ("m", motion.p[:, node].real)
+        columns[f"z{node + 1}"] = ("m", motion.p[:, node].imag)
+    columns["head_velocity_x"] = ("m/s", motion.v[:, 0].real)
+    columns["head_velocity_z"] = ("m/s", motion.v[:, 0].imag)
+    columns |= {f"{name}_energy": ("J", energy) for name, energy in motion.energies.items()}
+    columns |= {f"{name}_work": ("J", work) for name, work in motion.works.items()}
+    history = History(path, {name: unit for name, (unit, _) in columns.items()})
+    table = np.column_stack([values[::stride] for _, values in columns.values()])
+    for row in table:
+        history.append(dict(zip(columns, row, strict=True)))
+    history.close()

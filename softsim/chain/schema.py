@@ -1,0 +1,167 @@
+"""The vocabulary of a chain's file: every key, its meaning, its unit, its default."""
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field
+
+from softsim.chain.motor import Rotation
+from softsim.scene.part import Part
+from softsim.scene.quantities import (
+    Angle,
+    NotNegativeDamping,
+    NotNegativeForce,
+    NotNegativeGravity,
+    NotNegativeLength,
+    NotNegativeTurningStiffness,
+    Number,
+    PositiveDensity,
+    PositiveFrequency,
+    PositiveLength,
+    PositiveMass,
+    PositiveStiffness,
+    PositiveTime,
+    PositiveVelocity,
+    Text,
+    WholeNumber,
+    written,
+)
+
+
+def _at_most_upright(slope: float) -> float:
+    if abs(slope) > math.radians(90.0) * (1.0 + 1e-12):
+        raise ValueError(
+            f"{math.degrees(slope):.6g} deg is beyond a wall: a slope is from -90 to 90 deg"
+        )
+    return slope
+
+
+class Backbone(Part):
+    """The strip that holds all limbs."""
+
+    length: PositiveLength = Field(description="Along the robot: all rows must fit on it.")
+    width: PositiveLength = Field(description="Across the robot.")
+    thickness: PositiveLength = Field(description="Of the strip.")
+    density: PositiveDensity = Field(description="Of its silicone: nodes weigh no less than it.")
+    bending_stiffness: NotNegativeTurningStiffness = Field(description="Of one link or joint.")
+    bending: Literal["tilt", "joint"] = Field(
+        default="tilt", description="tilt: each link resists its angle against the ground; joint: "
+        "the angle between links is resisted."
+    )  # fmt: skip
+
+
+class Rows(Part):
+    """Where limbs are."""
+
+    count: WholeNumber = Field(ge=2, le=200, description="Rows of limbs.")
+    pitch: PositiveLength = Field(description="From row to row.")
+    limbs: WholeNumber = Field(default=2, ge=1, description="Limbs of a row.")
+    under_head: WholeNumber = Field(
+        default=1, ge=1, description="So many rows are merged into the head, in their middle."
+    )
+
+
+class Masses(Part):
+    """Of the nodes."""
+
+    head: PositiveMass = Field(description="With its motor and the rows under it.")
+    node: PositiveMass = Field(description="Of each of the rows behind the head.")
+
+
+class Limbs(Part):
+    """What a limb does on the ground."""
+
+    stiffness: PositiveStiffness = Field(description="Of one limb, upwards.")
+    damping: NotNegativeDamping = Field(description="Of the vertical motion of each node.")
+    damped: Literal["always", "contact"] = Field(
+        default="always", description="When nodes are damped: always, or where they touch the "
+        "ground."
+    )  # fmt: skip
+    thrust_ratio: Number = Field(
+        default=0.5, ge=0.0, description="Forward force of a pressed limb over its upward force."
+    )
+    thrust: Literal["head", "all"] = Field(
+        default="head", description="Limbs that push forward: of the head alone, or all."
+    )
+
+
+class Friction(Part):
+    """Between limbs and ground."""
+
+    coefficient: Number = Field(ge=0.0, description="Sliding friction.")
+    load: Literal["weight", "normal_force"] = Field(
+        default="weight", description="What it is a share of: a touching node's weight, or what "
+        "its limbs press with."
+    )  # fmt: skip
+    full_speed: PositiveVelocity = Field(
+        default=written("1 mm/s"), description="At three times this speed friction is full."
+    )
+
+
+class Motor(Part):
+    """An eccentric mass on the head."""
+
+    eccentric_mass: PositiveMass = Field(description="That turns.")
+    eccentricity: NotNegativeLength = Field(
+        description="Its distance from the axis; 0 mm where the motor is off."
+    )
+    frequency: PositiveFrequency = Field(description="Turns a second.")
+    rotation: Rotation = Field(
+        default="counterclockwise", description="Seen with forward to the right; it begins at the "
+        "lowest point."
+    )  # fmt: skip
+    weight: Literal["in_head", "added"] = Field(
+        default="in_head", description="Of the eccentric mass: part of the head's mass, or once "
+        "more beside it, as the thesis's 3.2 prints it."
+    )  # fmt: skip
+
+
+class Time(Part):
+    """How long, in which steps."""
+
+    end: PositiveTime = Field(default=written("2 s"), description="Simulated time.")
+    increment: PositiveTime = Field(
+        default=written("0.2 ms"), description="Time step; of the adaptive integrator, the times "
+        "at which it tells the motion."
+    )  # fmt: skip
+    integrator: Literal["fixed", "adaptive"] = Field(
+        default="fixed", description="fixed: Runge and Kutta's method of order 4; adaptive: "
+        "MATLAB's ode45, for chains that hardly touch."
+    )  # fmt: skip
+    row_interval: PositiveTime = Field(
+        default=written("0.2 ms"), description="Between rows of history.csv."
+    )
+
+
+class ChainScene(Part):
+    """A robot as a chain of masses on springs, on a slope."""
+
+    title: Text = Field(default="", description="One line for people.")
+    backbone: Backbone = Field(description="The strip that holds all limbs.")
+    rows: Rows = Field(description="Where limbs are.")
+    masses: Masses = Field(description="Of the nodes.")
+    limbs: Limbs = Field(description="What a limb does on the ground.")
+    friction: Friction = Field(description="Between limbs and ground.")
+    motor: Motor = Field(description="An eccentric mass on the head.")
+    drag: NotNegativeDamping = Field(
+        default=written("0 N*s/m"), description="Of the head's motion along the ground."
+    )
+    wave_tension: NotNegativeForce = Field(
+        default=written("0 N"), description="Tension of the wave along the backbone, which pulls "
+        "each node up where the one in front is higher."
+    )  # fmt: skip
+    slope: Annotated[Angle, AfterValidator(_at_most_upright)] = Field(
+        default=written("0 deg"), description="Of the ground; upwards where positive."
+    )
+    gravity: NotNegativeGravity = Field(
+        default=written("9.81 m/s^2"), description="Acceleration of free fall."
+    )
+    constraint_time: PositiveTime = Field(
+        default=written("0.5 ms"), description="In which errors of the links' lengths die out."
+    )
+    time: Time = Field(default_factory=Time, description="How long, in which steps.")
+
+
+def chain_json_schema() -> dict[str, Any]:
+    """JSON schema of a chain's file, so that an editor completes and checks its keys."""
+    return ChainScene.model_json_schema()

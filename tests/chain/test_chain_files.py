@@ -1,0 +1,86 @@
+"""Files of chains: what is refused, where, and what would be right."""
+
+from pathlib import Path
+
+import pytest
+
+from softsim.chain.building import build_chain
+from softsim.chain.loading import CHAINS, chain_names, load_chain
+from softsim.cli.examples import examples_folder
+from softsim.errors import SceneError
+
+LEAFBOT = (CHAINS / "leafbot5.yaml").read_text(encoding="utf-8")
+
+
+def refused(path, *overrides, **options):
+    with pytest.raises(SceneError) as caught:
+        build_chain(load_chain(path, overrides, options))
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "message", "hint"),
+    [
+        ("pitch: 14 mm", "pitch: 17 mm", "9:25", "5 rows take 68 mm, the backbone has 64 mm",
+         "a pitch of at most 16 mm"),
+        ("under_head: 2", "under_head: 5", "9:54", "5 of 5 rows leave none behind the head",
+         "at most 4"),
+        ("head: 2.6 g", "head: 0.5 g", "10:9",
+         "the nodes weigh 2 g in all, less than the backbone, 2.0736 g", "motor, housing"),
+        ("drag: 0.01", "slope: 91 deg\ndrag: 0.01", "14:8",
+         "slope: 91 deg is beyond a wall", "from -90 to 90 deg"),
+        ("drag: 0.01", "time: {increment: 0.5 ms}\ndrag: 0.01", "14:19",
+         "500 us is too long for what changes within", "at most"),
+        ("142 Hz", "2 kHz", "2:1", "less than 10 steps to a turn of the motor", "at most 50 us"),
+        ("drag: 0.01", "time: {end: 0.1 ms}\ndrag: 0.01", "14:13", "0.5 steps of 200 us",
+         "from 2 to 1,000,000"),
+        ("eccentric_mass: 0.082 g", "eccentric_mass: 3 g", "13:25",
+         "3 g are more than the head, 2.6 g", ""),
+        ("damping: 1.3 N*s/m", "damping: 1.3 N/m", "11:38",
+         "is a stiffness, a damping coefficient is due", "1.3 N*s/m"),
+        ("damping: 1.3 N*s/m", "damping: 1.3 N*s/m, damped: never", "11:57",
+         "'never' is not one of: always, contact", ""),
+        ("friction:", "frictoin:", "12:1", "unknown key 'frictoin'", "did you mean 'friction'?"),
+        ("count: 5", "count: 1", "9:15", "1 must be at least 2", ""),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told_with_its_place(tmp_path, old, new, place, message, hint):
+    assert old in LEAFBOT
+    file = tmp_path / "bot.yaml"
+    file.write_text(LEAFBOT.replace(old, new))
+    told = refused(file)
+    assert f"{file}:{place}: " in told and message in told and hint in told
+
+
+def test_options_of_the_command_are_places_too():
+    told = refused("leafbot5", **{"--slope": (("slope",), "100 deg")})
+    assert told.startswith("--slope 100 deg: slope: 100 deg is beyond a wall")
+    assert "'motor.frequenzy'" in refused("leafbot5", "motor.frequenzy=3 Hz")
+
+
+def test_an_unknown_chain():
+    assert "did you mean 'leafbot5'?" in refused("leafbot55")
+
+
+@pytest.mark.parametrize(
+    ("name", "first_link", "limbs"), [("leafbot3", 28, 2), ("leafbot5", 21, 4), ("leafbot9", 14, 6)]
+)
+def test_the_head_stands_in_the_middle_of_its_rows(name, first_link, limbs):
+    chain = build_chain(load_chain(name))
+    assert chain.node_count == {"leafbot3": 3, "leafbot5": 4, "leafbot9": 7}[name]
+    assert chain.links.lengths[0] == pytest.approx(first_link * 1e-3)
+    assert chain.stores["limbs"].stiffnesses[0] == pytest.approx(limbs * 250.0)
+    assert name in chain_names()
+
+
+@pytest.mark.parametrize("file", sorted(Path(examples_folder(), "chains").glob("*.yaml")))
+def test_shipped_chains_are_built(file):
+    assert build_chain(load_chain(file)).node_count == 4
+
+
+def test_what_was_resolved_loads_again(tmp_path):
+    loaded = load_chain("leafbot9", ["time.end=1 s"], {"--slope": (("slope",), "3 deg")})
+    again = tmp_path / "again.yaml"
+    again.write_text(loaded.resolved())
+    assert load_chain(again).scene == loaded.scene
+    assert "slope: 3 deg  # --slope" in loaded.resolved()
