@@ -10,6 +10,19 @@ from hypothesis import settings
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
+FEWER_LANES = 2
+"""Elements in a lane vector of the fast suite's kernels. Taichi writes a vector's arithmetic out lane
+by lane: with the eight of users, and of the slow suite, hexahedra take twice as long to compile.
+`tests/solver/test_lanes.py` compares them.
+"""
+
+
+def pytest_configure(config):
+    if config.option.markexpr != "slow":
+        from softsim import backend
+
+        backend.CPU_LANES = FEWER_LANES
+
 
 @pytest.fixture(scope="session")
 def kernel_cache(tmp_path_factory):
