@@ -11,9 +11,9 @@ settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
 FEWER_LANES = 2
-"""Elements in a lane vector of the fast suite's kernels. Taichi writes a vector's arithmetic out lane
-by lane: with the eight of users, and of the slow suite, hexahedra take twice as long to compile.
-`tests/solver/test_lanes.py` compares them.
+"""Elements in a lane vector of the fast suite's kernels. Taichi writes vector arithmetic out
+lane by lane: with the eight of users, and of the slow suite, hexahedra take twice as long to
+compile. `tests/solver/test_lanes.py` compares them.
 """
 
 
