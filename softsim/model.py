@@ -214,6 +214,7 @@ class Model:
     cycles: Own[int | None]
     time_increment: Own[float | None]
     safety_factor: Own[float]
+    least_step: Own[float]
     bulk_viscosity: float
     mass_scaling: MassScaling | None
     energy_error_limit: Own[float]

@@ -103,6 +103,7 @@ def build_model(loaded: LoadedScene) -> Model:
         cycles=scene.time.cycles,
         time_increment=None if scene.time.increment == "auto" else scene.time.increment,
         safety_factor=scene.solver.safety_factor,
+        least_step=scene.solver.least_step,
         bulk_viscosity=bulk_viscosity(names),
         mass_scaling=conditions.mass_scaling(names, bodies, points, is_free),
         energy_error_limit=scene.solver.energy_error_limit,

@@ -37,6 +37,7 @@ from softsim.solver.explicit import Scenario
 from softsim.solver.guards import (
     hourglass_warnings,
     refuse_broken_elements,
+    refuse_collapsed_step,
     refuse_crowding,
     refuse_energy_error,
     refuse_no_equilibrium,
@@ -234,6 +235,7 @@ class Run:
         run_length = model.end_time / scenario.time_increment
         self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
         self._tell_step(stable)
+        self._refuse_collapsed_step(stable)
         if model.time_increment is not None:
             refuse_unstable_step(model, stable, scenario.time)
             self.files.warn(step_warnings(model, stable))
@@ -258,6 +260,14 @@ class Run:
         """Stop at a broken element, with the failed frame kept."""
         try:
             refuse_broken_elements(self.model, self.scenario.positions(), self.scenario.time)
+        except StabilityError:
+            self.files.write_frame(self.scenario)
+            raise
+
+    def _refuse_collapsed_step(self, stable: StableStep) -> None:
+        """Stop at a step that is not worth going on with, with the last frame kept."""
+        try:
+            refuse_collapsed_step(self.model, stable, self.estimator.at_rest, self.scenario.time)
         except StabilityError:
             self.files.write_frame(self.scenario)
             raise

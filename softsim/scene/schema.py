@@ -72,6 +72,13 @@ class Solver(Part):
     safety_factor: Number = Field(
         default=0.9, gt=0.0, le=1.0, description="Time step over the stable one."
     )
+    least_step: Number = Field(
+        default=0.05,
+        ge=0.0,
+        lt=1.0,
+        description="The run stops when the stable step falls below this share of that at rest, as "
+        "it does when a skin balloons.",
+    )
     bulk_viscosity: Number = Field(
         default=0.06,
         ge=0.0,

@@ -121,6 +121,25 @@ def turning_warnings(added_turning: float) -> dict[str, str]:
     }
 
 
+def refuse_collapsed_step(
+    model: Model, stable: StableStep, at_rest: StableStep, time: float
+) -> None:
+    """Stop at `time` [s] where the stable step is below the scene's share of that at rest: what is
+    left would take hours, and seldom be worth them.
+
+    Raises StabilityError.
+    """
+    share = stable.value / at_rest.value
+    if share < model.least_step:
+        raise StabilityError(
+            f"the stable step has fallen to {100.0 * share:.2g} % of that at rest at "
+            f"t = {time:.6g} s: {stable.describe()}",
+            "a skin under a given pressure above its limit point balloons and thins: lower the "
+            "pressure or drive it by added_volume; where so short a step is meant, give a smaller "
+            "solver.least_step",
+        )
+
+
 def refuse_unstable_step(model: Model, stable: StableStep, time: float) -> None:
     """Stop at `time` [s] where the step given by the user is above the stable one.
 

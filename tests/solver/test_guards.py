@@ -8,6 +8,7 @@ import pytest
 from softsim.errors import StabilityError
 from softsim.solver.guards import (
     hourglass_warnings,
+    refuse_collapsed_step,
     refuse_unstable_step,
     step_warnings,
     strain_warnings,
@@ -53,6 +54,16 @@ def test_a_lost_stiffness_is_named(build):
 
 
 FOUND = StableStep(5e-6, 7e-6, "contact that would throw back", 0, 1e-3)
+
+
+def test_a_step_that_collapses_is_refused(build):
+    """From 5 us, by default below a twentieth of the one at rest, or below what the scene says."""
+    at_rest = dataclasses.replace(FOUND, value=99e-6)
+    refuse_collapsed_step(build(BLOCK), FOUND, at_rest, 0.0)
+    longer = dataclasses.replace(FOUND, value=101e-6)
+    with pytest.raises(StabilityError, match=r"has fallen to 5 % of that at rest at t = 0\.25 s"):
+        refuse_collapsed_step(build(BLOCK), FOUND, longer, 0.25)
+    refuse_collapsed_step(build(BLOCK, "solver.least_step=0"), FOUND, longer, 0.25)
 
 
 def test_a_step_is_refused_only_where_it_is_unstable(build):
