@@ -20,12 +20,13 @@ def test_there_are_scenes():
 def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.run import run
+    from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
 
     results = run(
         SCENES / name,
         # Static scenes too: settling takes longer than a moment and has tests of its own. What a
         # scene expects, it expects of its whole run.
-        ["time.end=4 ms", "time.procedure=dynamic", "expect={}"],
+        ["time.end=4 ms", "time.procedure=dynamic", "time.settle=null", "expect={}"],
         tmp_path,
         "cpu",
         console=Console(file=io.StringIO()),
@@ -34,6 +35,11 @@ def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
     assert results.summary["energy_error"] < 0.01
     place = "frame_x" if "frame_displacement" in results.summary else "body_x"
     assert np.isfinite(results.history[place]).all()
+    pressed = [
+        sum(column for name, column in results.history.items() if name.startswith(prefix))
+        for prefix in (ROW_FORCE, SIDE_FORCE)
+    ]
+    np.testing.assert_allclose(*pressed, rtol=1e-12)
 
 
 @pytest.mark.slow

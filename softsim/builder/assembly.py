@@ -98,7 +98,7 @@ def build_model(loaded: LoadedScene) -> Model:
         probes=conditions.probes(names, points, is_free),
         gravity=full_gravity,
         starting_gravity=starting_gravity,
-        robot=roles.robot(names, bodies, chamber),
+        robot=roles.robot(names, bodies, chamber, points),
         end_time=end_time(names, chamber),
         cycles=scene.time.cycles,
         time_increment=None if scene.time.increment == "auto" else scene.time.increment,

@@ -12,9 +12,19 @@ from softsim.model import Body, Robot
 PLACE = ("robot",)
 
 
-def robot(names: Names, bodies: Sequence[Body], chamber: FollowerPressure | None) -> Robot:
-    """What the scene says, or the first of each kind; chamber: what `chamber` tells."""
-    return Robot(frame(names), None if chamber is None else chamber.name, rows(names, bodies))
+SIDES = (("bottom", "top"), ("left", "right"))
+"""By the sign of y and z: a robot goes along +x, and +y is up."""
+
+
+def robot(
+    names: Names, bodies: Sequence[Body], chamber: FollowerPressure | None, points: np.ndarray
+) -> Robot:
+    """What the scene says, or the first of each kind; chamber: what `chamber` tells; points: of all
+    nodes at rest (n, d) [m].
+    """
+    named = None if chamber is None else chamber.name
+    found = rows(names, bodies)
+    return Robot(frame(names), named, found, sides(found, points))
 
 
 def frame(names: Names) -> int | None:
@@ -54,3 +64,20 @@ def rows(names: Names, bodies: Sequence[Body]) -> dict[str, np.ndarray]:
             )
         found |= named
     return found
+
+
+def sides(rows: dict[str, np.ndarray], points: np.ndarray) -> dict[str, np.ndarray]:
+    """Nodes of all rows, by the side of the robot on which they lie at rest: the direction across
+    in which they are farthest from the middle of all.
+    """
+    if not rows:
+        return {}
+    nodes = np.unique(np.concatenate(list(rows.values())))
+    across = (points[nodes] - points[nodes].mean(axis=0))[:, 1:]
+    farthest = np.abs(across).argmax(axis=1)
+    ahead = np.take_along_axis(across, farthest[:, None], axis=1)[:, 0] >= 0.0
+    return {
+        name: nodes[(farthest == k) & (ahead == bool(sign))]
+        for k, pair in enumerate(SIDES[: across.shape[1]])
+        for sign, name in enumerate(pair)
+    }

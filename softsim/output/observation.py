@@ -17,6 +17,7 @@ from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output import along_path
+from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
@@ -48,6 +49,7 @@ def columns(model: Model) -> dict[str, str]:
         "rows_in_contact": "-",  # rows of spikes that touched within the interval
         **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
+        **dict.fromkeys(parts_pressed(model), "N"),  # the same of each row of spikes, and each side
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
         **of_terms,  # what their terms read
         "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons, tethers
@@ -125,9 +127,13 @@ def observe(
     row["contact_count"] = walls.contact_count
     row["slip_share"] = walls.slip_share
     row["rows_in_contact"] = row["wall_force_normal"] = 0.0
+    row |= dict.fromkeys(parts_pressed(model), 0.0)
     if walls.normal_impulse > 0.0 and interval > 0.0:
-        row["rows_in_contact"] = rows_in_contact(model, reader.touching(scenario.number))
+        pressed = reader.normal_impulses(scenario.number)
+        row["rows_in_contact"] = rows_in_contact(model, pressed)
         row["wall_force_normal"] = walls.normal_impulse / interval
+        for name, nodes in parts_pressed(model).items():
+            row[name] = float(pressed[nodes].sum()) / interval
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
         row[f"wall_force_{axis}"] = walls.impulse[i] / interval if interval > 0.0 else 0.0
@@ -169,11 +175,16 @@ def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, fl
     return now
 
 
-def rows_in_contact(model: Model, touching: np.ndarray) -> int:
-    """Rows of spikes of which a node is among those (k,) that touched a wall."""
-    touched = np.zeros(len(model.points), dtype=bool)
-    touched[touching] = True
-    return sum(bool(touched[nodes].any()) for nodes in model.robot.rows.values())
+def rows_in_contact(model: Model, impulses: np.ndarray) -> int:
+    """Rows of spikes of which a node touched a wall; impulses: normal ones of nodes (n,) [N s]."""
+    return sum(bool(impulses[nodes].any()) for nodes in model.robot.rows.values())
+
+
+def parts_pressed(model: Model) -> dict[str, np.ndarray]:
+    """Nodes of the robot's rows and sides, by the column of the force of walls on them."""
+    robot = model.robot
+    rows = {f"{ROW_FORCE}{name}": nodes for name, nodes in robot.rows.items()}
+    return rows | {f"{SIDE_FORCE}{name}": nodes for name, nodes in robot.sides.items()}
 
 
 @dataclass(frozen=True)

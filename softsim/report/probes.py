@@ -8,7 +8,7 @@ from softsim.report.curves import History, has, pressurised
 from softsim.report.panels import Line
 from softsim.report.style import COLOURS
 from softsim.report.thinning import thinned
-from softsim.scene.columns import FIXED_COLUMNS
+from softsim.scene.columns import is_probe
 
 QUANTITIES = {
     "m": ("length", 1e3, "mm"),
@@ -30,7 +30,7 @@ def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Line
     """
     columns: dict[str, list[str]] = {}
     for column, unit in units.items():
-        if column not in FIXED_COLUMNS and has(history, column):
+        if is_probe(column) and has(history, column):
             columns.setdefault(unit, []).append(column)
     return {unit: _curves(history, names, unit) for unit, names in columns.items()}
 

@@ -20,17 +20,26 @@ from softsim.report.curves import (
 )
 from softsim.report.panels import Axis, Curves, Line, Panel
 from softsim.report.probes import QUANTITIES, curves_of, inflation_curves
-from softsim.report.style import BLUE, GREEN, ORANGE, RED
+from softsim.report.style import BLUE, COLOURS, GREEN, ORANGE, RED
+from softsim.report.thinning import thinned
+from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
 
 TITLES = {
     "displacement_pressure": "Displacement and pressure",
     "energies": "Energies",
     "contact_rows": "Contact with walls",
+    "deflation": "While the pressure falls",
     "pull": "Pull",
     "probes": "Probes",
     "pressure_probe": "Pressure over the probes",
 }
 """Name of a figure, as its file has it -> its title."""
+
+FEWEST_OF_A_FALL = 20
+"""Rows of a history that make a curve."""
+
+SAMPLES_OF_A_FALL = 60
+"""Of its curves, so that each is a mean over many periods of the motor."""
 
 
 def signals(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
@@ -48,7 +57,7 @@ def signals(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
         for name, shown in panels.items()
         if shown
     }
-    return figures | inflation(history, units)
+    return figures | deflation(history) | inflation(history, units)
 
 
 def way(history: History, layout: Mapping[str, Any]) -> Curves:
@@ -86,6 +95,45 @@ def contact(history: History) -> Iterator[Panel]:
     for column, (label, colour) in contacts_drawn(history).items():
         line = Line(label, history["time"], history[column], colour)
         yield Panel(Axis(label, [line], from_zero=True, whole=column == "rows_in_contact"))
+
+
+def last_fall(pressure: np.ndarray) -> slice:
+    """Rows from the last one of the highest pressure to that of the lowest after it."""
+    highest = len(pressure) - 1 - int(np.argmax(pressure[::-1]))
+    return slice(highest, highest + 1 + int(np.argmin(pressure[highest:])))
+
+
+def deflation(history: History) -> dict[str, Curves]:
+    """Over the air pressure while it falls for the last time: the forces of walls on each row of
+    spikes and on each side of the robot, and its speed, all without vibration.
+    """
+    pressed = [name for name in history if name.startswith((ROW_FORCE, SIDE_FORCE))]
+    if not pressed or not pressurised(history):
+        return {}
+    fall = last_fall(history["pressure"])
+    time = history["time"][fall]
+    if len(time) < FEWEST_OF_A_FALL:
+        return {}
+    kilo = thinned(time, history["pressure"][fall] / 1e3, SAMPLES_OF_A_FALL).mean
+
+    def line(name: str, values: np.ndarray, colour: str) -> Line:
+        return Line(name, kilo, thinned(time, values, SAMPLES_OF_A_FALL).mean, colour)
+
+    panels = []
+    for prefix, title in ((ROW_FORCE, "force on a row [N]"), (SIDE_FORCE, "force on a side [N]")):
+        names = [name for name in pressed if name.startswith(prefix)]
+        lines = [
+            line(name.removeprefix(prefix), history[name][fall], COLOURS[k % len(COLOURS)])
+            for k, name in enumerate(names)
+        ]
+        panels.append(Panel(Axis(title, lines, from_zero=True)))
+    if travels(history):
+        moments = thinned(time, time, SAMPLES_OF_A_FALL).mean
+        way = line("speed", displacement(history)[fall] * MILLI, BLUE)
+        speed = Line("speed", kilo, np.gradient(way.values, moments), BLUE)
+        panels.append(Panel(Axis("speed [mm/s]", [speed], from_zero=True)))
+    shown = Curves(TITLES["deflation"], "air pressure [kPa]", panels, over_time=False)
+    return {"deflation": shown}
 
 
 def energies(history: History) -> Iterator[Panel]:

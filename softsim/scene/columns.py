@@ -1,5 +1,8 @@
 """Names of the columns of a history: what probes may not be called."""
 
+ROW_FORCE, SIDE_FORCE = "row_force_", "side_force_"
+"""Before the name of a row of spikes, of a side of the robot."""
+
 FIXED_COLUMNS = frozenset(
     {
         "time",
@@ -40,4 +43,9 @@ FIXED_COLUMNS = frozenset(
         "narrowing_drag",
     }
 )
-"""All that observation.columns names in any model without probes; further columns are probes'."""
+"""All that observation.columns names in any model without rows and probes."""
+
+
+def is_probe(column: str) -> bool:
+    """Whether a column of a history is a probe's."""
+    return column not in FIXED_COLUMNS and not column.startswith((ROW_FORCE, SIDE_FORCE))

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from softsim.scene.columns import FIXED_COLUMNS
+from softsim.scene.columns import is_probe
 from softsim.scene.part import Part
 from softsim.scene.quantities import (
     Force,
@@ -83,12 +83,13 @@ class Output(Part):
     @field_validator("probes")
     @classmethod
     def _columns_are_new(cls, probes: dict[str, Probe]) -> dict[str, Probe]:
-        taken = dict.fromkeys(FIXED_COLUMNS, "the history's own")
+        taken: dict[str, str] = {}
         for name, probe in probes.items():
             for column in probe_columns(name, probe.kind, "xyz"):
-                if column in taken:
+                owner = taken.get(column) if is_probe(column) else "the history's own"
+                if owner is not None:
                     raise ValueError(
-                        f"the column {column} of the probe '{name}' is {taken[column]} already: "
+                        f"the column {column} of the probe '{name}' is {owner} already: "
                         "give the probe another name"
                     )
                 taken[column] = f"that of the probe '{name}'"

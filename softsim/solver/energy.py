@@ -73,8 +73,8 @@ class EnergyReader:
     """Reads energies, wall contact and the places of rigid bodies of all scenarios in two kernels:
     copying every field out would cost more than a hundred increments.
 
-    places (scenarios, bodies, d + 4 + 9): centre, orientation, rotation of each body. touched
-    (scenarios, contact nodes): whether each touched a wall since impulses were cleared.
+    places (scenarios, bodies, d + 4 + 9): centre, orientation, rotation of each body. impulses
+    (scenarios, contact nodes): normal ones of walls on each [N s] since they were cleared.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
@@ -85,13 +85,13 @@ class EnergyReader:
         self.readings = np.zeros((solver.scenarios, 10 + 2 * self.dimension))
         bodies, contact = len(solver.models[0].rigid_bodies), solver.models[0].contact
         self.places = np.zeros((solver.scenarios, max(1, bodies), self.dimension + 4 + 9))
-        self.touched = np.zeros((solver.scenarios, max(1, len(contact.nodes))), dtype=np.int32)
+        self.impulses = np.zeros((solver.scenarios, max(1, len(contact.nodes))))
 
     def update(self) -> None:
         """Read the present values of all scenarios; `of_scenario` returns them."""
-        self.touched[:] = 0
+        self.impulses[:] = 0.0
         self._read(self.solver.time_increments, self.readings)
-        self._see(self.places, self.touched)
+        self._see(self.places, self.impulses)
 
     def of_scenario(self, scenario: int) -> tuple[Energies, WallContactTotals, np.ndarray]:
         """Energies, wall contact, and the centre of mass of all nodes (d,) [m] of a scenario at the
@@ -112,10 +112,15 @@ class EnergyReader:
         )
         return centre, orientation, rotation.reshape(3, 3)
 
-    def touching(self, scenario: int) -> np.ndarray:
-        """Numbers of the nodes that touched a wall since impulses were cleared."""
-        nodes = self.solver.models[scenario].contact.nodes
-        return nodes[self.touched[scenario, : len(nodes)] > 0]
+    def normal_impulses(self, scenario: int) -> np.ndarray:
+        """Of walls on each node of a scenario (n,) [N s], from when they were cleared to the last
+        update.
+        """
+        model = self.solver.models[scenario]
+        found = np.zeros(len(model.points))
+        nodes = model.contact.nodes
+        found[nodes] = self.impulses[scenario, : len(nodes)]
+        return found
 
     def read(self, scenario: int = 0) -> tuple[Energies, WallContactTotals, np.ndarray]:
         """Update, and return the values of a scenario."""
@@ -183,15 +188,14 @@ class EnergyReader:
     def _see(
         self,
         places: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]  # Taichi wants an instance
-        touched: ti.types.ndarray(ti.i32, ndim=2),  # type: ignore[valid-type]  # Taichi wants an instance
+        impulses: ti.types.ndarray(ti.f64, ndim=2),  # type: ignore[valid-type]  # Taichi wants an instance
     ):
         # A kernel of its own: beside it the compiler adds up impulses in another order.
         ti.loop_config(serialize=self.serially)
         for s in range(self.solver.scenarios):
             for walls in ti.static(self.terms.wall_contacts):
                 for i in range(walls.count.read()):
-                    if walls.normal_impulse[s, i] > 0.0:
-                        touched[s, i] = 1
+                    impulses[s, i] += walls.normal_impulse[s, i]
             for r in range(self.bodies.count):
                 for i in ti.static(range(self.dimension)):
                     places[s, r, i] = self.bodies.centre[s, r][i]

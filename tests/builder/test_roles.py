@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from softsim.builder import build_model
@@ -45,6 +46,21 @@ def test_the_rows_of_the_robot_are_its_rings_of_spikes(name):
     """Not their upper and lower halves, which have sets of their own."""
     rows = build_model(load_scene(SCENES / name)).robot.rows
     assert list(rows) == [f"skin.j{k}" for k in range(1, 6)]
+
+
+@pytest.mark.parametrize(
+    ("name", "across"), [("pfr_36mm.yaml", 1), ("pfr_36mm_3d.yaml", 2)]
+)
+def test_sides_share_the_nodes_of_all_rows(name, across):
+    """To the right is +z of a robot that goes along +x with +y up."""
+    model = build_model(load_scene(SCENES / name))
+    sides, points = model.robot.sides, model.points
+    assert list(sides) == ["bottom", "top", "left", "right"][: 2 * across]
+    together = np.concatenate(list(sides.values()))
+    assert sorted(together) == sorted(np.concatenate(list(model.robot.rows.values())))
+    for k, (low, high) in enumerate((("bottom", "top"), ("left", "right"))[:across], start=1):
+        assert points[sides[low], k].max() < -5e-3
+        assert points[sides[high], k].min() > 5e-3
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,19 @@ def test_a_history_without_data_has_no_figures() -> None:
     assert signals({"time": TIME, "internal_energy": np.full(50, np.nan)}, {}) == {}
 
 
+def test_forces_of_rows_and_sides_over_the_last_fall_of_the_pressure(history) -> None:
+    cycle = np.interp(TIME, TIME[[0, 10, 20, 25, 49]], [0.0, 1e4, 4e3, 1e4, 2e3])
+    assert "deflation" not in signals(history, UNITS)
+    pressed = {"row_force_skin.j1": 2.0 * TIME, "side_force_top": TIME, "side_force_left": -TIME}
+    rows, sides, speed = signals(history | pressed | {"pressure": cycle}, UNITS)["deflation"].panels
+    assert [line.name for line in rows.left.lines] == ["skin.j1"]
+    assert [line.name for line in sides.left.lines] == ["top", "left"]
+    (drawn,) = speed.left.lines
+    np.testing.assert_allclose(drawn.values, 5.0)  # 5 mm in a second
+    assert drawn.x[[0, -1]] == pytest.approx([10.0, 2.0], abs=0.3)
+    assert (np.diff(drawn.x) < 0.0).all()
+
+
 def test_pull_is_shown_where_a_tendon_holds_the_robot(history) -> None:
     (panel,) = signals(history, UNITS)["pull"].panels
     assert [axis.title for axis in panel.axes] == [
