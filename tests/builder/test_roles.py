@@ -48,9 +48,7 @@ def test_the_rows_of_the_robot_are_its_rings_of_spikes(name):
     assert list(rows) == [f"skin.j{k}" for k in range(1, 6)]
 
 
-@pytest.mark.parametrize(
-    ("name", "across"), [("pfr_36mm.yaml", 1), ("pfr_36mm_3d.yaml", 2)]
-)
+@pytest.mark.parametrize(("name", "across"), [("pfr_36mm.yaml", 1), ("pfr_36mm_3d.yaml", 2)])
 def test_sides_share_the_nodes_of_all_rows(name, across):
     """To the right is +z of a robot that goes along +x with +y up."""
     model = build_model(load_scene(SCENES / name))
