@@ -3,7 +3,7 @@
 import numpy as np
 import taichi as ti
 
-from softsim import fields
+from softsim import backend, fields
 from softsim.nodes import PARTS, NodeLists, parts_of
 
 
@@ -25,7 +25,7 @@ def test_nodes_sum_their_entries(cpu):
     def add_up():
         for b in range(lists.blocks.read()):
             total = lists.sum(field, 0, b)
-            for lane in ti.static(range(8)):
+            for lane in ti.static(range(backend.lanes())):
                 if lists.node[b, lane] >= 0:
                     found[0, lists.node[b, lane]] = total[lane]
 
