@@ -22,8 +22,8 @@ WARM_UP = 16  # increments: kernels are compiled, every pass has run
 
 def main(scene: str, device: str, threads: str, scenarios: str) -> None:
     """Answer until standard input ends."""
-    backend.start(device, threads=int(threads))
     model = build_model(load_scene(Path(scene)))
+    backend.start(device, threads=int(threads), most_lanes=model.most_lanes)
     solver = ExplicitSolver([model] * int(scenarios))
     solver.begin(model.safety_factor * stable_step(model, model.points).value)
     solver.advance(WARM_UP)

@@ -245,6 +245,11 @@ class Model:
         return sum(b.cells.size for b in self.bodies)
 
     @property
+    def most_lanes(self) -> int:
+        """Elements that suit a lane vector of a CPU: what backend.py says was measured."""
+        return 4 if all(region.has_hourglass_modes for region in self.regions) else 8
+
+    @property
     def added_turning(self) -> float:
         """Largest share by which mass scaling adds to a body's inertia against turning [-]."""
         scaling = self.mass_scaling

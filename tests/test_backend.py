@@ -33,3 +33,17 @@ def test_an_old_lock_goes_and_a_fresh_one_stays(tmp_path):
 def test_lane_blocks_round_up(cpu):
     assert backend.lane_blocks(1) == 1
     assert backend.lane_blocks(backend.CPU_LANES + 1) == 2
+
+
+def test_lanes_are_as_many_as_suit_the_elements(build, monkeypatch, tmp_path):
+    """Four of quadrilaterals and hexahedra, eight of others, and where both are."""
+    monkeypatch.setattr(backend, "CPU_LANES", 8)
+    scene = """
+bodies:
+  b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm, cells: CELLS},
+      formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10}
+time: {end: 1 s}
+"""
+    for cells, lanes in (("quad", 4), ("simplex", 8)):
+        model = build(scene.replace("CELLS", cells))
+        assert backend.start("cpu", cache=tmp_path, most_lanes=model.most_lanes).lanes == lanes

@@ -44,7 +44,11 @@ class Batch:
         self.clock = WallClock()
         self.console = files[0].console
         corners = len(files) * files[0].model.corner_count
-        backend.start(choice.device, threads=choice.threads_for(corners))
+        backend.start(
+            choice.device,
+            threads=choice.threads_for(corners),
+            most_lanes=files[0].model.most_lanes,
+        )
         self.solver = ExplicitSolver([of_run.model for of_run in files])
         self.reader = EnergyReader(self.solver)
         self.runs = [
