@@ -161,8 +161,9 @@ def pressure_on_facets(load: scene_loads.FollowerPressure, profile: Profile) -> 
 def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> Rotor:
     """A vibration motor on a rigid body."""
     rotor = eccentric_mass(
-        load.factor * load.eccentric_mass, load.radius, load.frequency, load.rotation_axis,
-        load.spin_up, load.phase, loaded.names.dimension,
+        load.factor * load.eccentric_mass, load.radius, load.frequency,
+        np.array(load.rotation_axis), load.sense, load.spin_up, load.phase,
+        loaded.names.dimension,
     )  # fmt: skip
     return rotor_load(loaded, load.acts_on, rotor, keys)
 

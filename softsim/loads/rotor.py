@@ -2,8 +2,11 @@
 
 An eccentric mass m_e at radius r_e pulls with m_e r_e omega^2 towards where it is. A motor that
 turns about the section's normal z shows its whole rotating vector, one that turns about the
-pipe's axis x (in the plane across the section) shows its y part only; in space both show all of
+pipe's axis x (in the plane across the section) shows its y part only; in space all show all of
 it. Its weight m_e g belongs to the mass of the body.
+
+The force m_e r_e omega^2 (a cos(angle) + b sin(angle)), a and b across the axis, turns from a to b.
+About x, y and z, turning positively, a is y, z and x, and b is z, x and y.
 
 The speed rises smoothly: omega(t) = 2 pi f (3 u^2 - 2 u^3) with u = t / spin_up, whose integral
 gives the angle in closed form, and the force rises with omega^2.
@@ -42,19 +45,31 @@ def eccentric_mass(
     mass: float,
     radius: float,
     frequency: float,
-    rotation_axis: str,
+    axis: np.ndarray,
+    sense: int,
     spin_up: float,
     phase: float,
     dimension: int,
 ) -> RotorForce:
-    """The rotor of an eccentric mass [kg] at a radius [m]; rotation_axis: "x" or "z".
+    """The rotor of an eccentric mass [kg] at a radius [m] that turns about `axis` (3,), positively
+    where `sense` is 1, the other way where it is -1.
 
     A model of two dimensions sees the x and y parts of its force.
     """
     amplitude = mass * radius * (2.0 * np.pi * frequency) ** 2
-    x, y, z = np.eye(3)[:, :dimension]
-    cosine, sine = {"x": (y, z), "z": (x, y)}[rotation_axis]
-    return RotorForce(amplitude * cosine, amplitude * sine, frequency, spin_up, phase)
+    cosine, sine = amplitude * across(axis)[:, :dimension]
+    return RotorForce(cosine, sense * sine, frequency, spin_up, phase)
+
+
+def across(axis: np.ndarray) -> np.ndarray:
+    """Two unit vectors (2, 3) a, b across an axis (3,), right-handed with it: a lies towards the
+    coordinate axis that follows, of x, y, z, x, the one which the axis is nearest to.
+    """
+    unit = axis / np.linalg.norm(axis)
+    following = np.roll(np.eye(3), -1, axis=0)[np.abs(unit).argmax()]
+    a = following - following.dot(unit) * unit
+    a /= np.linalg.norm(a)
+    return np.stack([a, np.cross(unit, a)])
 
 
 def sinusoidal_force(

@@ -179,3 +179,31 @@ def _not_zero(direction: tuple[float, ...]) -> tuple[float, ...]:
 
 Axis = Literal["x", "y", "z"]
 Direction = Annotated[tuple[Number, ...], TWO_OR_THREE, AfterValidator(_not_zero)]
+AXES: dict[Any, tuple[float, ...]] = {
+    "x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)
+}  # fmt: skip
+
+
+def _axis_vector(value: Any) -> Any:
+    """A letter's direction; what is no letter stays as it is."""
+    if not isinstance(value, str):
+        return value
+    if value not in AXES:
+        raise ValueError(f"{value!r} is no axis: write x, y, z or three numbers, such as [1, 0, 1]")
+    return AXES[value]
+
+
+# Of space, in a section too.
+AxisVector = Annotated[
+    tuple[Number, Number, Number],
+    BeforeValidator(_axis_vector),
+    AfterValidator(_not_zero),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"enum": list(AXES)},
+                {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+            ]
+        }
+    ),
+]
