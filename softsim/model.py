@@ -14,6 +14,7 @@ from softsim.contact.cylinder import Cylinder
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
+from softsim.elements.cable import Cable
 from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
@@ -82,6 +83,15 @@ class ContactData:
     tangential_damping: np.ndarray
     effective_mass: Own[np.ndarray]
     friction_coefficient: Own[float]
+
+
+@dataclass(frozen=True)
+class CableData:
+    """A cable of a radius [m], and the contact of its nodes that are not held."""
+
+    cable: Cable
+    radius: float
+    contact: ContactData
 
 
 @dataclass(frozen=True)
@@ -182,7 +192,8 @@ class Model:
     """One scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
-    rigid body. The last nodes, without mass, are the corners of rigid outlines. loads: whatever
+    rigid body. After the nodes of bodies come those of cables. The last nodes, without mass, are
+    the corners of rigid outlines. loads: whatever
     acts from outside, prescribed motions too. gravity (d,) [m/s^2]: all of it; starting_gravity: at
     t = 0, where it rises over a profile. end_time [s]: the latest; cycles: of the pressure in the
     robot's chamber, with which the run ends, or None. time_increment: the user's step [s], or None
@@ -194,6 +205,7 @@ class Model:
     """
 
     bodies: tuple[Body, ...]
+    cables: tuple[CableData, ...]
     points: np.ndarray
     velocity: Own[np.ndarray]
     mass: np.ndarray
@@ -251,6 +263,11 @@ class Model:
             scaling.of_nodes(b.nodes).added_turning(b.points, self.mass[b.nodes])
             for b in self.bodies
         )
+
+    @property
+    def wall_contacts(self) -> tuple[ContactData, ...]:
+        """Of all that may touch walls: bodies, then each cable."""
+        return (self.contact, *(cable.contact for cable in self.cables))
 
     @property
     def pressures(self) -> tuple[FollowerPressure, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.wall import Wall
+from softsim.elements.cable import Cable
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
@@ -40,7 +41,8 @@ def columns(model: Model) -> dict[str, str]:
         first["chamber_volume"] = "m^3"  # enclosed by the surface of the robot's chamber
     if model.robot.frame is not None:
         first |= frame_columns(axes)
-    owners: list[Load | Wall] = [*model.loads, *model.walls]
+    cables = [data.cable for data in model.cables]
+    owners: list[Load | Wall | Cable] = [*model.loads, *model.walls, *cables]
     of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
     last = {
         **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies

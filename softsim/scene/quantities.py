@@ -97,6 +97,7 @@ PositiveTime = Annotated[float, Quantity("s", "positive")]
 NotNegativeTime = Annotated[float, Quantity("s", "not negative")]
 AutoOrPositiveTime = Annotated[float | Literal["auto"], Quantity("s", "positive", "auto")]
 PositiveMass = Annotated[float, Quantity("kg", "positive")]
+PositiveLineDensity = Annotated[float, Quantity("kg/m", "positive")]
 PositiveInertia = Annotated[float, Quantity("kg*m^2", "positive")]
 PositiveDensity = Annotated[float, Quantity("kg/m^3", "positive")]
 Angle = Annotated[float, Quantity("rad")]
@@ -123,6 +124,7 @@ NotNegativeVolume = Annotated[float, Quantity("m^3", "not negative")]
 PositiveStiffness = Annotated[float, Quantity("N/m", "positive")]
 AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "positive", "auto")]
 NotNegativeTurningStiffness = Annotated[float, Quantity("N*m/rad", "not negative")]
+NotNegativeBendingStiffness = Annotated[float, Quantity("N*m^2", "not negative")]
 
 TWO_OR_THREE = Field(min_length=2, max_length=3)
 # In space a third component that is left out is zero.
