@@ -244,6 +244,11 @@ class Model:
         return tuple(region for body in self.bodies for region in body.regions)
 
     @property
+    def meshed_count(self) -> int:
+        """Nodes of all bodies."""
+        return sum(len(b.points) for b in self.bodies)
+
+    @property
     def element_count(self) -> int:
         """Elements of all bodies."""
         return sum(len(b.cells) for b in self.bodies)

@@ -8,6 +8,7 @@ from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.loads import ELASTIC_SLIP
 from softsim.builder.names import MeshedBody, Names, PlacedCable, in_mm, model_vector
 from softsim.contact.offset import OffsetWall
+from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.wall import Wall
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.cable import Cable
@@ -100,6 +101,7 @@ def built_cables(
             friction = names.scene.contact.friction_coefficient
         contact = stiffness.contact(placed.nodes[moves], friction)
         refuse_penetration(names, name, walls, placed.points[moves])
+        refuse_beyond_pipes(names, name, walls, placed.points)
         cable = Cable(
             name=name,
             nodes=placed.nodes,
@@ -134,6 +136,24 @@ def refuse_penetration(names: Names, name: str, walls: Sequence[Wall], places: n
                     f"{in_mm(places[gap.argmin()])}, with its radius of {radius * 1e3:.3g} mm",
                     "lay it along the free side of the wall",
                 )
+
+
+def refuse_beyond_pipes(names: Names, name: str, walls: Sequence[Wall], places: np.ndarray) -> None:
+    """A cable with nodes at places (k, d) [m] lies in a pipe as a whole, or not at all: over the
+    rim of the pipe's start it would hang down.
+    """
+    for wall in walls:
+        if not isinstance(wall, PipeNetwork):
+            continue
+        before = wall.locate(places)[1] < 0.0
+        if before.any() and not before.all():
+            longest = float(np.linalg.norm(np.diff(places[~before], axis=0), axis=1).sum())
+            raise names.loaded.error(
+                ("cables", name, "points"),
+                f"'{name}' reaches out of the start of the pipe '{wall.name}' with "
+                f"{int(before.sum())} of its {len(places)} nodes",
+                f"leave it {longest * 1e3:.3g} mm long, or make the pipe longer behind it",
+            )
 
 
 def end_drags(names: Names) -> tuple[EndDrag, ...]:

@@ -52,7 +52,7 @@ def columns(model: Model) -> dict[str, str]:
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
         **of_terms,  # what their terms read
-        "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons, tethers
+        "internal_energy": "J",  # ALLSE: law, Maxwell springs, cables, tendons, tethers
         **hourglass_columns(model),
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
@@ -274,8 +274,16 @@ def frame(scenario: Scenario) -> Frame:
             "stretch": np.concatenate([b.joined(m.stretch for m in of) for b, of in parts]),
             "von_mises": np.concatenate([b.joined(m.von_mises for m in of) for b, of in parts]),
         },
-        ({"frame_pose": pose_rows} if poses else {}) | wall_offsets(model, scenario.time),
+        ({"frame_pose": pose_rows} if poses else {})
+        | cable_places(model, x)
+        | wall_offsets(model, scenario.time),
     )
+
+
+def cable_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
+    """Nodes (k, d) [m] of all cables, if there are any; all nodes are at x (n, d) [m]."""
+    places = [x[data.cable.nodes] for data in model.cables]
+    return {"cables": np.concatenate(places)} if places else {}
 
 
 def wall_offsets(model: Model, time: float) -> dict[str, np.ndarray]:
@@ -301,6 +309,7 @@ def description(model: Model, title: str) -> dict:
         "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
+        "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,
