@@ -6,7 +6,9 @@ pipe's axis x (in the plane across the section) shows its y part only; in space 
 it. Its weight m_e g belongs to the mass of the body.
 
 The force m_e r_e omega^2 (a cos(angle) + b sin(angle)), a and b across the axis, turns from a to b.
-About x, y and z, turning positively, a is y, z and x, and b is z, x and y.
+About x, y and z, turning positively, a is y, z and x, and b is z, x and y. These are axes of the
+body that carries the motor: where it pitches or goes around a bend, they turn with it. A sinusoidal
+force keeps its direction in space.
 
 The speed rises smoothly: omega(t) = 2 pi f (3 u^2 - 2 u^3) with u = t / spin_up, whose integral
 gives the angle in closed form, and the force rises with omega^2.
@@ -82,7 +84,7 @@ def sinusoidal_force(
 
 @dataclass(frozen=True, eq=False)
 class Rotor(Load):
-    """A motor on rigid body number `body`."""
+    """What shakes rigid body number `body`, along directions in space."""
 
     body: int
     rotor: RotorForce
@@ -94,9 +96,20 @@ class Rotor(Load):
         return RotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
 
 
+@dataclass(frozen=True, eq=False)
+class CarriedRotor(Rotor):
+    """A motor on rigid body number `body`, along directions of the body."""
+
+    def term(
+        self, alike: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "CarriedRotorTerm":
+        """Its force on the body."""
+        return CarriedRotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
+
+
 @ti.data_oriented
 class RotorTerm(Term):
-    """A motor on rigid body number `body`; one RotorForce a scenario."""
+    """What shakes rigid body number `body`; one RotorForce a scenario."""
 
     def __init__(self, rigid_bodies: RigidBodies, body: int, rotors: list[RotorForce]) -> None:
         self.rigid_bodies, self.body = rigid_bodies, body
@@ -124,4 +137,19 @@ class RotorTerm(Term):
             share = 0.0
         angle = self.phase[s] + self.speed[s] * turned
         force = ti.cos(angle) * self.cosine[s] + ti.sin(angle) * self.sine[s]
-        self.rigid_bodies.apply(s, self.body, share * share * force)
+        self.rigid_bodies.apply(s, self.body, share * share * self.in_space(s, force))
+
+    @ti.func
+    def in_space(self, s, force):
+        """The force (d) [N] in space."""
+        return force
+
+
+@ti.data_oriented
+class CarriedRotorTerm(RotorTerm):
+    """A motor whose axis turns with rigid body number `body`."""
+
+    @ti.func
+    def in_space(self, s, force):
+        """The force (d) [N], given in the body's axes, in space."""
+        return self.rigid_bodies.to_space(s, self.body, force)

@@ -150,7 +150,7 @@ class AddedGas(_Chamber):
 
 
 class EccentricMass(Part):
-    """A vibration motor: force m_e r_e omega^2, rotating."""
+    """A vibration motor: force m_e r_e omega^2, rotating about an axis that goes with its body."""
 
     kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that carries the motor.")

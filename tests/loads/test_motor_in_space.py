@@ -36,6 +36,19 @@ def test_the_force_at_t_is_its_closed_form_either_way(build, start):
                 np.testing.assert_allclose(force, AMPLITUDE * expected, atol=1e-9 * AMPLITUDE)
 
 
+def test_the_axis_goes_with_the_body(build, start):
+    """Spun about z by a quarter turn, a motor about x turns about y."""
+    spun = "rigid_bodies.frame.initial_angular_velocity=100 rad/s"
+    solver = start(build(SCENE, "loads.motor.rotation_axis=x", spun))
+    while solver.time < 40e-3:
+        solver.advance(100)
+        bodies = solver.terms.rigid_bodies
+        axis = fields.read(bodies.rotation)[0, 0] @ [1.0, 0.0, 0.0]
+        force = fields.read(bodies.applied_force)[0, 0]
+        assert abs(force @ axis) < 1e-12
+        assert axis[0] == pytest.approx(np.cos(100.0 * solver.time), abs=1e-6)
+
+
 def test_an_axis_or_a_sense_that_is_none_is_refused(build):
     from softsim.errors import SceneError
 
