@@ -79,7 +79,7 @@ def sinusoidal_force(
 ) -> RotorForce:
     """amplitude [N] along `direction` times the sine of the angle."""
     unit = np.asarray(direction) / np.linalg.norm(direction)
-    return RotorForce(np.zeros(2), amplitude * unit, frequency, spin_up, phase)
+    return RotorForce(np.zeros_like(unit), amplitude * unit, frequency, spin_up, phase)
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,3 +107,5 @@ def test_eccentric_mass_turns_about_any_axis_either_way(sense):
 def test_sinusoidal_force_takes_only_the_direction():
     load = sinusoidal_force(3.0, np.array([0.0, 10.0]), 5.0, 0.0, 0.0)
     np.testing.assert_allclose(load.sine, [0.0, 3.0])
+    in_space = sinusoidal_force(3.0, np.array([0.0, 0.0, 2.0]), 5.0, 0.0, 0.0)
+    np.testing.assert_allclose([in_space.cosine, in_space.sine], [[0.0] * 3, [0.0, 0.0, 3.0]])
