@@ -4,8 +4,8 @@ Taichi's own ways are slow to start: a field made on its own gets a tree of memo
 each field that is filled or read on its own a kernel of its own, traced anew at every start. A
 model has about a hundred fields. So they are made `together`, one after another in one block of
 memory, and two kernels write and read all of them, whatever they hold: they copy words of four
-bytes, and Taichi tells at which word of the block a field begins. Where they are too many for one of
-Taichi's trees, they get a second block.
+bytes, and Taichi tells at which word of the block a field begins. Where they are too many for one
+of Taichi's trees, they get a second block.
 
 A compiled kernel is kept and serves again wherever the extents of the fields are the same. So these
 are rounded up (`rounded`), and what depends on the mesh is a `Number`, which a kernel reads when it
