@@ -45,12 +45,13 @@ def test_what_a_cable_is(build):
 
 
 def test_friction_is_the_scene_s_or_the_cable_s_own(build):
-    frictions = [
-        built(build, None, given, FLOOR, "contact.friction_coefficient=0.4").cables[0]
-        .contact.friction_coefficient
+    """Cables that differ in nothing else share a solver."""
+    models = [
+        built(build, None, given, FLOOR, "contact.friction_coefficient=0.4")
         for given in ("end_drag: 0 N", "friction_coefficient: 0.6")
-    ]  # fmt: skip
-    assert frictions == [0.4, 0.6]
+    ]
+    assert [m.cables[0].contact.friction_coefficient for m in models] == [0.4, 0.6]
+    assert models[0].can_share(models[1])
 
 
 @pytest.mark.parametrize(
