@@ -13,7 +13,6 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.fields import Number
 from softsim.model import Model
 from softsim.solver.explicit import ExplicitSolver
 
@@ -83,7 +82,6 @@ class EnergyReader:
         self.terms, self.bodies = solver.terms, solver.terms.rigid_bodies
         self.dimension = solver.terms.nodes.dimension
         self.serially = backend.device().name == "cpu"
-        self.meshed = Number(solver.models[0].meshed_count)
         self.readings = np.zeros((solver.scenarios, 10 + 2 * self.dimension))
         bodies, contact = len(solver.models[0].rigid_bodies), solver.models[0].contact
         self.places = np.zeros((solver.scenarios, max(1, bodies), self.dimension + 4 + 9))
@@ -174,7 +172,7 @@ class EnergyReader:
                 normal_impulse += walls.total_normal_impulse(s)
                 slipping_impulse += walls.total_slipping_impulse(s)
                 impulse += walls.total_impulse(s)
-            moment = self.terms.nodes.mass_moment(s, self.meshed.read())
+            moment = self.terms.nodes.mass_moment(s, self.terms.meshed_count.read())
             readings[s, 7] = touching
             readings[s, 8] = normal_impulse
             readings[s, 9] = slipping_impulse

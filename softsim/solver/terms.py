@@ -21,6 +21,7 @@ from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.wall import Obstacle, Wall
 from softsim.elements.cable import CableTerm
+from softsim.fields import Number
 from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
@@ -48,6 +49,7 @@ class Terms:
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
             any(m.relaxation is not None or m.settling is not None for m in models),
         )
+        self.meshed_count = Number(model.meshed_count)
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.elements = [
             r.geometry.elements(self.nodes, r, model.bulk_viscosity) for r in model.regions
