@@ -32,7 +32,7 @@ def settled(start, model):
     raise AssertionError("no equilibrium")
 
 
-def test_a_chain_between_two_walls_hangs_in_a_catenary(build, start):
+def test_a_chain_between_two_walls_hangs_in_a_catenary(build, start, record_verification):
     """Length L over a span: y = a cosh(x / a), 2 a sinh(span / 2a) = L, tension w a below, w (a +
     sag) at the ends.
     """
@@ -53,6 +53,7 @@ time: {{end: 1 s, procedure: static}}
     solver, x = settled(start, model)
     a = brentq(lambda a: 2.0 * a * np.sinh(0.5 * span / a) - length, 0.01, 1.0)
     sag = a * (np.cosh(0.5 * span / a) - 1.0)
+    record_verification("cable, catenary: sag [m]", sag, -x[:, 1].min())
     assert -x[:, 1].min() == pytest.approx(sag, rel=2e-3)
     shape = a * (np.cosh(x[:, 0] / a) - np.cosh(0.5 * span / a))
     assert np.abs(x[:, 1] - shape).max() < 2e-3 * sag
