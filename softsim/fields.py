@@ -4,7 +4,8 @@ Taichi's own ways are slow to start: a field made on its own gets a tree of memo
 each field that is filled or read on its own a kernel of its own, traced anew at every start. A
 model has about a hundred fields. So they are made `together`, one after another in one block of
 memory, and two kernels write and read all of them, whatever they hold: they copy words of four
-bytes, and Taichi tells at which word of the block a field begins.
+bytes, and Taichi tells at which word of the block a field begins. Where they are too many for one
+of Taichi's trees, they get a second block.
 
 A compiled kernel is kept and serves again wherever the extents of the fields are the same. So these
 are rounded up (`rounded`), and what depends on the mesh is a `Number`, which a kernel reads when it
@@ -29,6 +30,7 @@ WORD = 4  # bytes
 CACHE_LINE = 64  # bytes
 NUMPY_TYPES: dict[Any, np.dtype] = {ti.i32: np.dtype(np.int32), ti.f64: np.dtype(np.float64)}
 EXACT = 8  # extents up to here stay: corners, lanes of a vector, components, few scenarios
+TREE_NODES = 1000  # of Taichi's 1024 in a tree, of which it has some of its own
 DOUBLING = 2**15  # rounding doubles up to here; beyond, where memory counts, it adds an eighth
 
 
@@ -65,6 +67,11 @@ class _New:
     @property
     def cell_bytes(self) -> int:
         return math.prod(self.components) * self.dtype.itemsize
+
+    @property
+    def tree_nodes(self) -> int:
+        """Its cells and each of its components: nodes of Taichi's tree."""
+        return 1 + math.prod(self.components)
 
 
 class Made:
@@ -305,23 +312,40 @@ def _new(
 
 
 def _allocate(made: Made) -> None:
-    """Place fields in one block and fill them.
+    """Place fields in a block, or several, and fill them.
 
     Whole cache lines come first, so that no lane vector lies across two of them.
     """
-    placed = sorted(made.fields, key=lambda new: new.cell_bytes % CACHE_LINE != 0)
     if made.size > WORD * np.iinfo(np.int32).max:
         raise DeviceError(
             f"the model needs {made.size / 2**30:.1f} GiB in one piece, more than can be numbered",
             hint="use a coarser mesh or fewer scenarios at once",
         )
-    block = _Block(placed)
-    for new in placed:
-        first = new.field.parent()._offset_bytes_in_parent_cell // WORD
-        shape, extents = (*new.cells, *new.components), (*new.extents, *new.components)
-        _places[new.field] = _Place(block, first, shape, extents, new.dtype)
-        if new.values is not None:
-            write(new.field, new.values)
+    trees = [
+        sorted(tree, key=lambda new: new.cell_bytes % CACHE_LINE != 0)
+        for tree in _trees(made.fields)
+    ]
+    blocks = [_Block(tree) for tree in trees]  # all, before a kernel runs
+    for block, tree in zip(blocks, trees, strict=True):
+        for new in tree:
+            first = new.field.parent()._offset_bytes_in_parent_cell // WORD
+            shape, extents = (*new.cells, *new.components), (*new.extents, *new.components)
+            _places[new.field] = _Place(block, first, shape, extents, new.dtype)
+            if new.values is not None:
+                write(new.field, new.values)
+
+
+def _trees(made: list[_New]) -> list[list[_New]]:
+    """Fields in as many of Taichi's trees as they need: mostly one."""
+    trees: list[list[_New]] = [[]]
+    nodes = 0
+    for new in made:
+        nodes += new.tree_nodes
+        if nodes > TREE_NODES:
+            trees.append([])
+            nodes = new.tree_nodes
+        trees[-1].append(new)
+    return trees
 
 
 def padded(tables: Sequence[np.ndarray]) -> np.ndarray:

@@ -14,6 +14,7 @@ from softsim.contact.cylinder import Cylinder
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
+from softsim.elements.cable import Cable
 from softsim.elements.geometry import Geometry
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
@@ -82,6 +83,15 @@ class ContactData:
     tangential_damping: np.ndarray
     effective_mass: Own[np.ndarray]
     friction_coefficient: Own[float]
+
+
+@dataclass(frozen=True)
+class CableData:
+    """A cable of a radius [m], and the contact of its nodes that are not held."""
+
+    cable: Cable
+    radius: float
+    contact: ContactData
 
 
 @dataclass(frozen=True)
@@ -184,18 +194,20 @@ class Model:
     """One scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
-    rigid body. The last nodes, without mass, are the corners of rigid outlines. loads: whatever
-    acts from outside, prescribed motions too. gravity (d,) [m/s^2]: all of it; starting_gravity: at
-    t = 0, where it rises over a profile. end_time [s]: the latest; cycles: of the pressure in the
-    robot's chamber, with which the run ends, or None. time_increment: the user's step [s], or None
-    for the stable one. friction_memory [s], friction_slip_length [m]: within which the limit of
-    friction on walls and outlines follows the normal force (contact/friction.py). self_contact:
-    None where surfaces do not touch each other. mass_scaling: None where masses are as they are.
-    relaxation: after the loads' time of a static procedure, or None where inertia is real;
-    settling: before t = 0, or None. passage: what a layout asks, or None.
+    rigid body. After the nodes of bodies come those of cables. The last nodes, without mass, are
+    the corners of rigid outlines. loads: whatever acts from outside, prescribed motions too.
+    gravity (d,) [m/s^2]: all of it; starting_gravity: at t = 0, where it rises over a profile.
+    end_time [s]: the latest; cycles: of the pressure in the robot's chamber, with which the run
+    ends, or None. time_increment: the user's step [s], or None for the stable one. friction_memory
+    [s], friction_slip_length [m]: within which the limit of friction on walls and outlines follows
+    the normal force (contact/friction.py). self_contact: None where surfaces do not touch each
+    other. mass_scaling: None where masses are as they are. relaxation: after the loads' time of a
+    static procedure, or None where inertia is real; settling: before t = 0, or None. passage: what
+    a layout asks, or None.
     """
 
     bodies: tuple[Body, ...]
+    cables: tuple[CableData, ...]
     points: np.ndarray
     velocity: Own[np.ndarray]
     mass: np.ndarray
@@ -235,6 +247,11 @@ class Model:
         return tuple(region for body in self.bodies for region in body.regions)
 
     @property
+    def meshed_count(self) -> int:
+        """Nodes of all bodies."""
+        return sum(len(b.points) for b in self.bodies)
+
+    @property
     def element_count(self) -> int:
         """Elements of all bodies."""
         return sum(len(b.cells) for b in self.bodies)
@@ -259,6 +276,11 @@ class Model:
             scaling.of_nodes(b.nodes).added_turning(b.points, self.mass[b.nodes])
             for b in self.bodies
         )
+
+    @property
+    def wall_contacts(self) -> tuple[ContactData, ...]:
+        """Of all that may touch walls: bodies, then each cable."""
+        return (self.contact, *(cable.contact for cable in self.cables))
 
     @property
     def pressures(self) -> tuple[FollowerPressure, ...]:

@@ -321,9 +321,9 @@ class Nodes:
         return energy
 
     @ti.func
-    def mass_moment(self, s):
-        """Sum of m x of all nodes [kg m]."""
+    def mass_moment(self, s, count):
+        """Sum of m x of the first `count` nodes [kg m]."""
         moment = ti.Vector.zero(backend.real, self.dimension)
-        for a in range(self.count.read()):
+        for a in range(count):
             moment += self.mass[a] * self.position[s, a]
         return moment

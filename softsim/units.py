@@ -86,9 +86,11 @@ KINDS = {
     "m/s^2": Kind("an acceleration", "9.81 m/s^2", ("mm/s^2", "m/s^2")),
     "rad/s": Kind("an angular velocity", "20 rad/s", ("rad/s",)),
     "kg/m^3": Kind("a density", "1070 kg/m^3", ("kg/m^3",)),
+    "kg/m": Kind("a mass per length", "2.4 g/m", ("mg/m", "g/m", "kg/m")),
     "kg*m^2": Kind("a moment of inertia", "0.5 kg*mm^2", ("g*mm^2", "kg*mm^2", "kg*m^2")),
     "N*m/rad": Kind("a turning stiffness", "0.5 N*mm/rad", ("N*mm/rad", "N*m/rad")),
     "N*s/m": Kind("a damping coefficient", "1.3 N*s/m", ("mN*s/m", "N*s/m")),
+    "N*m^2": Kind("a bending stiffness", "20 N*mm^2", ("N*mm^2", "N*m^2")),
     "N/m": Kind("a stiffness", "200 N/m", ("mN/m", "N/m", "kN/m", "MN/m")),
 }
 

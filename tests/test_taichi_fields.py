@@ -150,3 +150,23 @@ def test_no_field_can_be_used_before_its_block_closes(cpu):
 
 def test_a_field_without_entries_has_one_cell(cpu):
     assert fields.shape_of(fields.vector_field(np.zeros((0, 2)))) == (1, 2)
+
+
+def test_more_fields_than_one_tree_takes(cpu):
+    """Each has 17 of Taichi's nodes, of which a tree has 1024 at most."""
+    values = random.random((80, 3, 4, 4))
+    with fields.together():
+        made = [fields.matrix_field(each) for each in values]
+
+    @ti.kernel
+    def add_up(first: ti.template(), last: ti.template()):  # type: ignore[valid-type]
+        for i in range(3):
+            last[i] = last[i] + first[i]
+
+    add_up(made[0], made[-1])
+    for field, each in zip(made[:-1], values, strict=False):
+        np.testing.assert_array_equal(fields.read(field), each)
+    np.testing.assert_array_equal(fields.read(made[-1]), values[-1] + values[0])
+    fields.clear_row([made[0], made[-1]], 1)
+    for field in (made[0], made[-1]):
+        assert not fields.read_row(field, 1).any() and fields.read_row(field, 2).all()

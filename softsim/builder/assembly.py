@@ -4,6 +4,7 @@ import numpy as np
 
 from softsim.builder import conditions, contact, loads, passage, rigid, roles, self_contact, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
+from softsim.builder.cables import built_cables, cable_points, end_drags, placed_cables
 from softsim.builder.ending import end_time
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
@@ -33,9 +34,10 @@ def build_model(loaded: LoadedScene) -> Model:
     body that starts inside a wall, a law unstable within its strain range, a time step above the
     stable one.
     """
-    names, scene = Names(loaded, meshed_bodies(loaded)), loaded.scene
+    meshed, scene = meshed_bodies(loaded), loaded.scene
+    names = Names(loaded, meshed, placed_cables(loaded, meshed))
     bodies = built_bodies(names)
-    soft_points = np.concatenate([b.points for b in bodies])
+    soft_points = np.concatenate([*(b.points for b in bodies), cable_points(names)])
     soft_count = len(soft_points)
     corners, corner_owner = rigid.outline_points(names)
     points = np.concatenate([soft_points, corners])
@@ -83,6 +85,7 @@ def build_model(loaded: LoadedScene) -> Model:
         acting = (*acting, RisingGravity(full_gravity, rise))
     model = Model(
         bodies=bodies,
+        cables=built_cables(names, is_free, stiffness, all_walls),
         points=points,
         velocity=velocity,
         mass=mass,
@@ -94,7 +97,7 @@ def build_model(loaded: LoadedScene) -> Model:
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
-        loads=(*acting, *motions, *rigid.rigid_motions(names)),
+        loads=(*acting, *end_drags(names), *motions, *rigid.rigid_motions(names)),
         probes=conditions.probes(names, points, is_free),
         gravity=full_gravity,
         starting_gravity=starting_gravity,

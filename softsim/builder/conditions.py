@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from softsim.builder.cables import cable_mass
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
 from softsim.builder.names import Names
 from softsim.builder.profiles import displacement
@@ -19,13 +20,15 @@ from softsim.scene.tree import Keys
 
 
 def lumped_mass(names: Names, bodies: tuple[Body, ...], node_count: int) -> np.ndarray:
-    """Mass of each node (n,) [kg]: its share of its elements, and point masses."""
+    """Mass of each node (n,) [kg]: its share of its elements or its cable, and point masses."""
     mass = np.zeros(node_count)
     for b in bodies:
         for r in b.regions:
             shares = r.geometry.mass_shares(r.points, r.cells)
             per_corner = r.material.density * r.volumes[:, None] * shares
             mass[b.nodes] += nodal_sums(r.cells, per_corner, len(r.points))
+    for name, placed in names.cables.items():
+        mass[placed.nodes] = cable_mass(names, name)
     for name, condition in names.scene.conditions.items():
         if isinstance(condition, conditions.PointMass):
             nodes = names.node_set(condition.nodes, ("conditions", name, "nodes"))

@@ -45,7 +45,7 @@ def penalty_stiffness(names: Names, bodies: Sequence[Body], node_count: int) -> 
 
     The depth is the thickness of a section, the circumference of a ring, the size of a node's
     surroundings in space: the stiffness of one element across its own size, so a contact is as
-    stiff as the solid behind it, whatever the mesh.
+    stiff as the solid behind it, whatever the mesh. That of a cable is a segment's along itself.
     """
     given = names.scene.contact.penalty_stiffness
     if isinstance(given, float):
@@ -54,6 +54,9 @@ def penalty_stiffness(names: Names, bodies: Sequence[Body], node_count: int) -> 
     stiffness = np.full(node_count, max(s.max() for s in soft))
     for b, s in zip(bodies, soft, strict=True):
         stiffness[b.nodes] = s
+    for name, placed in names.cables.items():
+        along = names.scene.cables[name].stretching_stiffness
+        stiffness[placed.nodes] = along / placed.lengths.mean()
     return stiffness
 
 

@@ -26,7 +26,7 @@ from softsim.loads.pressure import FollowerPressure
 from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import Profile, smooth_rise
 from softsim.loads.rigid_force import RigidForce
-from softsim.loads.rotor import Rotor, RotorForce, eccentric_mass, sinusoidal_force
+from softsim.loads.rotor import CarriedRotor, Rotor, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import Tendon
 from softsim.loads.tether import Tether
 from softsim.model import Body
@@ -158,24 +158,25 @@ def pressure_on_facets(load: scene_loads.FollowerPressure, profile: Profile) -> 
     return on_skin.reduced(load.factor, load.offset)
 
 
-def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> Rotor:
+def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> CarriedRotor:
     """A vibration motor on a rigid body."""
     rotor = eccentric_mass(
-        load.factor * load.eccentric_mass, load.radius, load.frequency, load.rotation_axis,
-        load.spin_up, load.phase, loaded.names.dimension,
+        load.factor * load.eccentric_mass, load.radius, load.frequency,
+        np.array(load.rotation_axis), load.sense, load.spin_up, load.phase,
+        loaded.names.dimension,
     )  # fmt: skip
-    return rotor_load(loaded, load.acts_on, rotor, keys)
+    return CarriedRotor(shaken_body(loaded, load.acts_on, keys), rotor)
 
 
 def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> Rotor:
     """A sinusoidal force on a rigid body."""
     direction = loaded.names.vector(load.direction, (*keys, "direction"))
     rotor = sinusoidal_force(load.amplitude, direction, load.frequency, load.spin_up, load.phase)
-    return rotor_load(loaded, load.acts_on, rotor, keys)
+    return Rotor(shaken_body(loaded, load.acts_on, keys), rotor)
 
 
-def rotor_load(loaded: Loaded, acts_on: str, rotor: RotorForce, keys: Keys) -> Rotor:
-    """What vibrates, on the rigid body that it acts on."""
+def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
+    """Number of the rigid body on which something acts that vibrates."""
     names = loaded.names
     if names.scene.time.procedure == "static":
         raise names.loaded.error(
@@ -183,7 +184,7 @@ def rotor_load(loaded: Loaded, acts_on: str, rotor: RotorForce, keys: Keys) -> R
             f"'{keys[-1]}' vibrates: a static procedure seeks an equilibrium and finds none",
             "leave the motor out, or write time.procedure: dynamic",
         )
-    return Rotor(names.rigid_number(acts_on, (*keys, "acts_on")), rotor)
+    return names.rigid_number(acts_on, (*keys, "acts_on"))
 
 
 def nodal_force(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> NodalForce:

@@ -42,11 +42,39 @@ class MeshedBody:
 
 
 @dataclass(frozen=True)
+class PlacedCable:
+    """Nodes (k, d) [m] of a cable along its line, and where they begin in the model."""
+
+    points: np.ndarray
+    first_node: int
+
+    @property
+    def nodes(self) -> np.ndarray:
+        """Their numbers in the model (k,)."""
+        return self.first_node + np.arange(len(self.points))
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Of its segments at rest (k - 1,) [m]."""
+        return np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+
+    @property
+    def node_sets(self) -> dict[str, np.ndarray]:
+        """Its node sets, numbered within the cable."""
+        numbers = np.arange(len(self.points))
+        return {
+            "start": numbers[:1], "end": numbers[-1:], "start_segment": numbers[:2],
+            "end_segment": numbers[-2:], "all": numbers,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
 class Names:
     """Looks up what a scene's names mean; SceneError, at the key, where they mean nothing."""
 
     loaded: LoadedScene
     bodies: Mapping[str, MeshedBody]
+    cables: Mapping[str, PlacedCable]
 
     @property
     def scene(self) -> Scene:
@@ -91,7 +119,11 @@ class Names:
         return body, name
 
     def node_set(self, reference: str, keys: Keys) -> np.ndarray:
-        """Nodes of "body.set", numbered within the model."""
+        """Nodes of "body.set" or "cable.set", numbered within the model."""
+        cable, _, name = reference.partition(".")
+        if cable in self.cables:
+            placed = self.cables[cable]
+            return placed.first_node + self._member(placed.node_sets, reference, name, keys, "node")
         body, name = self.body(reference, keys)
         part = self.bodies[body]
         return part.first_node + self._member(part.mesh.node_sets, reference, name, keys, "node")

@@ -144,10 +144,14 @@ def own_mass(names: Names, name: str, bodies: tuple[Body, ...]) -> float:
 
 
 def tied_bodies(names: Names, name: str) -> set[str]:
-    """Names of the deformable bodies that are tied to a rigid body."""
+    """Names of the deformable bodies that are tied to a rigid body; cables are none."""
     tied = names.scene.rigid_bodies[name].tied
     keys = ("rigid_bodies", name, "tied")
-    return {names.body(reference, (*keys, k))[0] for k, reference in enumerate(tied)}
+    return {
+        names.body(reference, (*keys, k))[0]
+        for k, reference in enumerate(tied)
+        if reference.partition(".")[0] not in names.cables
+    }
 
 
 def rigid_body(names: Names, name: str, mass: float, tied: np.ndarray) -> RigidBodyData:

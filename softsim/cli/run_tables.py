@@ -62,7 +62,7 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
 
 
 def model_table(model: Model) -> Table:
-    """Size and sets of each body, the stable step and what limits it."""
+    """Size and sets of each body, of cables, the stable step and what limits it."""
     table = Table(show_header=False, box=None)
     for body in model.bodies:
         table.add_row(f"body '{body.name}'", _size(body))
@@ -76,6 +76,13 @@ def model_table(model: Model) -> Table:
             if sets:
                 listed = ", ".join(f"{name} ({len(m)})" for name, m in sorted(sets.items()))
                 table.add_row(f"  {kind} sets", listed)
+    for data in model.cables:
+        mass = float(model.mass[data.cable.nodes].sum())
+        table.add_row(
+            f"cable '{data.cable.name}'",
+            f"{len(data.cable.nodes)} nodes, {data.cable.lengths.sum() * 1e3:.4g} mm, "
+            f"{mass * 1e3:.4g} g",
+        )
     if model.mass_scaling is not None:
         unscaled = StableStepEstimator(replace(model, mass_scaling=None)).at_rest.value
         table.add_row(

@@ -98,6 +98,7 @@ class NetworkObstacle(Obstacle):
         else:
             self.follow(s, i, x)
             gap, _ = self.gap_and_normal(s, i, 0, x)
+            gap -= self.standoff
             self.seen[s, i] = x
             self.clearance[s, i] = ti.max(gap, 0.0)
             if gap > 0.0 and clearance > 0.0:  # without clearance it touched, which has to end

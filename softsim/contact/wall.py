@@ -75,6 +75,8 @@ class Obstacle:
 
     count: int
     gap_and_normal: Any
+    standoff: float = 0.0
+    """Gap [m] at which something already touches: the radius of what is round about its node."""
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none of a wall that remembers nothing."""

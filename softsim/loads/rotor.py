@@ -2,8 +2,13 @@
 
 An eccentric mass m_e at radius r_e pulls with m_e r_e omega^2 towards where it is. A motor that
 turns about the section's normal z shows its whole rotating vector, one that turns about the
-pipe's axis x (in the plane across the section) shows its y part only; in space both show all of
+pipe's axis x (in the plane across the section) shows its y part only; in space all show all of
 it. Its weight m_e g belongs to the mass of the body.
+
+The force m_e r_e omega^2 (a cos(angle) + b sin(angle)), a and b across the axis, turns from a to b.
+About x, y and z, turning positively, a is y, z and x, and b is z, x and y. These are axes of the
+body that carries the motor: where it pitches or goes around a bend, they turn with it. A sinusoidal
+force keeps its direction in space.
 
 The speed rises smoothly: omega(t) = 2 pi f (3 u^2 - 2 u^3) with u = t / spin_up, whose integral
 gives the angle in closed form, and the force rises with omega^2.
@@ -42,19 +47,31 @@ def eccentric_mass(
     mass: float,
     radius: float,
     frequency: float,
-    rotation_axis: str,
+    axis: np.ndarray,
+    sense: int,
     spin_up: float,
     phase: float,
     dimension: int,
 ) -> RotorForce:
-    """The rotor of an eccentric mass [kg] at a radius [m]; rotation_axis: "x" or "z".
+    """The rotor of an eccentric mass [kg] at a radius [m] that turns about `axis` (3,), positively
+    where `sense` is 1, the other way where it is -1.
 
     A model of two dimensions sees the x and y parts of its force.
     """
     amplitude = mass * radius * (2.0 * np.pi * frequency) ** 2
-    x, y, z = np.eye(3)[:, :dimension]
-    cosine, sine = {"x": (y, z), "z": (x, y)}[rotation_axis]
-    return RotorForce(amplitude * cosine, amplitude * sine, frequency, spin_up, phase)
+    cosine, sine = amplitude * across(axis)[:, :dimension]
+    return RotorForce(cosine, sense * sine, frequency, spin_up, phase)
+
+
+def across(axis: np.ndarray) -> np.ndarray:
+    """Two unit vectors (2, 3) a, b across an axis (3,), right-handed with it: a lies towards the
+    coordinate axis that follows, of x, y, z, x, the one which the axis is nearest to.
+    """
+    unit = axis / np.linalg.norm(axis)
+    following = np.roll(np.eye(3), -1, axis=0)[np.abs(unit).argmax()]
+    a = following - following.dot(unit) * unit
+    a /= np.linalg.norm(a)
+    return np.stack([a, np.cross(unit, a)])
 
 
 def sinusoidal_force(
@@ -62,12 +79,12 @@ def sinusoidal_force(
 ) -> RotorForce:
     """amplitude [N] along `direction` times the sine of the angle."""
     unit = np.asarray(direction) / np.linalg.norm(direction)
-    return RotorForce(np.zeros(2), amplitude * unit, frequency, spin_up, phase)
+    return RotorForce(np.zeros_like(unit), amplitude * unit, frequency, spin_up, phase)
 
 
 @dataclass(frozen=True, eq=False)
 class Rotor(Load):
-    """A motor on rigid body number `body`."""
+    """What shakes rigid body number `body`, along directions in space."""
 
     body: int
     rotor: RotorForce
@@ -79,9 +96,20 @@ class Rotor(Load):
         return RotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
 
 
+@dataclass(frozen=True, eq=False)
+class CarriedRotor(Rotor):
+    """A motor on rigid body number `body`, along directions of the body."""
+
+    def term(
+        self, alike: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "CarriedRotorTerm":
+        """Its force on the body."""
+        return CarriedRotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
+
+
 @ti.data_oriented
 class RotorTerm(Term):
-    """A motor on rigid body number `body`; one RotorForce a scenario."""
+    """What shakes rigid body number `body`; one RotorForce a scenario."""
 
     def __init__(self, rigid_bodies: RigidBodies, body: int, rotors: list[RotorForce]) -> None:
         self.rigid_bodies, self.body = rigid_bodies, body
@@ -109,4 +137,19 @@ class RotorTerm(Term):
             share = 0.0
         angle = self.phase[s] + self.speed[s] * turned
         force = ti.cos(angle) * self.cosine[s] + ti.sin(angle) * self.sine[s]
-        self.rigid_bodies.apply(s, self.body, share * share * force)
+        self.rigid_bodies.apply(s, self.body, share * share * self.in_space(s, force))
+
+    @ti.func
+    def in_space(self, s, force):
+        """The force (d) [N] in space."""
+        return force
+
+
+@ti.data_oriented
+class CarriedRotorTerm(RotorTerm):
+    """A motor whose axis turns with rigid body number `body`."""
+
+    @ti.func
+    def in_space(self, s, force):
+        """The force (d) [N], given in the body's axes, in space."""
+        return self.rigid_bodies.to_space(s, self.body, force)

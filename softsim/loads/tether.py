@@ -1,9 +1,7 @@
 """A tether that a rigid body trails behind it along its own axis x: drag, weight, stiffness.
 
-Drag: Coulomb friction with memory along the body's axis e, as contact has it (contact/friction.py).
-A spring k between the attachment point and the tether stretches by ds = e.dx as the point moves by
-dx, and is cut back to drag / k: beyond, the tether slides. Across e the tether is limp, so that it
-does not damp what shakes the body across. The force is -k s e.
+Drag: Coulomb friction with memory along the body's axis e (loads/sliding.py). Across e the tether
+is limp, so that it does not damp what shakes the body across.
 
 Weight: what of the tether hangs on the point, m g with the present gravity.
 
@@ -26,6 +24,7 @@ import taichi as ti
 from softsim import backend, fields
 from softsim.fields import real_field, vector_field
 from softsim.loads.load import Load, RigidSpring
+from softsim.loads.sliding import dissipated, longest_stretch, stretched
 from softsim.nodes import Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.sharing import Own
@@ -99,8 +98,7 @@ class TetherTerm(Term):
         self.rigid_bodies, self.body = rigid_bodies, body
         self.arm = vector_field(arms)
         self.stiffness = real_field(stiffness)
-        slides = stiffness > 0.0
-        self.longest = real_field(np.where(slides, drag / np.where(slides, stiffness, 1.0), 0.0))
+        self.longest = real_field(longest_stretch(stiffness, drag))
         self.carried_mass = real_field(carried_mass)
         self.turning_stiffness = vector_field(turning_stiffness)
         along_x = np.zeros_like(arms)
@@ -157,19 +155,15 @@ class TetherTerm(Term):
     def slide(self, s, way):
         """Stretch by the way (d) [m] of the point along the axis, slide beyond the limit; the drag
         (d) [N].
-
-        What the drag takes, by the trapezoidal rule as the integrator has it, and the spring does
-        not store, is dissipated: k (s_0 + s_1)/2 (e.way - (s_1 - s_0)) where the axis stays.
         """
         k, before, axis_before = self.stiffness[s], self.stretch[s], self.axis[s]
         along_x = ti.Vector.zero(backend.real, self.rigid_bodies.dimension)
         along_x[0] = 1.0
         axis = self.rigid_bodies.to_space(s, self.body, along_x)
-        after = before + 0.5 * (axis_before + axis).dot(way)
-        after = ti.max(-self.longest[s], ti.min(self.longest[s], after))
-        taken = 0.5 * k * (before * axis_before + after * axis).dot(way)
-        stored = 0.5 * k * (after * after - before * before)
-        self.dissipation[s] = self.dissipation[s] + taken - stored
+        after = stretched(before, axis_before, axis, way, self.longest[s])
+        self.dissipation[s] = self.dissipation[s] + dissipated(
+            k, before, after, axis_before, axis, way
+        )
         self.stretch[s], self.axis[s] = after, axis
         return -k * after * axis
 

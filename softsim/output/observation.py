@@ -11,6 +11,7 @@ import numpy as np
 
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.wall import Wall
+from softsim.elements.cable import Cable
 from softsim.elements.measures import measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
@@ -41,7 +42,8 @@ def columns(model: Model) -> dict[str, str]:
         first["chamber_volume"] = "m^3"  # enclosed by the surface of the robot's chamber
     if model.robot.frame is not None:
         first |= frame_columns(axes)
-    owners: list[Load | Wall] = [*model.loads, *model.walls]
+    cables = [data.cable for data in model.cables]
+    owners: list[Load | Wall | Cable] = [*model.loads, *model.walls, *cables]
     of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
     last = {
         **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
@@ -52,7 +54,7 @@ def columns(model: Model) -> dict[str, str]:
         **dict.fromkeys(parts_pressed(model), "N"),  # the same of each row of spikes, and each side
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
         **of_terms,  # what their terms read
-        "internal_energy": "J",  # ALLSE: law, Maxwell springs, tendons, tethers
+        "internal_energy": "J",  # ALLSE: law, Maxwell springs, cables, tendons, tethers
         **hourglass_columns(model),
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
@@ -283,8 +285,16 @@ def frame(scenario: Scenario) -> Frame:
             "stretch": np.concatenate([b.joined(m.stretch for m in of) for b, of in parts]),
             "von_mises": np.concatenate([b.joined(m.von_mises for m in of) for b, of in parts]),
         },
-        ({"frame_pose": pose_rows} if poses else {}) | wall_offsets(model, scenario.time),
+        ({"frame_pose": pose_rows} if poses else {})
+        | cable_places(model, x)
+        | wall_offsets(model, scenario.time),
     )
+
+
+def cable_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
+    """Nodes (k, d) [m] of all cables, if there are any; all nodes are at x (n, d) [m]."""
+    places = [x[data.cable.nodes] for data in model.cables]
+    return {"cables": np.concatenate(places)} if places else {}
 
 
 def wall_offsets(model: Model, time: float) -> dict[str, np.ndarray]:
@@ -310,6 +320,7 @@ def description(model: Model, title: str) -> dict:
         "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
+        "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,

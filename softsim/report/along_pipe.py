@@ -10,6 +10,7 @@ from matplotlib.patches import Polygon
 
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
+from softsim.report.cables import cables_at, draw_cables
 from softsim.report.colours import MILLI
 from softsim.report.section import draw_edges, draw_outlines, outlines_at
 from softsim.report.style import INK, QUIET, WALL
@@ -143,6 +144,7 @@ def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
     """The deformed mesh and the outlines of rigid bodies, and the label outside the wall."""
     d = frames.points.shape[1]
     x = pipe.project(places(frames, robot.frame))
+    draw_cables(axes, [pipe.project(line) for line in cables_at(frames, robot.frame)], zorder=1.9)
     if d == 2:
         draw_outlines(axes, outlines_at(frames, robot.frame))
         faces = frames.cells

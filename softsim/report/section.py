@@ -11,6 +11,7 @@ from matplotlib.patches import Polygon
 
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
+from softsim.report.cables import cables_at, draw_cables
 from softsim.report.colours import MILLI, shown_values
 from softsim.report.style import FRAME, INK, PALE, QUIET, WALL
 
@@ -26,12 +27,13 @@ NO_WALLS, NO_LINES = np.zeros((0, 4)), np.zeros((0, 2, 2))
 @dataclass(frozen=True)
 class Shot:
     """One frame in the plane [mm]: corners (m, 3|4, 2), values (m,), rigid outlines (k, 4, 2),
-    edges of the free surface (e, 2, 2)."""
+    edges of the free surface (e, 2, 2), nodes (n, 2) of each cable."""
 
     corners: np.ndarray
     values: np.ndarray
     outlines: np.ndarray
     boundary: np.ndarray
+    cables: list[np.ndarray]
 
     def moving(self) -> np.ndarray:
         """All places (n, 2) that must be seen; a failed run's last frame may have lost nodes."""
@@ -103,6 +105,7 @@ class Section:
             draw_solid(axes, solid)
         if len(self.centre_lines):
             draw_edges(axes, self.centre_lines, QUIET, zorder=1.7)
+        draw_cables(axes, shot.cables, zorder=1.9)
         draw_outlines(axes, shot.outlines)
         draw_cells(axes, shot.corners, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         draw_edges(axes, shot.boundary, INK)
@@ -233,7 +236,10 @@ def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
 def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
     positions = (frames.points + frames.point_data["displacement"][index][:, :2]) * MILLI
     values = shown_values(frames, [index], field, frames.cells, slice(None))[0]
-    return Shot(positions[frames.cells], values, outlines_at(frames, index), positions[boundary])
+    return Shot(
+        positions[frames.cells], values, outlines_at(frames, index), positions[boundary],
+        cables_at(frames, index),
+    )  # fmt: skip
 
 
 def outlines_at(frames: Frames, index: int) -> np.ndarray:

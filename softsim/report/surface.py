@@ -11,6 +11,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 
 from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
+from softsim.report.cables import cables_at, draw_cables
 from softsim.report.colours import MILLI, shown_values
 from softsim.report.section import walls_at
 from softsim.report.style import AZIMUTH, ELEVATION, GLOSS, INK, SHADE, WALL
@@ -87,6 +88,9 @@ class Surface:
         values = shown_values(frames, indices, field, facets, owners)
         self.values = np.concatenate(values)
         self.shots = [visible_side(c, v, self.camera) for c, v in zip(corners, values, strict=True)]
+        self.cables = [
+            [self.camera.project(line) for line in cables_at(frames, index)] for index in indices
+        ]
         places = np.concatenate(corners).reshape(-1, 3)
         places = places[np.isfinite(places).all(axis=1)]
         self.walls = []  # in each of the frames, for walls may move
@@ -108,6 +112,7 @@ class Surface:
         """Draw one of the frames, in front of the walls behind it."""
         for wall in self.walls[number]:
             _draw_faces(axes, wall, np.tile(to_rgba(WALL), (len(wall.light), 1)))
+        draw_cables(axes, self.cables[number], zorder=1.0)  # behind the body, as a tether is
         shot = self.shots[number]
         _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         axes.set_axis_off()

@@ -17,6 +17,7 @@ from softsim.scene.profiles import (
 from softsim.scene.quantities import (
     Angle,
     AutoOrPositiveStiffness,
+    AxisVector,
     Direction,
     ForceDensityVector,
     ForceVector,
@@ -149,24 +150,34 @@ class AddedGas(_Chamber):
 
 
 class EccentricMass(Part):
-    """A vibration motor: force m_e r_e omega^2, rotating."""
+    """A vibration motor: force m_e r_e omega^2, rotating about an axis that goes with its body."""
 
     kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that carries the motor.")
     eccentric_mass: PositiveMass = Field(description="m_e; its weight is part of the body's.")
     radius: PositiveLength = Field(description="r_e, of the mass from the motor's axis.")
     frequency: PositiveFrequency = Field(description="Turns in a second.")
-    rotation_axis: Literal["x", "z"] = Field(
-        default="x", description="x: turns across the pipe, the section sees the y part; z: turns "
-        "in the section."
-    )  # fmt: skip
+    rotation_axis: AxisVector = Field(
+        default=written("x"),
+        description="x: turns across the pipe, the section sees the y part; z: turns in the "
+        "section; or three numbers along it, such as [1, 0, 1].",
+    )
+    sense: Literal[1, -1] = Field(
+        default=1,
+        description="1: turns positively about its axis (right-hand rule), from y to z about x, "
+        "from x to y about z; -1: the other way.",
+    )
     factor: Number = Field(
         default=1.0, gt=0.0, description="Force on the plane model over the motor's."
     )
     spin_up: NotNegativeTime = Field(
         default=written("50 ms"), description="Time to full speed, smooth."
     )
-    phase: Angle = Field(default=written("0 deg"), description="Angle at the start.")
+    phase: Angle = Field(
+        default=written("0 deg"),
+        description="Angle at the start, the way it turns: about x from y on, about y from z on, "
+        "about z from x on.",
+    )
 
 
 class SinusoidalForce(Part):

@@ -97,6 +97,7 @@ PositiveTime = Annotated[float, Quantity("s", "positive")]
 NotNegativeTime = Annotated[float, Quantity("s", "not negative")]
 AutoOrPositiveTime = Annotated[float | Literal["auto"], Quantity("s", "positive", "auto")]
 PositiveMass = Annotated[float, Quantity("kg", "positive")]
+PositiveLineDensity = Annotated[float, Quantity("kg/m", "positive")]
 PositiveInertia = Annotated[float, Quantity("kg*m^2", "positive")]
 PositiveDensity = Annotated[float, Quantity("kg/m^3", "positive")]
 Angle = Annotated[float, Quantity("rad")]
@@ -125,6 +126,7 @@ AutoOrPositiveStiffness = Annotated[float | Literal["auto"], Quantity("N/m", "po
 NotNegativeDamping = Annotated[float, Quantity("N*s/m", "not negative")]
 NotNegativeGravity = Annotated[float, Quantity("m/s^2", "not negative")]
 NotNegativeTurningStiffness = Annotated[float, Quantity("N*m/rad", "not negative")]
+NotNegativeBendingStiffness = Annotated[float, Quantity("N*m^2", "not negative")]
 
 TWO_OR_THREE = Field(min_length=2, max_length=3)
 # In space a third component that is left out is zero.
@@ -181,3 +183,31 @@ def _not_zero(direction: tuple[float, ...]) -> tuple[float, ...]:
 
 Axis = Literal["x", "y", "z"]
 Direction = Annotated[tuple[Number, ...], TWO_OR_THREE, AfterValidator(_not_zero)]
+AXES: dict[Any, tuple[float, ...]] = {
+    "x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)
+}  # fmt: skip
+
+
+def _axis_vector(value: Any) -> Any:
+    """A letter's direction; what is no letter stays as it is."""
+    if not isinstance(value, str):
+        return value
+    if value not in AXES:
+        raise ValueError(f"{value!r} is no axis: write x, y, z or three numbers, such as [1, 0, 1]")
+    return AXES[value]
+
+
+# Of space, in a section too.
+AxisVector = Annotated[
+    tuple[Number, Number, Number],
+    BeforeValidator(_axis_vector),
+    AfterValidator(_not_zero),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"enum": list(AXES)},
+                {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+            ]
+        }
+    ),
+]

@@ -164,8 +164,9 @@ def _about_value(item: Mapping[str, Any]) -> tuple[str, str]:
         limit, words = BOUNDS[kind]
         return f"{value} must be {words} {context[limit]:g}", ""
     if kind == "literal_error":
-        allowed = re.findall(r"'([^']*)'", context["expected"])
-        return f"{_quoted(value)} is not one of: {', '.join(allowed)}", ""
+        allowed = re.findall(r"'([^']*)'|(-?\d+)", context["expected"])
+        choice = ", ".join(word or number for word, number in allowed)
+        return f"{_quoted(value)} is not one of: {choice}", ""
     if kind == "string_pattern_mismatch":
         return f'{value!r} must read body.set, such as "skin.chamber_top"', ""
     if kind == "too_short":

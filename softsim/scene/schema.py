@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from softsim.scene.bodies import Body, RigidBody
+from softsim.scene.cables import Cable
 from softsim.scene.conditions import Condition
 from softsim.scene.layout import Layout
 from softsim.scene.loads import Load
@@ -126,6 +127,7 @@ class Scene(Part):
         min_length=1,
         description="Deformable bodies by name; a layout without a robot is for softsim assess.",
     )
+    cables: dict[Name, Cable] = Field(default={}, description="Cables by name.")
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")
     contact: Contact = Field(default_factory=Contact, description="Contact with the walls.")

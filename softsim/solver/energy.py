@@ -1,10 +1,10 @@
 """The energy books: what was put in must be stored, moving, or dissipated.
 
-internal (ALLSE of ABAQUS: law, Maxwell springs, tendons, tethers), of which a part is that of the
-elements' hourglass modes (ALLAE there), kinetic (ALLKE), contact springs
-(ALLPW), friction (ALLFD: contact, tethers), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk
-viscosity, contact dashpots), external work (ALLWK: pressure, motor, nodal forces, gravity). The
-balance (ETOTAL) is their sum less the external work and less what was there at the start.
+internal (ALLSE of ABAQUS: law, Maxwell springs, cables, tendons, tethers), of which a part is that
+of the elements' hourglass modes (ALLAE there), kinetic (ALLKE), contact springs (ALLPW), friction
+(ALLFD: contact, tethers, ends of cables), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk viscosity,
+contact dashpots), external work (ALLWK: pressure, motor, nodal forces, gravity). The balance
+(ETOTAL) is their sum less the external work and less what was there at the start.
 """
 
 from dataclasses import dataclass
@@ -94,11 +94,12 @@ class EnergyReader:
         self._see(self.places, self.impulses)
 
     def of_scenario(self, scenario: int) -> tuple[Energies, WallContactTotals, np.ndarray]:
-        """Energies, wall contact, and the centre of mass of all nodes (d,) [m] of a scenario at the
-        last update.
+        """Energies, wall contact, and the centre of mass of meshed bodies (d,) [m] of a scenario at
+        the last update.
         """
         row = self.readings[scenario]
-        mass = self.solver.models[scenario].mass.sum()
+        model = self.solver.models[scenario]
+        mass = model.mass[: model.meshed_count].sum()
         impulse, moment = row[10 : 10 + self.dimension].copy(), row[10 + self.dimension :]
         walls = WallContactTotals(int(row[7]), row[8], row[9], impulse)
         return Energies(*row[:7]), walls, moment / mass
@@ -176,7 +177,7 @@ class EnergyReader:
                 normal_impulse += walls.total_normal_impulse(s)
                 slipping_impulse += walls.total_slipping_impulse(s)
                 impulse += walls.total_impulse(s)
-            moment = self.terms.nodes.mass_moment(s)
+            moment = self.terms.nodes.mass_moment(s, self.terms.meshed_count.read())
             readings[s, 7] = touching
             readings[s, 8] = normal_impulse
             readings[s, 9] = slipping_impulse

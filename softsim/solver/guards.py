@@ -25,7 +25,7 @@ TURNING_SHARE = 0.01
 def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
     """Stop when a position is no number or an element is turned over, crushed or blown up.
 
-    x: (n, d) [m]. Raises StabilityError naming the element, its place and the time.
+    x: (n, d) [m]. Raises StabilityError naming the element, its place and the time, or the cable.
     """
     for body in model.bodies:
         with np.errstate(invalid="ignore", over="ignore"):
@@ -51,6 +51,14 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
                 f"{_where(body, blown, time)} is blown up: volume ratio J = {J[blown]:.3g}",
                 "the body balloons past what the law was fitted to, or the pressure is too high "
                 "for this skin: lower the pressure or check material.bulk_modulus",
+            )
+    for data in model.cables:
+        if not np.isfinite(x[data.cable.nodes]).all():
+            raise StabilityError(
+                f"cable '{data.cable.name}' has a position that is no number (NaN) at "
+                f"t = {time:.6g} s",
+                "what it is tied to ran away, or the time step was too large for what happened: "
+                "lower solver.safety_factor or contact.penalty_stiffness",
             )
 
 

@@ -4,6 +4,7 @@ An increment is the stages read from top to bottom: drift, forces, kick. Stage s
 forces come about (softsim/term.py).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -15,9 +16,12 @@ from softsim.contact.deformable_surface import DeformableSurface
 from softsim.contact.frame import FixedFrame
 from softsim.contact.list_sizes import margin_and_room
 from softsim.contact.neighbour_lists import NeighbourLists
+from softsim.contact.offset import OffsetWall
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
-from softsim.contact.wall import Obstacle
+from softsim.contact.wall import Obstacle, Wall
+from softsim.elements.cable import CableTerm
+from softsim.fields import Number
 from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
@@ -45,10 +49,12 @@ class Terms:
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
             any(m.relaxation is not None or m.settling is not None for m in models),
         )
+        self.meshed_count = Number(model.meshed_count)
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.elements = [
             r.geometry.elements(self.nodes, r, model.bulk_viscosity) for r in model.regions
         ]
+        self.cables = [CableTerm(self.nodes, data.cable) for data in model.cables]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)
@@ -58,6 +64,7 @@ class Terms:
         self.return_times = np.array([return_time(m) for m in models])
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
+        self.cable_contacts = self._cable_contacts(models)
         self.self_contacts = self._self_contacts(models)
         self.nodes.corner_forces.allocate(scenarios, int(self.nodes.count))
         self.rigid_bodies.allocate()
@@ -75,14 +82,24 @@ class Terms:
         contact, friction = models[0].contact, [m.contact.friction_coefficient for m in models]
         if len(contact.nodes) == 0:
             return []
-        places = models[0].points[contact.nodes]
         alike = zip(*(m.walls for m in models), strict=True)  # a wall of each scenario
-        return [
-            self._contact(
-                contact, walls[0].obstacle(walls, places), walls[0].frame(walls), friction
-            )
-            for walls in alike
-        ]
+        return [self._wall_contact(models[0], contact, walls, friction) for walls in alike]
+
+    def _wall_contact(
+        self, model: Model, contact: ContactData, walls: Sequence[Wall], friction: list[float]
+    ) -> SurfaceContact:
+        obstacle = walls[0].obstacle(walls, model.points[contact.nodes])
+        return self._contact(contact, obstacle, walls[0].frame(walls), friction)
+
+    def _cable_contacts(self, models: list[Model]) -> list[SurfaceContact]:
+        """Of each cable with each wall."""
+        result = []
+        for alike in zip(*(m.cables for m in models), strict=True):  # a cable of each scenario
+            friction = [data.contact.friction_coefficient for data in alike]
+            for walls in zip(*(m.walls for m in models), strict=True):
+                offset = [OffsetWall(wall, alike[0].radius) for wall in walls]
+                result.append(self._wall_contact(models[0], alike[0].contact, offset, friction))
+        return result
 
     def _supports(self, models: list[Model]) -> list[SurfaceContact]:
         supports = []
@@ -120,13 +137,13 @@ class Terms:
 
     @property
     def contacts(self) -> list[SurfaceContact]:
-        """Contact with walls, then with rigid outlines."""
-        return self.wall_contacts + self.supports
+        """Contact with walls, then with rigid outlines, then of cables with walls."""
+        return self.wall_contacts + self.supports + self.cable_contacts
 
     @property
     def inner(self) -> list[Term]:
-        """Elements and loads: what they store is internal energy."""
-        return [*self.elements, *self.loads]
+        """Elements, cables and loads: what they store is internal energy."""
+        return [*self.elements, *self.cables, *self.loads]
 
     @property
     def touching(self) -> list[Term]:
@@ -184,7 +201,7 @@ class Terms:
     def state_fields(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("elements", "loads", "contacts", "self_contacts"):
+        for name in ("elements", "cables", "loads", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

@@ -18,6 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from softsim.contact.wall import Wall
+from softsim.loads.end_drag import EndDrag
 from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.model import ContactData, Model, OutlineData, SelfContactData
 from softsim.stability.rigid_bodies import TIED_SHARE, least_inertia
@@ -38,8 +39,8 @@ class ContactStiffness:
         self.supports = [(o, o.support) for o in model.outlines if o.support is not None]
 
     def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness (n,) [N/m] against walls, outlines and other surfaces, nodes at x (n, d), at
-        the step dt [s].
+        """Stiffness (n,) [N/m] against walls, outlines and other surfaces, and of what drags on
+        cables, nodes at x (n, d), at the step dt [s].
 
         A tied node pushes its rigid body instead. A node that lies on an outline or on another
         surface touches a wall at the same time only where a wall is within reach.
@@ -51,6 +52,8 @@ class ContactStiffness:
             gap = np.min([wall.least_gap(x[both]) for wall in self.model.walls], axis=0)
             far = both[gap > self.reach]
             walls[far], others[far] = np.maximum(walls[far], others[far]), 0.0
+        for drag in self.model.of_kind(EndDrag):
+            others[drag.end] += drag.stiffness
         return walls + others
 
     def of_hits(self, x: np.ndarray, dt: float) -> np.ndarray:
@@ -61,8 +64,8 @@ class ContactStiffness:
         """Stiffness (n,) [N/m] of nodes that are not tied, against all walls at once."""
         stiffness = np.zeros(len(self.model.points))
         if self.model.walls:
-            contact = self.model.contact
-            stiffness[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
+            for contact in self.model.wall_contacts:
+                stiffness[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
         return np.where(self.tied, 0.0, stiffness)
 
     def _of_supports(self, dt: float) -> np.ndarray:

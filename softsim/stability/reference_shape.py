@@ -16,6 +16,10 @@ from softsim.stability.contact_stiffness import REACH
 # e = 4 %, for which the stable step may have fallen by 8 %. A step in use has 10 % of room.
 ALLOWED_STRAIN = 0.06
 
+# Of tan^2(theta / 2) at a cable's joint: its stiffness goes with 1 + 4 of it at most, the step with
+# the root (stability/cable_stiffness.py).
+ALLOWED_FOLDING = 0.04
+
 
 class ReferenceShape:
     """A model with all nodes at x (n, d) [m]."""
@@ -23,15 +27,20 @@ class ReferenceShape:
     def __init__(self, model: Model, x: np.ndarray) -> None:
         self.model, self.x = model, x
         self.inverses = [np.linalg.inv(r.deformation(x[r.nodes])) for r in model.regions]
+        self.foldings = [data.cable.folding(x) for data in model.cables]
         self.reach = 0.5 * REACH * np.ptp(model.points, axis=0).max()
 
     def is_near(self, x: np.ndarray) -> bool:
         """True if, with all nodes at x (n, d) [m], no element is strained against this shape by
-        more than ALLOWED_STRAIN, and no node moved by half the reach of contact. NaN is not near.
+        more than ALLOWED_STRAIN, no cable bent by more than ALLOWED_FOLDING, and no node moved by
+        half the reach of contact. NaN is not near.
         """
         with np.errstate(invalid="ignore", over="ignore"):
             if not np.abs(x - self.x).max() <= self.reach:
                 return False
+            for data, folding in zip(self.model.cables, self.foldings, strict=True):
+                if not (data.cable.folding(x) <= folding + ALLOWED_FOLDING).all():
+                    return False
             return all(
                 largest_strain(region.deformation(x[region.nodes]) @ inverse) <= ALLOWED_STRAIN
                 for region, inverse in zip(self.model.regions, self.inverses, strict=True)

@@ -140,7 +140,7 @@ class StableStepEstimator:
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         stable = min(stable, stable**2 / guess)
         region, element = self._stiffest(elements, matrix, mode)
-        shares = other_shares(matrix, mode)
+        shares = other_shares(matrix, mode) | self._cable_shares(mode, x)
         shares["contact of a rigid body"] = of_bodies
         shares |= {f"the {kind} of a rigid body": k for kind, k in self.springs.items()}
         name = element_name(region, element, x)
@@ -163,6 +163,11 @@ class StableStepEstimator:
             int(region.numbers[element]),
             altitude(x[region.nodes][region.cells[element]]),
         )
+
+    def _cable_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
+        """Shares of cables in omega^2 [1/s^2] of a unit mode (n d,), by name, all nodes at x."""
+        u = (self.stiffness.inverse_sqrt_mass * mode).reshape(x.shape)
+        return {f"cable '{c.cable.name}'": c.energy(u, x) for c in self.stiffness.cables}
 
     def _stiffest(
         self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from softsim.loads.profile import Profile, constant, cycles, natural_deflation
 from softsim.loads.rotor import eccentric_mass, sinusoidal_force
 
+X, Z = np.eye(3)[[0, 2]]
 CYCLE = {
     "highest": 23e3, "inflation_rate": 23e3, "hold": 1.0, "deflation_rate": 1.3e3, "lowest": 11e3,
     "rest": 0.5, "count": 2, "start": 0.2,
@@ -77,15 +78,34 @@ def test_reduced_is_the_positive_part_of_the_excess():
 def test_eccentric_mass_has_the_amplitude_of_the_measured_motor():
     """m_e r_e omega^2 of the PFR's motor: 0.159, 0.729, 0.994, 1.432 N."""
     for frequency, force in ((64, 0.159), (137, 0.729), (160, 0.994), (192, 1.432)):
-        across = eccentric_mass(0.572e-3, 1.72e-3, frequency, "x", 0.0, 0.0, 2)
+        across = eccentric_mass(0.572e-3, 1.72e-3, frequency, X, 1, 0.0, 0.0, 2)
         assert across.cosine[1] == pytest.approx(force, abs=5e-4)
         assert across.cosine[0] == 0.0
         assert not across.sine.any()
-    turning = eccentric_mass(1.0, 1.0, 1.0, "z", 0.0, 0.0, 2)
+    turning = eccentric_mass(1.0, 1.0, 1.0, Z, 1, 0.0, 0.0, 2)
     assert np.linalg.norm(turning.cosine) == pytest.approx((2.0 * np.pi) ** 2)
     assert turning.cosine @ turning.sine == 0.0
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_eccentric_mass_turns_about_any_axis_either_way(sense):
+    """Its force is m_e r_e omega^2 across the axis, and turns with dF/d(angle) = sense n x F."""
+    diagonal = np.array([1.0, -2.0, 2.0])
+    for axis in (*np.eye(3), -X, diagonal):
+        rotor = eccentric_mass(2.0, 0.5, 1.0, axis, sense, 0.0, 0.0, 3)
+        n = axis / np.linalg.norm(axis)
+        for angle in (0.0, 0.7, 4.0):
+            force = np.cos(angle) * rotor.cosine + np.sin(angle) * rotor.sine
+            turning = np.cos(angle) * rotor.sine - np.sin(angle) * rotor.cosine
+            assert np.linalg.norm(force) == pytest.approx((2.0 * np.pi) ** 2)
+            assert abs(force @ n) < 1e-12
+            np.testing.assert_allclose(turning, sense * np.cross(n, force), atol=1e-12)
+    starts = [eccentric_mass(1.0, 1.0, 1.0, n, sense, 0.0, 0.0, 3).cosine for n in np.eye(3)]
+    np.testing.assert_allclose(starts, (2.0 * np.pi) ** 2 * np.eye(3)[[1, 2, 0]])
 
 
 def test_sinusoidal_force_takes_only_the_direction():
     load = sinusoidal_force(3.0, np.array([0.0, 10.0]), 5.0, 0.0, 0.0)
     np.testing.assert_allclose(load.sine, [0.0, 3.0])
+    in_space = sinusoidal_force(3.0, np.array([0.0, 0.0, 2.0]), 5.0, 0.0, 0.0)
+    np.testing.assert_allclose([in_space.cosine, in_space.sine], [[0.0] * 3, [0.0, 0.0, 3.0]])

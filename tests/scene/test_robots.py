@@ -43,6 +43,18 @@ def test_the_tether_goes_with_section_and_space(write_scene, scene):
     assert np.linalg.norm(tether.carried_mass * model.gravity) == pytest.approx(3.4e-3)
 
 
+@pytest.mark.parametrize("scene", ["pfr_36mm.yaml", "pfr_36mm_3d.yaml"])
+def test_the_cable_is_clamped_in_the_frame_of_section_and_space(write_scene, scene):
+    shipped = (Path(__file__).parents[2] / "scenes" / scene).read_text(encoding="utf-8")
+    write_scene(shipped, "robot.yaml")
+    model = build_model(load_scene(write_scene("include: [robot.yaml, robot:pfr/cable]\n"), []))
+    (data,), (frame,) = model.cables, model.rigid_bodies
+    held = np.intersect1d(frame.tied, data.cable.nodes)
+    np.testing.assert_array_equal(held, data.cable.nodes[:2])
+    assert model.points[held[1], 0] == pytest.approx(-16.5e-3)  # the rear of the outline
+    assert model.mass[data.cable.nodes].sum() == pytest.approx(205e-3 * 3e-3)
+
+
 @pytest.mark.parametrize("name", ["robot:snake", "robot:pfr/", "robot:../scene/library/pfr"])
 def test_an_unknown_part(write_scene, name):
     with pytest.raises(SceneError, match=r"there is no .* to include") as caught:

@@ -8,6 +8,7 @@ import pytest
 from softsim.errors import StabilityError
 from softsim.solver.guards import (
     hourglass_warnings,
+    refuse_broken_elements,
     refuse_collapsed_step,
     refuse_unstable_step,
     step_warnings,
@@ -51,6 +52,19 @@ def test_a_lost_stiffness_is_named(build):
     assert "b unstable" not in strain_warnings(model, stretched(model, just_below), 0.0)
     found = strain_warnings(model, stretched(model, just_below / 0.998), 0.0)
     assert "has lost its stiffness: I1 = 6" in found["b unstable"]
+
+
+def test_a_cable_that_is_lost_is_named(build):
+    model = build(
+        BLOCK + "cables:\n  tail: {points: [[9 mm, 0 mm], [5 mm, 0 mm]], segment_length: 1 mm,\n"
+        "    diameter: 1 mm, mass_per_length: 1 g/m, stretching_stiffness: 1 N,\n"
+        "    bending_stiffness: 0 N*m^2}\n"
+    )
+    x = model.points.copy()
+    refuse_broken_elements(model, x, 0.25)
+    x[-1] = np.nan
+    with pytest.raises(StabilityError, match=r"cable 'tail' has a position .* at t = 0\.25 s"):
+        refuse_broken_elements(model, x, 0.25)
 
 
 FOUND = StableStep(5e-6, 7e-6, "contact that would throw back", 0, 1e-3)

@@ -1,0 +1,161 @@
+"""A cable: nodes on a line that resists stretching and bending, in a plane or in space.
+
+Each segment between two nodes is a spring, each joint between two segments an angle spring; with
+the lengths l of the segments and the angle theta between the tangents t1, t2 at a joint,
+    E = sum EA / (2 l_0) (l - l_0)^2 + sum EI / (2 h) K^2,    K = 2 tan(theta / 2).
+K is the curvature summed over the length h that a joint stands for, half of both its segments
+(Bergou, Wardetzky, Robinson, Audoly, Grinspun, Discrete Elastic Rods, 2008, sec. 4.2): infinite
+where the cable is folded up. Forces are the exact derivatives; with c = t1 . t2
+    K^2 = 4 (1 - c) / (1 + c) = 4 |t2 - t1|^2 / |t1 + t2|^2,    d(K^2)/dc = -8 / (1 + c)^2,
+    dc/dx at the far ends: -(t2 - c t1) / l1 and (t1 - c t2) / l2.
+At rest it is straight. It does not resist twist, which a round, straight cable that is free to roll
+does not feel.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend, fields
+from softsim.fields import Number, index_field, real_field
+from softsim.nodes import Nodes
+from softsim.term import Pass, Stage, Term
+
+
+@dataclass(frozen=True)
+class Cable:
+    """nodes (k,): their numbers in the model, in order. lengths (k - 1,): of the segments at rest,
+    joint_lengths (k - 2,): that each joint stands for [m]. stretching_stiffness EA [N],
+    bending_stiffness EI [N m^2]. gauge: the segment whose tension the history tells.
+    """
+
+    name: str
+    nodes: np.ndarray
+    lengths: np.ndarray
+    joint_lengths: np.ndarray
+    stretching_stiffness: float
+    bending_stiffness: float
+    gauge: int
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns that its term adds to the history -> unit."""
+        return {f"{self.name}_tension": "N"}
+
+    @property
+    def segments(self) -> np.ndarray:
+        """Nodes of each segment (k - 1, 2)."""
+        return np.stack([self.nodes[:-1], self.nodes[1:]], axis=1)
+
+    @property
+    def joints(self) -> np.ndarray:
+        """Nodes of each joint (k - 2, 3): itself between its neighbours."""
+        return np.stack([self.nodes[:-2], self.nodes[1:-1], self.nodes[2:]], axis=1)
+
+    @property
+    def spring_stiffness(self) -> np.ndarray:
+        """EA / l_0 (k - 1,) [N/m]."""
+        return self.stretching_stiffness / self.lengths
+
+    @property
+    def joint_stiffness(self) -> np.ndarray:
+        """EI / h (k - 2,) [N m]."""
+        return self.bending_stiffness / self.joint_lengths
+
+    def tangents(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Unit tangents (k - 1, d) and lengths (k - 1,) [m] of the segments, with the model's nodes
+        at x (n, d) [m].
+        """
+        edges = np.diff(x[self.nodes], axis=0)
+        lengths = np.linalg.norm(edges, axis=1)
+        return edges / lengths[:, None], lengths
+
+    def folding(self, x: np.ndarray) -> np.ndarray:
+        """tan^2(theta / 2) (k - 2,) of each joint, with the model's nodes at x (n, d) [m]."""
+        t, _ = self.tangents(x)
+        apart, along = t[1:] - t[:-1], t[1:] + t[:-1]
+        return np.asarray((apart**2).sum(axis=1) / (along**2).sum(axis=1))
+
+
+@ti.data_oriented
+class CableTerm(Term):
+    """A cable in kernels. tension_impulse (scenarios,) [N s]: of its gauge, since last cleared."""
+
+    def __init__(self, nodes: Nodes, cable: Cable) -> None:
+        self.nodes, self.column = nodes, next(iter(cable.columns))
+        self.segments, self.joints = Number(len(cable.segments)), Number(len(cable.joints))
+        self.gauge = Number(cable.gauge)
+        self.segment, self.joint = index_field(cable.segments), index_field(cable.joints)
+        self.length = real_field(cable.lengths)
+        self.spring_stiffness = real_field(cable.spring_stiffness)
+        self.joint_stiffness = real_field(cable.joint_stiffness)
+        self.first_pull = nodes.corner_forces.reserve(cable.segments)
+        self.first_bend = nodes.corner_forces.reserve(cable.joints)
+        self.tension_impulse = real_field(np.zeros(nodes.scenarios))
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {
+            Stage.MOVE: [
+                Pass("cables", int(self.segments), (self.stretch,)),
+                Pass("cables", int(self.joints), (self.bend,)),
+            ]
+        }
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return {"tension_impulse": self.tension_impulse}
+
+    def impulses(self) -> list[ti.Field]:
+        """Of the tension."""
+        return [self.tension_impulse]
+
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """The mean tension of the gauge [N]."""
+        impulse = float(fields.read_row(self.tension_impulse, scenario))
+        return {self.column: impulse / interval if interval > 0.0 else 0.0}
+
+    @ti.func
+    def edge(self, s, a, b):
+        """Unit vector from node a to node b, and the distance [m]."""
+        way = self.nodes.position[s, b] - self.nodes.position[s, a]
+        length = way.norm()
+        return way / length, length
+
+    @ti.func
+    def stretch(self, s, i, t, dt):
+        """Forces of segment i on its nodes."""
+        tangent, length = self.edge(s, self.segment[i, 0], self.segment[i, 1])
+        tension = self.spring_stiffness[i] * (length - self.length[i])
+        self.nodes.corner_forces.write(s, self.first_pull + 2 * i, tension * tangent)
+        self.nodes.corner_forces.write(s, self.first_pull + 2 * i + 1, -tension * tangent)
+        if i == self.gauge.read():
+            self.tension_impulse[s] = self.tension_impulse[s] + tension * dt
+
+    @ti.func
+    def bend(self, s, j, t, dt):
+        """Forces of joint j on its nodes."""
+        t1, l1 = self.edge(s, self.joint[j, 0], self.joint[j, 1])
+        t2, l2 = self.edge(s, self.joint[j, 1], self.joint[j, 2])
+        c = t1.dot(t2)
+        slope = 4.0 * self.joint_stiffness[j] / ((1.0 + c) * (1.0 + c))  # -dE/dc
+        before, after = -slope / l1 * (t2 - c * t1), slope / l2 * (t1 - c * t2)
+        self.nodes.corner_forces.write(s, self.first_bend + 3 * j, before)
+        self.nodes.corner_forces.write(s, self.first_bend + 3 * j + 1, -before - after)
+        self.nodes.corner_forces.write(s, self.first_bend + 3 * j + 2, after)
+
+    @ti.func
+    def stored_energy(self, s):
+        """Of stretching and bending [J]."""
+        energy = ti.cast(0.0, backend.real)
+        for i in range(self.segments.read()):
+            _, length = self.edge(s, self.segment[i, 0], self.segment[i, 1])
+            stretch = length - self.length[i]
+            energy += 0.5 * self.spring_stiffness[i] * stretch * stretch
+        for j in range(self.joints.read()):
+            t1, _ = self.edge(s, self.joint[j, 0], self.joint[j, 1])
+            t2, _ = self.edge(s, self.joint[j, 1], self.joint[j, 2])
+            folding = (t2 - t1).norm_sqr() / (t1 + t2).norm_sqr()
+            energy += 2.0 * self.joint_stiffness[j] * folding
+        return energy
