@@ -6,9 +6,14 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from softsim import backend
+
 # How long an example takes is the machine's matter, which may be busy: no test is timed.
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
+
+LANES = backend.CPU_LANES
+"""Elements in a lane vector, at most, as users have them."""
 
 FEWER_LANES = 2
 """Elements in a lane vector of the fast suite's kernels. Taichi writes vector arithmetic out
@@ -19,9 +24,13 @@ compile. `tests/solver/test_lanes.py` compares them.
 
 def pytest_configure(config):
     if config.option.markexpr != "slow":
-        from softsim import backend
-
         backend.CPU_LANES = FEWER_LANES
+
+
+@pytest.fixture
+def lanes_of_users(monkeypatch):
+    """Kernels as other processes have them."""
+    monkeypatch.setattr(backend, "CPU_LANES", LANES)
 
 
 @pytest.fixture(scope="session")

@@ -35,9 +35,8 @@ def test_lane_blocks_round_up(cpu):
     assert backend.lane_blocks(backend.CPU_LANES + 1) == 2
 
 
-def test_lanes_are_as_many_as_suit_the_elements(build, monkeypatch, tmp_path):
+def test_lanes_are_as_many_as_suit_the_elements(build, lanes_of_users, tmp_path):
     """Four of quadrilaterals and hexahedra, eight of others, and where both are."""
-    monkeypatch.setattr(backend, "CPU_LANES", 8)
     scene = """
 bodies:
   b: {mesh: {generator: block, length: 2 mm, height: 2 mm, element_size: 1 mm, cells: CELLS},
