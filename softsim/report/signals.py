@@ -105,7 +105,7 @@ def last_fall(pressure: np.ndarray) -> slice:
 
 def deflation(history: History) -> dict[str, Curves]:
     """Over the air pressure while it falls for the last time: the forces of walls on each row of
-    spikes and on each side of the robot, and its speed, all without vibration.
+    spikes and on each side of the robot, and its speed (along its pipe), all without vibration.
     """
     pressed = [name for name in history if name.startswith((ROW_FORCE, SIDE_FORCE))]
     if not pressed or not pressurised(history):
@@ -128,8 +128,9 @@ def deflation(history: History) -> dict[str, Curves]:
         ]
         panels.append(Panel(Axis(title, lines, from_zero=True)))
     if travels(history):
+        along = history["arc_length"] if has(history, "arc_length") else displacement(history)
         moments = thinned(time, time, SAMPLES_OF_A_FALL).mean
-        way = line("speed", displacement(history)[fall] * MILLI, BLUE)
+        way = line("speed", along[fall] * MILLI, BLUE)
         speed = Line("speed", kilo, np.gradient(way.values, moments), BLUE)
         panels.append(Panel(Axis("speed [mm/s]", [speed], from_zero=True)))
     shown = Curves(TITLES["deflation"], "air pressure [kPa]", panels, over_time=False)

@@ -39,6 +39,10 @@ def test_forces_of_rows_and_sides_over_the_last_fall_of_the_pressure(history) ->
     np.testing.assert_allclose(drawn.values, 5.0)  # 5 mm in a second
     assert drawn.x[[0, -1]] == pytest.approx([10.0, 2.0], abs=0.3)
     assert (np.diff(drawn.x) < 0.0).all()
+    in_pipe = history | pressed | {"pressure": cycle, "arc_length": 7e-3 * TIME}
+    np.testing.assert_allclose(
+        signals(in_pipe, UNITS)["deflation"].panels[2].left.lines[0].values, 7.0
+    )
 
 
 def test_pull_is_shown_where_a_tendon_holds_the_robot(history) -> None:
