@@ -21,8 +21,9 @@ from softsim.tracing import remember_sources
 remember_sources()
 
 # Measured: of triangles and tetrahedra 8 and 16 f64 lanes are equally fast, 4 slower by a fifth; of
-# quadrilaterals 4 are as fast, of hexahedra faster by a tenth; both compile in half the time.
-CPU_LANES = 8
+# quadrilaterals 4 are as fast as 8, of hexahedra faster by a tenth, and both compile in half the
+# time.
+CPU_LANES, QUAD_LANES = 8, 4
 real = ti.f64
 
 
@@ -52,7 +53,7 @@ def start(
     device: "auto" (CUDA where present, else the CPU), "cpu" or "cuda".
     cache: folder of compiled kernels; the user's cache folder by default.
     threads: CPU threads that share an increment; see `softsim.machine.choose`.
-    most_lanes: elements in a lane vector of a CPU, CPU_LANES at most; `Model.most_lanes` suit it.
+    most_lanes: elements in a lane vector of a CPU, CPU_LANES at most; see `Model.most_lanes`.
 
     Raises
     ------

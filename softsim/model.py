@@ -10,6 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from softsim import backend
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.sphere import Sphere
@@ -263,8 +264,9 @@ class Model:
 
     @property
     def most_lanes(self) -> int:
-        """Elements that suit a lane vector of a CPU: what backend.py says was measured."""
-        return 4 if all(region.has_hourglass_modes for region in self.regions) else 8
+        """Elements in a lane vector with which a CPU is fastest."""
+        quads = all(region.has_hourglass_modes for region in self.regions)
+        return backend.QUAD_LANES if quads else backend.CPU_LANES
 
     @property
     def added_turning(self) -> float:

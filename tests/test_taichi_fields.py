@@ -158,7 +158,7 @@ def test_more_fields_than_one_tree_takes(cpu):
         made = [fields.matrix_field(each) for each in values]
 
     @ti.kernel
-    def add_up(first: ti.template(), last: ti.template()):  # type: ignore[valid-type]
+    def add_up(first: ti.template(), last: ti.template()):  # type: ignore[valid-type]  # Taichi wants an instance
         for i in range(3):
             last[i] = last[i] + first[i]
 

@@ -164,6 +164,16 @@ def boundary_facets(cells: np.ndarray, dimension: int) -> np.ndarray:
     return facets[np.bincount(number)[number] == 1]
 
 
+def facets_on(boundary: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Those of the boundary's facets (k, corners) whose nodes are all among `nodes`."""
+    return boundary[np.isin(boundary, nodes).all(axis=1)]
+
+
+def facets_touching(boundary: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Those of the boundary's facets (k, corners) with at least one node among `nodes`."""
+    return boundary[np.isin(boundary, nodes).any(axis=1)]
+
+
 def cell_facets(cells: np.ndarray, dimension: int) -> tuple[np.ndarray, np.ndarray]:
     """All facets (k, corners) of the cells, cell by cell, each oriented outward, and the number
     (k,) of the cell of each.

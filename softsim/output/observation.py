@@ -128,17 +128,15 @@ def observe(
         row |= frame_readings(place_now(scenario, reader, model.robot.frame))
     row["contact_count"] = walls.contact_count
     row["slip_share"] = walls.slip_share
-    row["rows_in_contact"] = row["wall_force_normal"] = 0.0
-    row |= dict.fromkeys(parts_pressed(model), 0.0)
-    if walls.normal_impulse > 0.0 and interval > 0.0:
-        pressed = reader.normal_impulses(scenario.number)
-        row["rows_in_contact"] = rows_in_contact(model, pressed)
-        row["wall_force_normal"] = walls.normal_impulse / interval
-        for name, nodes in parts_pressed(model).items():
-            row[name] = float(pressed[nodes].sum()) / interval
+    rate = 1.0 / interval if interval > 0.0 else 0.0  # impulses since then to mean forces
+    pressed = reader.normal_impulses(scenario.number) * rate
+    row["rows_in_contact"] = sum(bool(pressed[k].any()) for k in model.robot.rows.values())
+    row["wall_force_normal"] = walls.normal_impulse * rate
+    for name, nodes in parts_pressed(model).items():
+        row[name] = float(pressed[nodes].sum())
     for i, axis in enumerate("xyz"[: model.dimension]):
         row[f"body_{axis}"] = float(centre[i])
-        row[f"wall_force_{axis}"] = walls.impulse[i] / interval if interval > 0.0 else 0.0
+        row[f"wall_force_{axis}"] = walls.impulse[i] * rate
     for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
         row |= term.readings(scenario.number, interval)
     row["internal_energy"] = energies.internal
@@ -175,11 +173,6 @@ def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, fl
     if load.drive.asks_volume:
         now["chamber_volume"] = float(scenario.read(term.volume))
     return now
-
-
-def rows_in_contact(model: Model, impulses: np.ndarray) -> int:
-    """Rows of spikes of which a node touched a wall; impulses: normal ones of nodes (n,) [N s]."""
-    return sum(bool(impulses[nodes].any()) for nodes in model.robot.rows.values())
 
 
 def parts_pressed(model: Model) -> dict[str, np.ndarray]:

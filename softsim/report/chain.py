@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 
 from softsim.output.folder import HISTORY, read_summary
 from softsim.output.history import read_history
+from softsim.report.colours import MILLI
 from softsim.report.style import BLUE, COLOURS, INK, ORANGE, QUIET, WALL, drawing
 
-MILLI = 1e3
 FIGURE = "chain.png"
 SHOWN_TURNS = 6
 """Turns of the motor at the end of the run, in which single steps are seen."""

@@ -1,5 +1,6 @@
 """The figures over time of a run: what its history has something to show in."""
 
+import itertools
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -114,25 +115,25 @@ def deflation(history: History) -> dict[str, Curves]:
     time = history["time"][fall]
     if len(time) < FEWEST_OF_A_FALL:
         return {}
-    kilo = thinned(time, history["pressure"][fall] / 1e3, SAMPLES_OF_A_FALL).mean
 
-    def line(name: str, values: np.ndarray, colour: str) -> Line:
-        return Line(name, kilo, thinned(time, values, SAMPLES_OF_A_FALL).mean, colour)
+    def smooth(values: np.ndarray) -> np.ndarray:
+        return thinned(time, values[fall], SAMPLES_OF_A_FALL).mean
 
+    kilo = smooth(history["pressure"]) / 1e3
     panels = []
     for prefix, title in ((ROW_FORCE, "force on a row [N]"), (SIDE_FORCE, "force on a side [N]")):
         names = [name for name in pressed if name.startswith(prefix)]
         lines = [
-            line(name.removeprefix(prefix), history[name][fall], COLOURS[k % len(COLOURS)])
-            for k, name in enumerate(names)
+            Line(name.removeprefix(prefix), kilo, smooth(history[name]), colour)
+            for name, colour in zip(names, itertools.cycle(COLOURS), strict=False)
         ]
         panels.append(Panel(Axis(title, lines, from_zero=True)))
     if travels(history):
         along = history["arc_length"] if has(history, "arc_length") else displacement(history)
-        moments = thinned(time, time, SAMPLES_OF_A_FALL).mean
-        way = line("speed", along[fall] * MILLI, BLUE)
-        speed = Line("speed", kilo, np.gradient(way.values, moments), BLUE)
-        panels.append(Panel(Axis("speed [mm/s]", [speed], from_zero=True)))
+        speed = np.gradient(smooth(along) * MILLI, smooth(history["time"]))
+        panels.append(
+            Panel(Axis("speed [mm/s]", [Line("speed", kilo, speed, BLUE)], from_zero=True))
+        )
     shown = Curves(TITLES["deflation"], "air pressure [kPa]", panels, over_time=False)
     return {"deflation": shown}
 

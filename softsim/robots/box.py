@@ -4,10 +4,9 @@ import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
-from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
+from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, renumbered
 from softsim.mesh.quality import check
 from softsim.robots.block import LARGEST_GRID, block
-from softsim.robots.boundary import facets_on
 from softsim.robots.extrusion import EXTRUSIONS
 from softsim.robots.limits import check_positive
 

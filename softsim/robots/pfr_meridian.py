@@ -5,9 +5,8 @@ from itertools import pairwise
 import numpy as np
 
 from softsim.mesh.band import CellKind
-from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
+from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, facets_touching, renumbered
 from softsim.mesh.quality import check
-from softsim.robots.boundary import facets_on, facets_touching
 from softsim.robots.limits import check_counts, check_positive, check_rows, check_skin
 from softsim.robots.strip import ROWS, Fin, even_columns, finned_strip, upright
 

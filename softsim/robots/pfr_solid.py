@@ -7,9 +7,8 @@ import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
-from softsim.mesh.mesh import Mesh, boundary_facets, renumbered
+from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, facets_touching, renumbered
 from softsim.mesh.quality import check
-from softsim.robots.boundary import facets_on, facets_touching
 from softsim.robots.extrusion import EXTRUSIONS
 from softsim.robots.limits import (
     check_counts,

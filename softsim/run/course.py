@@ -6,7 +6,8 @@ and model only, so a run takes the same course whatever is computed beside it an
 
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -235,7 +236,8 @@ class Run:
         run_length = model.end_time / scenario.time_increment
         self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
         self._tell_step(stable)
-        self._refuse_collapsed_step(stable)
+        with self._failed_frame_kept():
+            refuse_collapsed_step(model, stable, self.estimator.at_rest, scenario.time)
         if model.time_increment is not None:
             refuse_unstable_step(model, stable, scenario.time)
             self.files.warn(step_warnings(model, stable))
@@ -257,17 +259,14 @@ class Run:
         )
 
     def _refuse_broken_elements(self) -> None:
-        """Stop at a broken element, with the failed frame kept."""
-        try:
+        with self._failed_frame_kept():
             refuse_broken_elements(self.model, self.scenario.positions(), self.scenario.time)
-        except StabilityError:
-            self.files.write_frame(self.scenario)
-            raise
 
-    def _refuse_collapsed_step(self, stable: StableStep) -> None:
-        """Stop at a step that is not worth going on with, with the last frame kept."""
+    @contextmanager
+    def _failed_frame_kept(self) -> Iterator[None]:
+        """What a guard stops at is the last frame."""
         try:
-            refuse_collapsed_step(self.model, stable, self.estimator.at_rest, self.scenario.time)
+            yield
         except StabilityError:
             self.files.write_frame(self.scenario)
             raise
@@ -292,8 +291,8 @@ class Run:
             energies = asdict(seen.energies)
             largest = max(energies, key=lambda k: abs(energies[k]))
             self._refuse_broken_elements()  # a cause says more than a symptom
-            self.files.write_frame(scenario)
-            refuse_energy_error(self.model, error, scenario.time, largest)
+            with self._failed_frame_kept():
+                refuse_energy_error(self.model, error, scenario.time, largest)
 
     # --- the end ---------------------------------------------------------------------------------
 

@@ -14,8 +14,7 @@ import taichi as ti
 
 from softsim.contact.deformable_surface import DeformableSurface
 from softsim.contact.frame import FixedFrame
-from softsim.contact.list_sizes import margin_and_room
-from softsim.contact.neighbour_lists import NeighbourLists
+from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
 from softsim.contact.offset import OffsetWall
 from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact

@@ -5,7 +5,7 @@ from surface_rig import PLANE, SurfaceRig, pressed_together
 
 from softsim import fields
 from softsim.contact.deformable_surface import DEPTH, NEIGHBOURHOOD
-from softsim.contact.list_sizes import MARGIN
+from softsim.contact.neighbour_lists import MARGIN
 
 
 def distances(points, edges, x):

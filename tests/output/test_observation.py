@@ -43,6 +43,29 @@ def test_probes_of_a_pulled_bar(write_scene, tmp_path):
     assert all(np.isfinite(column).all() for column in results.history.values())
 
 
+LYING = """\
+bodies:
+  b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
+environment: {walls: {floor: {kind: plane, point: [0 mm, 0 mm], normal: [0, 1]}}}
+robot: {rows: [b.top, b.bottom]}
+time: {end: 10 ms}
+"""
+
+
+def test_walls_press_on_the_rows_and_sides_that_touch(write_scene, tmp_path):
+    from softsim.run import run
+
+    history = run(write_scene(LYING), out=tmp_path, device="cpu").history
+    floor = history["wall_force_normal"]
+    assert floor.max() > 0.0
+    for pressed in ("row_force_b.bottom", "side_force_bottom"):
+        np.testing.assert_allclose(history[pressed], floor, rtol=1e-12)
+    for free in ("row_force_b.top", "side_force_top"):
+        assert not history[free].any()
+    np.testing.assert_array_equal(history["rows_in_contact"], floor > 0.0)
+
+
 FRAME = "rigid_bodies: {r: {mass: 1 g, inertia: 1 kg*mm^2}}\n"
 AIR = """\
 loads: {air: {kind: follower_pressure, facets: [b.top], profile: {kind: constant, value: 1 kPa}}}

@@ -20,7 +20,7 @@ time: {end: 1 s}
 """
 
 
-@pytest.mark.parametrize("lanes", [1, 8])
+@pytest.mark.parametrize("lanes", [1, 4, 8])
 def test_lanes_of_a_vector_change_nothing(build, start, monkeypatch, lanes):
     model = build(SCENE)
 

@@ -14,9 +14,9 @@ many: what is left is the end, and the mode's shape between nodes, below 1 %.
 import dataclasses
 import io
 
-import closed_forms
 import numpy as np
 import pytest
+import structural_forms
 from rich.console import Console
 
 from softsim import fields
@@ -124,8 +124,8 @@ def test_frequency_in_plane_strain(build, start, record_verification):
     """
     length = 20e-3
     E, nu = plane_moduli(KAPPA)
-    exact = closed_forms.timoshenko_frequency(
-        length, HEIGHT, E, SHEAR_MODULUS, DENSITY, closed_forms.rectangle_shear_coefficient(nu)
+    exact = structural_forms.timoshenko_frequency(
+        length, HEIGHT, E, SHEAR_MODULUS, DENSITY, structural_forms.rectangle_shear_coefficient(nu)
     )
     end = 2.0 * END * HEIGHT / length
     found = {}
@@ -158,8 +158,8 @@ def test_frequency_in_plane_strain(build, start, record_verification):
 def test_frequency_of_quadrilaterals(build, start, record_verification, formulation, length, count):
     """One, two, four through the height: `test_frequency_in_plane_strain` without its excess."""
     E, nu = (plane_moduli if formulation == "plane_strain" else moduli)(KAPPA)
-    exact = closed_forms.timoshenko_frequency(
-        length, HEIGHT, E, SHEAR_MODULUS, DENSITY, closed_forms.rectangle_shear_coefficient(nu)
+    exact = structural_forms.timoshenko_frequency(
+        length, HEIGHT, E, SHEAR_MODULUS, DENSITY, structural_forms.rectangle_shear_coefficient(nu)
     )
     model = build(beam(formulation, length, count), "bodies.beam.mesh.cells=quad")
     assert len(model.bodies[0].cells) == count**model.dimension * round(length / HEIGHT)
@@ -191,8 +191,8 @@ def test_frequency_in_space(build, start, record_verification):
     """
     length = 10e-3
     E, nu = moduli(KAPPA)
-    exact = closed_forms.timoshenko_frequency(
-        length, HEIGHT, E, SHEAR_MODULUS, DENSITY, closed_forms.rectangle_shear_coefficient(nu)
+    exact = structural_forms.timoshenko_frequency(
+        length, HEIGHT, E, SHEAR_MODULUS, DENSITY, structural_forms.rectangle_shear_coefficient(nu)
     )
     end = 2.0 * END * HEIGHT / length
     found, bounds = [], []
@@ -227,10 +227,10 @@ def test_sag(cells, counts, write_scene, tmp_path, kernel_cache, monkeypatch, re
     E, nu = plane_moduli(kappa)
     stiffness = E * HEIGHT**3 / 12.0  # of a metre of thickness, as the weight
     weight = DENSITY * 9.81 * HEIGHT
-    exact = closed_forms.elastica_sag(length, stiffness, weight).drop
+    exact = structural_forms.elastica_sag(length, stiffness, weight).drop
     assert 0.3 * length < exact < 0.6 * length
     slender = (HEIGHT / length) ** 2
-    shear = E / (3.0 * closed_forms.rectangle_shear_coefficient(nu) * SHEAR_MODULUS) * slender
+    shear = E / (3.0 * structural_forms.rectangle_shear_coefficient(nu) * SHEAR_MODULUS) * slender
     end = 4.0 * END * HEIGHT / length
 
     # The tolerance is a share of the inner forces, which in bending are far above the outer.
@@ -248,7 +248,7 @@ def test_sag(cells, counts, write_scene, tmp_path, kernel_cache, monkeypatch, re
         excess = 0.0
         if cells == "simplex":
             excess = bending_excess(model.points, model.bodies[0].cells, kappa)
-        stiffest = closed_forms.elastica_sag(length, (1.0 + excess) * stiffness, weight).drop
+        stiffest = structural_forms.elastica_sag(length, (1.0 + excess) * stiffness, weight).drop
         assert stiffest - end * exact < drop < (1.0 + shear) * exact
         record_verification(f"cantilever sag [m], {n} {cells} high", exact, drop)
         errors.append(drop / exact - 1.0)

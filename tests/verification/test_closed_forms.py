@@ -3,6 +3,7 @@
 import closed_forms as cf
 import numpy as np
 import pytest
+import structural_forms as sf
 from numpy.polynomial.legendre import leggauss
 from scipy.integrate import quad
 from scipy.linalg import eigh
@@ -182,35 +183,35 @@ def ritz_frequency(length, height, E, G, rho, shear_coefficient, terms=8):
 @pytest.mark.parametrize("height", [0.01, 0.03, 0.1])
 def test_timoshenko_frequency_against_ritz(height):
     E, nu, rho = 263.8e3, 0.49, 1070.0
-    beam = (0.1, height, E, E / (2.0 * (1.0 + nu)), rho, cf.rectangle_shear_coefficient(nu))
-    assert cf.timoshenko_frequency(*beam) == pytest.approx(ritz_frequency(*beam), rel=1e-6)
+    beam = (0.1, height, E, E / (2.0 * (1.0 + nu)), rho, sf.rectangle_shear_coefficient(nu))
+    assert sf.timoshenko_frequency(*beam) == pytest.approx(ritz_frequency(*beam), rel=1e-6)
 
 
 def test_timoshenko_frequency_limits():
     """Slender: Euler and Bernoulli, off by (height/length)^2. Stiff in bending: a shear beam."""
     E, G, rho, k = 3e5, 1e5, 1000.0, 5.0 / 6.0
-    slender = cf.euler_bernoulli_frequency(1.0, 0.01, E, rho)
+    slender = sf.euler_bernoulli_frequency(1.0, 0.01, E, rho)
     assert slender == pytest.approx(0.16154 * 0.01 * np.sqrt(E / rho), rel=1e-4)
-    assert cf.timoshenko_frequency(1.0, 0.01, E, G, rho, k) == pytest.approx(slender, rel=1e-3)
+    assert sf.timoshenko_frequency(1.0, 0.01, E, G, rho, k) == pytest.approx(slender, rel=1e-3)
     shear_beam = np.sqrt(k * G / rho) / 4.0
-    assert cf.timoshenko_frequency(1.0, 0.1, 1e7 * E, G, rho, k) == pytest.approx(
+    assert sf.timoshenko_frequency(1.0, 0.1, 1e7 * E, G, rho, k) == pytest.approx(
         shear_beam, rel=1e-3
     )
 
 
 def test_shear_coefficient_of_plane_strain():
     nu = 0.4
-    effective = cf.rectangle_shear_coefficient(nu / (1.0 - nu))
+    effective = sf.rectangle_shear_coefficient(nu / (1.0 - nu))
     assert effective == pytest.approx(10.0 / (12.0 - nu), rel=1e-12)
-    assert cf.rectangle_shear_coefficient(0.0) == pytest.approx(5.0 / 6.0)
+    assert sf.rectangle_shear_coefficient(0.0) == pytest.approx(5.0 / 6.0)
 
 
 def test_elastica_at_small_load():
     """w L^4/(8 EI) and F L^3/(3 EI)."""
-    assert cf.elastica_sag(2.0, 3.0, weight_per_length=1e-3).drop == pytest.approx(
+    assert sf.elastica_sag(2.0, 3.0, weight_per_length=1e-3).drop == pytest.approx(
         1e-3 * 2.0**4 / (8.0 * 3.0), rel=1e-5
     )
-    assert cf.elastica_sag(2.0, 3.0, tip_force=1e-3).drop == pytest.approx(
+    assert sf.elastica_sag(2.0, 3.0, tip_force=1e-3).drop == pytest.approx(
         1e-3 * 2.0**3 / (3.0 * 3.0), rel=1e-5
     )
 
@@ -221,7 +222,7 @@ def test_elastica_at_small_load():
 )
 def test_elastica_under_tip_force(load, drop, shortening):
     """Elliptic integrals, tabulated by Mattiasson 1981, Int. J. Numer. Meth. Eng. 17:145-153."""
-    sag = cf.elastica_sag(1.0, 1.0, tip_force=load)
+    sag = sf.elastica_sag(1.0, 1.0, tip_force=load)
     assert sag.drop == pytest.approx(drop, abs=1e-5)
     assert 1.0 - sag.reach == pytest.approx(shortening, abs=1e-5)
 
@@ -232,7 +233,7 @@ def test_pressed_ring_at_small_load():
     """
     shortening = 1e-4
     slope = (0.25 * np.pi - 2.0 / np.pi) * 2.0**3 / 3.0
-    assert cf.pressed_ring_force(2.0, 3.0, 4.0 - shortening) == pytest.approx(
+    assert sf.pressed_ring_force(2.0, 3.0, 4.0 - shortening) == pytest.approx(
         shortening / slope, rel=1e-3
     )
 
@@ -251,7 +252,7 @@ def test_elastica_under_its_weight_has_the_least_energy():
         return weights @ (bending - (force + weight * (1.0 - s)) * sin)
 
     shape = minimize(energy, np.zeros(powers.size), method="BFGS", options={"gtol": 1e-7}).x
-    sag = cf.elastica_sag(1.0, 1.0, weight_per_length=weight, tip_force=force)
+    sag = sf.elastica_sag(1.0, 1.0, weight_per_length=weight, tip_force=force)
     assert sag.drop == pytest.approx(weights @ np.sin(basis @ shape), abs=1e-4)
     assert sag.reach == pytest.approx(weights @ np.cos(basis @ shape), abs=1e-4)
 
@@ -259,7 +260,7 @@ def test_elastica_under_its_weight_has_the_least_energy():
 def test_hertz_stiffness_is_that_of_its_contact_circle():
     """Stiffness dF/dd = 2 E* contact radius, with contact radius sqrt(R d) (Johnson 1985)."""
     E, nu, radius, depth = 1e5, 0.45, 5e-3, 1e-4
-    stiffness = central_difference(lambda d: cf.hertz_force(d, radius, E, nu), depth, 1e-8)
+    stiffness = central_difference(lambda d: sf.hertz_force(d, radius, E, nu), depth, 1e-8)
     expected = 2.0 * E / (1.0 - nu**2) * np.sqrt(radius * depth)
     assert stiffness == pytest.approx(expected, rel=1e-6)
 
@@ -268,8 +269,8 @@ def layer_ratio(chi, nu, bonded):
     """Force over Hertz's at chi = sqrt(R d)/h."""
     depth, radius = 1e-4, 5e-3
     thickness = np.sqrt(radius * depth) / chi
-    force = cf.layer_indentation_force(depth, radius, thickness, 1e5, nu, bonded)
-    return force / cf.hertz_force(depth, radius, 1e5, nu)
+    force = sf.layer_indentation_force(depth, radius, thickness, 1e5, nu, bonded)
+    return force / sf.hertz_force(depth, radius, 1e5, nu)
 
 
 def test_thick_layer_tends_to_hertz():
@@ -303,8 +304,8 @@ def test_dimitriadis_is_near_the_exact_layer(bonded, off):
     E, radius, depth = 1e5, 5e-3, 1e-4
     for chi in (0.05, 0.2, 0.5, 1.0):
         thickness = np.sqrt(radius * depth) / chi
-        series = cf.dimitriadis_force(depth, radius, thickness, E, bonded)
-        exact = cf.layer_indentation_force(depth, radius, thickness, E, 0.5, bonded)
+        series = sf.dimitriadis_force(depth, radius, thickness, E, bonded)
+        exact = sf.layer_indentation_force(depth, radius, thickness, E, 0.5, bonded)
         assert series == pytest.approx(exact, rel=off * min(1.0, 2.0 * chi))
 
 
@@ -316,11 +317,11 @@ def test_wave_speeds():
     free = central_difference(lambda s: cf.nearly_incompressible_uniaxial(s, c).stress, 1.0, 1e-4)
     held = central_difference(lambda s: cf.nearly_incompressible_pure_shear(s, c).stress, 1.0, 1e-4)
     confined = E * (1.0 - nu) / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    assert cf.bar_wave_speed(E, rho) == pytest.approx(np.sqrt(free / rho), rel=1e-6)
-    assert cf.plane_strain_bar_wave_speed(E, nu, rho) == pytest.approx(
+    assert sf.bar_wave_speed(E, rho) == pytest.approx(np.sqrt(free / rho), rel=1e-6)
+    assert sf.plane_strain_bar_wave_speed(E, nu, rho) == pytest.approx(
         np.sqrt(held / rho), rel=1e-6
     )
-    assert cf.confined_wave_speed(kappa, mu, rho) == pytest.approx(
+    assert sf.confined_wave_speed(kappa, mu, rho) == pytest.approx(
         np.sqrt(confined / rho), rel=1e-12
     )
 
@@ -328,5 +329,5 @@ def test_wave_speeds():
 @pytest.mark.parametrize(("mu", "pull"), [(0.0, 0.1), (0.1, 0.202), (0.2, 0.306), (0.3, 0.412)])
 def test_slope_pull(mu, pull):
     """The rounded values, and that slope angle and friction angle add."""
-    assert cf.slope_pull(mu, 0.1) == pytest.approx(pull, abs=5e-4)
-    assert cf.slope_pull(mu, 0.1) == pytest.approx(np.tan(np.arctan(0.1) + np.arctan(mu)))
+    assert sf.slope_pull(mu, 0.1) == pytest.approx(pull, abs=5e-4)
+    assert sf.slope_pull(mu, 0.1) == pytest.approx(np.tan(np.arctan(0.1) + np.arctan(mu)))

@@ -31,9 +31,9 @@ import io
 from pathlib import Path
 from typing import NamedTuple
 
-import closed_forms
 import numpy as np
 import pytest
+import structural_forms
 from rich.console import Console
 
 REFERENCE = Path(__file__).resolve().parents[3] / "shared" / "reference" / "ds10_beam"
@@ -206,8 +206,8 @@ def test_the_beam_at_rest_converges_to_another_program(run, record_verification)
         assert found == pytest.approx(felupe, rel=0.02)
         bending, area = E * SIDE**4 / 12.0, SIDE**2
         force, weight = LOAD * 9.81 * is_loaded, DENSITY * area * 9.81
-        sag = closed_forms.elastica_sag(LENGTH, bending, weight, force).drop
-        shear = closed_forms.rectangle_shear_coefficient(NU) * E / (2.0 * (1.0 + NU)) * area
+        sag = structural_forms.elastica_sag(LENGTH, bending, weight, force).drop
+        shear = structural_forms.rectangle_shear_coefficient(NU) * E / (2.0 * (1.0 + NU)) * area
         sag += (0.5 * weight * LENGTH + force) * LENGTH / shear
         assert 0.85 * sag < extrapolated < sag
 

@@ -3,7 +3,7 @@
 Ball of radius R = 5 mm, 50 mN in all, Dragon Skin 10 (E = 213 kPa, nu = 0.475), block 9 mm high on
 a rigid base and 20 mm in radius, no friction. Hertz: contact radius a = 0.88 mm, largest pressure
 p_0 = 31 kPa, depth 0.155 mm on a half space, 0.144 mm on the bonded layer, which is exact here
-(`closed_forms.layer_indentation_force`). Errors, relative to the depth d, to be expected:
+(`structural_forms.layer_indentation_force`). Errors, relative to the depth d, to be expected:
     (h / 2a)^2 = 1.3 % at h = 0.2 mm: nodes touch or not, so a is known to half a cell, and the
         depth is stationary in a;
     p_0 h / (2 kappa d) = 1.5 % at h = 0.2 mm: penetration. The contact is a layer of compliance
@@ -18,9 +18,9 @@ finite strain, below d / R.
 
 from dataclasses import dataclass
 
-import closed_forms
 import numpy as np
 import pytest
+import structural_forms
 from scipy.optimize import brentq
 
 from softsim import fields
@@ -32,7 +32,7 @@ NU = (3.0 * BULK - 2.0 * SHEAR) / (2.0 * (3.0 * BULK + SHEAR))
 A = np.cbrt(0.75 * FORCE * RADIUS * (1.0 - NU**2) / E)
 LARGEST_PRESSURE = 1.5 * FORCE / (np.pi * A**2)
 DEPTH = brentq(
-    lambda d: closed_forms.layer_indentation_force(d, RADIUS, HEIGHT, E, NU) - FORCE, 1e-5, 1e-3
+    lambda d: structural_forms.layer_indentation_force(d, RADIUS, HEIGHT, E, NU) - FORCE, 1e-5, 1e-3
 )
 
 SCENE = """

@@ -2,10 +2,9 @@
 
 A quarter of a ring of mean radius R = 10 mm and thickness h = 0.5 mm, in plane strain, under a
 plate that comes down. Its middle line, natural curvature 1 / R, touches at one point as long as it
-is convex there; `closed_forms.pressed_ring_force` has the force. What the elastica leaves out is of
-the order (h/R)^2: shear and hoop compression make a ring softer by 2.5 (h/R)^2 of its stiffness
-(Roark, Formulas for Stress and Strain, table 9.2, case 1), 0.6 %. Strains are below h/R.
-
+is convex there; `structural_forms.pressed_ring_force` has the force. What the elastica leaves out
+is of the order (h/R)^2: shear and hoop compression make a ring softer by 2.5 (h/R)^2 of its
+stiffness (Roark, Formulas for Stress and Strain, table 9.2, case 1), 0.6 %. Strains are below h/R.
 Quadrilaterals bend exactly, but a chord of the angle a for an arc of the middle line makes the ring
 smaller by a^2 / 24, its force, which goes with R^-2 at a given share of the height, larger by less
 than a^2 / 8: 0.03 % with 32 chords. With the contact's penetration, below a hundredth of h, of the
@@ -14,9 +13,9 @@ than a^2 / 8: 0.03 % with 32 chords. With the contact's penetration, below a hun
 
 import io
 
-import closed_forms
 import meshes
 import pytest
+import structural_forms
 from rich.console import Console
 
 RADIUS, THICKNESS, DEPTH, PRESS = 10e-3, 0.5e-3, 10e-3, 2e-3
@@ -62,7 +61,7 @@ def test_pressed_ring(
     plane_modulus = 4.0 * SHEAR_MODULUS * (KAPPA + SHEAR_MODULUS / 3.0)
     plane_modulus /= KAPPA + 4.0 / 3.0 * SHEAR_MODULUS
     stiffness = plane_modulus * DEPTH * THICKNESS**3 / 12.0
-    exact = closed_forms.pressed_ring_force(RADIUS, stiffness, 2.0 * (RADIUS - PRESS))
+    exact = structural_forms.pressed_ring_force(RADIUS, stiffness, 2.0 * (RADIUS - PRESS))
     case = f"ring between plates [N], {across} quadrilaterals thick"
     record_verification(case, exact, found)
     assert found == pytest.approx(exact, rel=0.01)

@@ -5,9 +5,9 @@ F/G = (0.1 + mu) / (1 - 0.1 mu): 0.1, 0.202, 0.306, 0.412 for mu = 0, 0.1, 0.2, 
 is soft and damped, and the force rises smoothly, within 35 periods of its slowest shear mode.
 """
 
-import closed_forms
 import numpy as np
 import pytest
+import structural_forms
 
 SLOPE = 0.1
 FRICTION = (0.0, 0.1, 0.2, 0.3)
@@ -48,7 +48,7 @@ def test_onset_of_sliding(build, start, record_verification, formulation):
     scene = SCENE.replace("MESH", MESHES[formulation])
     models = []
     for mu, share in cases:
-        force = share * closed_forms.slope_pull(mu, SLOPE) * WEIGHT
+        force = share * structural_forms.slope_pull(mu, SLOPE) * WEIGHT
         models.append(build(scene.replace("MU", str(mu)).replace("FORCE", f"{force:.12g}")))
     solver = start(*models)  # side by side: one mesh
     model = models[0]
@@ -72,7 +72,7 @@ def test_onset_of_sliding(build, start, record_verification, formulation):
             continue
         # Without friction it slid down before the force had risen, so only its acceleration tells.
         assert way > 1e-5 or mu == 0.0
-        limit = closed_forms.slope_pull(mu, SLOPE)
+        limit = structural_forms.slope_pull(mu, SLOPE)
         found = share * limit - acceleration / 9.81 / (cosine - mu * sine)
         assert found == pytest.approx(limit, rel=5e-3)
         if share > 1.0:

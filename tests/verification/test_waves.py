@@ -9,9 +9,9 @@ Differentiated, this pulse has the one wave number k = 2 pi / l, and the delay a
 of the stations are most alike is that of k.
 """
 
-import closed_forms
 import numpy as np
 import pytest
+import structural_forms
 
 SHEAR_MODULUS, KAPPA, DENSITY = 72e3, 20.0 * 72e3, 1000.0
 E = 9.0 * KAPPA * SHEAR_MODULUS / (3.0 * KAPPA + SHEAR_MODULUS)
@@ -30,15 +30,15 @@ SIDES = {
     "solid": {"bottom": "y", "top": "y", "back": "z", "front": "z"},
 }
 
-CONFINED = closed_forms.confined_wave_speed(KAPPA, SHEAR_MODULUS, DENSITY)
+CONFINED = structural_forms.confined_wave_speed(KAPPA, SHEAR_MODULUS, DENSITY)
 # Formulation and sides -> speed of a long wave, and nu^2 / 2 times the squared radius of gyration.
 CASES = {
     ("plane_strain", "free"): (
-        closed_forms.plane_strain_bar_wave_speed(E, NU, DENSITY),
+        structural_forms.plane_strain_bar_wave_speed(E, NU, DENSITY),
         (NU / (1.0 - NU) * HEIGHT) ** 2 / 24.0,
     ),
     ("plane_strain", "confined"): (CONFINED, 0.0),
-    ("solid", "free"): (closed_forms.bar_wave_speed(E, DENSITY), (NU * HEIGHT) ** 2 / 12.0),
+    ("solid", "free"): (structural_forms.bar_wave_speed(E, DENSITY), (NU * HEIGHT) ** 2 / 12.0),
     ("solid", "confined"): (CONFINED, 0.0),
 }
 
