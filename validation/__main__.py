@@ -14,6 +14,7 @@ from validation import (
     propulsion_force,
     prototypes,
     sleeve_stiffness,
+    space,
 )
 from validation.command import command
 
@@ -30,6 +31,7 @@ SCRIPTS = [
     inclination.SCRIPT,
     prototypes.SCRIPT,
     critical_zones.SCRIPT,
+    space.SCRIPT,
     convergence.SCRIPT,
 ]
 

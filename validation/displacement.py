@@ -18,7 +18,7 @@ import numpy as np
 
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, QUIET, drawing
 from validation.air import natural_deflation
-from validation.cases import THINNED, Case, Outcomes
+from validation.cases import THINNED, Case, Outcome, Outcomes
 from validation.command import command
 from validation.digitised import Points, deviation
 from validation.motion import LEAST, MILLI, NAN, Fall, falls
@@ -31,7 +31,16 @@ from validation.thesis import (
     LOWEST_SPREAD,
     PIPES,
 )
-from validation.verdicts import Row, at_most_share, below, more_than, rises, row, within
+from validation.verdicts import (
+    Finding,
+    Row,
+    at_most_share,
+    below,
+    more_than,
+    rises,
+    row,
+    within,
+)
 
 NAME = "displacement"
 RATE = 4.5  # kPa/s, average from HIGHEST to P_M3^S of the 36 mm pipe
@@ -81,7 +90,10 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
     """Standstill, onset and end; growth with frequency; more in the larger pipes."""
     found = {pipe: displacements(outcomes, pipe) for pipe in PIPES}
     for pipe in PIPES:
-        yield from motion_rows(outcomes, pipe)
+        outcome = outcomes[label(pipe, BEST_FREQUENCY)]
+        for claim, reference, finding in motion_findings(outcome, pipe):
+            where = f"{pipe} mm pipe, {BEST_FREQUENCY} Hz"
+            yield row(NAME, f"{claim}; {where}", reference, finding, [outcome])
     for pipe in PIPES:
         behind = [outcomes[label(pipe, f)] for f in FREQUENCIES]
         growth = rises(found[pipe], "mm", resolution=MILLI * LEAST)
@@ -111,27 +123,26 @@ def _is_known(pipe: float, frequency: float) -> bool:
     return pipe in PIPES and frequency in FREQUENCIES
 
 
-def motion_rows(outcomes: Outcomes, pipe: int) -> Iterator[Row]:
-    """Where motion begins and ends in the last cycle at 192 Hz."""
-    outcome = outcomes[label(pipe, BEST_FREQUENCY)]
+def motion_findings(outcome: Outcome, pipe: int) -> Iterator[tuple[str, str, Finding]]:
+    """Where motion begins and ends in the last cycle of a run in a pipe [mm]: claim, reference,
+    what was found.
+    """
     cycles = falls(outcome.history)
-    where = f"{pipe} mm pipe, {BEST_FREQUENCY} Hz"
     last = cycles[-1] if cycles else None
     displacement = last.displacement if last else NAN
     still = at_most_share(last.standstill if last else NAN, displacement, STILL)
     reference = f"below {100 * STILL:g} % of the fall's displacement"
-    yield row(NAME, f"stands still above P_M3^B; {where}", reference, still, [outcome])
+    yield "stands still above P_M3^B", reference, still
     onset = 1e-3 * last.onset_pressure if last else NAN
     limit = HIGHEST - ROOM * (HIGHEST - END)
-    claim = f"P_M3^B lies below the highest pressure; {where}"
-    yield row(NAME, claim, f"below {limit:.3g} kPa", below(onset, limit, "kPa"), [outcome])
+    claim = "P_M3^B lies below the highest pressure"
+    yield claim, f"below {limit:.3g} kPa", below(onset, limit, "kPa")
     elsewhere = at_most_share(last.before if last else NAN, displacement, STILL)
-    claim = f"moves while the pressure falls, not while it rises; {where}"
-    yield row(NAME, claim, reference, elsewhere, [outcome])
+    yield "moves while the pressure falls, not while it rises", reference, elsewhere
     end = 1e-3 * last.end_pressure if last else NAN
     stop = within(end, LOWEST[pipe], LOWEST_SPREAD, "kPa")
     reference = f"{LOWEST[pipe]:g} kPa within {100 * LOWEST_SPREAD:g} %"
-    yield row(NAME, f"motion stops at P_M3^S; {where}", reference, stop, [outcome])
+    yield "motion stops at P_M3^S", reference, stop
 
 
 def remarks(outcomes: Outcomes) -> Iterator[str]:

@@ -1,0 +1,358 @@
+"""The robot in space, claim by claim, beside the plane section: which of its answers hold.
+
+Every claim is held against the robot in space (`robot:pfr/solid`: all spikes, its real mass and
+force); the same run of the section stands beside it. Cycles, pulls and layouts are those of the
+scripts for Fig 4.8, 4.11, 6.5, 6.6, 6.9 with `pfr_*_3d` in place of `pfr_*`, one cycle a run. The
+pull in space is the robot's, the section's is half of it.
+
+A T branch (6.6, 7.2.4) is passed by a level robot, by one exit or the other as the motor turns, and
+not by one that lies in a vertical plane. The section knows no sense that turns it: its motor turns
+about the axis across the plane, in space about the pipe's.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from softsim.report.style import BLUE, INK, ORANGE, QUIET, drawing
+from validation import critical_zones, deflation_rate, displacement, lowest_pressure, mode1_speed
+from validation import propulsion_force as pulling
+from validation.air import deflation, natural_deflation
+from validation.cases import THINNED, Case, LayoutCase, Outcome, Outcomes
+from validation.command import command
+from validation.contact_rows import EXPECTED, expected
+from validation.critical_zones import CLAIMED, is_passed, report, verdict
+from validation.digitised import Points
+from validation.motion import MILLI, NAN, displacement_while_falling, falls, speed_after
+from validation.pull import pull_of
+from validation.script import Script
+from validation.thesis import (
+    BEST_FREQUENCY,
+    BEST_RATE,
+    FREQUENCIES,
+    HIGHEST,
+    HIGHESTS,
+    LOWEST,
+    LOWEST_SPREAD,
+    LOWEST_VERTICAL,
+    PIPES,
+    RING,
+    STOP_RATE,
+    WEIGHT,
+)
+from validation.verdicts import (
+    AGREES,
+    DISAGREES,
+    UNKNOWN,
+    Finding,
+    Row,
+    above,
+    at_most_share,
+    below,
+    between,
+    highest_at,
+    judged,
+    more_than,
+    rises,
+    row,
+    shown,
+    within,
+)
+from validation.verdicts import falls as decreases
+
+NAME = "space"
+PIPE = 36  # mm, where frequencies and rates are varied
+RATES = (BEST_RATE, 3.0, STOP_RATE)  # kPa/s
+MODE1 = (64, BEST_FREQUENCY)  # Hz
+ZONES = (
+    "elbow_90_36mm",
+    "elbow_90_36mm_up",
+    "c_bend",
+    "c_bend_up",
+    "transition_30_to_41",
+    "transition_41_to_30",
+    "transition_30_to_41_vertical",
+    "transition_41_to_30_vertical",
+)
+BRANCH, BRANCH_UP = "t_branch_36mm", "t_branch_36mm_up"
+SENSES = {1: "", -1: ", motor reversed"}
+
+
+@dataclass(frozen=True)
+class Robot:
+    """One of the two that are compared. suffix: of its scenes; pull_factor: what its tendon carries
+    times this is the robot's pull.
+    """
+
+    name: str
+    suffix: str
+    of_layouts: str
+    pull_factor: float
+    colour: str
+
+    def scene(self, stem: str) -> str:
+        """The scene of that name with this robot in it."""
+        return f"{stem}{self.suffix}.yaml"
+
+
+SPACE = Robot("space", "_3d", "pfr_solid", 1.0, BLUE)
+SECTION = Robot("section", "", "pfr", RING, ORANGE)
+ROBOTS = (SPACE, SECTION)
+Claim = tuple[str, str, Finding, list[Outcome]]
+"""What is claimed, the reference, what was found, the runs behind it."""
+
+
+def cycle(robot: Robot, pipe: int, frequency: int) -> Case:
+    """One cycle of natural deflation in a pipe [mm] at a frequency [Hz]."""
+    air = natural_deflation(round(displacement.TIME_CONSTANT, 3), displacement.END, 1)
+    return Case(
+        f"{pipe} mm, {frequency} Hz, {robot.name}",
+        robot.scene(f"pfr_{pipe}mm"),
+        (*air, f"loads.motor.frequency={frequency} Hz", *THINNED),
+    )
+
+
+def rated(robot: Robot, rate: float) -> Case:
+    """One cycle at a deflation rate [kPa/s] in PIPE."""
+    overrides = (*deflation(rate, LOWEST[PIPE]), *THINNED)
+    return Case(f"{rate:g} kPa/s, {robot.name}", robot.scene(f"pfr_{PIPE}mm"), overrides)
+
+
+def held(robot: Robot, pipe: int, highest: float) -> Case:
+    """Held by a tendon in a pipe [mm], inflated to `highest` [kPa]."""
+    case = pulling.case(pipe, BEST_FREQUENCY, highest)
+    name = f"held, {pipe} mm, {highest:g} kPa, {robot.name}"
+    return replace(case, name=name, scene=robot.scene(f"pfr_{pipe}mm"))
+
+
+def upright(robot: Robot) -> Case:
+    """In a vertical pipe of 36 mm, inflated at once and let down."""
+    name = f"vertical, {robot.name}"
+    if robot is SPACE:
+        return Case(name, "pfr_vertical_3d.yaml", THINNED)
+    return replace(lowest_pressure.vertical(PIPE), name=name)
+
+
+def vibrating(robot: Robot, frequency: int) -> Case:
+    """Mode 1 at a frequency [Hz]."""
+    overrides = (f"loads.motor.frequency={frequency} Hz", "time.end=2 s", *THINNED)
+    return Case(f"Mode 1, {frequency} Hz, {robot.name}", robot.scene("pfr_mode1"), overrides)
+
+
+def through(robot: Robot, layout: str, sense: int = 1) -> LayoutCase:
+    """In a layout; sense: of the motor."""
+    overrides = (critical_zones.PICTURES, *(() if sense == 1 else (f"loads.motor.sense={sense}",)))
+    name = f"{layout}{SENSES[sense]}, {robot.name}"
+    return LayoutCase(name, f"layouts/{layout}.yaml", overrides, robot.of_layouts)
+
+
+def cases(quick: bool) -> list[Case]:
+    """Of both robots; the subset has one fast cycle, one pull and Mode 1."""
+    if quick:
+        return [
+            case
+            for robot in ROBOTS
+            for case in (
+                rated(robot, STOP_RATE),
+                held(robot, PIPE, HIGHEST),
+                vibrating(robot, MODE1[0]),
+            )
+        ]
+    return [case for robot in ROBOTS for case in cases_of(robot)]
+
+
+def cases_of(robot: Robot) -> Iterator[Case]:
+    """All of a robot, those first that tell most."""
+    yield from (cycle(robot, pipe, BEST_FREQUENCY) for pipe in PIPES)
+    yield from (held(robot, pipe, HIGHEST) for pipe in PIPES)
+    yield from (held(robot, PIPE, highest) for highest in HIGHESTS if highest != HIGHEST)
+    yield from (vibrating(robot, frequency) for frequency in MODE1)
+    yield upright(robot)
+    yield from (cycle(robot, PIPE, f) for f in FREQUENCIES if f != BEST_FREQUENCY)
+    yield from (rated(robot, rate) for rate in RATES)
+    yield from (through(robot, layout) for layout in ZONES)
+    yield from (through(robot, layout, s) for layout in (BRANCH, BRANCH_UP) for s in SENSES)
+
+
+def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
+    """Each claim with what space says, and what the section does."""
+    pairs = zip(claims(outcomes, SPACE), claims(outcomes, SECTION), strict=True)
+    for (claim, reference, in_space, behind), (*_, in_section, _) in pairs:
+        told = f"{in_space.computed}; section: {in_section.computed}, {in_section.verdict}"
+        yield row(NAME, claim, reference, replace(in_space, computed=told), behind)
+
+
+def claims(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """All of one robot, in the order of the rows."""
+    for part in (motion, rates, touch_and_pull, vertical, vibration, zones, branches):
+        yield from part(outcomes, robot)
+
+
+def motion(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Fig 6.5: standstill, onset, end in three pipes; growth with frequency."""
+    for pipe in PIPES:
+        outcome = outcomes[cycle(robot, pipe, BEST_FREQUENCY).name]
+        for claim, reference, found in displacement.motion_findings(outcome, pipe):
+            yield f"{claim}; {pipe} mm pipe", reference, found, [outcome]
+    behind = [outcomes[cycle(robot, PIPE, f).name] for f in FREQUENCIES]
+    found = rises([down_to_end(outcome) for outcome in behind], "mm")
+    named = ", ".join(map(str, FREQUENCIES))
+    yield f"farther at {named} Hz; {PIPE} mm pipe", "rises", found, behind
+
+
+def down_to_end(outcome: Outcome) -> float:
+    """Displacement [mm] while the pressure falls to P_M3^S of PIPE."""
+    cycles = falls(outcome.history)
+    return MILLI * cycles[0].displacement_above(1e3 * LOWEST[PIPE]) if cycles else NAN
+
+
+def rates(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Fig 6.6 A to C: less the faster the pressure falls, nothing at last."""
+    behind = [outcomes[rated(robot, rate).name] for rate in RATES]
+    found = [MILLI * displacement_while_falling(outcome.history) for outcome in behind]
+    named = ", ".join(f"{rate:g}" for rate in RATES)
+    yield f"less the faster it deflates, {named} kPa/s", "falls", decreases(found, "mm"), behind
+    share = deflation_rate.NOTHING
+    nothing = at_most_share(found[-1], found[0], share)
+    reference = f"below {100 * share:g} % of that at {RATES[0]:g} kPa/s"
+    yield f"nothing at {STOP_RATE:g} kPa/s", reference, nothing, behind
+
+
+def touch_and_pull(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Fig 4.12 and 4.11: rows that touch, pull in weights, most in the narrow pipe."""
+    at_highest = {pipe: outcomes[held(robot, pipe, HIGHEST).name] for pipe in PIPES}
+    for pipe, outcome in at_highest.items():
+        found = between(outcome.number("rows_at_highest"), *EXPECTED[pipe])
+        yield (
+            f"rows that touch at {HIGHEST:g} kPa; {pipe} mm pipe",
+            expected(pipe),
+            found,
+            [outcome],
+        )
+    low, high = (outcomes[held(robot, PIPE, p).name] for p in HIGHESTS[-2:])
+    counts = [outcome.number("rows_at_highest") for outcome in (high, low)]
+    same = judged(counts[0] == counts[1], f"{shown(counts[0])} against {shown(counts[1])}", *counts)
+    claim = f"as many rows at {HIGHESTS[-1]:g} as at {HIGHEST:g} kPa; {PIPE} mm pipe"
+    yield claim, "equal", same, [low, high]
+    least, most = pulling.WEIGHTS
+    for pipe, outcome in at_highest.items():
+        found = between(pull(outcome, robot) / WEIGHT, least, most, "times the weight")
+        claim = f"pull at {HIGHEST:g} kPa; {pipe} mm pipe"
+        yield claim, f"{least:g} to {most:g} times the weight", found, [outcome]
+    pulls = [pull(outcome, robot) for outcome in at_highest.values()]
+    best = highest_at([f"{pipe} mm" for pipe in PIPES], pulls, [f"{PIPES[0]} mm"], "N")
+    yield f"pulls most in the {PIPES[0]} mm pipe", f"{PIPES[0]} mm", best, list(at_highest.values())
+    more, less = pull(high, robot), pull(low, robot)
+    alike = within(more, less, pulling.ALIKE)
+    found = replace(alike, computed=f"{shown(more, 'N')} against {shown(less, 'N')}")
+    claim = f"pull at {HIGHESTS[-1]:g} kPa like that at {HIGHEST:g} kPa; {PIPE} mm pipe"
+    yield claim, f"equal within {100 * pulling.ALIKE:g} %", found, [low, high]
+
+
+def pull(outcome: Outcome, robot: Robot) -> float:
+    """The robot's largest pull [N]; NaN where the run has none."""
+    found = pull_of(outcome.history)
+    return robot.pull_factor * found.peak if found else NAN
+
+
+def vertical(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Fig 6.6 G to I: climbs while the pressure falls, holds down to P_M3^S."""
+    outcome = outcomes[upright(robot).name]
+    fall = lowest_pressure.fall_of(outcome)
+    climbed = (
+        NAN if fall is None else MILLI * float((fall.x[fall.began :] - fall.x[fall.began]).max())
+    )
+    claim = f"climbs while the pressure falls; vertical {PIPE} mm pipe"
+    resolution = MILLI * displacement.LEAST
+    yield claim, f"above {resolution:g} mm", above(climbed, resolution, "mm"), [outcome]
+    holds = within(
+        lowest_pressure.holding_pressure(fall), LOWEST_VERTICAL[PIPE], LOWEST_SPREAD, "kPa"
+    )
+    reference = f"{LOWEST_VERTICAL[PIPE]:g} kPa within {100 * LOWEST_SPREAD:g} %"
+    yield f"holds down to P_M3^S; vertical {PIPE} mm pipe", reference, holds, [outcome]
+
+
+def vibration(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Fig 4.8: Mode 1, faster at 64 than at 192 Hz, where it is slow."""
+    behind = [outcomes[vibrating(robot, f).name] for f in MODE1]
+    low, high = (MILLI * speed_after(each.history, mode1_speed.SETTLED) for each in behind)
+    claim = f"Mode 1: faster at {MODE1[0]} than at {MODE1[1]} Hz"
+    yield claim, "faster", more_than(low, high, "mm/s"), behind
+    slow = below(abs(high), mode1_speed.SLOW, "mm/s")
+    yield f"Mode 1: slow at {MODE1[1]} Hz", f"below {mode1_speed.SLOW:g} mm/s", slow, behind[1:]
+
+
+def zones(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Section 6.6: bends and transitions are passed."""
+    for layout in ZONES:
+        outcome = outcomes[through(robot, layout).name]
+        claim, where = CLAIMED[layout]
+        yield claim, f"passed ({where})", is_passed(outcome), [outcome]
+
+
+def branches(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Sections 6.6, 7.2.4: a level T branch is passed, by the other exit with the motor reversed;
+    one in a vertical plane is not.
+    """
+    level = [outcomes[through(robot, BRANCH, sense).name] for sense in SENSES]
+    for outcome, said in zip(level, SENSES.values(), strict=True):
+        yield f"passes a level T branch{said}", "passed (6.6)", is_passed(outcome), [outcome]
+    exits = [str(report(outcome).get("exit", "")) for outcome in level]
+    both = all(exits)
+    told = " against ".join(each or verdict(one) for each, one in zip(exits, level, strict=True))
+    found = judged(exits[0] != exits[1], told) if both else Finding(told, UNKNOWN)
+    yield (
+        "the motor reversed, it leaves a level T branch by the other exit",
+        "another",
+        found,
+        level,
+    )
+    upward = outcomes[through(robot, BRANCH_UP).name]
+    claim = "does not pass a T branch in a vertical plane"
+    yield claim, "not passed (6.6, 7.2.4)", is_not_passed(upward), [upward]
+
+
+def is_not_passed(outcome: Outcome) -> Finding:
+    """It is stuck; one that still moved when the time was up may yet pass."""
+    found = is_passed(outcome)
+    reverse = {AGREES: DISAGREES, DISAGREES: AGREES, UNKNOWN: UNKNOWN}
+    return replace(found, verdict=reverse[found.verdict])
+
+
+def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
+    """Displacement over the falling pressure in three pipes, of both robots."""
+    with drawing(path, 2.8) as figure:
+        panels = figure.subplots(1, len(PIPES), sharex=True)
+        for axes, pipe in zip(panels, PIPES, strict=True):
+            for robot in ROBOTS:
+                cycles = falls(outcomes[cycle(robot, pipe, BEST_FREQUENCY).name].history)
+                if cycles:
+                    fall = cycles[0]
+                    x = MILLI * (fall.x[fall.began :] - fall.x[fall.began])
+                    pressure = 1e-3 * fall.pressure[fall.began :]
+                    axes.plot(pressure, x, color=robot.colour, label=robot.name)
+            axes.axvline(LOWEST[pipe], color=QUIET, linewidth=0.8, linestyle="--")
+            axes.axhline(0.0, color=INK, linewidth=0.6)
+            axes.set(title=f"{pipe} mm pipe", xlabel="pressure, falling [kPa]")
+        panels[0].set(ylabel="displacement [mm]", xlim=(HIGHEST, displacement.END))
+        if panels[0].get_legend_handles_labels()[1]:
+            panels[0].legend()
+
+
+SCRIPT = Script(
+    name=NAME,
+    figure="the robot in space",
+    about=(
+        "The claims on motion, rows, pull, vertical pipe, vibration alone, bends, transitions and "
+        "T branches, of the robot in space; beside each what the plane section says. One cycle "
+        "with natural deflation a pipe, frequencies, deflation rates and pressures in the "
+        f"{PIPE} mm pipe. Drawn: displacement over the falling pressure; P_M3^S dashed."
+    ),
+    cases=cases,
+    rows=rows,
+    draw=draw,
+    columns=(),
+)
+
+if __name__ == "__main__":
+    command([SCRIPT])
