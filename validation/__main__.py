@@ -13,6 +13,7 @@ from validation import (
     mode2_speed,
     propulsion_force,
     prototypes,
+    sleeve_hypotheses,
     sleeve_stiffness,
     space,
 )
@@ -21,6 +22,7 @@ from validation.command import command
 SCRIPTS = [
     inflation_radius.SCRIPT,
     sleeve_stiffness.SCRIPT,
+    sleeve_hypotheses.SCRIPT,
     mode1_speed.SCRIPT,
     mode2_speed.SCRIPT,
     propulsion_force.SCRIPT,

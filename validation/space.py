@@ -10,9 +10,12 @@ not by one that lies in a vertical plane. The section knows no sense that turns 
 about the axis across the plane, in space about the pipe's.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
 
 from softsim.report.style import BLUE, INK, ORANGE, QUIET, drawing
 from validation import critical_zones, deflation_rate, displacement, lowest_pressure, mode1_speed
@@ -80,8 +83,8 @@ SENSES = {1: "", -1: ", motor reversed"}
 
 @dataclass(frozen=True)
 class Robot:
-    """One of the two that are compared. suffix: of its scenes; pull_factor: what its tendon carries
-    times this is the robot's pull.
+    """What is compared. suffix: of its scenes; pull_factor: what its tendon carries times this is
+    the robot's pull; in_vertical: its run in a vertical pipe; overrides: of all its runs.
     """
 
     name: str
@@ -89,14 +92,16 @@ class Robot:
     of_layouts: str
     pull_factor: float
     colour: str
+    in_vertical: Case
+    overrides: tuple[str, ...] = ()
 
     def scene(self, stem: str) -> str:
         """The scene of that name with this robot in it."""
         return f"{stem}{self.suffix}.yaml"
 
 
-SPACE = Robot("space", "_3d", "pfr_solid", 1.0, BLUE)
-SECTION = Robot("section", "", "pfr", RING, ORANGE)
+SPACE = Robot("space", "_3d", "pfr_solid", 1.0, BLUE, Case("", "pfr_vertical_3d.yaml", THINNED))
+SECTION = Robot("section", "", "pfr", RING, ORANGE, lowest_pressure.vertical(PIPE))
 ROBOTS = (SPACE, SECTION)
 Claim = tuple[str, str, Finding, list[Outcome]]
 """What is claimed, the reference, what was found, the runs behind it."""
@@ -108,13 +113,13 @@ def cycle(robot: Robot, pipe: int, frequency: int) -> Case:
     return Case(
         f"{pipe} mm, {frequency} Hz, {robot.name}",
         robot.scene(f"pfr_{pipe}mm"),
-        (*air, f"loads.motor.frequency={frequency} Hz", *THINNED),
+        (*robot.overrides, *air, f"loads.motor.frequency={frequency} Hz", *THINNED),
     )
 
 
 def rated(robot: Robot, rate: float) -> Case:
     """One cycle at a deflation rate [kPa/s] in PIPE."""
-    overrides = (*deflation(rate, LOWEST[PIPE]), *THINNED)
+    overrides = (*robot.overrides, *deflation(rate, LOWEST[PIPE]), *THINNED)
     return Case(f"{rate:g} kPa/s, {robot.name}", robot.scene(f"pfr_{PIPE}mm"), overrides)
 
 
@@ -122,26 +127,27 @@ def held(robot: Robot, pipe: int, highest: float) -> Case:
     """Held by a tendon in a pipe [mm], inflated to `highest` [kPa]."""
     case = pulling.case(pipe, BEST_FREQUENCY, highest)
     name = f"held, {pipe} mm, {highest:g} kPa, {robot.name}"
-    return replace(case, name=name, scene=robot.scene(f"pfr_{pipe}mm"))
+    overrides = (*robot.overrides, *case.overrides)
+    return Case(name, robot.scene(f"pfr_{pipe}mm"), overrides)
 
 
 def upright(robot: Robot) -> Case:
     """In a vertical pipe of 36 mm, inflated at once and let down."""
-    name = f"vertical, {robot.name}"
-    if robot is SPACE:
-        return Case(name, "pfr_vertical_3d.yaml", THINNED)
-    return replace(lowest_pressure.vertical(PIPE), name=name)
+    overrides = (*robot.overrides, *robot.in_vertical.overrides)
+    return Case(f"vertical, {robot.name}", robot.in_vertical.scene, overrides)
 
 
 def vibrating(robot: Robot, frequency: int) -> Case:
     """Mode 1 at a frequency [Hz]."""
-    overrides = (f"loads.motor.frequency={frequency} Hz", "time.end=2 s", *THINNED)
+    motor = f"loads.motor.frequency={frequency} Hz"
+    overrides = (*robot.overrides, motor, "time.end=2 s", *THINNED)
     return Case(f"Mode 1, {frequency} Hz, {robot.name}", robot.scene("pfr_mode1"), overrides)
 
 
 def through(robot: Robot, layout: str, sense: int = 1) -> LayoutCase:
     """In a layout; sense: of the motor."""
-    overrides = (critical_zones.PICTURES, *(() if sense == 1 else (f"loads.motor.sense={sense}",)))
+    motor = () if sense == 1 else (f"loads.motor.sense={sense}",)
+    overrides = (*robot.overrides, critical_zones.PICTURES, *motor)
     name = f"{layout}{SENSES[sense]}, {robot.name}"
     return LayoutCase(name, f"layouts/{layout}.yaml", overrides, robot.of_layouts)
 
@@ -184,16 +190,20 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
 
 def claims(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
     """All of one robot, in the order of the rows."""
-    for part in (motion, rates, touch_and_pull, vertical, vibration, zones, branches):
+    for part in (motion, frequencies, rates, touch_and_pull, vertical, vibration, zones, branches):
         yield from part(outcomes, robot)
 
 
 def motion(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
-    """Fig 6.5: standstill, onset, end in three pipes; growth with frequency."""
+    """Fig 6.5: standstill, onset, end in three pipes."""
     for pipe in PIPES:
         outcome = outcomes[cycle(robot, pipe, BEST_FREQUENCY).name]
         for claim, reference, found in displacement.motion_findings(outcome, pipe):
             yield f"{claim}; {pipe} mm pipe", reference, found, [outcome]
+
+
+def frequencies(outcomes: Outcomes, robot: Robot) -> Iterator[Claim]:
+    """Fig 6.5: farther at higher frequency."""
     behind = [outcomes[cycle(robot, PIPE, f).name] for f in FREQUENCIES]
     found = rises([down_to_end(outcome) for outcome in behind], "mm")
     named = ", ".join(map(str, FREQUENCIES))
@@ -323,20 +333,30 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """Displacement over the falling pressure in three pipes, of both robots."""
     with drawing(path, 2.8) as figure:
         panels = figure.subplots(1, len(PIPES), sharex=True)
+        draw_falls(panels, outcomes, ROBOTS)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
+
+
+def draw_falls(panels: np.ndarray, outcomes: Outcomes, robots: Iterable[Robot]) -> None:
+    """Displacement over the falling pressure, a panel a pipe (3,); what did not run has no line."""
+    for robot in robots:
         for axes, pipe in zip(panels, PIPES, strict=True):
-            for robot in ROBOTS:
-                cycles = falls(outcomes[cycle(robot, pipe, BEST_FREQUENCY).name].history)
-                if cycles:
-                    fall = cycles[0]
-                    x = MILLI * (fall.x[fall.began :] - fall.x[fall.began])
-                    pressure = 1e-3 * fall.pressure[fall.began :]
-                    axes.plot(pressure, x, color=robot.colour, label=robot.name)
-            axes.axvline(LOWEST[pipe], color=QUIET, linewidth=0.8, linestyle="--")
-            axes.axhline(0.0, color=INK, linewidth=0.6)
-            axes.set(title=f"{pipe} mm pipe", xlabel="pressure, falling [kPa]")
-        panels[0].set(ylabel="displacement [mm]", xlim=(HIGHEST, displacement.END))
-        if panels[0].get_legend_handles_labels()[1]:
-            panels[0].legend()
+            draw_fall(axes, outcomes[cycle(robot, pipe, BEST_FREQUENCY).name], robot)
+    for axes, pipe in zip(panels, PIPES, strict=True):
+        axes.axvline(LOWEST[pipe], color=QUIET, linewidth=0.8, linestyle="--")
+        axes.axhline(0.0, color=INK, linewidth=0.6)
+        axes.set(title=f"{pipe} mm pipe", xlabel="pressure, falling [kPa]")
+    panels[0].set(ylabel="displacement [mm]", xlim=(HIGHEST, displacement.END))
+
+
+def draw_fall(axes: Axes, outcome: Outcome, robot: Robot) -> None:
+    """One cycle's."""
+    line = axes.plot([], [], color=robot.colour, label=robot.name)[0]
+    for fall in falls(outcome.history)[:1]:
+        x = fall.x[fall.began :] - fall.x[fall.began]
+        line.set_data(1e-3 * fall.pressure[fall.began :], MILLI * x)
+    axes.relim()
+    axes.autoscale_view()
 
 
 SCRIPT = Script(
