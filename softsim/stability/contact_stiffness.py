@@ -2,8 +2,8 @@
 
 A node against one surface feels k_n n (x) n + k_t (I - n (x) n), against several their sum. A
 dashpot c, whose velocity lags half a step behind, acts on the stable step as a spring 2 c / dt
-(stability/time_step.py). Two that press each other, a node and a rigid body, have a frequency of at
-most the sum of the squares of what each would have against something fixed.
+(stability/time_step.py). Of two that press each other, a node and a rigid body, each has the spring
+as if the other were fixed; how that is put together stands in stability/rigid_bodies.py.
 
 In self-contact a node against a facet feels k b b^T with b = (1, -w_c) along one direction, the
 weights w_c of the facet's corners adding up to 1. As
@@ -21,7 +21,7 @@ from softsim.contact.wall import Wall
 from softsim.loads.end_drag import EndDrag
 from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.model import ContactData, Model, OutlineData, SelfContactData
-from softsim.stability.rigid_bodies import TIED_SHARE, least_inertia
+from softsim.stability.rigid_bodies import TIED_SHARE, largest_frequency, least_inertia
 
 # Within the increments between two inspections nothing moves by more of the model's size.
 REACH = 0.1
@@ -83,37 +83,36 @@ class ContactStiffness:
             stiffness[data.contact.nodes] = self_stiffness(data, x, dt)
         return np.where(self.tied, 0.0, stiffness)
 
-    def of_bodies(self, x: np.ndarray, dt: float) -> float:
-        """Upper bound of omega^2 [1/s^2] of the rigid bodies alone, held by all their contacts: of
-        tied nodes with walls and other surfaces, of corners with walls, of their outline with all
+    def of_pressed(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Stiffness (n,) [N/m] of nodes against rigid bodies, at the step dt [s]: their outlines,
+        and surfaces, some of which may be tied to them.
+        """
+        return self._of_supports(dt) + self._of_surfaces(x, dt)
+
+    def of_bodies(self, x: np.ndarray, dt: float) -> tuple[float, float]:
+        """Largest omega^2 [1/s^2] of a rigid body alone, held by its contacts with walls, of tied
+        nodes and corners; and by those with nodes, of tied surfaces and of its outline with all
         that it supports.
 
-        Springs k_a at arms r_a make omega^2 at most sum k_a / M + sum k_a r_a^2 / I.
+        On an outline springs k_a at distances r_a make omega^2 at most
+        sum k_a / M + sum k_a r_a^2 / I.
         """
-        model = self.model
-        stiffness, moment = np.zeros((2, len(model.rigid_bodies)))
-        of_tied: list[tuple[np.ndarray, np.ndarray]] = []
-        if model.walls:
-            at_walls = wall_stiffness(model.contact, model.walls, dt)
-            of_tied.append((model.contact.nodes, at_walls))
-        if model.self_contact is not None:
-            at_surfaces = self_stiffness(model.self_contact, x, dt)
-            of_tied.append((model.self_contact.contact.nodes, at_surfaces))
-        for nodes, k in of_tied:
-            for r, body in enumerate(model.rigid_bodies):
-                own = np.isin(nodes, body.tied)
-                arms = model.points[nodes[own]] - body.centre
-                stiffness[r] += k[own].sum()
-                moment[r] += (k[own] * (arms**2).sum(axis=1)).sum()
-        for outline, contact in self.supports:
-            k = surface_stiffness(contact, dt)
-            stiffness[outline.body] += k.sum()
-            moment[outline.body] += (k * self._arms(outline, contact.nodes, x) ** 2).sum()
-        largest = 0.0
+        model, contact, own = self.model, self.model.contact, self.model.self_contact
+        at_walls, pressed = np.zeros((2, len(model.rigid_bodies)))
         for r, body in enumerate(model.rigid_bodies):
-            mass, inertia = least_inertia(body, model.dimension)
-            largest = max(largest, stiffness[r] / mass + moment[r] / inertia)
-        return largest / (1.0 - TIED_SHARE)
+            if model.walls:
+                k = wall_stiffness(contact, model.walls, dt)
+                at_walls[r] = largest_frequency(body, model.points, contact.nodes, k)
+            if own is not None:
+                k = self_stiffness(own, x, dt)
+                pressed[r] = largest_frequency(body, model.points, own.contact.nodes, k)
+        for outline, supported in self.supports:
+            k = surface_stiffness(supported, dt)
+            mass, inertia = least_inertia(model.rigid_bodies[outline.body], model.dimension)
+            moment = (k * self._arms(outline, supported.nodes, x) ** 2).sum()
+            pressed[outline.body] += k.sum() / mass + moment / inertia
+        left = 1.0 - TIED_SHARE
+        return float(at_walls.max(initial=0.0)) / left, float(pressed.max(initial=0.0)) / left
 
     def _arms(self, outline: OutlineData, nodes: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Distance (k,) [m] of nodes from a body's centre, if they touch its outline."""

@@ -7,13 +7,21 @@ mass eps at each of the k tied nodes, at r from the centre, moves with at most
 eps = s/2 min(M / k, I / sum r^2).
 
 A spring k along a line through a point, and K against turning, add k/M + K/I to omega^2 at most.
+
+Nodes, with the largest omega^2 p, and bodies, with b, that press each other: the springs between
+them alone make at most d of nodes where bodies are fixed, and s of bodies where nodes are. The
+block that couples both is a product of two whose norms are the roots of that. So all together have
+at most the larger eigenvalue of
+    [ p          sqrt(d s) ]
+    [ sqrt(d s)  b         ].
 """
 
 import numpy as np
+from scipy.linalg import eigh
 
 from softsim.loads.load import RigidSpring
 from softsim.model import Model
-from softsim.rigid.body import RigidBodyData
+from softsim.rigid.body import RigidBodyData, in_space, point_inertia
 
 # Of the inertia that goes to the tied nodes; a frame is much heavier than they are.
 TIED_SHARE = 0.25
@@ -33,6 +41,41 @@ def least_inertia(body: RigidBodyData, dimension: int) -> tuple[float, float]:
     """Mass [kg] and smallest moment of inertia [kg m^2] of what may move; infinite if nothing."""
     mass = body.mass if any(body.free[:dimension]) else np.inf
     return mass, float(np.diag(body.inertia)[list(body.free[3:])].min(initial=np.inf))
+
+
+def largest_frequency(
+    body: RigidBodyData, points: np.ndarray, nodes: np.ndarray, stiffness: np.ndarray
+) -> float:
+    """Largest omega^2 [1/s^2] of a rigid body alone on those of the springs (k,) [N/m] at nodes
+    (k,) that are tied to it, each as stiff in all directions; 0 where it is held.
+
+    points (n, d) [m]: of all nodes at rest, to which the body's inertia belongs.
+    """
+    own = np.isin(nodes, body.tied)
+    k, arms = stiffness[own], in_space(points[nodes[own]] - body.centre)
+    d = points.shape[1]
+    x, y, z = k @ arms
+    springs, inertia = np.zeros((2, 6, 6))
+    springs[:3, :3] = k.sum() * np.eye(3)
+    springs[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]  # k omega x r
+    springs[3:, :3] = springs[:3, 3:].T
+    springs[3:, 3:] = point_inertia(k, arms)
+    inertia[:3, :3], inertia[3:, 3:] = body.mass * np.eye(3), body.inertia
+    moves = np.flatnonzero([*body.free[:d], *([False] * (3 - d)), *body.free[3:]])
+    if len(moves) == 0 or not own.any():
+        return 0.0
+    both = np.ix_(moves, moves)
+    return float(eigh(springs[both], inertia[both], eigvals_only=True)[-1])
+
+
+def with_bodies(nodes: float, bodies: float, pressed: float, pressing: float) -> float:
+    """Largest omega^2 [1/s^2] of nodes and rigid bodies together.
+
+    nodes, bodies: of each alone, with all its springs. pressed, pressing: of nodes and bodies with
+    those between them alone.
+    """
+    mean, half = 0.5 * (nodes + bodies), 0.5 * (nodes - bodies)
+    return float(mean + np.sqrt(half**2 + pressed * pressing))
 
 
 def load_springs(model: Model) -> list[RigidSpring]:

@@ -178,6 +178,11 @@ class ModelStiffness:
         """Stiffness of contact over mass (n d,) [1/s^2]."""
         return np.repeat(self.contact.of_nodes(x, dt), x.shape[1]) * self.inverse_sqrt_mass**2
 
+    def hardest_press(self, x: np.ndarray, dt: float) -> float:
+        """Largest omega^2 [1/s^2] of a node on what it may press of rigid bodies."""
+        pressed = self.contact.of_pressed(x, dt)
+        return float((pressed[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
+
     def hardest_hit(self, x: np.ndarray, dt: float) -> float:
         """Largest omega^2 [1/s^2] of a node on what it may hit."""
         hits = self.contact.of_hits(x, dt)

@@ -23,7 +23,7 @@ from softsim.elements.region import Region
 from softsim.model import LOCAL_DAMPING, Model
 from softsim.stability.element_stiffness import ElementStiffness
 from softsim.stability.lanczos import largest_eigenvalue_bound, largest_eigenvalue_estimate
-from softsim.stability.rigid_bodies import load_springs, spring_frequencies
+from softsim.stability.rigid_bodies import load_springs, spring_frequencies, with_bodies
 from softsim.stability.stiffness import ModelStiffness, ScaledStiffness, volume_gradient
 
 # Dashpots are bounded with a guess of the step, made so many times, each with the one before. The
@@ -122,29 +122,29 @@ class StableStepEstimator:
         """The stable step with all nodes at x (n, d) [m]."""
         elements = self.stiffness.elements(x)
         undamped = self.stiffness.at(elements, x)
-        bodies = self.stiffness.contact.of_bodies
         slowed = 1.0 if self.model.relaxation is None else 1.0 + LOCAL_DAMPING
-        springs = sum(self.springs.values())
         guess = np.inf
         for _ in range(GUESSES):
             damped = self.stiffness.damped(undamped, x, guess)
             fastest = largest_eigenvalue_estimate(damped.product, self.stiffness.moving)
-            guess = 2.0 / np.sqrt(slowed * (OVER_ESTIMATE * fastest + springs + bodies(x, guess)))
+            of_all = self._with_bodies(OVER_ESTIMATE * fastest, x, guess)
+            guess = 2.0 / np.sqrt(slowed * of_all)
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, found = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
         mode = matrix.slowed(found)
-        of_bodies = bodies(x, guess)
-        total = bound + of_bodies + springs
-        stable = 2.0 / np.sqrt(slowed * total)
+        stable = 2.0 / np.sqrt(slowed * self._with_bodies(bound, x, guess))
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         stable = min(stable, stable**2 / guess)
         region, element = self._stiffest(elements, matrix, mode)
         shares = other_shares(matrix, mode) | self._cable_shares(mode, x)
-        shares["contact of a rigid body"] = of_bodies
-        shares |= {f"the {kind} of a rigid body": k for kind, k in self.springs.items()}
         name = element_name(region, element, x)
-        shares[name] = total - sum(shares.values())
+        shares[name] = bound - sum(shares.values())
+        of_bodies = sum(self.stiffness.contact.of_bodies(x, guess))
+        on_bodies = {"contact of a rigid body": of_bodies}
+        on_bodies |= {f"the {kind} of a rigid body": k for kind, k in self.springs.items()}
+        if sum(on_bodies.values()) > bound:
+            shares = on_bodies
         limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
         if hit > 0.0:
@@ -163,6 +163,14 @@ class StableStepEstimator:
             int(region.numbers[element]),
             altitude(x[region.nodes][region.cells[element]]),
         )
+
+    def _with_bodies(self, nodes: float, x: np.ndarray, dt: float) -> float:
+        """Largest omega^2 [1/s^2] of nodes, which alone have this one, and rigid bodies together,
+        all nodes at x, at the step dt [s].
+        """
+        at_walls, pressing = self.stiffness.contact.of_bodies(x, dt)
+        bodies = at_walls + pressing + sum(self.springs.values())
+        return with_bodies(nodes, bodies, self.stiffness.hardest_press(x, dt), pressing)
 
     def _cable_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
         """Shares of cables in omega^2 [1/s^2] of a unit mode (n d,), by name, all nodes at x."""
