@@ -166,7 +166,9 @@ class RingSection(Geometry):
 
     def elements(self, nodes: Nodes, region: Region, bulk_viscosity: float) -> OnePointElements:
         """What computes their forces."""
-        return section_elements(nodes, region, bulk_viscosity, RingAcross(nodes, region, self.hoop))
+        goes_around = self.is_ring.any()
+        across = RingAcross(nodes, region, self.hoop) if goes_around else Across()
+        return section_elements(nodes, region, bulk_viscosity, across)
 
     def facets(self, nodes: Nodes, facets: np.ndarray) -> Facets:
         """What a pressure on facets, as `pressed` gives them, does."""

@@ -143,8 +143,8 @@ def test_energy_and_stress_free_rest(run):
     results = run(
         """
 bodies:
-  skin: {mesh: {generator: pfr_section, element_size: 1 mm}, formulation: plane_strain,
-         thickness: 7 mm, material: dragon_skin_10, fixed: [knots],
+  skin: {mesh: {generator: pfr_section, element_size: 1 mm}, formulation: ring_section,
+         sector: 90 deg, rings: skin, thickness: 7 mm, material: dragon_skin_10, fixed: [knots],
          regions: {spikes: {material: dragon_skin_30, thickness: 3 mm}}}
 loads:
   air: {kind: follower_pressure, facets: [skin.chamber_top, skin.chamber_bottom],
