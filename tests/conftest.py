@@ -21,16 +21,23 @@ lane by lane: with the eight of users, and of the slow suite, hexahedra take twi
 compile. `tests/solver/test_lanes.py` compares them.
 """
 
+OPTIMIZATION = "TI_ADVANCED_OPTIMIZATION"
+"""Taichi reads it at each start. Without, kernels of the fast suite, and of the processes that it
+starts, compile in two thirds of the time and run at two thirds of the speed.
+"""
+
 
 def pytest_configure(config):
     if config.option.markexpr != "slow":
         backend.CPU_LANES = FEWER_LANES
+        os.environ[OPTIMIZATION] = "0"
 
 
 @pytest.fixture
-def lanes_of_users(monkeypatch):
-    """Kernels as other processes have them."""
+def kernels_of_users(monkeypatch):
+    """Kernels as users have them."""
     monkeypatch.setattr(backend, "CPU_LANES", LANES)
+    monkeypatch.delenv(OPTIMIZATION, raising=False)
 
 
 @pytest.fixture(scope="session")

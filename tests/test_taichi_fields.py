@@ -111,7 +111,7 @@ def test_an_array_of_another_shape_is_refused(made):
         fields.write(made["real"], np.zeros((2, 6)))
 
 
-def test_lane_vectors_start_at_cache_lines(lanes_of_users, restart):
+def test_lane_vectors_start_at_cache_lines(kernels_of_users, restart):
     restart()
 
     @ti.kernel

@@ -22,7 +22,7 @@ from softsim.output.history import read_history
 SLOWED_STRIP = FALLING_STRIP.replace("checkpoint_interval: 5 ms", "checkpoint_interval: 1 ms")
 
 
-def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run, lanes_of_users):
+def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run, kernels_of_users):
     """SIGTERM in the middle, then --resume: history and fields as if nothing had happened."""
     scene = write_scene(SLOWED_STRIP)
     run(scene, out=tmp_path / "whole")
@@ -40,7 +40,7 @@ def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run, la
     same_files(tmp_path / "whole", tmp_path / "parts")
 
 
-def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run, lanes_of_users):
+def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run, kernels_of_users):
     """kill -9: the history is readable up to its last row, the last checkpoint resumes."""
     scene = write_scene(SLOWED_STRIP)
     run(scene, out=tmp_path / "whole")
