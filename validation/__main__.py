@@ -8,6 +8,8 @@ from validation import (
     displacement,
     inclination,
     inflation_radius,
+    leafbot,
+    leafbot_ramps,
     lowest_pressure,
     mode1_speed,
     mode2_speed,
@@ -34,6 +36,8 @@ SCRIPTS = [
     prototypes.SCRIPT,
     critical_zones.SCRIPT,
     space.SCRIPT,
+    leafbot.SCRIPT,
+    leafbot_ramps.SCRIPT,
     convergence.SCRIPT,
 ]
 

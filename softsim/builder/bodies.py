@@ -21,6 +21,7 @@ from softsim.mesh.reading import read_mesh
 from softsim.model import Body
 from softsim.robots.block import block
 from softsim.robots.box import box
+from softsim.robots.leafbot import leafbot_section
 from softsim.robots.pfr import pfr_section
 from softsim.robots.pfr_meridian import pfr_meridian
 from softsim.robots.pfr_solid import pfr_solid
@@ -34,6 +35,7 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     "pfr_section": pfr_section,
     "pfr_meridian": pfr_meridian,
     "pfr_solid": pfr_solid,
+    "leafbot_section": leafbot_section,
 }
 # Families of ABAQUS's element types -> the formulation that they mean.
 FORMULATIONS = {

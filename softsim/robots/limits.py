@@ -49,13 +49,15 @@ def least_thickness(kind: CellKind, element_size: float, tip_thickness: float) -
 
 
 def check_rows(
-    what: str, count: int, pitch: float, root: float, free_length: float, element_size: float
+    what: str, count: int, pitch: float, root: float, element_size: float, **length: float
 ) -> None:
-    """Raise MeshError unless rows of spikes or rings stand on a skin with an element between.
+    """Raise MeshError unless rows of spikes, rings or limbs have an element between them.
 
-    what: "spike" or "ring". root: length [m] of a row's root along the skin, whose length is
-    free_length; pitch [m]: distance between the middles of the rows.
+    what: "spike", "ring" or "limb". root: length [m] of a row's root along the skin; pitch [m]:
+    distance between the middles of the rows; length: of the skin, one, by the name of its
+    parameter.
     """
+    [(name, available)] = length.items()
     if count < 0:
         raise MeshError(f"the number of {what} rows is {count}; it must be 0 or more")
     if count > 1 and pitch < root + element_size:
@@ -64,22 +66,22 @@ def check_rows(
             f"an element between them need at least {1e3 * (root + element_size):.4g} mm"
         )
     needed = (count - 1) * pitch + root + 2 * element_size
-    if count > 0 and free_length < needed:
+    if count > 0 and available < needed:
         raise MeshError(
-            f"free_length is {1e3 * free_length:.4g} mm; {count} rows of {what}s, "
+            f"{name} is {1e3 * available:.4g} mm; {count} rows of {what}s, "
             f"and an element at each end, need at least {1e3 * needed:.4g} mm",
-            hint=f"lengthen the skin, or reduce {what}_pitch or the number of rows",
+            hint=f"increase {name}, or reduce {what}_pitch or the number of rows",
         )
 
 
-def check_thickness(shape: Spike, height: float, least: float) -> None:
-    """Raise MeshError if a spike of this height [m] is thinner than `least` [m] anywhere."""
+def check_thickness(what: str, shape: Spike, height: float, least: float) -> None:
+    """Raise MeshError if a spike or limb of this height is thinner than `least` [m] anywhere."""
     heights = np.linspace(0, height, 101)
     across = thickness(shape, heights)
     thinnest = int(np.argmin(across))
     if across[thinnest] < least * (1 - 1e-9):
         raise MeshError(
-            f"the spike is {1e3 * across[thinnest]:.4g} mm thick {1e3 * heights[thinnest]:.4g} mm "
-            f"above the skin; at least {1e3 * least:.4g} mm is needed for its cells",
+            f"the {what} is {1e3 * across[thinnest]:.4g} mm thick {1e3 * heights[thinnest]:.4g} mm "
+            f"from its root; at least {1e3 * least:.4g} mm is needed for its cells",
             hint="increase root_thickness, tip_thickness or rear_radius, or reduce element_size",
         )

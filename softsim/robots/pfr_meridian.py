@@ -55,7 +55,7 @@ def pfr_meridian(
     )
     check_counts(cells, skin_rows=skin_rows)
     check_skin(inner_diameter, outer_diameter)
-    check_rows("ring", ring_rows, ring_pitch, ring_thickness, free_length, element_size)
+    check_rows("ring", ring_rows, ring_pitch, ring_thickness, element_size, free_length=free_length)
 
     # Along x from high to low z, so that the strip's outside faces away from the axis.
     centers = (np.arange(ring_rows) - (ring_rows - 1) / 2) * ring_pitch

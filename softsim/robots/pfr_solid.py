@@ -90,9 +90,11 @@ def pfr_solid(
             f"lean is {1e3 * lean:g} mm; spikes lean backward, 0 mm or more",
             hint="turn the body round for a robot that faces the other way",
         )
-    check_rows("spike", rows, spike_pitch, root_thickness, free_length, element_size)
+    check_rows("spike", rows, spike_pitch, root_thickness, element_size, free_length=free_length)
     shape = spike(spike_height, root_thickness, tip_thickness, lean, front_radius, rear_radius)
-    check_thickness(shape, spike_height, least_thickness(cells, element_size, tip_thickness))
+    check_thickness(
+        "spike", shape, spike_height, least_thickness(cells, element_size, tip_thickness)
+    )
     _check_around(spikes_around, spike_width, outer_diameter, element_size)
 
     skin = (outer_diameter - inner_diameter) / 2

@@ -128,6 +128,47 @@ class PfrSolidMesh(_SpikedSkin):
     )
 
 
+class LeafbotSectionMesh(_Filled):
+    """Leafbot's section along its length: a backbone on rows of limbs, tips on y = 0."""
+
+    generator: Literal["leafbot_section"] = Field(description="Which generator makes the mesh.")
+    cells: CellKind = Field(default="quad", description="quad: quadrilaterals; simplex: triangles.")
+    length: PositiveLength = Field(default=written("64 mm"), description="Of the backbone.")
+    thickness: PositiveLength = Field(default=written("2 mm"), description="Of the backbone.")
+    rows: WholeNumber = Field(default=5, ge=1, le=100, description="Rows of limbs.")
+    limb_pitch: PositiveLength = Field(
+        default=written("14 mm"), description="Distance between rows."
+    )
+    limb_height: PositiveLength = Field(default=written("5 mm"), description="Below the backbone.")
+    root_thickness: PositiveLength = Field(
+        default=written("4 mm"), description="Limb at its root, along x."
+    )
+    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Limb at its tip.")
+    lean: Length = Field(
+        default=written("2.5 mm"), description="How far the tip lies behind the root."
+    )
+    front_radius: PositiveLength = Field(
+        default=written("5 mm"), description="Of the limb's front edge; large: straight."
+    )
+    rear_radius: PositiveLength = Field(
+        default=written("3.5 mm"), description="Of the limb's rear edge."
+    )
+    rows_under_head: WholeNumber = Field(
+        default=2, ge=1, le=100, description="Rows, from the front, over which the head stands."
+    )
+    element_size: PositiveLength = Field(
+        default=written("1 mm"), description="Edge length of the cells, about."
+    )
+    backbone_rows: WholeNumber | None = Field(
+        default=None, ge=1, le=100, description="Quadrilaterals through the backbone; else by "
+        "element_size.",
+    )  # fmt: skip
+    limb_columns: WholeNumber | None = Field(
+        default=None, ge=1, le=100, description="Quadrilaterals across a limb; else by "
+        "element_size.",
+    )  # fmt: skip
+
+
 class FileMesh(Part):
     """A mesh of linear cells from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
 
@@ -152,6 +193,7 @@ MeshSource = Annotated[
     | Annotated[BoxMesh, Tag("box")]
     | Annotated[PfrMeridianMesh, Tag("pfr_meridian")]
     | Annotated[PfrSolidMesh, Tag("pfr_solid")]
+    | Annotated[LeafbotSectionMesh, Tag("leafbot_section")]
     | Annotated[FileMesh, Tag("file")],
     Discriminator(_mesh_kind),
 ]

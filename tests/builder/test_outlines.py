@@ -52,10 +52,10 @@ def test_rings_in_a_path_in_space(build):
 
 def test_points_do_not_shorten_the_step(build):
     """All of them count as touching at once, against a frame of 8 g that is held by k / M of each:
-    under elements as fine as those of the robot's skin that costs a few hundredths.
+    it is heavy enough to be slower than elements as fine as those of the robot's skin.
     """
     fine = BLOCK.replace("element_size: 2 mm", "element_size: 0.5 mm")
     body = fine + "formulation: plane_strain, thickness: 7 mm,"
     straight, path = (outline(build, body, wall)[0] for wall in (STRAIGHT, PATH))
     steps = [stable_step(model, model.points).value for model in (straight, path)]
-    assert 0.9 * steps[0] < steps[1] < steps[0]
+    assert steps[1] == steps[0]

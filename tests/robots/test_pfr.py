@@ -200,7 +200,7 @@ def test_a_bare_skin_has_no_spike_sets():
         ({"free_length": 27e-3}, "free_length is 27 mm; 5 rows of spikes.* at least 27.7 mm"),
         ({"front_radius": 3e-3}, "front_radius is 3 mm; .* at least 3.725 mm"),
         ({"rear_radius": 2e-3}, "rear_radius is 2 mm; .* at least 3.06"),
-        ({"tip_thickness": 0.2e-3}, "the spike is 0.2 mm thick 5 mm above the skin"),
+        ({"tip_thickness": 0.2e-3}, "the spike is 0.2 mm thick 5 mm from its root"),
     ],
 )
 def test_parameters_out_of_range_are_named_with_their_limit(change, said):

@@ -264,7 +264,7 @@ def test_a_plain_tube_has_no_spike_sets():
         ({"spike_pitch": 3.5e-3}, "spike_pitch is 3.5 mm and the spikes overlap; .* 3.7 mm"),
         ({"rows": 6}, "free_length is 30 mm; 6 rows of spikes, .* at least 34.4 mm"),
         ({"front_radius": 3e-3}, "front_radius is 3 mm; .* at least 3.725 mm"),
-        ({"tip_thickness": 0.2e-3}, "the spike is 0.2 mm thick 5 mm above the skin"),
+        ({"tip_thickness": 0.2e-3}, "the spike is 0.2 mm thick 5 mm from its root"),
     ],
 )
 def test_parameters_out_of_range_are_named_with_their_limit(change, said):

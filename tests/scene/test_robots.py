@@ -18,7 +18,7 @@ environment: {walls: {pipe: {kind: pipe, diameter: 36 mm}}}
 
 
 def test_names():
-    assert "pfr" in robot_names()
+    assert {"pfr", "pfr_solid", "leafbot3", "leafbot5", "leafbot9"} == set(robot_names())
     assert {"robot:pfr", "robot:pfr/section", "robot:pfr/motor"} <= set(part_names())
     assert not set(robot_names()) & {"section", "motor"}
 
@@ -98,8 +98,8 @@ LAYOUTS = sorted((Path(__file__).parents[2] / "scenes" / "layouts").glob("*.yaml
 
 
 @pytest.mark.parametrize("layout", LAYOUTS, ids=lambda path: path.stem)
-def test_every_layout_takes_every_robot(layout):
-    for robot in robot_names():
+def test_every_layout_takes_every_robot_for_pipes(layout):
+    for robot in ("pfr", "pfr_solid"):
         model = build_model(load_layout(layout, robot, []))
         assert model.passage is not None
         assert model.passage.in_cycles

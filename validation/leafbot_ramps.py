@@ -1,0 +1,177 @@
+"""The limb study (3.2.1.2, Fig 3.6, App. A): curved against straight limbs, ramp by ramp.
+
+Leafbot with five rows at 170 Hz, its real force, walks onto a ramp. The thesis gives no height of
+it. The straight limb is a bar inclined by 57 degrees, 1.6 mm thick along the ground: pressed by
+0.25 mm it is as stiff as the curved one (269 against 270 N/m). The ramp is passed when the
+backbone's tail is behind its upper edge.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from softsim.report.style import BLUE, ORANGE, QUIET, drawing
+from validation.cases import THINNED, Case, Outcome, Outcomes
+from validation.command import command
+from validation.digitised import Points
+from validation.motion import MILLI, NAN
+from validation.script import Script
+from validation.verdicts import Row, between, judged, row, shown, shown_list
+
+NAME = "leafbot_ramps"
+SLOPES = (20, 30, 40, 50, 60, 70, 80, 90)  # deg
+HEIGHTS = (5.0, 10.0)  # mm
+QUICK = ((30, 5.0), (60, 5.0))
+FOOT = 40.0  # mm, where the ramp begins; the robot's front stands at 32 mm
+TAIL = 53.0  # mm, of the backbone behind the head's centre
+TIME = 3.0  # s
+STEEP = 89.9  # deg; a polyline of distances wants no upright wall
+LIMBS = {
+    "curved": (),
+    "straight": tuple(
+        f"bodies.body.mesh.{value}"
+        for value in (
+            "root_thickness=1.6 mm", "tip_thickness=1.6 mm", "lean=3.247 mm",
+            "front_radius=1 m", "rear_radius=1 m",
+        )
+    ),
+}  # fmt: skip
+CURVED_LIMIT, STRAIGHT_LIMIT = 70.0, 40.0  # deg: climbs up to, is halted at
+SPREAD = 10.0  # deg
+COLOURS = {"curved": BLUE, "straight": ORANGE}
+
+
+def edge(slope: int, height: float) -> float:
+    """Where the ramp's upper edge lies [mm]."""
+    return FOOT + height / float(np.tan(np.radians(min(slope, STEEP))))
+
+
+def case(limb: str, slope: int, height: float) -> Case:
+    """A robot before a ramp."""
+    end = edge(slope, height)
+    ground = (
+        f"[[-60 mm, 0 mm], [{FOOT} mm, 0 mm], [{end:.6g} mm, {height} mm], "
+        f"[{end + 300.0:.6g} mm, {height} mm]]"
+    )
+    overrides = (
+        *LIMBS[limb], f"environment.walls.ground.points={ground}", f"time.end={TIME} s", *THINNED,
+    )  # fmt: skip
+    return Case(label(limb, slope, height), "leafbot_ramp.yaml", overrides)
+
+
+def label(limb: str, slope: int, height: float) -> str:
+    """The name of a case."""
+    return f"{limb}, {slope} deg, {height:g} mm"
+
+
+def cases(quick: bool) -> list[Case]:
+    """One a limb, slope and height."""
+    wanted = QUICK if quick else [(slope, height) for height in HEIGHTS for slope in SLOPES]
+    return [case(limb, slope, height) for limb in LIMBS for slope, height in wanted]
+
+
+def beyond(outcome: Outcome, slope: int, height: float) -> float:
+    """How far the tail came behind the ramp's upper edge [mm]; NaN of a run that failed."""
+    if not outcome.history:
+        return NAN
+    tail = MILLI * outcome.history["frame_x"].max() - TAIL
+    return float(tail - edge(slope, height))
+
+
+def passed(outcomes: Outcomes, limb: str, height: float) -> np.ndarray:
+    """1 where a slope is passed, 0 where it is not, NaN where nobody knows, at each of SLOPES."""
+    far = [beyond(outcomes[label(limb, slope, height)], slope, height) for slope in SLOPES]
+    return np.array([NAN if np.isnan(x) else float(x > 0.0) for x in far])
+
+
+def highest_passed(found: np.ndarray) -> float:
+    """The highest slope [deg] up to which all are passed; 0 where not even the first is."""
+    if np.isnan(found).any():
+        return NAN
+    failed = np.flatnonzero(found == 0.0)
+    first = failed[0] if len(failed) else len(SLOPES)
+    return float(SLOPES[first - 1]) if first else 0.0
+
+
+def lowest_failed(found: np.ndarray) -> float:
+    """The lowest slope [deg] that is not passed; 100 where all are."""
+    if np.isnan(found).any():
+        return NAN
+    failed = np.flatnonzero(found == 0.0)
+    return float(SLOPES[failed[0]]) if len(failed) else 100.0
+
+
+def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
+    """Up to where both limbs climb, and which climbs farther."""
+    for height in HEIGHTS:
+        curved, straight = (passed(outcomes, limb, height) for limb in LIMBS)
+        behind = {
+            limb: [outcomes[label(limb, slope, height)] for slope in SLOPES] for limb in LIMBS
+        }
+        where = f"ramp {height:g} mm high"
+        up = between(highest_passed(curved), CURVED_LIMIT - SPREAD, CURVED_LIMIT + SPREAD, "deg")
+        reference = f"{CURVED_LIMIT:g} deg within {SPREAD:g}"
+        yield row(NAME, f"curved limbs climb up to; {where}", reference, up, behind["curved"])
+        halt = between(
+            lowest_failed(straight), STRAIGHT_LIMIT - SPREAD, STRAIGHT_LIMIT + SPREAD, "deg"
+        )
+        reference = f"{STRAIGHT_LIMIT:g} deg within {SPREAD:g}"
+        yield row(
+            NAME, f"straight limbs are halted at; {where}", reference, halt, behind["straight"]
+        )
+        more = judged(
+            curved.sum() > straight.sum(),
+            f"{shown(curved.sum())} against {shown(straight.sum())} of {len(SLOPES)} slopes",
+            float(curved.sum()), float(straight.sum()),
+        )  # fmt: skip
+        claim = f"curved limbs pass more slopes than straight ones; {where}"
+        yield row(NAME, claim, "more", more, [*behind["curved"], *behind["straight"]])
+
+
+def remarks(outcomes: Outcomes) -> Iterator[str]:
+    """How far each came."""
+    for height in HEIGHTS:
+        for limb in LIMBS:
+            far = [beyond(outcomes[label(limb, slope, height)], slope, height) for slope in SLOPES]
+            if not np.isnan(far).all():
+                slopes = shown_list(SLOPES, "deg")
+                yield (
+                    f"{limb}, {height:g} mm: tail behind the upper edge at {slopes}: "
+                    f"{shown_list(far, 'mm')} ({TIME:g} s)."
+                )
+
+
+def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
+    """How far the tail comes behind the upper edge, over the slope."""
+    with drawing(path, 2.8) as figure:
+        panels = figure.subplots(1, len(HEIGHTS), sharey=True)
+        for axes, height in zip(panels, HEIGHTS, strict=True):
+            for limb, colour in COLOURS.items():
+                far = [beyond(outcomes[label(limb, s, height)], s, height) for s in SLOPES]
+                axes.plot(SLOPES, far, color=colour, marker="o", label=limb)
+            axes.axhline(0.0, color=QUIET, linewidth=0.7)
+            axes.set(title=f"ramp {height:g} mm high", xlabel="slope [deg]")
+        panels[0].set_ylabel("tail behind the\nupper edge [mm]")
+        panels[0].legend()
+
+
+SCRIPT = Script(
+    name=NAME,
+    figure="Fig 3.6, App. A",
+    about=(
+        "Leafbot with curved limbs and with straight ones that are as stiff, before ramps of 20 to "
+        "90 degrees and two heights: passed when its tail is behind the upper edge within "
+        f"{TIME:g} s. Claims: curved limbs climb up to 70 degrees, straight ones are halted at 40. "
+        "The thesis does not say how high its ramp is. Its scaled force with mass and thickness "
+        "scaled alike is the same motion, and is not run again."
+    ),
+    cases=cases,
+    rows=rows,
+    draw=draw,
+    columns=(),
+    remarks=remarks,
+)
+
+if __name__ == "__main__":
+    command([SCRIPT])
