@@ -16,8 +16,7 @@ from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.report.readable import degrees, duration, readable
 from softsim.report.table import segments
-from softsim.run.pilot import predicted_duration
-from softsim.scene.loading import LoadedScene
+from softsim.run.pilot import Duration
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.stability.time_step import StableStepEstimator, estimator, first_time_increment
 
@@ -117,9 +116,8 @@ def _size(body: Body) -> str:
     )
 
 
-def duration_table(loaded: LoadedScene, model: Model, choice: Choice) -> Table:
+def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     """The predicted duration, measured rates behind it, and what it is made of."""
-    predicted = predicted_duration(loaded, model, choice)
     table = Table(show_header=False, box=None)
     workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
     place = choice.device if choice.device == "cuda" else f"{choice.device}, {workers}"

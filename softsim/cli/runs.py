@@ -100,8 +100,17 @@ def check(
         console.print(model_table(model))
         if duration:
             from softsim.cli.run_tables import duration_table
+            from softsim.run.pilot import predicted_duration
 
-            console.print(duration_table(loaded, model, choice))
+            predicted = predicted_duration(loaded, model, choice)
+            console.print(duration_table(predicted, model, choice))
+            if predicted.stopped:
+                console.print(
+                    f"warning: {predicted.stopped}\n  the run itself may come farther; a skin "
+                    "under a given pressure above its limit point balloons: lower the pressure, or "
+                    "drive it by added_volume to see where that point lies",
+                    highlight=False,
+                )
         if modes is not None:
             folder = out or Path("runs") / f"{scene.stem}_modes"
             _tell_modes(model, modes, choice.device, folder, console)

@@ -14,6 +14,7 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import psutil
 from rich.console import Console
 
@@ -42,7 +43,8 @@ class Duration:
     """The parts of a run [s]: `start` up to the first increment, `loop`, `figures`.
 
     increment_count: increments to be done. rate: element updates a second in the loop. threads:
-    CPU threads that share them. covered: share of the loads' course that the pilot saw.
+    CPU threads that share them. covered: share of the loads' course that the pilot saw. stopped:
+    why a guard stopped it there, in words; empty where none did.
     """
 
     start: float
@@ -52,6 +54,7 @@ class Duration:
     rate: float
     threads: int
     covered: float
+    stopped: str
 
     @property
     def total(self) -> float:
@@ -95,11 +98,13 @@ def predicted_duration(
         end = pilot.solver.time if _is_done(pilot.runs[0]) else pilot_model.end_time
         loop, count, covered = extrapolated(marks, end)
         loop, count = loop * factor, count * factor
+        stopped = _stopped(pilot.runs[0], factor)
         pilot.close()
     loop += checkpoint * (1.0 + loop // loaded.scene.output.checkpoint_interval)
     rate = count * model.element_count / loop
     start = built_after + started_in
-    return Duration(start, loop, FIGURES_TIME, count, rate, backend.device().threads, covered)
+    threads = backend.device().threads
+    return Duration(start, loop, FIGURES_TIME, count, rate, threads, covered, stopped)
 
 
 def pilot_speed(model: Model) -> float:
@@ -174,6 +179,17 @@ def _marks(pilot: Batch, pilot_time: float) -> list[Mark]:
         if marks[-1].wall - marks[0].wall > pilot_time:
             break
     return marks
+
+
+def _stopped(run: Run, factor: float) -> str:
+    """Why a guard stopped a pilot whose loads are `factor` times as fast, and the gauge's pressure
+    then; empty where none did.
+    """
+    if not isinstance(run.outcome, StabilityError):
+        return ""
+    pressure = run.files.rows().get("pressure", np.zeros(0))
+    shown = f" with {1e-3 * pressure[-1]:.3g} kPa on the gauge" if len(pressure) else ""
+    return f"loads played {factor:.3g} times as fast are stopped{shown}: {run.outcome.message}"
 
 
 def _is_done(run: Run) -> bool:

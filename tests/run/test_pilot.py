@@ -81,6 +81,19 @@ def test_increments_of_a_short_run_are_foreseen(write_scene, tmp_path, kernel_ca
     assert foreseen.increment_count == pytest.approx(done["increments"], abs=2)
     assert foreseen.covered == pytest.approx(1.0)
     assert foreseen.threads == done["threads"] == 1
+    assert foreseen.stopped == ""
+
+
+def test_a_guard_that_stops_the_pilot_is_told(write_scene, kernel_cache, monkeypatch):
+    """An energy error that no run keeps."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.builder import build_model
+
+    limit = ["solver.energy_error_limit=1e-9", "output.history_interval=1 ms"]
+    loaded = load_scene(write_scene(FALLING_STRIP), limit)
+    foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
+    assert foreseen.covered < 1.0
+    assert "loads played 1 times as fast are stopped: the energy balance is off" in foreseen.stopped
 
 
 @pytest.mark.slow
