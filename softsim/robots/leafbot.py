@@ -47,7 +47,7 @@ def leafbot_section(
     backbone, limbs.
 
     The thesis gives no thickness of a limb's root. One of 4 mm, 4 mm deep (two limbs of 2 mm), of
-    Dragon Skin 30, is as stiff as its limb against a plate, see scenes/limb_press.yaml.
+    Dragon Skin 30, is as stiff as its limb against a plate, see scenes/leafbot_press.yaml.
 
     Raises MeshError, naming the parameter and its limit, for dimensions that make no such body.
     """

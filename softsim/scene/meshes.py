@@ -43,25 +43,27 @@ class _PfrSkin(_Filled):
     )
 
 
-class _SpikedSkin(_PfrSkin):
+class _CurvedFin(_Filled):
+    front_radius: PositiveLength = Field(
+        default=written("5 mm"),
+        description="Of the front edge of a spike or limb; large: it is straight.",
+    )
+    rear_radius: PositiveLength = Field(default=written("3.5 mm"), description="Of its rear edge.")
+    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Of it at its tip.")
+    lean: Length = Field(
+        default=written("2.5 mm"), description="How far the tip lies behind the root."
+    )
+
+
+class _SpikedSkin(_PfrSkin, _CurvedFin):
     spike_pitch: PositiveLength = Field(
         default=written("6 mm"), description="Distance between rows."
     )
     spike_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
-    front_radius: PositiveLength = Field(
-        default=written("5 mm"), description="Of the spike's front edge."
-    )
-    rear_radius: PositiveLength = Field(
-        default=written("3.5 mm"), description="Of the spike's rear edge."
-    )
     root_thickness: PositiveLength = Field(
         default=written("3 mm"), description="Spike at its root, along x; a broad root matches "
         "the measured stiffness better than a thin arc."
     )  # fmt: skip
-    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Spike at its tip.")
-    lean: Length = Field(
-        default=written("2.5 mm"), description="How far the tip lies behind the root."
-    )
     spike_columns: WholeNumber | None = Field(
         default=None,
         ge=1,
@@ -128,7 +130,7 @@ class PfrSolidMesh(_SpikedSkin):
     )
 
 
-class LeafbotSectionMesh(_Filled):
+class LeafbotSectionMesh(_CurvedFin):
     """Leafbot's section along its length: a backbone on rows of limbs, tips on y = 0."""
 
     generator: Literal["leafbot_section"] = Field(description="Which generator makes the mesh.")
@@ -142,16 +144,6 @@ class LeafbotSectionMesh(_Filled):
     limb_height: PositiveLength = Field(default=written("5 mm"), description="Below the backbone.")
     root_thickness: PositiveLength = Field(
         default=written("4 mm"), description="Limb at its root, along x."
-    )
-    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Limb at its tip.")
-    lean: Length = Field(
-        default=written("2.5 mm"), description="How far the tip lies behind the root."
-    )
-    front_radius: PositiveLength = Field(
-        default=written("5 mm"), description="Of the limb's front edge; large: straight."
-    )
-    rear_radius: PositiveLength = Field(
-        default=written("3.5 mm"), description="Of the limb's rear edge."
     )
     rows_under_head: WholeNumber = Field(
         default=2, ge=1, le=100, description="Rows, from the front, over which the head stands."
