@@ -46,8 +46,8 @@ def problems(path):
         ("generator: block", "generator: blok", "a.yaml:3:23: generator: 'blok' is unknown here",
          "did you mean 'block'?"),
         ("generator: block, ", "", "a.yaml:3:5: mesh: the key 'generator' is missing",
-         "give generator: block | pfr_section | box | pfr_meridian | pfr_solid | leafbot_section or "
-         "file: ..."),
+         "give generator: block | pfr_section | box | pfr_meridian | pfr_solid | leafbot_section "
+         "or file: ..."),
         ("plane_strain", "plane", "a.yaml:4:18: formulation: 'plane' is not one of: plane_strain",
          ""),
         ("dragon_skin_10", "3", "a.yaml:6:15: material: must be a text, not the number 3",
