@@ -3,7 +3,7 @@
 Nothing is fitted to a speed: the motor's force and the masses are the thesis's, the limb's root is
 as thick as makes the limb as stiff as it says (`leafbot_press.yaml`). The speed is the mean over
 the second half of two seconds, along the ground. Bands: friction 10 % less and more, finer meshes,
-half and twice the penalty; each of the robot with five rows at 142 Hz.
+half the step; each of the robot with five rows at 142 Hz.
 """
 
 from collections.abc import Iterator
