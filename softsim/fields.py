@@ -258,9 +258,13 @@ class _Block:
 
     `words` is declared with the first cache line only: indices beyond it reach the fields that
     follow. Nothing checks them; `_Place` keeps them right.
+
+    serially: on a CPU the calling thread copies: to wake a worker would take 50 us, which copies
+    some thousand nodes.
     """
 
     def __init__(self, made: list[_New]) -> None:
+        self.serially = backend.device().name == "cpu"
         builder = ti.FieldsBuilder()
         self.words = ti.field(ti.i32)
         builder.dense(ti.i, CACHE_LINE // WORD).place(self.words)
@@ -271,12 +275,14 @@ class _Block:
     @ti.kernel
     def copy_in(self, first: ti.i32, data: ti.types.ndarray(ti.i32, ndim=1)):  # type: ignore[valid-type]  # Taichi wants an instance
         """Write `data` from word `first` on."""
+        ti.loop_config(serialize=self.serially)
         for k in range(data.shape[0]):
             self.words[first + k] = data[k]
 
     @ti.kernel
     def clear(self, spans: ti.types.ndarray(ti.i32, ndim=2)):  # type: ignore[valid-type]  # Taichi wants an instance
         """Set the words spans[i, 0] .. spans[i, 1] to zero."""
+        ti.loop_config(serialize=self.serially)
         for i in range(spans.shape[0]):
             for k in range(spans[i, 0], spans[i, 1]):
                 self.words[k] = 0
@@ -284,6 +290,7 @@ class _Block:
     @ti.kernel
     def copy_out(self, first: ti.i32, data: ti.types.ndarray(ti.i32, ndim=1)):  # type: ignore[valid-type]  # Taichi wants an instance
         """Read `data` from word `first` on."""
+        ti.loop_config(serialize=self.serially)
         for k in range(data.shape[0]):
             data[k] = self.words[first + k]
 

@@ -74,7 +74,7 @@ def drag_load(coefficients):
 
 def test_a_load_of_ones_own(build, cpu):
     """In two scenarios; checkpoint, energy and history know it."""
-    from softsim.output.observation import columns, observe
+    from softsim.output.observation import Observer, columns
     from softsim.solver.energy import EnergyBalance, EnergyReader
     from softsim.solver.explicit import ExplicitSolver
 
@@ -90,7 +90,7 @@ def test_a_load_of_ones_own(build, cpu):
     reader.update()
     for s, c in enumerate(coefficients):
         decay = np.exp(-c * solver.times[s] / MASS)
-        seen = observe(solver.scenario(s), reader, balances[s], 1e-2)
+        seen = Observer(solver.scenario(s), reader, balances[s]).observe(1e-2)
         assert seen.row["drag"] == pytest.approx(-c * SPEED * decay, rel=1e-3)
         lost = 0.5 * MASS * SPEED**2 * (1.0 - decay**2)
         assert seen.energies.viscous_dissipation == pytest.approx(lost, rel=1e-3)

@@ -11,6 +11,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ import taichi as ti
 
 from softsim import fields
 from softsim.fields import real_field
-from softsim.loads.cycles import cycles_of
+from softsim.loads.cycles import Cycle, cycles_of
 from softsim.loads.pressure_control import Command, EventCycles
 from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
@@ -35,18 +36,23 @@ class _Scheduled:
 
     profile: Own[Profile]
 
+    @cached_property
+    def cycles(self) -> list[Cycle]:
+        """The cycles of the profile; none of one that never falls."""
+        return cycles_of(self.profile)
+
     @property
     def cycle_count(self) -> int:
-        """Cycles of the profile; 0 of one that never falls."""
-        return len(cycles_of(self.profile))
+        """Cycles of the profile."""
+        return len(self.cycles)
 
     def cycle_end(self, number: int) -> float:
         """When a cycle of the profile ends [s]; number: from 1 to `cycle_count`."""
-        return cycles_of(self.profile)[number - 1].end
+        return self.cycles[number - 1].end
 
     def cycles_done(self, time: float) -> int:
-        """Cycles of the profile that have ended at `time` [s]; 0 of one that never falls."""
-        return sum(cycle.has_ended(time) for cycle in cycles_of(self.profile))
+        """Cycles of the profile that have ended at `time` [s]."""
+        return sum(cycle.has_ended(time) for cycle in self.cycles)
 
     def time_scaled(self: S, factor: float) -> S:
         """The drive played `factor` times as fast."""

@@ -112,52 +112,60 @@ class Observation:
     energies: Energies
 
 
-def observe(
-    scenario: Scenario, reader: EnergyReader, balance: EnergyBalance, interval: float
-) -> Observation:
-    """Measure a scenario, for which the reader was just updated; `interval` [s] since its contact
-    impulses were cleared.
-    """
-    model = scenario.model
-    energies, walls, centre = reader.of_scenario(scenario.number)
-    row = dict.fromkeys(columns(model), float("nan"))
-    row["time"] = scenario.time
-    if model.chamber is not None:
-        row |= chamber_readings(scenario, model.chamber)
-    if model.robot.frame is not None:
-        row |= frame_readings(place_now(scenario, reader, model.robot.frame))
-    row["contact_count"] = walls.contact_count
-    row["slip_share"] = walls.slip_share
-    rate = 1.0 / interval if interval > 0.0 else 0.0  # impulses since then to mean forces
-    pressed = reader.normal_impulses(scenario.number) * rate
-    row["rows_in_contact"] = sum(bool(pressed[k].any()) for k in model.robot.rows.values())
-    row["wall_force_normal"] = walls.normal_impulse * rate
-    for name, nodes in parts_pressed(model).items():
-        row[name] = float(pressed[nodes].sum())
-    for i, axis in enumerate("xyz"[: model.dimension]):
-        row[f"body_{axis}"] = float(centre[i])
-        row[f"wall_force_{axis}"] = walls.impulse[i] * rate
-    for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
-        row |= term.readings(scenario.number, interval)
-    row["internal_energy"] = energies.internal
-    row |= dict.fromkeys(hourglass_columns(model), energies.hourglass)
-    row["kinetic_energy"] = energies.kinetic
-    row["external_work"] = energies.external_work
-    row["friction_dissipation"] = energies.friction_dissipation
-    row["viscous_dissipation"] = energies.viscous_dissipation
-    row["contact_energy"] = energies.contact
-    row["energy_error"] = balance.error(energies)
-    if model.relaxation is not None:
-        row["unbalanced_share"] = unbalanced_share(scenario)
-    if model.passage is not None:
-        place = place_now(scenario, reader, model.passage.body).centre
-        row |= along_path.path_readings(scenario, model.passage, place, interval)
-    if model.probes:
-        x = scenario.positions()
-        for probe in model.probes:
-            names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
-            row |= dict(zip(names, probe_values(scenario, probe, x).tolist(), strict=True))
-    return Observation(row, energies)
+class Observer:
+    """Measures a scenario, row by row. What does not change from row to row is asked for once."""
+
+    def __init__(self, scenario: Scenario, reader: EnergyReader, balance: EnergyBalance) -> None:
+        self.scenario, self.reader, self.balance = scenario, reader, balance
+        model = scenario.model
+        self.blank = dict.fromkeys(columns(model), float("nan"))
+        self.hourglass_columns = hourglass_columns(model)
+        self.parts_pressed = parts_pressed(model)
+
+    def observe(self, interval: float) -> Observation:
+        """Measure, the reader being just updated; `interval` [s] since the contact impulses of the
+        scenario were cleared.
+        """
+        scenario, reader, model = self.scenario, self.reader, self.scenario.model
+        energies, walls, centre = reader.of_scenario(scenario.number)
+        row = self.blank.copy()
+        row["time"] = scenario.time
+        if model.chamber is not None:
+            row |= chamber_readings(scenario, model.chamber)
+        if model.robot.frame is not None:
+            row |= frame_readings(place_now(scenario, reader, model.robot.frame))
+        row["contact_count"] = walls.contact_count
+        row["slip_share"] = walls.slip_share
+        rate = 1.0 / interval if interval > 0.0 else 0.0  # impulses since then to mean forces
+        pressed = reader.normal_impulses(scenario.number) * rate
+        row["rows_in_contact"] = sum(bool(pressed[k].any()) for k in model.robot.rows.values())
+        row["wall_force_normal"] = walls.normal_impulse * rate
+        for name, nodes in self.parts_pressed.items():
+            row[name] = float(pressed[nodes].sum())
+        for i, axis in enumerate("xyz"[: model.dimension]):
+            row[f"body_{axis}"] = float(centre[i])
+            row[f"wall_force_{axis}"] = walls.impulse[i] * rate
+        for term in reversed(scenario.terms.everything):  # of a kind, the first load is told
+            row |= term.readings(scenario.number, interval)
+        row["internal_energy"] = energies.internal
+        row |= dict.fromkeys(self.hourglass_columns, energies.hourglass)
+        row["kinetic_energy"] = energies.kinetic
+        row["external_work"] = energies.external_work
+        row["friction_dissipation"] = energies.friction_dissipation
+        row["viscous_dissipation"] = energies.viscous_dissipation
+        row["contact_energy"] = energies.contact
+        row["energy_error"] = self.balance.error(energies)
+        if model.relaxation is not None:
+            row["unbalanced_share"] = unbalanced_share(scenario)
+        if model.passage is not None:
+            place = place_now(scenario, reader, model.passage.body).centre
+            row |= along_path.path_readings(scenario, model.passage, place, interval)
+        if model.probes:
+            x = scenario.positions()
+            for probe in model.probes:
+                names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
+                row |= dict(zip(names, probe_values(scenario, probe, x).tolist(), strict=True))
+        return Observation(row, energies)
 
 
 def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, float]:

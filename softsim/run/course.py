@@ -19,7 +19,7 @@ from softsim.errors import ExpectationError, SoftsimError, StabilityError
 from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.measures import failed_expectations, measures
-from softsim.output.observation import observe
+from softsim.output.observation import Observer
 from softsim.output.passage import PassageCondition
 from softsim.output.progress import Progress
 from softsim.output.stop_conditions import (
@@ -134,6 +134,7 @@ class Run:
 
     def _set_out(self, progress: Progress) -> None:
         self.progress = progress
+        self.observer = Observer(self.scenario, self.reader, self.balance)
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
         self.stop_conditions = [
@@ -274,7 +275,7 @@ class Run:
     def _write_row(self) -> None:
         scenario, progress = self.scenario, self.progress
         interval = scenario.time - max(progress.last_history, 0.0)
-        seen = observe(scenario, self.reader, self.balance, interval)
+        seen = self.observer.observe(interval)
         row = seen.row | self.loop.readings()
         self.files.history.append(row)
         self.loop.follow(row)

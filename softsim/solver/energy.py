@@ -86,6 +86,7 @@ class EnergyReader:
         bodies, contact = len(solver.models[0].rigid_bodies), solver.models[0].contact
         self.places = np.zeros((solver.scenarios, max(1, bodies), self.dimension + 4 + 9))
         self.impulses = np.zeros((solver.scenarios, max(1, len(contact.nodes))))
+        self.masses = [float(model.mass[: model.meshed_count].sum()) for model in solver.models]
 
     def update(self) -> None:
         """Read the present values of all scenarios; `of_scenario` returns them."""
@@ -98,11 +99,9 @@ class EnergyReader:
         the last update.
         """
         row = self.readings[scenario]
-        model = self.solver.models[scenario]
-        mass = model.mass[: model.meshed_count].sum()
         impulse, moment = row[10 : 10 + self.dimension].copy(), row[10 + self.dimension :]
         walls = WallContactTotals(int(row[7]), row[8], row[9], impulse)
-        return Energies(*row[:7]), walls, moment / mass
+        return Energies(*row[:7]), walls, moment / self.masses[scenario]
 
     def place_of(self, scenario: int, body: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Centre of mass (d,) [m], orientation (4,) and rotation (3, 3) of a rigid body at the last

@@ -43,6 +43,7 @@ class ExplicitSolver:
             self.terms = Terms(models)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
             self.shift_stages = loops(self.terms.shift_stages())
+            self.impulses = [f for term in self.terms.everything for f in term.impulses()]
             device = backend.device().name
             refuse_too_large(models[0], made.size, device, memory_of(device))
         self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
@@ -120,8 +121,7 @@ class ExplicitSolver:
 
     def clear_impulses(self, s: int) -> None:
         """Begin a new interval over which the history of scenario s averages."""
-        summed = [field for term in self.terms.everything for field in term.impulses()]
-        fields.clear_row(summed, s)
+        fields.clear_row(self.impulses, s)
 
     # --- increments ------------------------------------------------------------------------------
 

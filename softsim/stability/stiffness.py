@@ -33,17 +33,16 @@ from softsim.stability.rigid_bodies import tied_mass
 class ScaledStiffness:
     """M^-1/2 K M^-1/2 [1/s^2] at one configuration and one step.
 
-    strain (p + n d, n d): G M^-1/2 above M^-1/2 (shape and initial stress) M^-1/2 [1/s^2], for one
-    product takes less time than two. dilation (n d, p): the transpose of G M^-1/2. bulk_stiffness
-    (p,) [J]: V_a (kappa + 2 eta_a / dt). hoops: rows (r, n d) [1/s] whose squares are added, of the
-    elements that go around. contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s] whose squares
-    are added. slowing (n d, n d): R, or None.
+    strain (p + r + n d, n d), one matrix, for one product takes less time than three: G M^-1/2;
+    rows [1/s] whose squares are added, of the elements that go around; M^-1/2 (shape and initial
+    stress) M^-1/2 [1/s^2]. back (n d, p + r): the transpose of all but the last. bulk_stiffness
+    (p,) [J]: V_a (kappa + 2 eta_a / dt). contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s]
+    whose squares are added. slowing (n d, n d): R, or None.
     """
 
     strain: sp.csr_matrix
-    dilation: sp.csr_matrix
+    back: sp.csr_matrix
     bulk_stiffness: np.ndarray
-    hoops: sp.csr_matrix
     contact: np.ndarray
     chambers: list[np.ndarray]
     slowing: sp.csr_matrix | None
@@ -57,12 +56,11 @@ class ScaledStiffness:
         return v if self.slowing is None else self.slowing @ v
 
     def _product_of_own_masses(self, v: np.ndarray) -> np.ndarray:
-        n = len(self.bulk_stiffness)
         strained = self.strain @ v
-        result = self.dilation @ (self.bulk_stiffness * strained[:n])
-        result += strained[n:]
-        if self.hoops.nnz:  # scipy's call alone takes as long as the rest for a small model
-            result += self.hoops.T @ (self.hoops @ v)
+        strained[: len(self.bulk_stiffness)] *= self.bulk_stiffness
+        squared = self.back.shape[1]
+        result = self.back @ strained[:squared]
+        result += strained[squared:]
         result += self.contact * v
         for chamber in self.chambers:
             result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py
@@ -118,25 +116,25 @@ class ModelStiffness:
         pressed, strained = np.repeat(pressed, d), components(strained, d)
         first, second, self.pair_of_shape = pairs(stencils, stencils, n)
         first, second = components(first, d), components(second, d)
-        self.strain = numbered(
-            np.concatenate([pressed, p + first]),
-            np.concatenate([strained, second]),
-            (p + n * d, n * d),
-        )
-        self.dilation = numbered(strained, pressed, (n * d, p))
         self.compression_scale = self.inverse_sqrt_mass[strained] / self.pressure_volumes[pressed]
         self.shape_scale = self.inverse_sqrt_mass[first] * self.inverse_sqrt_mass[second]
 
         around = [m[:, r.around] for m, r in zip(movers, self.regions, strict=True)]
         columns = [a[:, None] * d + np.arange(d)[:, None] for a in around]  # (movers, d, r)
-        starts = np.cumsum([0, *(a.shape[1] for a in around)])
+        starts = p + np.cumsum([0, *(a.shape[1] for a in around)])
         rows = [
             np.broadcast_to(start + np.arange(a.shape[1]), column.shape)
             for a, column, start in zip(around, columns, starts, strict=False)
         ]
-        strained = flat(columns)
-        self.hoops = numbered(flat(rows), strained, (int(starts[-1]), n * d))
-        self.hoop_scale = self.inverse_sqrt_mass[strained]
+        hooped, squared = flat(columns), int(starts[-1])
+        self.hoop_scale = self.inverse_sqrt_mass[hooped]
+        above = np.concatenate([pressed, flat(rows)]), np.concatenate([strained, hooped])
+        self.strain = numbered(
+            np.concatenate([above[0], squared + first]),
+            np.concatenate([above[1], second]),
+            (squared + n * d, n * d),
+        )
+        self.back = numbered(above[1], above[0], (n * d, squared))
 
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
         """Element stiffness of each region with all nodes at x (n, d) [m]."""
@@ -157,12 +155,11 @@ class ModelStiffness:
             [np.bincount(self.pair_of_volume, flat([a[:, :, i] for a in alike])) for i in range(d)]
         )
         K = np.repeat(np.bincount(self.pair_of_shape, shape)[None], d, axis=0)
-        G_values = G.T.ravel() * self.compression_scale
+        above = np.concatenate([G.T.ravel() * self.compression_scale, hoop * self.hoop_scale])
         return ScaledStiffness(
-            with_values(self.strain, np.concatenate([G_values, K.T.ravel() * self.shape_scale])),
-            with_values(self.dilation, G_values),
+            with_values(self.strain, np.concatenate([above, K.T.ravel() * self.shape_scale])),
+            with_values(self.back, above),
             self.pressure_volumes * self.bulk_modulus,
-            with_values(self.hoops, hoop * self.hoop_scale),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
             self.slowing,

@@ -52,7 +52,7 @@ conditions:
 
 def observed(solver, until, clear_at=0.0):
     """The last row of the history at `until` [s], over the time since `clear_at` [s]."""
-    from softsim.output.observation import observe
+    from softsim.output.observation import Observer
     from softsim.solver.energy import EnergyBalance, EnergyReader
 
     scenario, reader = solver.scenario(0), EnergyReader(solver)
@@ -64,7 +64,7 @@ def observed(solver, until, clear_at=0.0):
     while solver.time < until:
         solver.advance(10)
     reader.update()
-    return observe(scenario, reader, balance, solver.time - began)
+    return Observer(scenario, reader, balance).observe(solver.time - began)
 
 
 def test_a_plate_throws_a_particle(build, start, record_verification):

@@ -26,7 +26,7 @@ WEIGHT = 1e-3 * 9.81  # along -x: upright
 
 def test_place_force_and_work(build, start, record_verification):
     """The slider is where the profile says; the tendon's force adds to its weight."""
-    from softsim.output.observation import observe
+    from softsim.output.observation import Observer
     from softsim.solver.energy import EnergyBalance, EnergyReader
 
     model = build(SCENE)
@@ -39,7 +39,7 @@ def test_place_force_and_work(build, start, record_verification):
     began = solver.time
     solver.advance(100)
     reader.update()
-    seen = observe(solver.scenario(0), reader, balance, solver.time - began)
+    seen = Observer(solver.scenario(0), reader, balance).observe(solver.time - began)
     assert seen.row["frame_x"] == pytest.approx(WAY, rel=1e-12)
     force = STIFFNESS * WAY + WEIGHT
     record_verification("force that drives a slider [N]", force, seen.row["drive_force"])
