@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from rich.table import Table
 
 from softsim.cli.options import unheaded
@@ -107,8 +108,9 @@ def _size(body: Body) -> str:
     q = quality(Mesh(body.points, body.cells))
     cells = ", ".join(f"{count} {kind}" for kind, count in q.cell_kinds.items())
     volume = sum(region.volumes.sum() for region in body.regions)
+    sides = " x ".join(f"{1e3 * side:.4g}" for side in np.ptp(body.points, axis=0))
     return (
-        f"{q.node_count} nodes, {cells}, smallest altitude "
+        f"{sides} mm, {q.node_count} nodes, {cells}, smallest altitude "
         f"{q.smallest_altitude * 1e3:.3g} mm, angles {degrees(q.smallest_angle)} to "
         f"{degrees(q.largest_angle)}, {volume * 1e6:.4g} ml, "
         f"{body.mass * 1e3:.4g} g"

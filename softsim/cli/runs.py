@@ -94,10 +94,13 @@ def check(
         from softsim.builder import build_model
         from softsim.cli.run_tables import model_table
         from softsim.solver.memory import refuse_before_start
+        from softsim.solver.plausibility import doubts
 
         model = build_model(loaded)
         refuse_before_start(model, choice.device)
         console.print(model_table(model))
+        for text in doubts(model).values():
+            console.print(f"warning: {text}", highlight=False)
         if duration:
             from softsim.cli.run_tables import duration_table
             from softsim.run.pilot import predicted_duration

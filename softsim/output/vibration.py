@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
-from scipy.signal import lombscargle
 
 from softsim.loads.rotor import Rotor
 from softsim.model import Model
@@ -39,6 +38,8 @@ def strongest(t: np.ndarray, y: np.ndarray, slowest: float, fastest: float) -> P
 
     A sine faster than half the rate of the rows appears as a slower one.
     """
+    from scipy.signal import lombscargle  # slow to import, and asked for at the end of a run
+
     span = t[-1] - t[0]
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (t - t[0]) / span)
     swing = window * (y - np.polyval(np.polyfit(t - t[0], y, 1), t - t[0]))

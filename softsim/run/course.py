@@ -46,6 +46,7 @@ from softsim.solver.guards import (
     step_warnings,
     turning_warnings,
 )
+from softsim.solver.plausibility import doubts
 from softsim.solver.settling import moves, unbalanced_share
 from softsim.stability.reference_shape import ReferenceShape
 from softsim.stability.schedule import GROWTH, StableStepSchedule
@@ -108,7 +109,7 @@ class Run:
             log.info("mass scaling: %s", self.model.mass_scaling.describe())
             self.files.warn(turning_warnings(self.model.added_turning))
         log.info("stable step %s", stable.describe())
-        self.files.warn(step_warnings(self.model, stable))
+        self.files.warn(doubts(self.model) | step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)[0]
         self.balance = EnergyBalance.starting(energies, self.model)
         self.shape = ReferenceShape(self.model, self.model.points)

@@ -1,0 +1,159 @@
+"""Inputs that hardly anybody means, told before a run: mostly a unit that is off by a thousand.
+
+Everything here is allowed. Bounds are wide on purpose: a warning of what is meant would soon be
+overlooked.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from softsim.loads.drive import GivenPressure
+from softsim.loads.prescribed import PrescribedMotion
+from softsim.loads.profile import Profile
+from softsim.loads.rigid_motion import RigidMotion
+from softsim.loads.rotor import Rotor
+from softsim.materials.material import Material
+from softsim.materials.stability import instability_stretch
+from softsim.model import Body, Model
+from softsim.stability.time_step import first_time_increment
+
+# Of soft robots and what they are made of, with much room: from a gel to hard plastic.
+SIZES = 0.2e-3, 5.0  # m
+SHEAR_MODULI = 50.0, 2e9  # Pa
+DENSITIES = 20.0, 2e4  # kg/m^3
+# A pressure over the shear modulus of what it acts on: thin skins balloon far below 1.
+LARGEST_PRESSURE_RATIO = 100.0
+# Where nothing says how far a law was fitted, it is to stay a material within these stretches.
+STRETCHES = 0.6, 2.0
+# Central differences show a sine of so many increments a period with an error of 1 %.
+LEAST_INCREMENTS = 20
+# Element updates of a run that nobody waits for: a month at 50 million a second.
+MOST_UPDATES = 30 * 86400 * 50e6
+
+
+def doubts(model: Model) -> dict[str, str]:
+    """Warnings, kind -> text, of a model that may not be what its user meant.
+
+    Looked at: the size of bodies, shear moduli, densities and stability of their materials, how
+    high pressures and how fast motors and motions are, how many increments there are to do.
+    """
+    return {
+        **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
+        **{
+            f"{kind} of {material.name}": text
+            for material in {id(r.material): r.material for r in model.regions}.values()
+            for kind, text in material_doubts(material).items()
+        },
+        **pressure_doubts(model),
+        **pace_doubts(model),
+        **length_doubts(model),
+    }
+
+
+def size_doubts(body: Body) -> Iterator[str]:
+    """Of a body that is tiny or huge."""
+    extent = np.ptp(body.points, axis=0)
+    if not SIZES[0] <= extent.max() <= SIZES[1]:
+        sides = " x ".join(f"{1e3 * side:.4g}" for side in extent)
+        yield (
+            f"body '{body.name}' measures {sides} mm; if that is off by a thousand, give its file "
+            "another length_unit, or its dimensions another unit"
+        )
+
+
+def material_doubts(material: Material) -> dict[str, str]:
+    """Of a material that is softer than a gel or harder than plastic, too light or too heavy, or
+    that loses its stiffness where it will be strained.
+    """
+    found = {}
+    modulus = material.law.initial_shear_modulus
+    if not SHEAR_MODULI[0] <= modulus <= SHEAR_MODULI[1]:
+        found["stiffness"] = (
+            f"material '{material.name}' has a shear modulus of {modulus:.3g} Pa: gels begin at "
+            f"some {SHEAR_MODULI[0]:g} Pa, hard plastics end at {SHEAR_MODULI[1]:.0g} Pa; look at "
+            "the units of its constants"
+        )
+    if not DENSITIES[0] <= material.density <= DENSITIES[1]:
+        found["density"] = (
+            f"material '{material.name}' has a density of {material.density:.3g} kg/m^3; silicone "
+            "has 1080 kg/m^3, which is 1.08 g/cm^3"
+        )
+    fitted = material.strain_range
+    longest = STRETCHES[1] if fitted is None else 1.0 + fitted
+    unstable = {
+        mode: stretch
+        for mode, stretch in instability_stretch(material.law, longest, STRETCHES[0]).items()
+        if stretch is not None
+    }
+    if unstable:
+        told = ", ".join(f"{mode} at a stretch of {s:.3g}" for mode, s in unstable.items())
+        found["stability"] = (
+            f"the stress of material '{material.name}' stops rising (Drucker) in {told}: fit its "
+            "law over a wider range, or with fewer terms"
+        )
+    return found
+
+
+def pressure_doubts(model: Model) -> dict[str, str]:
+    """Of pressures far above the stiffness of the softest material."""
+    softest = min(r.material.law.initial_shear_modulus for r in model.regions)
+    found = {}
+    for load in model.pressures:
+        if not isinstance(load.drive, GivenPressure):
+            continue  # to what a pump or a control leads, the body decides
+        highest = float(load.drive.section_profile.values.max())
+        if highest > LARGEST_PRESSURE_RATIO * softest:
+            found[f"pressure of {load.name}"] = (
+                f"load '{load.name}' reaches {1e-3 * highest:.4g} kPa, {highest / softest:.3g} "
+                f"times the shear modulus of the softest material, {1e-3 * softest:.3g} kPa: look "
+                "at the units of both"
+            )
+    return found
+
+
+def pace_doubts(model: Model) -> dict[str, str]:
+    """Of motors and motions that are too fast for the step."""
+    dt = first_time_increment(model)
+    shortest = LEAST_INCREMENTS * dt
+    found = {}
+    for number, load in enumerate(model.of_kind(Rotor)):
+        frequency = load.rotor.frequency
+        if frequency * shortest > 1.0:
+            found[f"motor {number}"] = (
+                f"a motor turns at {frequency:.4g} Hz, {1.0 / (frequency * dt):.3g} increments a "
+                f"turn: fewer than {LEAST_INCREMENTS} do not show it; give time.increment at most "
+                f"{1e6 / (LEAST_INCREMENTS * frequency):.3g} us"
+            )
+    motions = [m.profile for m in model.of_kind(PrescribedMotion)]
+    motions += [m.profile for m in model.of_kind(RigidMotion)]
+    for number, profile in enumerate(motions):
+        fastest = shortest_swing(profile)
+        if 2.0 * fastest < shortest:
+            found[f"motion {number}"] = (
+                f"a prescribed motion turns back within {1e6 * fastest:.3g} us, "
+                f"{fastest / dt:.3g} increments: fewer than {LEAST_INCREMENTS // 2} do not show it"
+            )
+    return found
+
+
+def shortest_swing(profile: Profile) -> float:
+    """Shortest time [s] between two times at which a profile turns back; infinite without."""
+    moving = np.flatnonzero(np.diff(profile.values) != 0.0)
+    rising = np.diff(profile.values)[moving] > 0.0
+    turns = profile.times[moving[1:][np.diff(rising.astype(int)) != 0]]
+    return float(np.diff(turns).min()) if len(turns) > 1 else np.inf
+
+
+def length_doubts(model: Model) -> dict[str, str]:
+    """Of a run that nobody waits for."""
+    dt = first_time_increment(model)
+    increments = model.end_time / dt
+    if increments * model.element_count <= MOST_UPDATES:
+        return {}
+    days = increments * model.element_count / 50e6 / 86400
+    return {
+        "length": f"{increments:.3g} increments of {1e6 * dt:.3g} us are to be done, which takes "
+        f"some {days:.2g} days at 50 million element updates a second: shorten time.end, coarsen "
+        "the mesh where its altitude is smallest, or play the loads faster"
+    }

@@ -1,0 +1,70 @@
+"""Warnings before a run: units that are off by a thousand, paces that no increment shows."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softsim.builder import build_model
+from softsim.loads.profile import Profile
+from softsim.scene.loading import load_scene
+from softsim.solver.plausibility import doubts, shortest_swing
+
+SCENES = Path(__file__).parents[2] / "scenes"
+SCENE = """\
+bodies:
+  b: {mesh: {generator: block, length: 20 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 1 mm, material: m}
+materials:
+  m: {law: yeoh, C10: 30 kPa, C20: 3 kPa, density: 1 g/cm^3}
+rigid_bodies: {r: {mass: 1 g, inertia: 1 g*mm^2}}
+loads:
+  air: {kind: follower_pressure, facets: [b.surface],
+        profile: {kind: constant, value: 5 kPa}}
+  motor: {kind: eccentric_mass, acts_on: r, eccentric_mass: 0.1 g, radius: 1 mm,
+          frequency: 200 Hz, rotation_axis: z}
+time: {end: 1 s}
+"""
+
+
+@pytest.mark.parametrize(
+    "override, kind, told",
+    [
+        ("bodies.b.mesh.length=20 m", "size of b", "measures 2e+04 x 2 mm"),
+        ("materials.m.C10=30 mPa", "stiffness of m", "shear modulus of 0.06 Pa"),
+        ("materials.m.density=1000 g/cm^3", "density of m", "1e+06 kg/m^3"),
+        ("materials.m.C20=-8 kPa", "stability of m", "uniaxial tension at a stretch of"),
+        ("loads.air.profile.value=50 MPa", "pressure of air", "reaches 5e+04 kPa"),
+        ("loads.motor.frequency=20 kHz", "motor 0", "increments a turn"),
+        ("time.end=1000000000 s", "length", "days at 50 million"),
+    ],
+)
+def test_what_is_hardly_meant_is_told(build, override, kind, told):
+    overrides = [override]
+    if override.startswith("bodies"):
+        overrides.append("bodies.b.mesh.element_size=1 m")
+    found = doubts(build(SCENE, *overrides))
+    assert told in found[kind]
+
+
+def test_what_is_meant_is_not_doubted(build):
+    assert doubts(build(SCENE)) == {}
+    assert doubts(build_model(load_scene(SCENES / "pfr_36mm.yaml"))) == {}
+
+
+def test_a_motion_faster_than_its_increments(build):
+    moved = """
+conditions:
+  shake: {kind: prescribed, nodes: b.left, direction: x,
+          displacement: {kind: table, points: [[0 s, 0 mm], [20 us, 1 mm], [40 us, 0 mm],
+                                               [60 us, 1 mm]]}}
+"""
+    found = doubts(build(SCENE + moved))
+    assert list(found) == ["motion 0"] and "turns back within 20 us" in found["motion 0"]
+
+
+def test_swings_of_a_profile():
+    """Rests are no turns; the last point is none either."""
+    times = np.array([0.0, 1.0, 3.0, 4.0, 8.0, 9.0])
+    assert shortest_swing(Profile(times, np.array([0.0, 2.0, 2.0, 1.0, 5.0, 4.0]))) == 1.0
+    assert shortest_swing(Profile(times, np.arange(6.0))) == np.inf
