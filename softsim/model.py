@@ -181,13 +181,26 @@ LOCAL_DAMPING = 0.8
 
 
 @dataclass(frozen=True)
+class SteadyProbe:
+    """A probe, by name and columns of the history, that has come to rest when it stayed `within`
+    this share of its value for the last half of the time since `since` [s].
+    """
+
+    name: str
+    columns: tuple[str, ...]
+    within: float
+    since: float
+
+
+@dataclass(frozen=True)
 class Relaxation:
     """Dynamic relaxation to equilibrium: within `longest` [s], until the unbalanced force is below
-    `tolerance` of the inner ones.
+    `tolerance` of the inner ones, or a probe is steady.
     """
 
     longest: float
     tolerance: float
+    until: SteadyProbe | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ import numpy as np
 from softsim.builder import conditions, contact, loads, passage, rigid, roles, self_contact, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.cables import built_cables, cable_points, end_drags, placed_cables
-from softsim.builder.ending import end_time
+from softsim.builder.ending import end_time, refuse_steady_probe, steady_probe
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.builder.profiles import share_profile
@@ -180,9 +180,10 @@ def relaxation(names: Names) -> Relaxation | None:
     """Settings of a static procedure; None for a dynamic one."""
     scene = names.scene
     if scene.time.procedure == "dynamic":
+        refuse_steady_probe(names)
         return None
     longest = LONGEST_RELAXATION if scene.time.settle is None else scene.time.settle
-    return Relaxation(longest, scene.solver.equilibrium_tolerance)
+    return Relaxation(longest, scene.solver.equilibrium_tolerance, steady_probe(names))
 
 
 def settling(names: Names) -> Relaxation | None:

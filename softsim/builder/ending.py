@@ -1,8 +1,10 @@
-"""When a run ends: at its time, or with a pressure cycle before."""
+"""When a run ends: at its time, with a pressure cycle before, a static one with a steady probe."""
 
-from softsim.builder.names import Names
+from softsim.builder.names import Names, close_names
 from softsim.errors import SceneError
 from softsim.loads.pressure import FollowerPressure
+from softsim.model import SteadyProbe
+from softsim.scene.outputs import probe_columns
 
 
 def end_time(names: Names, chamber: FollowerPressure | None) -> float:
@@ -30,6 +32,32 @@ def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -
         f"the run waits for {asked} pressure cycles, and '{name}' makes {most:g}",
         f"write at most {most:g}, or raise loads.{name}.profile.count",
     )
+
+
+def steady_probe(names: Names) -> SteadyProbe | None:
+    """The probe at whose rest a static run may end, if it names one."""
+    time, probes = names.scene.time, names.scene.output.probes
+    if time.until is None:
+        return None
+    name = time.until.probe
+    if name not in probes:
+        raise names.loaded.error(
+            ("time", "until", "probe"),
+            f"there is no probe '{name}'",
+            close_names(name, list(probes), "probes") if probes else "give output.probes",
+        )
+    columns = probe_columns(name, probes[name].kind, "xyz"[: names.dimension])
+    return SteadyProbe(name, tuple(columns), time.until.within, time.end)
+
+
+def refuse_steady_probe(names: Names) -> None:
+    """What a dynamic run is asked to wait for."""
+    if names.scene.time.until is not None:
+        raise names.loaded.error(
+            ("time", "until"),
+            "a dynamic run does not come to rest: a steady probe ends static ones",
+            "write procedure: static, or leave until out",
+        )
 
 
 def _refused(names: Names, problem: str) -> SceneError:

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 if TYPE_CHECKING:  # studies read this before Taichi is needed
-    from softsim.model import Model
+    from softsim.model import Model, SteadyProbe
+
+# Rows of the history that a probe is seen in before it counts as steady.
+LEAST_ROWS = 16
 
 
 class StopCondition(Protocol):
@@ -53,3 +56,31 @@ class CycleLimit:
     def see_row(self, row: Mapping[str, float]) -> None:
         """A row of the history."""
         self.is_over = self.is_over or row["cycles_done"] >= self.cycles
+
+
+class ProbeAtRest:
+    """Ends a static run when a probe is steady.
+
+    Over the last half of the time, what decays as exp(-t / T) changes by more than what is left of
+    it once t > T log 4, and what decays as 1 / t by as much.
+    """
+
+    def __init__(self, probe: "SteadyProbe") -> None:
+        self.probe = probe
+        self.name = f"probe '{probe.name}' at rest"
+        self.is_over = False
+        self.times: list[float] = []
+        self.values: list[list[float]] = []
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """A row of the history."""
+        probe, now = self.probe, row["time"]
+        if now < probe.since:
+            return
+        self.times.append(now)
+        self.values.append([row[column] for column in probe.columns])
+        late = np.searchsorted(self.times, 0.5 * (probe.since + now))
+        if len(self.times) - late >= LEAST_ROWS:
+            seen = np.array(self.values[late:])
+            change = float(np.linalg.norm(np.ptp(seen, axis=0)))
+            self.is_over |= change <= probe.within * float(np.linalg.norm(seen[-1]))

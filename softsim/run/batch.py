@@ -83,7 +83,9 @@ class Batch:
         for run in self.runs:
             run.write_summary("running", {})
         end = max(run.model.end_time for run in self.runs)
-        report = ProgressReport(console, end, self.solver.time)
+        relaxation = self.runs[0].model.relaxation  # a static run is alone
+        tolerance = float("nan") if relaxation is None else relaxation.tolerance
+        report = ProgressReport(console, end, self.solver.time, tolerance)
         status = "aborted"
         try:
             with stop_signals() as asked:
@@ -108,7 +110,12 @@ class Batch:
                 self._interrupt(signal.Signals(asked[0]).name)
             self.do_blocks()
             slowest = min(running, key=lambda run: run.scenario.time)
-            report.update(slowest.scenario.time, slowest.energy_error, slowest.contact_count)
+            report.update(
+                slowest.scenario.time,
+                slowest.energy_error,
+                slowest.contact_count,
+                slowest.unbalanced_share,
+            )
             since = time.monotonic() - last_checkpoint
             if since >= min(run.output.checkpoint_interval for run in running):
                 self.checkpoint()

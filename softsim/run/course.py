@@ -25,6 +25,7 @@ from softsim.output.progress import Progress
 from softsim.output.stop_conditions import (
     CycleLimit,
     MakesStopCondition,
+    ProbeAtRest,
     StopCondition,
     ended_by,
     see_history,
@@ -91,7 +92,7 @@ class Run:
         self.estimator = estimator(self.model)
         self.given_conditions = given_conditions
         self.finished = False
-        self.energy_error, self.contact_count = 0.0, 0
+        self.energy_error, self.contact_count, self.unbalanced_share = 0.0, 0, float("nan")
         self.outcome: Results | SoftsimError | None = None
 
     def begin(self, settled: float | None) -> None:
@@ -288,6 +289,7 @@ class Run:
         scenario.solver.clear_impulses(scenario.number)
         error = self.energy_error = seen.row["energy_error"]
         self.contact_count = int(seen.row["contact_count"])
+        self.unbalanced_share = seen.row.get("unbalanced_share", float("nan"))
         progress.largest_energy_error = max(progress.largest_energy_error, error)
         if not error <= self.model.energy_error_limit:
             energies = asdict(seen.energies)
@@ -390,6 +392,8 @@ def conditions_of_scene(model: Model) -> list[StopCondition]:
         conditions.append(PassageCondition(model.passage))
     if model.cycles is not None:
         conditions.append(CycleLimit(model.cycles))
+    if model.relaxation is not None and model.relaxation.until is not None:
+        conditions.append(ProbeAtRest(model.relaxation.until))
     return conditions
 
 

@@ -29,6 +29,16 @@ from softsim.scene.quantities import (
 from softsim.scene.surroundings import Contact, Environment
 
 
+class SteadyProbe(Part):
+    """A probe at whose rest a static run may end."""
+
+    probe: Text = Field(description="One of `output.probes`.")
+    within: Number = Field(
+        gt=0.0, lt=1.0, description="Share of its value within which it has stayed for the last "
+        "half of the time since `end`. What decays, by itself or by its time, is nearer than that."
+    )  # fmt: skip
+
+
 class Time(Part):
     """How long, in which steps."""
 
@@ -47,6 +57,10 @@ class Time(Part):
         "dynamic run: before t = 0 all comes to rest under weight, contact and friction, with "
         "motors and pressures off; without it bodies start as they are meshed. Of a static run: "
         "after `end`; 10 s without it."
+    )  # fmt: skip
+    until: SteadyProbe | None = Field(
+        default=None, description="A static run ends, too, when this probe is steady, which it may "
+        "be long before forces balance."
     )  # fmt: skip
     increment: AutoOrPositiveTime = Field(
         default="auto", description="Time step; auto: the stable one times solver.safety_factor."

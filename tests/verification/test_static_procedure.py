@@ -183,3 +183,26 @@ time: {end: 100 ms, procedure: static}
         sags.append((model.points - solver.positions()[0])[tip, 1].mean())
     assert sags[0] > 5e-3
     assert np.isclose(sags[1], sags[0], rtol=1e-3)
+
+
+def test_a_steady_probe_ends_it(run):
+    """Within the share of its rest that was asked for, before forces balance."""
+    text = hanging("plane_strain").replace("static}", "static, until: {probe: tip, within: 0.02}}")
+    ended = run(text, "output.history_interval=0.1 ms", out="steady")
+    whole = run(hanging("plane_strain"))
+    assert ended.summary["ended_by"] == "probe 'tip' at rest"
+    assert ended.summary["simulated_time"] < whole.summary["simulated_time"]
+    assert ended.history["tip_y"][-1] == pytest.approx(whole.history["tip_y"][-1], rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "override, message",
+    [
+        ("time.until={probe: tap, within: 0.1}", "there is no probe 'tap'"),
+        ("time={end: 1 s, until: {probe: tip, within: 0.1}}", "does not come to rest"),
+    ],
+)
+def test_a_probe_that_cannot_end_it(build, override, message):
+    with pytest.raises(SceneError) as caught:
+        build(hanging("plane_strain"), override)
+    assert message in caught.value.message
