@@ -18,7 +18,7 @@ from softsim.chain.ground import (
 from softsim.chain.loading import LoadedChain
 from softsim.chain.motor import TURNS, Motor
 from softsim.chain.refusals import refuse_masses, refuse_rows, refuse_steps
-from softsim.chain.schema import ChainScene
+from softsim.scene.chain import ChainScene
 
 
 def build_chain(loaded: LoadedChain) -> Chain:

@@ -1,7 +1,7 @@
 """A chain: its nodes, links and all that acts on them."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -45,6 +45,10 @@ class Chain:
     def node_count(self) -> int:
         """n."""
         return len(self.masses)
+
+    def driven_at(self, frequency: float) -> "Chain":
+        """The chain with its motor at another frequency [Hz]."""
+        return replace(self, motor=self.motor.at(frequency))
 
     @cached_property
     def workers(self) -> dict[str, Force]:

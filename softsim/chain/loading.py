@@ -1,36 +1,20 @@
 """A chain from a file, or one that ships with softsim from its name."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
-from softsim.chain.schema import ChainScene
 from softsim.errors import Option, SceneError
-from softsim.scene.loading import overridden, read_scene, valid
+from softsim.scene.chain import ChainScene
+from softsim.scene.loading import Loaded, overridden, read_scene, validated_as
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.resolved import resolved_text
 from softsim.scene.robots import LIBRARY
-from softsim.scene.tree import Keys, Tree, nearest, replaced
+from softsim.scene.tree import Keys, Tree, replaced
 from softsim.scene.yaml_reading import is_file
 
 CHAINS = LIBRARY / "chain"
 
 
-@dataclass(frozen=True)
-class LoadedChain:
-    """A valid chain, its file, and where it says what."""
-
-    scene: ChainScene
-    path: Path
-    tree: Tree
-
-    def error(self, keys: Keys, message: str, hint: str = "") -> SceneError:
-        """An error at the value of `keys`, or at the nearest value above it that is written."""
-        return SceneError(message, hint, nearest(self.tree, keys)[0].origin)
-
-    def resolved(self) -> str:
-        """A file with every value, also the defaults, and where each comes from."""
-        return resolved_text(self.scene, self.tree)
+LoadedChain = Loaded[ChainScene]
 
 
 def chain_names() -> list[str]:
@@ -60,7 +44,7 @@ def load_chain(
     for flag, (keys, text) in options.items():
         origin = Option(f"{flag} {text}")
         tree = replaced(tree, keys, Tree(text, origin, origin, text))
-    return LoadedChain(valid(ChainScene, tree), path, tree)
+    return validated_as(ChainScene, tree, path)
 
 
 def _file(name: Path) -> Path:

@@ -10,7 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from softsim.chain.chain import Chain
 from softsim.chain.ground import touching
 from softsim.chain.integrators import INTEGRATORS
-from softsim.chain.schema import Time
+from softsim.scene.chain import Time
 
 UNSETTLED = 0.1
 """Share of the speed by which the mean over a turn differs before the chain has settled."""

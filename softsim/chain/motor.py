@@ -1,12 +1,11 @@
 """A motor that turns an eccentric mass in the x-z plane."""
 
-from dataclasses import dataclass
-from typing import Literal
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-Rotation = Literal["counterclockwise", "clockwise"]
-TURNS: dict[Rotation, int] = {"counterclockwise": 1, "clockwise": -1}
+TURNS = {"counterclockwise": 1, "clockwise": -1}
 """Sense of rotation, seen with x to the right and z up."""
 
 
@@ -22,6 +21,11 @@ class Motor:
     moment: float
     angular_velocity: float
     shares: np.ndarray
+
+    def at(self, frequency: float) -> "Motor":
+        """The motor at another frequency [Hz], the same way round."""
+        speed = math.copysign(math.tau * frequency, self.angular_velocity)
+        return replace(self, angular_velocity=speed)
 
     @property
     def force(self) -> float:

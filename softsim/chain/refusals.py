@@ -4,7 +4,7 @@ import math
 
 from softsim.chain.integrators import REAL_STABILITY
 from softsim.chain.loading import LoadedChain
-from softsim.chain.schema import ChainScene
+from softsim.scene.chain import ChainScene
 from softsim.units import format_quantity
 
 LEAST_STEPS = 10
@@ -59,7 +59,8 @@ def refuse_steps(loaded: LoadedChain) -> None:
     fastest. SceneError.
     """
     s = loaded.scene
-    h, turn = s.time.increment, 1.0 / s.motor.frequency
+    fastest = max(s.motor.frequency, *s.motor.further.values(), 0.0)
+    h, turn = s.time.increment, 1.0 / fastest
     if not h < s.time.end <= h * MOST_STEPS:
         raise loaded.error(
             ("time", "end"),

@@ -42,6 +42,10 @@ def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
         began = time.monotonic()
         motion = simulate(chain, loaded.scene.time)
         told = measures(motion)
+        further = {
+            name: measures(simulate(chain.driven_at(frequency), loaded.scene.time))["speed"]
+            for name, frequency in loaded.scene.motor.further.items()
+        }
         summary = {
             "status": "done",
             "model": MODEL,
@@ -54,6 +58,7 @@ def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
             "simulated_time": motion.times[-1],
             "wall_time": time.monotonic() - began,
             **told,
+            "further_speeds": further,
         }
         _write_history(motion, loaded.scene.time.row_interval, folder / HISTORY)
         target.write_json_atomic(SUMMARY, summary)

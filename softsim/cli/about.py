@@ -43,7 +43,7 @@ def schema(
     """Print the JSON schema of scenes, studies or chains, with which an editor completes and checks
     keys.
     """
-    from softsim.chain.schema import chain_json_schema
+    from softsim.scene.chain import chain_json_schema
     from softsim.scene.schema import scene_json_schema
     from softsim.study.schema import study_json_schema
 

@@ -121,8 +121,5 @@ def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:
 
 def run_command(case: Case) -> str:
     """What runs a case alone: its overrides, as one types them."""
-    source = case.source
-    words = ["softsim", "run", str(source.scene)]
-    if source.robot is not None:
-        words = ["softsim", "assess", str(source.scene), "--robot", source.robot]
-    return shlex.join([*words, *(word for one in case.overrides for word in ("--set", one))])
+    settings = (word for one in case.overrides for word in ("--set", one))
+    return shlex.join([*case.source.command, *settings])

@@ -17,7 +17,7 @@ from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.batch import Batch
 from softsim.run.course import Results
 from softsim.run.files import RunFiles, fitting_checkpoint
-from softsim.scene.loading import LoadedScene, load_scene
+from softsim.scene.loading import Loaded, LoadedScene, load_scene
 from softsim.solver.memory import refuse_before_start, scenarios_that_fit
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
@@ -58,7 +58,7 @@ def run(
     """
     choice = choose(device, threads)
     console = console or Console()
-    loaded = scene if isinstance(scene, LoadedScene) else load_scene(scene, overrides)
+    loaded = scene if isinstance(scene, Loaded) else load_scene(scene, overrides)
     model = build_model(loaded)
     refuse_before_start(model, choice.device)
     target = RunFolder(out or Path("runs") / loaded.path.stem)

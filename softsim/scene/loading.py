@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -24,10 +24,10 @@ Kind = TypeVar("Kind", bound=BaseModel)
 
 
 @dataclass(frozen=True)
-class LoadedScene:
-    """A valid scene and where it says what; `folder` holds its file."""
+class Loaded(Generic[Kind]):
+    """A valid scene, of one kind or another, and where it says what; `folder` holds its file."""
 
-    scene: Scene
+    scene: Kind
     path: Path
     folder: Path
     tree: Tree
@@ -52,6 +52,9 @@ class LoadedScene:
         if not is_file(path):
             raise self.error(keys, f"{title(keys)}: there is no file {path}")
         return path
+
+
+LoadedScene = Loaded[Scene]
 
 
 def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
@@ -82,9 +85,18 @@ def read_part(folder: Path, named: Tree) -> Tree:
 
 def validated(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedScene:
     """The scene that a tree is, once overrides have won. SceneError as load_scene."""
+    return validated_as(Scene, tree, path, overrides)
+
+
+def validated_as(
+    root: type[Kind], tree: Tree, path: Path, overrides: Sequence[str] = ()
+) -> Loaded[Kind]:
+    """What a tree is, as the class of its whole file, once overrides have won. SceneError as
+    load_scene.
+    """
     for override in overrides:
-        tree = overridden(tree, override)
-    return LoadedScene(valid(Scene, tree), path, path.parent, tree)
+        tree = overridden(tree, override, root)
+    return Loaded(valid(root, tree), path, path.parent, tree)
 
 
 def valid(root: type[Kind], tree: Tree) -> Kind:

@@ -22,19 +22,20 @@ from softsim.scene.schema import Scene
 
 @dataclass(frozen=True)
 class Measure:
-    """A name in summary.json. unit: SI, empty for bare numbers and texts; per_cycle: a list with a
-    number a pressure cycle; is_label: a text.
+    """A name in summary.json. unit: SI, empty for bare numbers and texts; listed: of what it has a
+    number each, where it is a list; is_label: a text.
     """
 
     unit: str = ""
-    per_cycle: bool = False
+    listed: str = ""
     is_label: bool = False
 
 
 LENGTH, SPEED, PRESSURE = Measure("m"), Measure("m/s"), Measure("Pa")
 FORCE, TIME, FREQUENCY = Measure("N"), Measure("s"), Measure("Hz")
 NUMBER, LABEL = Measure(), Measure(is_label=True)
-LENGTHS, PRESSURES = Measure("m", per_cycle=True), Measure("Pa", per_cycle=True)
+CYCLES, NODES = "pressure cycle", "node"
+LENGTHS, PRESSURES = Measure("m", listed=CYCLES), Measure("Pa", listed=CYCLES)
 
 OF_RUNS = {
     "simulated_time": TIME,

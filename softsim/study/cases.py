@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import BaseModel
 
@@ -15,8 +15,11 @@ import softsim
 from softsim import __version__
 from softsim.errors import Option, SceneError
 from softsim.scene.assessment import layout_tree
-from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
+from softsim.scene.chain import ChainScene, produced_by_chain
+from softsim.scene.loading import Loaded, overridden, read_scene, validated_as
+from softsim.scene.measures import Measure, produced
 from softsim.scene.resolved import flow_text
+from softsim.scene.schema import Scene
 from softsim.scene.tree import Keys, Origin, Tree
 
 Value = float | str
@@ -28,10 +31,52 @@ stopped it; its process died, each time that it was tried; it was not run yet.""
 
 @dataclass(frozen=True)
 class Source:
-    """A scene file, with the standard robot that is put into it where it is a bare layout."""
+    """A scene file, with the standard robot that is put into it where it is a bare layout.
+
+    root: the class of the whole file.
+    """
 
     scene: Path
     robot: str | None = None
+
+    root: ClassVar[type[BaseModel]] = Scene
+
+    def tree(self) -> Tree:
+        """What its files say. SceneError as load_scene."""
+        if self.robot is None:
+            return read_scene(self.scene)
+        return layout_tree(self.scene, self.robot)
+
+    def produced(self, scene: Any) -> dict[str, Measure]:
+        """What a run of a scene of it tells, by name."""
+        return produced(scene)
+
+    @property
+    def command(self) -> tuple[str, ...]:
+        """What runs it."""
+        if self.robot is None:
+            return ("softsim", "run", str(self.scene))
+        return ("softsim", "assess", str(self.scene), "--robot", self.robot)
+
+
+@dataclass(frozen=True)
+class ChainSource(Source):
+    """The file of a chain."""
+
+    root = ChainScene
+
+    def produced(self, scene: Any) -> dict[str, Measure]:
+        """What a run of a chain tells, by name."""
+        return produced_by_chain(scene)
+
+    @property
+    def command(self) -> tuple[str, ...]:
+        """What runs it."""
+        return ("softsim", "chain", str(self.scene))
+
+
+SOURCES: dict[str, type[Source]] = {"finite_elements": Source, "chain": ChainSource}
+"""What a study calls the model -> its files."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +116,8 @@ def setting(path: str, value: Tree) -> Setting:
     return Setting(path, flow_text(value), value.key_origin, value.origin)
 
 
-def with_settings(tree: Tree, settings: Sequence[Setting]) -> Tree:
-    """A scene's tree with the settings, of which later ones win.
+def with_settings(root: type[BaseModel], tree: Tree, settings: Sequence[Setting]) -> Tree:
+    """The tree of a file of the class `root` with the settings, of which later ones win.
 
     Raises
     ------
@@ -80,14 +125,17 @@ def with_settings(tree: Tree, settings: Sequence[Setting]) -> Tree:
     """
     for one in settings:
         try:
-            tree = overridden(tree, one.override)
+            tree = overridden(tree, one.override, root)
         except SceneError as error:
             raise SceneError(error.message, error.hint, one.path_origin) from None
     return tree
 
 
-def scene_with(tree: Tree, source: Source, settings: Sequence[Setting]) -> LoadedScene:
-    """The scene of a source, of which `tree` is what its files say, with the settings.
+def scene_with(
+    root: type[BaseModel], tree: Tree, path: Path, settings: Sequence[Setting]
+) -> Loaded[Any]:
+    """The scene at `path`, of the class `root`, of which `tree` is what its files say, with the
+    settings.
 
     Raises
     ------
@@ -96,7 +144,7 @@ def scene_with(tree: Tree, source: Source, settings: Sequence[Setting]) -> Loade
     """
     places = {f"--set {one.override}": one.origin for one in settings}
     try:
-        return validated(with_settings(tree, settings), source.scene, ())
+        return validated_as(root, with_settings(root, tree, settings), path)
     except SceneError as error:
         raise _at_the_study(error, places) from None
 
@@ -146,16 +194,9 @@ def _is_at_or_below(path: str, above: str) -> bool:
     return path == above or path.startswith(above + ".")
 
 
-def load_source(source: Source, overrides: Sequence[str] = ()) -> LoadedScene:
+def load_source(source: Source, overrides: Sequence[str] = ()) -> Loaded[Any]:
     """The scene of a source, its files read anew. SceneError as load_scene."""
-    return validated(source_tree(source), source.scene, overrides)
-
-
-def source_tree(source: Source) -> Tree:
-    """What the files of a source say. SceneError as load_scene."""
-    if source.robot is None:
-        return read_scene(source.scene)
-    return layout_tree(source.scene, source.robot)
+    return validated_as(source.root, source.tree(), source.scene, overrides)
 
 
 @lru_cache(maxsize=4096)
@@ -164,8 +205,8 @@ def known_tree(source: Source, overrides: tuple[str, ...] = ()) -> Tree:
     share what they begin with: of ten thousand each costs some milliseconds. SceneError.
     """
     if not overrides:
-        return source_tree(source)
-    return overridden(known_tree(source, overrides[:-1]), overrides[-1])
+        return source.tree()
+    return overridden(known_tree(source, overrides[:-1]), overrides[-1], source.root)
 
 
 def forget_files() -> None:
@@ -173,12 +214,13 @@ def forget_files() -> None:
     known_tree.cache_clear()
 
 
-def resolved(case: Case) -> LoadedScene:
+def resolved(case: Case) -> Loaded[Any]:
     """The scene of a case, of files read before. SceneError as load_scene."""
-    return validated(known_tree(case.source, case.overrides), case.source.scene, ())
+    tree = known_tree(case.source, case.overrides)
+    return validated_as(case.source.root, tree, case.source.scene)
 
 
-def case_key(loaded: LoadedScene) -> str:
+def case_key(loaded: Loaded[Any]) -> str:
     """Digest of all that decides the result of a run: the same for cases that ask for the same.
 
     That is every value of the scene, the files that it names, softsim's version and sources.

@@ -3,10 +3,11 @@ the others. What only fails in another combination is a failed row of the table.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from softsim.errors import SceneError
-from softsim.scene.loading import LoadedScene
-from softsim.study.cases import Source, Value, file_keys, known_tree, refuse_overwriting, scene_with
+from softsim.scene.loading import Loaded
+from softsim.study.cases import Value, file_keys, known_tree, refuse_overwriting, scene_with
 from softsim.study.design import Composition
 from softsim.study.factors import Factor
 from softsim.study.repeats import Perturbation
@@ -14,7 +15,7 @@ from softsim.study.repeats import Perturbation
 
 def checked_scenes(
     composition: Composition, perturbed: Sequence[Perturbation]
-) -> list[LoadedScene]:
+) -> list[Loaded[Any]]:
     """The scenes with which the study was checked, the first with the first value of each factor.
 
     Raises
@@ -51,23 +52,23 @@ def refuse_conflicts(composition: Composition) -> None:
         earlier.extend(one for of_value in settings for one in of_value)
 
 
-def scene_of(composition: Composition, values: Mapping[str, Value]) -> LoadedScene:
+def scene_of(composition: Composition, values: Mapping[str, Value]) -> Loaded[Any]:
     """The scene of a case with these values, whose files are there. SceneError."""
     source = composition.source(values)
-    loaded = scene_with(known_tree(source), source, composition.settings(values))
+    settings = composition.settings(values)
+    loaded = scene_with(source.root, known_tree(source), source.scene, settings)
     for keys in file_keys(loaded.scene):
         loaded.resolve_file(keys)
     return loaded
 
 
 def refuse_wrong_repeat(
-    loaded: LoadedScene, perturbed: Sequence[Perturbation], repeat: int
+    loaded: Loaded[Any], perturbed: Sequence[Perturbation], repeat: int
 ) -> None:
     """A repeat must be a scene too. SceneError at the deviation."""
     settings = [one.setting(loaded, repeat) for one in perturbed]
-    source = Source(loaded.path)
     try:
-        scene_with(loaded.tree, source, settings)
+        scene_with(type(loaded.scene), loaded.tree, loaded.path, settings)
     except SceneError as error:
         message = f"in repeat {repeat}: {error.message}"
         hint = "a smaller deviation keeps within limits"

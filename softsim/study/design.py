@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from softsim.errors import SceneError
@@ -11,6 +11,7 @@ from softsim.scene.reporting import did_you_mean
 from softsim.scene.robots import robot_names
 from softsim.scene.tree import Tree, child, entries, listed, nearest
 from softsim.study.cases import (
+    SOURCES,
     Setting,
     Source,
     Value,
@@ -109,8 +110,11 @@ def _levels(factor: Factor) -> Sequence[Value]:
 
 @dataclass(frozen=True)
 class Composition:
-    """What all cases share, and what varies. scene: None where a factor chooses it."""
+    """What all cases share, and what varies. kind: of the scenes; scene: None where a factor
+    chooses it.
+    """
 
+    kind: type[Source]
     scene: Path | None
     robot: str | None
     shared: tuple[Setting, ...]
@@ -121,7 +125,7 @@ class Composition:
         chosen = [factor.scene(values[factor.axis.name]) for factor in self.factors]
         scene = next((path for path in chosen if path is not None), self.scene)
         assert scene is not None  # composed has seen to it
-        return Source(scene, self.robot)
+        return self.kind(scene, self.robot)
 
     def settings(self, values: Mapping[str, Value]) -> tuple[Setting, ...]:
         """What is set in it, in the order of the factors."""
@@ -137,6 +141,8 @@ def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -
     SceneError: a scene, a robot, a key or values that are not there.
     """
     refuse_unknown_robot(tree)
+    if study.model == "chain":
+        refuse_what_chains_lack(tree)
     refuse_other_than_one_scene(study, tree)
     if isinstance(study.design, ListDesign):
         refuse_incomplete_rows(tree, list(study.factors))
@@ -150,9 +156,9 @@ def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -
     }
     named = child(tree, "scene")
     scene = scene_file(named, folder) if named is not None else None
-    alone = Composition(scene, study.robot, shared, tuple(scenes.values()))
+    alone = Composition(SOURCES[study.model], scene, study.robot, shared, tuple(scenes.values()))
     source = alone.source({name: factor.tried[0] for name, factor in scenes.items()})
-    base = with_settings(known_tree(source), shared)
+    base = with_settings(source.root, known_tree(source), shared)
     factors: list[Factor] = []
     for name, part in study.factors.items():
         if isinstance(part, ScenesFactor):
@@ -161,10 +167,10 @@ def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -
         in_list = None
         if isinstance(study.design, ListDesign):
             in_list = [row[name] for row in rows(tree)]
-        factor = factor_in(name, part, held[name], base, in_list)
-        base = with_settings(base, factor.settings(factor.tried[0]))
+        factor = factor_in(name, part, held[name], source.root, base, in_list)
+        base = with_settings(source.root, base, factor.settings(factor.tried[0]))
         factors.append(factor)
-    return Composition(scene, study.robot, shared, tuple(factors))
+    return replace(alone, factors=tuple(factors))
 
 
 def refuse_unknown_robot(tree: Tree) -> None:
@@ -173,6 +179,17 @@ def refuse_unknown_robot(tree: Tree) -> None:
     if robot is not None and robot.value is not None and robot.text not in robot_names():
         hint = did_you_mean(robot.text, robot_names())
         raise SceneError(f"there is no robot {robot.text!r}", hint, robot.origin)
+
+
+def refuse_what_chains_lack(tree: Tree) -> None:
+    """SceneError at a robot that a chain is to take, or at trials of it that are to be stopped."""
+    robot, objective = child(tree, "robot"), child(tree, "optimize")
+    if robot is not None and robot.value is not None:
+        raise SceneError("a chain is a robot already", "leave robot out", robot.key_origin)
+    prune = None if objective is None else child(objective, "prune")
+    if prune is not None and prune.value is not None:
+        hint = "leave prune out: a chain takes seconds"
+        raise SceneError("trials of a chain are not stopped early", hint, prune.key_origin)
 
 
 def refuse_other_than_one_scene(study: Study, tree: Tree) -> None:

@@ -5,11 +5,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pydantic import BaseModel
+
 from softsim.errors import SceneError
 from softsim.scene.loading import keys_at
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.resolved import flow_text
-from softsim.scene.schema import Scene
 from softsim.scene.structure import place_in
 from softsim.scene.tree import Origin, Tree, child, entries, listed
 from softsim.scene.yaml_reading import is_file
@@ -124,13 +125,14 @@ def factor_in(
     name: str,
     part: KeyFactor | VariantsFactor,
     tree: Tree,
+    root: type[BaseModel],
     base: Tree,
     in_list: Sequence[Tree] | None,
 ) -> Factor:
     """A factor that sets keys of the scene.
 
-    tree: what the study says of it; base: of the scene, with what comes before it; in_list: what
-    the cases of a list give it, None in other designs.
+    tree: what the study says of it; root: the class of the scene's file; base: of the scene, with
+    what comes before it; in_list: what the cases of a list give it, None in other designs.
 
     Raises
     ------
@@ -144,7 +146,7 @@ def factor_in(
         return LabelFactor(Axis(name, is_label=True, about=part.about), choices)
     path = child(tree, "key")
     assert path is not None  # pydantic has seen to it
-    place = place_in(Scene, base, keys_at(base, part.key, path.origin))
+    place = place_in(root, base, keys_at(base, part.key, path.origin, root))
     written = written_values(name, part, tree, in_list)
     reading = reading_of(place, written)
     if reading is None:

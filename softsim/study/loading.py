@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from softsim.errors import Option, SceneError
-from softsim.scene.measures import Measure, produced
+from softsim.scene.measures import Measure
 from softsim.scene.reporting import scene_error
 from softsim.scene.tree import Keys, Scalar, Tree, entries, nearest, plain
 from softsim.scene.yaml_reading import read_file
@@ -144,7 +144,11 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
     if design is not None:
         refuse_misfit(design, composition.factors, tree)
     scenes = checked_scenes(composition, perturbed)
-    told = {name: measure for one in scenes for name, measure in produced(one.scene).items()}
+    told = {
+        name: measure
+        for one in scenes
+        for name, measure in composition.kind(one.path).produced(one.scene).items()
+    }
     measures = tuple(
         measure_column(name, part, nearest(tree, ("measures", name))[0], told)
         for name, part in study.measures.items()

@@ -46,7 +46,7 @@ class MeasureColumn(Axis):
 
 
 def taken(values: Sequence[float | None], take: str | None) -> float | None:
-    """One number of a list with one a pressure cycle; None where it has none."""
+    """One number of a list; None where it has none."""
     known = [value for value in values if value is not None]
     if not known:
         return None
@@ -75,10 +75,10 @@ def measure_column(
         message = f"no run of this scene tells {part.of!r}"
         raise _refusal(tree, "of", message, did_you_mean(part.of, list(produced)))
     measure = produced[part.of]
-    if measure.per_cycle and part.take is None:
+    if measure.listed and part.take is None:
         hint = "give take: first, last, mean, min or max"
-        raise _refusal(tree, "of", f"{part.of} has a number a pressure cycle", hint)
-    if part.take is not None and not measure.per_cycle:
+        raise _refusal(tree, "of", f"{part.of} has a number a {measure.listed}", hint)
+    if part.take is not None and not measure.listed:
         raise _refusal(tree, "take", f"{part.of} is one value, no list", "leave take out")
     unit = _usual(measure) if part.unit is None else part.unit
     try:

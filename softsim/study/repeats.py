@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from softsim.errors import SceneError
-from softsim.scene.loading import LoadedScene, keys_at
+from softsim.scene.loading import Loaded, keys_at
 from softsim.scene.part import Part
-from softsim.scene.schema import Scene
 from softsim.scene.structure import Place, place_in
 from softsim.scene.tree import Keys, Tree
 from softsim.study.cases import Setting
@@ -41,15 +40,16 @@ class Perturbation:
         """
         return int(self.draws.argmin()) + 1, int(self.draws.argmax()) + 1
 
-    def setting(self, loaded: LoadedScene, repeat: int) -> Setting:
+    def setting(self, loaded: Loaded[Any], repeat: int) -> Setting:
         """What repeat number `repeat`, from 1, sets in a scene.
 
         Raises
         ------
         SceneError: the scene has no number there, or one of another kind than the deviation.
         """
-        keys = keys_at(loaded.tree, self.path, self.written.key_origin)
-        place = place_in(Scene, loaded.tree, keys)
+        root = type(loaded.scene)
+        keys = keys_at(loaded.tree, self.path, self.written.key_origin, root)
+        place = place_in(root, loaded.tree, keys)
         value = value_at(loaded.scene, keys)
         if place is None or place.is_whole or not isinstance(value, float):
             hint = "a key with a quantity or a number can be, once it has one"
@@ -86,7 +86,7 @@ def perturbations(repeats: Repeats | None, perturb: Mapping[str, Tree]) -> tuple
     )
 
 
-def value_at(scene: Scene, keys: Keys) -> Any:
+def value_at(scene: Part, keys: Keys) -> Any:
     """What a scene has at `keys`, SI."""
     held: Any = scene
     for key in keys:

@@ -141,7 +141,7 @@ class MeasurePart(Part):
 
     of: Text = Field(description='Name in summary.json, dotted into mappings: "layout.verdict".')
     take: Literal["first", "last", "mean", "min", "max"] | None = Field(
-        default=None, description="Which of a list that has a number a pressure cycle."
+        default=None, description="Which of a list, with a number a pressure cycle or node."
     )
     unit: Text | None = Field(
         default=None, description="In which it is shown, such as mm; a usual one by default."
@@ -239,6 +239,10 @@ class Study(Part):
     robot: Text | None = Field(
         default=None, description="Standard robot that is put into the scene, a bare layout."
     )
+    model: Literal["finite_elements", "chain"] = Field(
+        default="finite_elements", description="What scene files are of: chain, those that "
+        "`softsim chain` takes."
+    )  # fmt: skip
     set: dict[Text, Any] = Field(
         default={}, description="What all cases share: {PATH: VALUE}, as --set has it."
     )

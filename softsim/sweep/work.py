@@ -10,6 +10,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
@@ -25,8 +26,18 @@ from softsim.machine import chosen_device
 from softsim.output.checkpoint import read_checkpoint
 from softsim.output.folder import CHECKPOINT, HISTORY, RESULTS, explained, read_summary
 from softsim.output.history import thin_history
-from softsim.scene.loading import LoadedScene
-from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING, case_key, load_source
+from softsim.scene.loading import Loaded
+from softsim.study.cases import (
+    DONE,
+    FAILED,
+    LOST,
+    PRUNED,
+    WAITING,
+    ChainSource,
+    Source,
+    case_key,
+    load_source,
+)
 from softsim.sweep.job import (
     CASE,
     FAILURE,
@@ -128,7 +139,7 @@ def _thin(folder: Path) -> None:
 
 def simulate(jobs: Sequence[Job]) -> list[Exception | None]:
     """Run jobs, several that start anew side by side; what went wrong with each."""
-    together = [job for job in jobs if len(jobs) > 1 and not _goes_on(job)]
+    together = [job for job in jobs if len(jobs) > 1 and _can_be_joined(job)]
     faults = _faults_together(together)
     faults |= {job.key: _fault(job) for job in jobs if job.key not in faults}
     return [faults[job.key] for job in jobs]
@@ -136,17 +147,33 @@ def simulate(jobs: Sequence[Job]) -> list[Exception | None]:
 
 def _fault(job: Job) -> Exception | None:
     """Run a job; whatever goes wrong is told, so that the study goes on."""
-    from softsim.run import run
-
-    silent = Console(file=io.StringIO())
     try:
-        run(
-            scene_of(job), (), job.folder, job.device, _goes_on(job), silent, threads=1,
-            profile_after=math.inf, stop_conditions=job.stop_conditions,
-        )  # fmt: skip
+        RUNS[type(job.case.source)](job)
     except Exception as error:
         return error
     return None
+
+
+def _run_elements(job: Job) -> None:
+    from softsim.run import run
+
+    silent = Console(file=io.StringIO())
+    run(
+        scene_of(job), (), job.folder, job.device, _goes_on(job), silent, threads=1,
+        profile_after=math.inf, stop_conditions=job.stop_conditions,
+    )  # fmt: skip
+
+
+def _run_chain(job: Job) -> None:
+    from softsim.chain.running import run_chain
+
+    run_chain(scene_of(job), job.folder)
+
+
+RUNS: dict[type[Source], Callable[[Job], None]] = {
+    Source: _run_elements, ChainSource: _run_chain,
+}  # fmt: skip
+"""How the files of a case are run."""
 
 
 def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
@@ -154,7 +181,7 @@ def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
     from softsim.run import run_batch
 
     faults: dict[str, Exception | None] = {}
-    scenes: dict[str, LoadedScene] = {}
+    scenes: dict[str, Loaded[Any]] = {}
     for job in jobs:
         try:
             scenes[job.key] = scene_of(job)
@@ -177,7 +204,7 @@ def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
     return faults
 
 
-def scene_of(job: Job) -> LoadedScene:
+def scene_of(job: Job) -> Loaded[Any]:
     """The scene of a job, from its files. Raises SceneError: it is not what the key stands for."""
     loaded = load_source(job.case.source, job.case.overrides)
     if case_key(loaded) != job.key:
@@ -186,6 +213,11 @@ def scene_of(job: Job) -> LoadedScene:
             hint="start the study again: it runs what changed",
         )
     return loaded
+
+
+def _can_be_joined(job: Job) -> bool:
+    """Whether others can be computed beside it: finite elements that begin."""
+    return type(job.case.source) is Source and not _goes_on(job)
 
 
 def _goes_on(job: Job) -> bool:

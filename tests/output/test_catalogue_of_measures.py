@@ -92,5 +92,5 @@ def test_names_and_kinds(write_scene, parts):
     assert said_of_layouts - found_of_layouts <= {"layout.blocked_by"}
     for name in set(said) & set(found):
         measure, value = said[name], found[name]
-        assert isinstance(value, list) == measure.per_cycle, name
+        assert isinstance(value, list) == bool(measure.listed), name
         assert isinstance(value, str) == measure.is_label, name

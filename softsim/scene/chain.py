@@ -5,10 +5,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from softsim.chain.motor import Rotation
+from softsim.scene.measures import FORCE, FREQUENCY, LENGTH, NODES, NUMBER, SPEED, TIME, Measure
 from softsim.scene.part import Part
 from softsim.scene.quantities import (
     Angle,
+    Name,
     NotNegativeDamping,
     NotNegativeForce,
     NotNegativeGravity,
@@ -106,7 +107,10 @@ class Motor(Part):
         description="Its distance from the axis; 0 mm where the motor is off."
     )
     frequency: PositiveFrequency = Field(description="Turns a second.")
-    rotation: Rotation = Field(
+    further: dict[Name, PositiveFrequency] = Field(
+        default={}, description="Further frequencies, by name, at which the speed is found too."
+    )
+    rotation: Literal["counterclockwise", "clockwise"] = Field(
         default="counterclockwise", description="Seen with forward to the right; it begins at the "
         "lowest point."
     )  # fmt: skip
@@ -160,6 +164,33 @@ class ChainScene(Part):
         default=written("0.5 ms"), description="In which errors of the links' lengths die out."
     )
     time: Time = Field(default_factory=Time, description="How long, in which steps.")
+
+
+OF_CHAINS = {
+    "speed": SPEED,
+    "least_speed": SPEED,
+    "greatest_speed": SPEED,
+    "settling_time": TIME,
+    "contact_shares": Measure(listed=NODES),
+    "dominant_frequencies": Measure("Hz", listed=NODES),
+    "motor_force": FORCE,
+    "motor_frequency": FREQUENCY,
+    "head_displacement": LENGTH,
+    "head_height": LENGTH,
+    "head_depth": LENGTH,
+    "energy_error": NUMBER,
+    "length_error": LENGTH,
+    "node_count": NUMBER,
+    "increments": NUMBER,
+    "time_increment": TIME,
+    "simulated_time": TIME,
+    "wall_time": TIME,
+}
+
+
+def produced_by_chain(scene: ChainScene) -> dict[str, Measure]:
+    """What a run of a chain tells, by name, dotted into mappings: "further_speeds.fast"."""
+    return OF_CHAINS | {f"further_speeds.{name}": SPEED for name in scene.motor.further}
 
 
 def chain_json_schema() -> dict[str, Any]:
