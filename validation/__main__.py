@@ -9,6 +9,7 @@ from validation import (
     inclination,
     inflation_radius,
     leafbot,
+    leafbot_chain,
     leafbot_ramps,
     lowest_pressure,
     mode1_speed,
@@ -37,6 +38,7 @@ SCRIPTS = [
     critical_zones.SCRIPT,
     space.SCRIPT,
     leafbot.SCRIPT,
+    leafbot_chain.SCRIPT,
     leafbot_ramps.SCRIPT,
     convergence.SCRIPT,
 ]
