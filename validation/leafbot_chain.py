@@ -31,7 +31,7 @@ from validation.leafbot import (
     walking,
 )
 from validation.leafbot import speed as speed_of_elements
-from validation.motion import MILLI
+from validation.motion import MILLI, NAN
 from validation.script import Listing, Script
 from validation.verdicts import (
     Row,
@@ -112,10 +112,7 @@ def rows_of(chain: str, outcomes: Outcomes) -> Iterator[Row]:
     settled = all_between([outcome.number("settling_time") for outcome in flat], *SETTLING, "s")
     claim = f"{chain}: speed is reached in about 1 s"
     yield row(NAME, claim, f"{SETTLING[0]:g} to {SETTLING[1]:g} s", settled, flat)
-    off = [
-        float(np.abs(outcome.numbers("dominant_frequencies") - f).max(initial=0.0))
-        for f, outcome in zip(FREQUENCIES[ROWS], flat, strict=True)
-    ]
+    off = [farthest(outcome, f) for f, outcome in zip(FREQUENCIES[ROWS], flat, strict=True)]
     found = below(max(off), SAME, "Hz off")
     yield row(
         NAME, f"{chain}: every node shakes as the motor turns", f"within {SAME:g} Hz", found, flat
@@ -140,6 +137,12 @@ def rows_of(chain: str, outcomes: Outcomes) -> Iterator[Row]:
     found = judged(speed(steep) <= 0.0, shown(speed(steep), "mm/s"), speed(steep))
     claim = f"{chain}: does not climb {STEEP} deg"
     yield row(NAME, claim, "0 mm/s or less", found, [steep])
+
+
+def farthest(outcome: Outcome, frequency: float) -> float:
+    """Of the nodes' dominant frequencies from another one [Hz]."""
+    found = outcome.numbers("dominant_frequencies")
+    return float(np.abs(found - frequency).max()) if len(found) else NAN
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
