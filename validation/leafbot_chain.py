@@ -118,7 +118,7 @@ def rows_of(chain: str, outcomes: Outcomes) -> Iterator[Row]:
         NAME, f"{chain}: every node shakes as the motor turns", f"within {SAME:g} Hz", found, flat
     )
     shares = middle.numbers("contact_shares")
-    found = all_between(shares.tolist(), *JUMPS)
+    found = all_between(shares.tolist() or [NAN], *JUMPS)
     reference = f"on the ground {JUMPS[0]:g} to {JUMPS[1]:g} of the time"
     yield row(NAME, f"{chain}: all nodes jump at {MIDDLE} Hz", reference, found, [middle])
     depth = MILLI * middle.number("head_depth")
