@@ -16,11 +16,12 @@ from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
-from softsim.elements.geometry import Geometry
+from softsim.elements.geometry import Geometry, nodal_sums
 from softsim.elements.region import Region
 from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import FollowerPressure
 from softsim.mass_scaling import MassScaling
+from softsim.mesh.mesh import facet_owners
 from softsim.rigid.body import RigidBodyData
 from softsim.sharing import Own, alike
 
@@ -64,6 +65,17 @@ class Body:
         for values, volume in zip(of_regions, volumes, strict=True):
             mean += np.where(volume > 0.0, values * (volume / whole), 0.0)
         return mean
+
+    @property
+    def surface_areas(self) -> np.ndarray:
+        """Area of its surface at rest (n,) [m^2] that each node stands for."""
+        facets = self.facet_sets["surface"] - self.first_node
+        owners, areas = facet_owners(facets, self.cells), np.zeros(len(self.points))
+        for region in self.regions:
+            own = facets[np.isin(owners, region.numbers)]
+            shares = region.geometry.corner_areas(self.points, own)
+            areas += nodal_sums(own, shares, len(self.points))
+        return areas
 
     def joined(self, of_regions: Iterable[np.ndarray]) -> np.ndarray:
         """Values (m, ...) of all cells, in their order, from those of each region."""

@@ -73,6 +73,7 @@ class Kind:
 KINDS = {
     "m": Kind("a length", "36 mm", ("um", "mm", "m")),
     "s": Kind("a duration", "24 s", ("us", "ms", "s")),
+    "m^2": Kind("an area", "2 mm^2", ("mm^2", "cm^2", "m^2")),
     "m^3": Kind("a volume", "5 ml", ("ul", "ml", "l")),
     "kg": Kind("a mass", "10 g", ("mg", "g", "kg")),
     "rad": Kind("an angle", "30 deg", ("deg",)),

@@ -180,19 +180,20 @@ def speeds_uphill(outcomes: Outcomes, model: str) -> list[float]:
 
 
 def gait(outcomes: Outcomes, model: str) -> tuple[str, str, str]:
-    """How far the head rises, when the speed is there, how long each node is on the ground, in
-    texts; of finite elements nodes have no shares.
+    """How far the head rises, when the speed is there, how long each node or row is on the ground,
+    in texts.
     """
     if model == ELEMENTS:
         outcome = outcomes[label(ROWS, MIDDLE)]
-        return shown(rise(outcome)), shown(settling(outcome)), ""
+        return shown(rise(outcome)), shown(settling(outcome)), shares(outcome, "row_contact_shares")
     outcome = outcomes[level(model, MIDDLE).name]
     height, settled = MILLI * outcome.number("head_height"), outcome.number("settling_time")
-    return (
-        shown(height),
-        shown(settled),
-        shown_list((100.0 * outcome.numbers("contact_shares")).round().tolist()),
-    )
+    return shown(height), shown(settled), shares(outcome, "contact_shares")
+
+
+def shares(outcome: Outcome, name: str) -> str:
+    """Shares of the time in %, in a text."""
+    return shown_list((100.0 * outcome.numbers(name)).round().tolist())
 
 
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:

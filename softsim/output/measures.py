@@ -10,6 +10,7 @@ from softsim.loads.tendon import Tendon
 from softsim.model import Model
 from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.passage import Verdict
+from softsim.output.touching import interval_integrals, row_contacts, touching_areas
 from softsim.output.verdict import layout_report
 from softsim.output.vibration import dominant_frequency
 from softsim.scene.outputs import Expect, Range, probe_columns
@@ -21,13 +22,17 @@ NEARLY_HIGHEST = 0.99
 
 
 def measures(model: Model, history: History) -> dict[str, Any]:
-    """Name -> what was found, SI; lists have an entry a pressure cycle; None: cannot be told."""
+    """Name -> what was found, SI; lists have an entry a pressure cycle, or a row of spikes; None:
+    cannot be told.
+    """
     if len(history["time"]) == 0:
         return {}
     found: dict[str, Any] = body_motion(history)
     found["slip_share"] = slip_share(history)
+    found |= touching_areas(history)
     if model.robot.rows:
         found["rows_in_contact"] = float(history["rows_in_contact"].max())
+        found |= row_contacts(model, history)
     if model.robot.frame is not None:
         found |= frame_motion(model, history)
         if model.robot.rows:
@@ -123,11 +128,6 @@ def mean_pull(history: History) -> float | None:
     t = history["time"]
     span = t[-1] - t[0]
     return float(interval_integrals(t, history["pull"]).sum() / span) if span > 0.0 else None
-
-
-def interval_integrals(t: np.ndarray, means: np.ndarray) -> np.ndarray:
-    """Integrals (rows,) over the interval before each row of a column that holds its means."""
-    return means * np.diff(t, prepend=t[0])
 
 
 def last_probes(model: Model, history: History) -> dict[str, float]:

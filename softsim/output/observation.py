@@ -48,6 +48,7 @@ def columns(model: Model) -> dict[str, str]:
     last = {
         **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
         "contact_count": "-",  # nodes in contact with walls at this moment
+        "contact_area": "m^2",  # at rest, of surface nodes that touched walls within the interval
         "rows_in_contact": "-",  # rows of spikes that touched within the interval
         **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval
         "wall_force_normal": "N",  # sum of normal forces, mean of the interval
@@ -121,6 +122,9 @@ class Observer:
         self.blank = dict.fromkeys(columns(model), float("nan"))
         self.hourglass_columns = hourglass_columns(model)
         self.parts_pressed = parts_pressed(model)
+        self.areas = np.zeros(len(model.points))
+        for body in model.bodies:
+            self.areas[body.nodes] = body.surface_areas
 
     def observe(self, interval: float) -> Observation:
         """Measure, the reader being just updated; `interval` [s] since the contact impulses of the
@@ -138,6 +142,7 @@ class Observer:
         row["slip_share"] = walls.slip_share
         rate = 1.0 / interval if interval > 0.0 else 0.0  # impulses since then to mean forces
         pressed = reader.normal_impulses(scenario.number) * rate
+        row["contact_area"] = float(self.areas[pressed > 0.0].sum())
         row["rows_in_contact"] = sum(bool(pressed[k].any()) for k in model.robot.rows.values())
         row["wall_force_normal"] = walls.normal_impulse * rate
         for name, nodes in self.parts_pressed.items():

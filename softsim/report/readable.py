@@ -43,6 +43,8 @@ SHOWN: Mapping[str, Callable[[Any], str]] = {
     "deflation_end_pressure": lambda v: each(v, 1e-3, "kPa"),
     "onset_pressure": lambda v: each(v, 1e-3, "kPa"),
     "end_pressure": lambda v: each(v, 1e-3, "kPa"),
+    "mean_contact_area": lambda v: f"{v * 1e6:.3g} mm^2",
+    "row_contact_shares": lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
     "slip_share": lambda v: f"{100.0 * v:.0f} % of the walls' normal impulse",
     "dominant_frequency": lambda v: f"{v:.4g} Hz across the pipe",
     "peak_pull": lambda v: f"{v:.3g} N",

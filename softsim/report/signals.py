@@ -30,11 +30,18 @@ TITLES = {
     "energies": "Energies",
     "contact_rows": "Contact with walls",
     "deflation": "While the pressure falls",
+    "gait": "Gait",
     "pull": "Pull",
     "probes": "Probes",
     "pressure_probe": "Pressure over the probes",
 }
 """Name of a figure, as its file has it -> its title."""
+
+ROWS_OF_A_GAIT = 160
+"""Of the history, at the end of the run."""
+
+COARSEST_OF_A_GAIT = 1e-3
+"""Between rows of the history [s]: farther apart they do not show a motor's turns."""
 
 FEWEST_OF_A_FALL = 20
 """Rows of a history that make a curve."""
@@ -58,7 +65,7 @@ def signals(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
         for name, shown in panels.items()
         if shown
     }
-    return figures | deflation(history) | inflation(history, units)
+    return figures | deflation(history) | gait(history) | inflation(history, units)
 
 
 def way(history: History, layout: Mapping[str, Any]) -> Curves:
@@ -136,6 +143,29 @@ def deflation(history: History) -> dict[str, Curves]:
         )
     shown = Curves(TITLES["deflation"], "air pressure [kPa]", panels, over_time=False)
     return {"deflation": shown}
+
+
+def gait(history: History) -> dict[str, Curves]:
+    """At the end of a run, of each row of spikes or limbs: when it touches, how high it is where a
+    probe of its name says so.
+    """
+    rows = [name for name in history if name.startswith(ROW_FORCE)]
+    time = history["time"][-ROWS_OF_A_GAIT:]
+    coarse = np.diff(time).max(initial=0.0) > COARSEST_OF_A_GAIT * (1.0 + 1e-6)
+    if len(rows) < 2 or len(time) < ROWS_OF_A_GAIT or coarse:
+        return {}
+    heights, touching = [], []
+    for number, (name, colour) in enumerate(zip(rows, itertools.cycle(COLOURS), strict=False), 1):
+        row = name.removeprefix(ROW_FORCE).rpartition(".")[2]
+        if has(history, f"{row}_y"):
+            height = history[f"{row}_y"][-ROWS_OF_A_GAIT:] * MILLI
+            heights.append(Line(row, time * MILLI, height, colour))
+        touched = history[name][-ROWS_OF_A_GAIT:] > 0.0
+        bar = np.where(touched, float(number), np.nan)
+        touching.append(Line(row, time * MILLI, bar, colour))
+    panels = [Panel(Axis("height of a row [mm]", heights))] if heights else []
+    panels.append(Panel(Axis("rows that touch", touching, whole=True)))
+    return {"gait": Curves(TITLES["gait"], "time [ms]", panels, over_time=False)}
 
 
 def energies(history: History) -> Iterator[Panel]:

@@ -16,6 +16,7 @@ FIXED_COLUMNS = frozenset(
         *(f"frame_rotation_{axis}" for axis in "xyz"),
         *(f"body_{axis}" for axis in "xyz"),
         "contact_count",
+        "contact_area",
         "rows_in_contact",
         *(f"wall_force_{axis}" for axis in "xyz"),
         "wall_force_normal",

@@ -32,9 +32,9 @@ class Measure:
 
 
 LENGTH, SPEED, PRESSURE = Measure("m"), Measure("m/s"), Measure("Pa")
-FORCE, TIME, FREQUENCY = Measure("N"), Measure("s"), Measure("Hz")
+FORCE, TIME, FREQUENCY, AREA = Measure("N"), Measure("s"), Measure("Hz"), Measure("m^2")
 NUMBER, LABEL = Measure(), Measure(is_label=True)
-CYCLES, NODES = "pressure cycle", "node"
+CYCLES, NODES, ROWS = "pressure cycle", "node", "row"
 LENGTHS, PRESSURES = Measure("m", listed=CYCLES), Measure("Pa", listed=CYCLES)
 
 OF_RUNS = {
@@ -50,8 +50,14 @@ OF_BODIES = {
     "body_displacement": LENGTH,
     "body_speed": SPEED,
     "slip_share": NUMBER,
+    "largest_contact_area": AREA,
+    "mean_contact_area": AREA,
 }
-OF_ROWS = {"rows_in_contact": NUMBER}
+OF_ROWS = {
+    "rows_in_contact": NUMBER,
+    "row_contacts": Measure(listed=ROWS),
+    "row_contact_shares": Measure(listed=ROWS),
+}
 OF_RIGID_BODIES = {
     "frame_displacement": LENGTH,
     "mean_speed": SPEED,

@@ -141,7 +141,7 @@ class MeasurePart(Part):
 
     of: Text = Field(description='Name in summary.json, dotted into mappings: "layout.verdict".')
     take: Literal["first", "last", "mean", "min", "max"] | None = Field(
-        default=None, description="Which of a list, with a number a pressure cycle or node."
+        default=None, description="Which of a list, with a number a pressure cycle, node or row."
     )
     unit: Text | None = Field(
         default=None, description="In which it is shown, such as mm; a usual one by default."

@@ -51,6 +51,8 @@ def history(end: float) -> dict[str, np.ndarray]:
         "frame_x": 1e-3 * np.interp(t, *PLACES),
         "frame_y": 0.0 * t,
         "body_x": 0.0 * t,
+        "contact_area": 0.0 * t,
+        "row_force_b.top": np.where(t > 2.0, 4.0, 1.0),
         "rows_in_contact": np.where(pressure > 15e3, 3.0, 5.0),
         "wall_force_normal": np.where(t > 2.0, 4.0, 1.0),
         "slip_share": np.where(t > 2.0, 0.5, 0.0),
