@@ -57,8 +57,8 @@ BANDS = {
     ),
     "half the step": ("solver.safety_factor=0.45",),
 }  # fmt: skip
-# Of a limb's front [mm]; the second is the robot's. Fig 3.7 has 3 mm for the first, an arc that does
-# not span a limb 5 mm high with this root: 4.2 mm is as round as it gets.
+# Of a limb's front [mm]; the second is the robot's. Fig 3.7 has 3 mm for the first, an arc that
+# does not span a limb 5 mm high with this root: 4.2 mm is as round as it gets.
 RADII = (4.2, 5.0, 8.0)
 SLOWER = (132, 142)  # Hz, at 3 and 4 V, where it is the fastest
 QUICK = (5,)
