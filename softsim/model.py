@@ -176,6 +176,17 @@ class Passage:
 
 
 @dataclass(frozen=True, eq=False)
+class Crossing:
+    """The ground that a body, its nodes (k,), is to cross along x: its rear end gets past `goal`;
+    what it meets begins at `foot` [m].
+    """
+
+    nodes: np.ndarray
+    goal: float
+    foot: float
+
+
+@dataclass(frozen=True, eq=False)
 class Robot:
     """Parts of which a run tells: number of the rigid body `frame`, name of the load `chamber`, a
     pressure, rows: node sets (k,) whose contact is counted, sides: those of their nodes that lie
@@ -229,7 +240,7 @@ class Model:
     the normal force (contact/friction.py). self_contact: None where surfaces do not touch each
     other. mass_scaling: None where masses are as they are. relaxation: after the loads' time of a
     static procedure, or None where inertia is real; settling: before t = 0, or None. passage: what
-    a layout asks, or None.
+    a layout asks, or None; crossing: what is asked of a ground, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -261,6 +272,7 @@ class Model:
     relaxation: Relaxation | None
     settling: Relaxation | None
     passage: Own[Passage | None]
+    crossing: Own[Crossing | None]
 
     @property
     def dimension(self) -> int:

@@ -33,7 +33,6 @@ TAIL = 53.0  # mm, of the backbone behind the head's centre
 TIME = 3.0  # s
 FINE = ("output.history_interval=0.5 ms", "output.frame_interval=1000 s")
 """Rows with which contacts are counted that are 1 ms apart, and no fields."""
-STEEP = 89.9  # deg; a polyline of distances wants no upright wall
 LIMBS = {
     "curved": (),
     "straight": tuple(
@@ -51,18 +50,14 @@ COLOURS = {"curved": BLUE, "straight": ORANGE}
 
 def edge(slope: int, height: float) -> float:
     """Where the ramp's upper edge lies [mm]."""
-    return FOOT + height / float(np.tan(np.radians(min(slope, STEEP))))
+    return FOOT + height / float(np.tan(np.radians(slope)))
 
 
 def case(limb: str, slope: int, height: float, friction: float) -> Case:
     """A robot before a ramp."""
-    end = edge(slope, height)
-    ground = (
-        f"[[-60 mm, 0 mm], [{FOOT} mm, 0 mm], [{end:.6g} mm, {height} mm], "
-        f"[{end + 300.0:.6g} mm, {height} mm]]"
-    )
+    ground = f"{{kind: ramp, slope: {slope} deg, height: {height} mm, foot: [{FOOT} mm, 0 mm]}}"
     overrides = (
-        *LIMBS[limb], f"environment.walls.ground.points={ground}", f"time.end={TIME} s",
+        *LIMBS[limb], f"environment.walls.ground={ground}", f"time.end={TIME} s",
         f"contact.friction_coefficient={friction}", *FINE,
     )  # fmt: skip
     return Case(label(limb, slope, height, friction), "leafbot_ramp.yaml", overrides)

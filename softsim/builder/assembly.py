@@ -5,6 +5,7 @@ import numpy as np
 from softsim.builder import conditions, contact, loads, passage, rigid, roles, self_contact, walls
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.cables import built_cables, cable_points, end_drags, placed_cables
+from softsim.builder.crossing import crossing
 from softsim.builder.ending import end_time, refuse_steady_probe, steady_probe
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
@@ -113,6 +114,7 @@ def build_model(loaded: LoadedScene) -> Model:
         relaxation=relaxation(names),
         settling=settling(names),
         passage=passage.passage(names, all_walls, outline_nodes, chamber),
+        crossing=crossing(names, bodies),
     )
     refuse_instant_relaxation(names, model)
     refuse_what_cannot_be_felt(names, model)

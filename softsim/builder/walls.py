@@ -11,6 +11,7 @@ from softsim.builder.gridded_walls import gridded_walls
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_networks
 from softsim.builder.profiles import displacement
+from softsim.builder.terrain import terrains
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.pipe_network import PipeNetwork
@@ -29,6 +30,7 @@ from softsim.scene.surroundings import (
     PlaneWall,
     SphereWall,
 )
+from softsim.scene.terrain import RampWall, SemicircleWall, StepFieldWall
 
 ON_AXIS = (Sphere, Cylinder)
 APART = "move the wall or the body so that they do not overlap"
@@ -39,7 +41,7 @@ def walls(names: Names) -> tuple[Wall, ...]:
     motions = wall_motions(names)
     found = (
         *flat_walls(names, motions), *round_pipes(names, motions), *spheres(names),
-        *cylinders(names), *pipe_networks(names), *gridded_walls(names),
+        *cylinders(names), *pipe_networks(names), *gridded_walls(names), *terrains(names),
     )  # fmt: skip
     return tuple(moving(names, wall, motions) for wall in found)
 
@@ -234,4 +236,7 @@ OVERLAPS: dict[type, Callable[[Names, str, Any, np.ndarray], SceneError]] = {
     PipePathWall: overlap,
     PolylineWall: partial(plain_overlap, "kind"),
     SurfaceWall: partial(plain_overlap, "kind"),
+    RampWall: partial(plain_overlap, "foot"),
+    SemicircleWall: partial(plain_overlap, "foot"),
+    StepFieldWall: partial(plain_overlap, "foot"),
 }

@@ -8,6 +8,7 @@ import numpy as np
 from softsim.loads.cycles import Cycle
 from softsim.loads.tendon import Tendon
 from softsim.model import Model
+from softsim.output.crossing import crossing_report
 from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.passage import Verdict
 from softsim.output.touching import interval_integrals, row_contacts, touching_areas
@@ -42,6 +43,8 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found |= cycle_measures(model, history)
     if model.passage is not None:
         found["layout"] = layout_report(model.passage, history)
+    if model.crossing is not None:
+        found["crossing"] = crossing_report(model.crossing, history)
     if model.of_kind(Tendon):
         found["peak_pull"] = float(history["pull"].max())
         found["mean_pull"] = mean_pull(history)

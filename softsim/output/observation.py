@@ -18,6 +18,8 @@ from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
 from softsim.model import Model, Probe
 from softsim.output import along_path
+from softsim.output.crossing import COLUMNS as CROSSING_COLUMNS
+from softsim.output.crossing import end_readings
 from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
@@ -68,6 +70,8 @@ def columns(model: Model) -> dict[str, str]:
         last["unbalanced_share"] = "-"  # of the forces, see solver/settling.py
     if model.passage is not None:
         last |= along_path.COLUMNS
+    if model.crossing is not None:
+        last |= CROSSING_COLUMNS
     for probe in model.probes:
         last |= dict.fromkeys(probe_columns(probe.name, probe.kind, axes), PROBE_UNITS[probe.kind])
     return first | last
@@ -165,6 +169,8 @@ class Observer:
         if model.passage is not None:
             place = place_now(scenario, reader, model.passage.body).centre
             row |= along_path.path_readings(scenario, model.passage, place, interval)
+        if model.crossing is not None:
+            row |= end_readings(model.crossing, scenario.positions())
         if model.probes:
             x = scenario.positions()
             for probe in model.probes:

@@ -26,6 +26,7 @@ def each(values: Sequence[float | None], factor: float, unit: str) -> str:
 
 SHOWN: Mapping[str, Callable[[Any], str]] = {
     "layout": lambda v: str(v["sentence"]),
+    "crossing": lambda v: str(v["sentence"]),
     "simulated_time": lambda v: f"{v:.4g} s",
     "ended_by": str,
     "wall_time": duration,

@@ -18,6 +18,7 @@ from softsim import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
 from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
+from softsim.output.crossing import CrossingCondition
 from softsim.output.measures import failed_expectations, measures
 from softsim.output.observation import Observer
 from softsim.output.passage import PassageCondition
@@ -392,6 +393,8 @@ def conditions_of_scene(model: Model) -> list[StopCondition]:
         conditions.append(PassageCondition(model.passage))
     if model.cycles is not None:
         conditions.append(CycleLimit(model.cycles))
+    if model.crossing is not None:
+        conditions.append(CrossingCondition(model.crossing))
     if model.relaxation is not None and model.relaxation.until is not None:
         conditions.append(ProbeAtRest(model.relaxation.until))
     return conditions

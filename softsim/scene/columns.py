@@ -32,6 +32,8 @@ FIXED_COLUMNS = frozenset(
         "contact_energy",
         "energy_error",
         "unbalanced_share",
+        "rear_x",
+        "front_x",
         "arc_length",
         "branch",
         "cycles_done",

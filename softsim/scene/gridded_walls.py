@@ -14,7 +14,9 @@ from softsim.scene.quantities import (
 )
 
 
-class _GriddedWall(Part):
+class GriddedWall(Part):
+    """A wall that goes through a grid of distances."""
+
     spacing: AutoOrPositiveLength = Field(
         default="auto",
         description="Between the nodes of the grid of distances that stands for the wall; auto: "
@@ -24,7 +26,7 @@ class _GriddedWall(Part):
     )
 
 
-class PolylineWall(_GriddedWall):
+class PolylineWall(GriddedWall):
     """A terrain, or the outline of a pipe, in a section: straight between points. The free side is
     on the left when walking along them: points towards +x are a ground.
     """
@@ -60,7 +62,7 @@ class PolylineWall(_GriddedWall):
         return file
 
 
-class SurfaceWall(_GriddedWall):
+class SurfaceWall(GriddedWall):
     """A closed surface in space from an STL file."""
 
     kind: Literal["surface"] = Field(description="Kind of wall.")

@@ -90,6 +90,14 @@ OF_LAYOUTS = {
     "layout.where.segment": NUMBER,
     "layout.where.what": LABEL,
 }
+OF_CROSSINGS = {
+    "crossing.verdict": LABEL,
+    "crossing.passed": NUMBER,
+    "crossing.time": TIME,
+    "crossing.farthest_rear": LENGTH,
+    "crossing.farthest_front": LENGTH,
+    "crossing.sentence": LABEL,
+}
 OF_PROBES = {
     "displacement": LENGTH,
     "radius": LENGTH,
@@ -124,6 +132,8 @@ def produced(scene: Scene) -> dict[str, Measure]:
         found |= OF_TENDONS
     if scene.layout is not None:
         found |= OF_LAYOUTS
+    if scene.crossing is not None:
+        found |= OF_CROSSINGS
     return found | of_probes(scene)
 
 

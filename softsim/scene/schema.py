@@ -11,6 +11,7 @@ from pydantic import Field
 from softsim.scene.bodies import Body, RigidBody
 from softsim.scene.cables import Cable
 from softsim.scene.conditions import Condition
+from softsim.scene.crossing import Crossing
 from softsim.scene.layout import Layout
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
@@ -155,6 +156,9 @@ class Scene(Part):
     layout: Layout | None = Field(
         default=None,
         description="Whether the robot gets through a pipe_path; no question by default.",
+    )
+    crossing: Crossing | None = Field(
+        default=None, description="Whether a body gets over its ground; no question by default."
     )
     output: Output = Field(default_factory=Output, description="What is written, how often.")
     expect: Expect = Field(default_factory=Expect, description="Regression values of the scene.")

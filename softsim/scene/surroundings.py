@@ -23,6 +23,7 @@ from softsim.scene.quantities import (
     Text,
     written,
 )
+from softsim.scene.terrain import RampWall, SemicircleWall, StepFieldWall
 
 
 class PipeWall(Part):
@@ -94,7 +95,16 @@ class PipePathWall(Part):
 
 
 Wall = Annotated[
-    PipeWall | PlaneWall | SphereWall | CylinderWall | PipePathWall | PolylineWall | SurfaceWall,
+    PipeWall
+    | PlaneWall
+    | SphereWall
+    | CylinderWall
+    | PipePathWall
+    | PolylineWall
+    | SurfaceWall
+    | RampWall
+    | SemicircleWall
+    | StepFieldWall,
     Field(discriminator="kind"),
 ]
 

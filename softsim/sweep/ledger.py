@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from datetime import datetime, timedelta
@@ -33,6 +33,12 @@ from softsim.sweep.job import Job, Outcome, known_outcome
 
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
+
+
+def verdict_of(summary: Mapping[str, Any]) -> str | None:
+    """What a run says of its layout, or its ground; None where it was asked neither."""
+    asked = summary.get("layout") or summary.get("crossing") or {}
+    return asked.get("verdict")
 
 
 class StudyTable:
@@ -71,7 +77,7 @@ class StudyTable:
             "case": job.case.number,
             **{factor.column: job.case.values[factor.name] for factor in self.factors},
             **{measure.column: measure.value(outcome.summary) for measure in self.measures},
-            "verdict": outcome.summary.get("layout", {}).get("verdict"),
+            "verdict": verdict_of(outcome.summary),
             "status": outcome.status,
             "reason": outcome.reason or None,
             column("wall_time", "s"): outcome.wall_time or None,

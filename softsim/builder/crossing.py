@@ -1,0 +1,40 @@
+"""The crossing of its ground that a scene asks about."""
+
+import numpy as np
+
+from softsim.builder.names import Names, close_names
+from softsim.builder.terrain import KINDS, far_end
+from softsim.model import Body, Crossing
+
+
+def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
+    """What the scene asks; None where it asks nothing."""
+    asked = names.scene.crossing
+    if asked is None:
+        return None
+    known = {body.name: body for body in bodies}
+    name = asked.body or next(iter(known))
+    if name not in known:
+        raise names.loaded.error(
+            ("crossing", "body"),
+            f"there is no body '{name}'",
+            close_names(name, list(known), "bodies"),
+        )
+    walls = [w for w in names.scene.environment.walls.values() if isinstance(w, KINDS)]
+    if asked.goal is None and not walls:
+        raise names.loaded.error(
+            ("crossing",),
+            "nothing says where the body is to get: no wall is a ramp, a semicircle, a step_field",
+            "give goal: the x that its rear end must be past",
+        )
+    goal = far_end(walls[-1]) if asked.goal is None else asked.goal
+    foot = walls[0].foot[0] if walls else goal
+    body = known[name]
+    nodes = np.arange(body.nodes.start, body.nodes.stop)
+    if body.points[:, 0].min() > goal:
+        raise names.loaded.error(
+            ("crossing",),
+            f"'{name}' starts beyond x = {1e3 * goal:.4g} mm, where it is to get",
+            "give it another position, or another goal",
+        )
+    return Crossing(nodes, goal, foot)

@@ -1,0 +1,80 @@
+"""Terrain of a scene: shapes on level ground, as walls on a grid of distances."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from softsim.builder.names import Names
+from softsim.contact import polyline, terrain
+from softsim.contact.distance_grid import DistanceGrid, SpacingError
+from softsim.errors import MeshError
+from softsim.scene.terrain import PrintedTerrain, RampWall, SemicircleWall, StepFieldWall, Terrain
+from softsim.scene.tree import Keys
+
+GROUND = 0.2
+"""Length of the drawn ground before and behind a shape [m]; it goes on beyond."""
+
+KINDS = RampWall, SemicircleWall, StepFieldWall
+
+
+def terrains(names: Names) -> list[DistanceGrid]:
+    """The terrains of a scene."""
+    walls = names.scene.environment.walls.items()
+    return [built_terrain(names, name, w) for name, w in walls if isinstance(w, KINDS)]
+
+
+def built_terrain(names: Names, name: str, wall: Terrain) -> DistanceGrid:
+    """A shape on its ground."""
+    keys = ("environment", "walls", name)
+    if names.dimension != 2:
+        raise names.loaded.error(
+            (*keys, "kind"),
+            f"a {wall.kind} is a wall in the plane; this model is in space",
+            "give its surface as an STL: kind: surface",
+        )
+    shape = SHAPES[type(wall)](names, wall, keys)
+    if isinstance(wall, PrintedTerrain) and wall.layers is not None:
+        shape = terrain.layered(shape, wall.layers)
+    ground = terrain.on_ground(shape, names.vector(wall.foot, (*keys, "foot")), GROUND)
+    try:
+        return polyline.gridded(name, polyline.checked_polyline(ground, False), wall.spacing)
+    except SpacingError as error:
+        raise names.loaded.error((*keys, "spacing"), error.message, error.hint) from None
+
+
+def far_end(wall: RampWall | SemicircleWall | StepFieldWall) -> float:
+    """x [m] behind which a body is over: a ramp's upper edge, the end of another shape."""
+    return wall.foot[0] + wall.crossed
+
+
+def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
+    """Points of a ramp."""
+    if wall.plateau < wall.height:
+        raise names.loaded.error(
+            (*keys, "plateau"),
+            f"plateau: {1e3 * wall.plateau:g} mm are shorter than the ramp is high, "
+            f"{1e3 * wall.height:g} mm",
+            "what gets onto it is to stand on it: give it the length of the robot",
+        )
+    return terrain.ramp(wall.slope, wall.height, wall.plateau)
+
+
+def semicircle(names: Names, wall: SemicircleWall, keys: Keys) -> np.ndarray:
+    """Points of the upper half of a cylinder."""
+    return terrain.half_round(wall.radius, wall.spacing)
+
+
+def step_field(names: Names, wall: StepFieldWall, keys: Keys) -> np.ndarray:
+    """Points of a field of steps."""
+    try:
+        heights = terrain.step_heights(
+            wall.rugosity, 1e3 * wall.mean_height, wall.blocks, wall.seed
+        )
+    except MeshError as error:
+        raise names.loaded.error((*keys, "rugosity"), error.message, error.hint) from None
+    return terrain.steps(1e-3 * heights, wall.block_length)
+
+
+SHAPES: dict[type[Terrain], Callable[..., np.ndarray]] = {
+    RampWall: ramp, SemicircleWall: semicircle, StepFieldWall: step_field,
+}  # fmt: skip

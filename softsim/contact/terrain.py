@@ -1,0 +1,108 @@
+"""Grounds of known shape, as the points of a polyline: ramp, half round, field of steps.
+
+x is the way forward, y up, the ground before the obstacle at y = 0; the free side is on the left of
+who walks along the points. The thesis's terrains (5.3.1, 5.3.2).
+"""
+
+import numpy as np
+
+from softsim.errors import MeshError
+
+HEIGHTS = 1, 8  # mm of the thesis's blocks
+BLOCK_HEIGHT = 8.0  # mm: of the rugosity Rg = SD / 8 mm (Eq 5.31)
+MET = 0.02  # mm, by which mean and deviation of a field of steps may be off
+MOST_DRAWS = 20_000
+CHORD = 0.05  # of a rounding, how far chords may be off a circle, over the grid's spacing
+
+
+def ramp(slope: float, height: float, plateau: float) -> np.ndarray:
+    """Points (5, 2) [m] of a ramp whose foot is the origin: up by `slope` [rad], upright at 90
+    degrees, a plateau, and down at once.
+    """
+    edge = height / np.tan(slope) if slope < 0.5 * np.pi - 1e-9 else 0.0
+    end = edge + plateau
+    return np.array([[0.0, 0.0], [edge, height], [end, height], [end, 0.0]])
+
+
+def half_round(radius: float, spacing: float) -> np.ndarray:
+    """Points (n, 2) [m] of the upper half of a circle whose foot is the origin, Eq 5.30; its chords
+    are off by a share of `spacing` [m].
+    """
+    turn = 2.0 * np.arccos(1.0 - min(1.0, CHORD * spacing / radius))
+    angles = np.linspace(np.pi, 0.0, 2 + int(np.ceil(np.pi / turn)))
+    points = radius * np.column_stack([1.0 + np.cos(angles), np.sin(angles)])
+    points[[0, -1], 1] = 0.0
+    return points
+
+
+def step_heights(rugosity: float, mean: float, count: int, seed: int) -> np.ndarray:
+    """Heights (count,) [mm] of the blocks of a field: whole millimetres from 1 to 8, drawn normally
+    until their mean and their deviation, rugosity times 8 mm, are met within MET.
+
+    Raises MeshError where no draw meets them.
+    """
+    generator = np.random.default_rng(seed)
+    deviation = BLOCK_HEIGHT * rugosity
+    for _ in range(MOST_DRAWS):
+        drawn = generator.normal(mean, deviation, count).round().clip(*HEIGHTS)
+        if abs(drawn.mean() - mean) <= MET and abs(drawn.std() - deviation) <= MET:
+            return drawn
+    low, high = HEIGHTS
+    raise MeshError(
+        f"{MOST_DRAWS} draws of {count} blocks of {low} to {high} mm found none with a mean of "
+        f"{mean:g} mm and a deviation of {deviation:.3g} mm, within {MET:g} mm",
+        hint="the thesis's fields have 4.66 mm at a rugosity of 0.185 and 5.17 mm at 0.284; more "
+        "blocks meet more",
+    )
+
+
+def steps(heights: np.ndarray, length: float) -> np.ndarray:
+    """Points (n, 2) [m] of upright blocks of these heights (k,) [m] and this length [m], side by
+    side, the first at the origin; blocks as high as their neighbour are one.
+    """
+    levels = np.concatenate([[0.0], heights, [0.0]])
+    places = length * np.arange(len(heights) + 1)
+    corners = [
+        [x, y]
+        for x, before, after in zip(places, levels[:-1], levels[1:], strict=True)
+        if before != after
+        for y in (before, after)
+    ]
+    return np.array(corners)
+
+
+def layered(points: np.ndarray, thickness: float) -> np.ndarray:
+    """The outline of a print in layers of this thickness [m], each as long as the shape is at its
+    middle: a stair of upright and level edges along points (n, 2) that go up, then down.
+    """
+    top = int(points[:, 1].argmax())
+    height = points[top, 1]
+    count = max(1, round(height / thickness))
+    tops = height / count * np.arange(1, count + 1)
+    middles = tops - 0.5 * height / count
+    up, down = points[: top + 1], points[top:][::-1]
+    rising = np.interp(middles, up[:, 1], up[:, 0])
+    falling = np.interp(middles, down[:, 1], down[:, 0])
+    left = stair(rising, tops)
+    right = stair(falling, tops)[::-1]
+    return np.vstack([left, right])
+
+
+def stair(places: np.ndarray, tops: np.ndarray) -> np.ndarray:
+    """Corners (n, 2) of the risers of layers at x = places (k,), each from the top of the layer
+    below up to y = tops (k,).
+    """
+    below = np.concatenate([[0.0], tops[:-1]])
+    corners = np.stack([np.column_stack([places, below]), np.column_stack([places, tops])], axis=1)
+    flat = corners.reshape(-1, 2)
+    same = np.append((np.diff(flat, axis=0) == 0.0).all(axis=1), False)
+    return flat[~same]
+
+
+def on_ground(points: np.ndarray, foot: np.ndarray, before: float) -> np.ndarray:
+    """The shape (n, 2) with its foot at `foot` (2,) [m], and level ground for `before` [m] in front
+    of it; what is behind its last point, where the polyline goes on straight, is level too.
+    """
+    placed = points + foot
+    front, behind = foot - [before, 0.0], placed[-1] + [before, 0.0]
+    return np.vstack([front[None], placed, behind[None]])

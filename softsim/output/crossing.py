@@ -1,0 +1,69 @@
+"""Whether a body has crossed its ground: its rear end is past the goal within the time of the run.
+
+What is told of one that has not follows from the way of its ends alone, in this order.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from softsim.model import Crossing
+
+PASSED, STUCK = "passed", "stuck"
+COLUMNS = {"rear_x": "m", "front_x": "m"}
+LATE = 0.25  # share of a run by whose end it is told whether the body still moves
+SLIPPED = 0.1  # of its length: the way back after which it has slipped
+STANDS = 0.02  # of its length: what stands gains less in the LATE part of the run
+
+
+def end_readings(crossing: Crossing, x: np.ndarray) -> dict[str, float]:
+    """Where the body's rear and front end are, all nodes being at x (n, d) [m]."""
+    places = x[crossing.nodes, 0]
+    return {"rear_x": float(places.min()), "front_x": float(places.max())}
+
+
+class CrossingCondition:
+    """Ends a run when the body has crossed."""
+
+    name = "crossing"
+
+    def __init__(self, crossing: Crossing) -> None:
+        self.goal = crossing.goal
+        self.is_over = False
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """A row of the history."""
+        self.is_over = self.is_over or row["rear_x"] > self.goal
+
+
+def crossing_report(crossing: Crossing, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """The verdict, 1 or 0 as `passed`, when [s], how far its ends came [m], in words why not."""
+    t, rear, front = history["time"], history["rear_x"], history["front_x"]
+    passed = bool(rear.max() > crossing.goal)
+    when = float(t[np.argmax(rear > crossing.goal)]) if passed else None
+    sentence = f"passed at {when:.4g} s" if passed else why_stuck(crossing, t, rear, front)
+    return {
+        "verdict": PASSED if passed else STUCK,
+        "passed": float(passed),
+        "time": when,
+        "farthest_rear": float(rear.max()),
+        "farthest_front": float(front.max()),
+        "sentence": sentence,
+    }
+
+
+def why_stuck(crossing: Crossing, t: np.ndarray, rear: np.ndarray, front: np.ndarray) -> str:
+    """Why a body has not crossed: it slipped back, time was too short, or it stands."""
+    length = float(np.median(front - rear))
+    back = rear.max() - rear[-1]
+    place = f"with its front at x = {1e3 * front[-1]:.4g} mm"
+    if back > SLIPPED * length:
+        return f"stuck: slipped back by {1e3 * back:.3g} mm, {place}"
+    late = t >= t[-1] - LATE * (t[-1] - t[0])
+    gained = rear[late][-1] - rear[late][0]
+    if gained > STANDS * length:
+        return f"stuck: still on its way when the time was up, {place}"
+    meets = front.max() > crossing.foot
+    what = "against what it meets" if meets else "without thrust, before it meets anything"
+    return f"stuck: stands {what}, {place}"

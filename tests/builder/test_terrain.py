@@ -1,0 +1,120 @@
+"""Terrain of a scene: shapes of walls, what is asked of a body before them, what is refused."""
+
+import numpy as np
+import pytest
+
+from softsim.contact import terrain
+from softsim.errors import MeshError, SceneError
+from softsim.output.crossing import CrossingCondition, crossing_report
+from softsim.scene.measures import OF_CROSSINGS
+
+SCENE = """\
+bodies:
+  b: {mesh: {generator: block, length: 20 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 1 mm, material: dragon_skin_10}
+environment:
+  walls:
+    ground: {kind: ramp, slope: 45 deg, height: 5 mm, plateau: 30 mm, foot: [20 mm, 0 mm]}
+crossing: {}
+time: {end: 1 s}
+"""
+OTHERS = {
+    "step": "{kind: ramp, slope: 90 deg, height: 5 mm, foot: [20 mm, 0 mm]}",
+    "round": "{kind: semicircle, radius: 5 mm, foot: [20 mm, 0 mm]}",
+    "printed": "{kind: semicircle, radius: 5 mm, layers: 0.5 mm, foot: [20 mm, 0 mm]}",
+    "field": "{kind: step_field, rugosity: 0.185, foot: [20 mm, 0 mm]}",
+}
+
+
+def heights(wall, x):
+    """Where the gap is zero above the places x [m]."""
+    y = np.linspace(-2e-3, 12e-3, 1401)
+    places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+    (gap,) = wall.gaps(places.reshape(-1, 2)).values()
+    return y[np.argmax(gap.reshape(len(x), -1) > 0.0, axis=1)]
+
+
+def test_a_ramp_goes_up_along_and_down(build):
+    model = build(SCENE)
+    x = 1e-3 * np.array([0.0, 22.5, 40.0, 54.0, 56.0, 90.0])
+    found = heights(model.walls[0], x)
+    assert found == pytest.approx(1e-3 * np.array([0.0, 2.5, 5.0, 5.0, 0.0, 0.0]), abs=5e-5)
+    assert (model.crossing.goal, model.crossing.foot) == pytest.approx((25e-3, 20e-3))
+
+
+@pytest.mark.parametrize(
+    ("kind", "goal", "place", "height"),
+    [
+        ("step", 20.0, 20.5, 5.0),
+        ("round", 30.0, 22.0, 4.0),
+        ("printed", 30.0, 25.0, 5.0),
+        ("field", 720.0, 721.0, 0.0),
+    ],
+)
+def test_other_shapes(build, kind, goal, place, height):
+    model = build(SCENE, f"environment.walls.ground={OTHERS[kind]}")
+    assert model.crossing.goal == pytest.approx(1e-3 * goal)
+    found = heights(model.walls[0], np.array([1e-3 * place]))
+    assert found == pytest.approx([1e-3 * height], abs=1e-4)
+
+
+def test_layers_are_level_and_upright():
+    points = terrain.layered(terrain.half_round(5e-3, 0.25e-3), 0.5e-3)
+    steps = np.diff(points, axis=0)
+    assert ((steps == 0.0).sum(axis=1) == 1).all()
+    assert points[:, 1].max() == pytest.approx(5e-3)
+
+
+@pytest.mark.parametrize(("rugosity", "mean"), [(0.185, 4.66), (0.284, 5.17)])
+def test_fields_are_as_rough_as_they_say(rugosity, mean):
+    """The thesis's two: whole millimetres, a shuffle a seed."""
+    fields = [terrain.step_heights(rugosity, mean, 70, seed) for seed in (1, 2)]
+    for drawn in fields:
+        assert drawn.mean() == pytest.approx(mean, abs=0.02)
+        assert drawn.std() / 8.0 == pytest.approx(rugosity, abs=0.0025)
+        assert ((drawn == drawn.round()) & (drawn >= 1) & (drawn <= 8)).all()
+    assert (fields[0] != fields[1]).any()
+    with pytest.raises(MeshError, match="found none with a mean of"):
+        terrain.step_heights(1.0, 4.66, 70, 1)
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("environment.walls.ground.slope=95 deg", "above 0 and up to 90 deg"),
+        ("environment.walls.ground.plateau=4 mm", "4 mm are shorter than the ramp is high, 5 mm"),
+        ("environment.walls.ground.foot=[0 mm, 0 mm]", "inside the body"),
+        (f"environment.walls.ground={OTHERS['field'].replace('0.185', '2')}", "draws of 70 blocks"),
+        ("environment.walls.ground={kind: plane}", "nothing says where the body is to get"),
+        ("crossing.body=c", "there is no body 'c'"),
+        ("crossing.goal=-30 mm", "starts beyond x = -30 mm"),
+    ],
+)
+def test_what_makes_no_terrain_is_refused(build, override, message):
+    with pytest.raises(SceneError) as caught:
+        build(SCENE, override)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("rear", "verdict", "sentence"),
+    [
+        ([0.0, 10.0, 20.0, 26.0, 27.0], "passed", "passed at 3 s"),
+        ([0.0, 8.0, 12.0, 4.0, 3.0], "stuck", "slipped back by 9 mm"),
+        ([0.0, 2.0, 4.0, 6.0, 8.0], "stuck", "still on its way"),
+        ([0.0, 5.0, 9.0, 9.0, 9.0], "stuck", "stands against what it meets"),
+        ([-30.0, -29.0, -29.0, -29.0, -29.0], "stuck", "stands without thrust"),
+    ],
+)
+def test_verdicts_say_why(build, rear, verdict, sentence):
+    crossing = build(SCENE).crossing
+    rear = 1e-3 * np.array(rear)
+    history = {"time": np.arange(5.0), "rear_x": rear, "front_x": rear + 20e-3}
+    report = crossing_report(crossing, history)
+    assert (report["verdict"], report["passed"]) == (verdict, float(verdict == "passed"))
+    assert sentence in report["sentence"]
+    assert {f"crossing.{name}" for name in report} == set(OF_CROSSINGS)
+    condition = CrossingCondition(crossing)
+    for place in rear:
+        condition.see_row({"rear_x": float(place)})
+    assert condition.is_over == (verdict == "passed")
