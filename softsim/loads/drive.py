@@ -267,8 +267,8 @@ class ControlledPressureSource:
         self.rate, self.target = self.in_force["rate"], self.in_force["target"]
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: the commands in force."""
-        return self.in_force
+        """Fields that a checkpoint keeps: the commands in force, beside the chamber's own."""
+        return {f"command_{name}": field for name, field in self.in_force.items()}
 
     def obey(self, scenario: int, command: Command) -> None:
         """Take a new command in a scenario."""

@@ -82,6 +82,11 @@ class KeptRows:
         """Take one row: a number for each column."""
         self.kept.append(tuple(row[name] for name in self.names))
 
+    @property
+    def last(self) -> dict[str, float]:
+        """The latest row."""
+        return dict(zip(self.names, self.kept[-1], strict=True))
+
     def columns(self) -> dict[str, np.ndarray]:
         """The rows so far (column -> array)."""
         table = np.array(self.kept, dtype=float).reshape(-1, len(self.names))

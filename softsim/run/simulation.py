@@ -177,7 +177,7 @@ class Simulation:
                 hint="reset() starts it anew, restore() goes back",
             )
         static = self.model.relaxation  # goes on until forces balance, within a limit
-        end = self.model.end_time + (0.0 if static is None else static.longest)
+        end = self.end_time + (0.0 if static is None else static.longest)
         if asked > end * (1.0 + 1e-9):
             raise SimulationError(
                 f"a step to t = {asked:.6g} s: the scene ends at {end:.6g} s",
@@ -192,12 +192,22 @@ class Simulation:
                 hint="use one after the other, or a process for each; reset() starts one anew",
             )
 
+    @property
+    def end_time(self) -> float:
+        """When the scene ends [s]; a static one may go on, until forces balance."""
+        return self.model.end_time
+
     # --- what is seen ----------------------------------------------------------------------------
 
     @property
     def history(self) -> dict[str, np.ndarray]:
         """The rows of the history so far, column -> array, as `Results.history` has them."""
         return self.record.rows()
+
+    @property
+    def row(self) -> dict[str, float]:
+        """The latest row of the history, column -> number: one each `output.history_interval`."""
+        return self.record.history.last
 
     def state(self) -> State:
         """The present state, in arrays of the caller's own."""
