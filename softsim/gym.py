@@ -4,12 +4,13 @@ It takes the extra `gym` (`pip install 'softsim[gym]'`).
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import gymnasium
 import numpy as np
 
-from softsim.errors import StabilityError
+from softsim.errors import ExpectationError, StabilityError
 from softsim.run.simulation import Simulation
 
 
@@ -60,7 +61,8 @@ class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         simulation.set_load(self.chamber, pressure, within=self.interval)
         left = simulation.end_time - simulation.time
         try:
-            simulation.step(min(self.interval, left))
+            with suppress(ExpectationError):  # a verdict on an episode that is done
+                simulation.step(min(self.interval, left))
         except StabilityError as error:
             return self._observation(), 0.0, True, False, self._info() | {"failure": error.message}
         after, took = simulation.row, simulation.time - before["time"]

@@ -2,28 +2,9 @@
 
 import numpy as np
 import pytest
+from batches import PRESSED_BLOCK
 
 from softsim.errors import SceneError, SimulationError, StabilityError
-
-SCENE = """
-title: A block is pressed, a motor shakes a frame
-bodies:
-  b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
-      formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
-      position: [0 mm, 0.2 mm]}
-rigid_bodies:
-  frame: {mass: 10 g, inertia: 1 kg*mm^2, outline: {length: 20 mm, height: 10 mm}, free: [x, y],
-          center: [-40 mm, 5.1 mm]}
-loads:
-  air: {kind: follower_pressure, facets: [b.top], offset: 0.5 kPa,
-        profile: {kind: table, points: [[0 s, 0 Pa], [5 ms, 2 kPa], [20 ms, 0 Pa]]}}
-  motor: {kind: eccentric_mass, acts_on: frame, eccentric_mass: 0.05 g, radius: 1 mm,
-          frequency: 100 Hz, spin_up: 5 ms}
-environment: {walls: {floor: {kind: plane}}}
-contact: {friction_coefficient: 0}
-time: {end: 20 ms}
-output: {history_interval: 1 ms, frame_interval: 10 ms}
-"""
 
 
 @pytest.fixture
@@ -32,7 +13,7 @@ def simulate(write_scene, kernel_cache, monkeypatch):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim import Simulation
 
-    return lambda *overrides: Simulation(write_scene(SCENE), overrides, "cpu", 1)
+    return lambda *overrides: Simulation(write_scene(PRESSED_BLOCK), overrides, "cpu", 1)
 
 
 def same(one, other):
@@ -43,7 +24,7 @@ def same(one, other):
 
 
 def test_steps_of_any_length_are_the_run(simulate, run, write_scene, tmp_path):
-    results = run(write_scene(SCENE), out=tmp_path / "whole", threads=1)
+    results = run(write_scene(PRESSED_BLOCK), out=tmp_path / "whole", threads=1)
     simulation = simulate()
     for duration in (1e-3, 0.3e-3, 0.123456789e-3, 5e-6, 2e-3):
         simulation.step(duration)
@@ -126,7 +107,7 @@ def test_commands(simulate):
 def test_a_guard_stops_a_simulation_as_a_run(simulate, run, write_scene, tmp_path):
     limit = "solver.energy_error_limit=2e-5"
     with pytest.raises(StabilityError) as of_run:
-        run(write_scene(SCENE), limit, out=tmp_path / "out", threads=1)
+        run(write_scene(PRESSED_BLOCK), limit, out=tmp_path / "out", threads=1)
     simulation = simulate(limit)
     with pytest.raises(StabilityError) as in_steps:
         while True:
@@ -146,11 +127,13 @@ def test_a_scene_said_in_python(write_scene):
     from softsim.scene.loading import scene_of
     from softsim.scene.schema import Scene
 
-    loaded = load_scene(write_scene(SCENE), ["time.end=30 ms"])
-    said = yaml.safe_load(SCENE)
+    loaded = load_scene(write_scene(PRESSED_BLOCK), ["time.end=30 ms"])
+    said = yaml.safe_load(PRESSED_BLOCK)
     from_dict = scene_of(said, ["time.end=30 ms"])
     assert from_dict.scene == loaded.scene
-    assert scene_of(Scene.model_validate(said)).scene == load_scene(write_scene(SCENE)).scene
+    assert (
+        scene_of(Scene.model_validate(said)).scene == load_scene(write_scene(PRESSED_BLOCK)).scene
+    )
     robot = scene_of({"include": "robot:pfr/section", "time": {"end": "1 ms"}})
     assert "skin" in robot.scene.bodies
     del said["bodies"]["b"]["material"]
