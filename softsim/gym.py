@@ -56,6 +56,7 @@ class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """Let the pressure go where the action says, and see what becomes of it."""
         simulation, before = self.simulation, self.simulation.row
+        began = simulation.time
         share = 0.5 * (1.0 + float(action[0]))
         pressure = self.lowest + share * (self.highest - self.lowest)
         simulation.set_load(self.chamber, pressure, within=self.interval)
@@ -65,7 +66,7 @@ class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
                 simulation.step(min(self.interval, left))
         except StabilityError as error:
             return self._observation(), 0.0, True, False, self._info() | {"failure": error.message}
-        after, took = simulation.row, simulation.time - before["time"]
+        after, took = simulation.row, simulation.time - began
         reward = after[self.progress] - before[self.progress] - self.time_price * took
         at_end = simulation.time >= simulation.end_time
         return (

@@ -30,7 +30,7 @@ from softsim.output.observation import Pose, frame_pose
 from softsim.run.batch import Batch
 from softsim.run.control import OpenLoop
 from softsim.run.record import Memory
-from softsim.scene.loading import LoadedScene, load_scene, scene_of
+from softsim.scene.loading import Loaded, LoadedScene, load_scene, scene_of, scene_said
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene
 from softsim.solver.memory import refuse_before_start
@@ -75,7 +75,7 @@ class Simulation:
     ----------
     scene: path of a scene file, what one says as a dict, an object of the schema
         (`softsim.scene.schema.Scene`), or a loaded scene. overrides: "a.b.c=value", of a path or
-        a dict.
+        a dict only.
     device: auto, cpu, cuda. threads: CPU threads, a number or auto.
 
     Raises
@@ -357,8 +357,13 @@ class Simulation:
 def _loaded(
     scene: Path | str | Mapping[str, Any] | Scene | LoadedScene, overrides: Sequence[str]
 ) -> LoadedScene:
-    if isinstance(scene, LoadedScene):
-        return scene
     if isinstance(scene, Path | str):
         return load_scene(scene, overrides)
-    return scene_of(scene, overrides)
+    if isinstance(scene, Mapping):
+        return scene_said(scene, overrides)
+    if overrides:
+        raise SimulationError(
+            "overrides change what a file or a dict says",
+            hint="change the object, or load the file with them",
+        )
+    return scene if isinstance(scene, Loaded) else scene_of(scene)

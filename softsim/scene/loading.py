@@ -85,14 +85,16 @@ def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     return validated(read_scene(Path(path)), Path(path), overrides)
 
 
-def scene_of(said: Mapping[str, Any] | Scene, overrides: Sequence[str] = ()) -> LoadedScene:
-    """The scene that Python says: a mapping as a scene file says it, or the schema's own object.
+def scene_of(scene: Scene) -> LoadedScene:
+    """A scene that was made in Python. Files that it names are looked for in the working folder."""
+    tree = tree_of(scene.model_dump(exclude_unset=True), IN_PYTHON)  # in SI
+    return LoadedScene(scene, Path("scene"), Path(), tree)
 
-    Files that it names are looked for in the working folder. SceneError as load_scene.
+
+def scene_said(said: Mapping[str, Any], overrides: Sequence[str] = ()) -> LoadedScene:
+    """The scene of which a mapping says what a file would, in the working folder. SceneError as
+    load_scene.
     """
-    if isinstance(said, Scene):  # its numbers are SI
-        tree = tree_of(said.model_dump(exclude_unset=True), IN_PYTHON)
-        return LoadedScene(said, Path("scene"), Path(), tree)
     tree = _Includes(Path()).merged_over_parts(tree_of(said, IN_PYTHON))
     return validated(tree, Path("scene"), overrides)
 

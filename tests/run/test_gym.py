@@ -33,7 +33,7 @@ def test_an_episode_and_gymnasium_s_own_check(write_scene, kernel_cache, monkeyp
     assert len(seen) == 8 and info["time"] == pytest.approx(20e-3, rel=1e-9)
     assert seen[-1][0] == pytest.approx(1.5e3, rel=1e-9)
     gained = seen[-1][1] - first[1]
-    assert sum(rewards) == pytest.approx(gained - 1e-3 * 20e-3, rel=1e-2)
+    assert sum(rewards) == pytest.approx(gained - 1e-3 * 20e-3, rel=1e-9)
 
 
 @pytest.mark.slow

@@ -114,6 +114,8 @@ def test_a_guard_stops_a_simulation_as_a_run(simulate, run, write_scene, tmp_pat
             simulation.step(1e-3)
     assert str(in_steps.value) == str(of_run.value)
     assert simulation.finished
+    simulation.reset()
+    simulation.step(1e-3)
     simulate()  # another one
     with pytest.raises(SimulationError, match="another simulation"):
         simulation.reset()
@@ -124,18 +126,18 @@ def test_a_scene_said_in_python(write_scene):
     import yaml
 
     from softsim import load_scene
-    from softsim.scene.loading import scene_of
+    from softsim.scene.loading import scene_of, scene_said
     from softsim.scene.schema import Scene
 
     loaded = load_scene(write_scene(PRESSED_BLOCK), ["time.end=30 ms"])
     said = yaml.safe_load(PRESSED_BLOCK)
-    from_dict = scene_of(said, ["time.end=30 ms"])
+    from_dict = scene_said(said, ["time.end=30 ms"])
     assert from_dict.scene == loaded.scene
     assert (
         scene_of(Scene.model_validate(said)).scene == load_scene(write_scene(PRESSED_BLOCK)).scene
     )
-    robot = scene_of({"include": "robot:pfr/section", "time": {"end": "1 ms"}})
+    robot = scene_said({"include": "robot:pfr/section", "time": {"end": "1 ms"}})
     assert "skin" in robot.scene.bodies
     del said["bodies"]["b"]["material"]
     with pytest.raises(SceneError, match=r"the scene given in Python: .*material"):
-        scene_of(said)
+        scene_said(said)
