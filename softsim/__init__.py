@@ -1,7 +1,8 @@
 """softsim: explicit finite elements for soft robots.
 
-`load_scene` reads and checks a scene file; `softsim.run.run` runs it and returns `Results`; `Study`
-runs many. Importing this package imports no Taichi: names load when they are asked for.
+`load_scene` reads and checks a scene file; `softsim.run.run` runs it and returns `Results`;
+`Simulation` is a run in steps, in one's hands; `Study` runs many. Importing this package imports no
+Taichi: names load when they are asked for.
 """
 
 import os
@@ -16,12 +17,13 @@ os.environ.setdefault("TI_SKIP_VERSION_CHECK", "ON")  # no news from the network
 _HOMES = {
     "load_scene": "softsim.scene.loading",
     "Results": "softsim.run",
+    "Simulation": "softsim.run.simulation",
     "Study": "softsim.sweep.study",
 }
 
 __version__ = version("softsim")
 
-__all__ = ["Results", "Study", "__version__", "load_scene"]
+__all__ = ["Results", "Simulation", "Study", "__version__", "load_scene"]
 
 
 def __getattr__(name: str) -> Any:

@@ -122,6 +122,12 @@ class OutputError(SoftsimError):
     exit_code = 2
 
 
+class SimulationError(SoftsimError):
+    """What a simulation in Python is asked and cannot do."""
+
+    exit_code = 2
+
+
 class RunError(SoftsimError):
     """The end of a run, or of a study, that had begun: its folder keeps what it found."""
 

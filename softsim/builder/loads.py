@@ -1,7 +1,7 @@
 """Loads: pressures and chambers, motors, forces and tractions, tendons, tethers."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,14 @@ from softsim.builder.regions import bounded, common_geometry
 from softsim.builder.rigid import freedom
 from softsim.elements.geometry import nodal_sums
 from softsim.loads.axial_relief import AxialRelief
-from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Drive, GivenPressure
+from softsim.loads.drive import (
+    AddedGas,
+    AddedVolume,
+    ControlledPressure,
+    Drive,
+    GivenPressure,
+    Scheduled,
+)
 from softsim.loads.load import Load
 from softsim.loads.nodal import NodalForce
 from softsim.loads.pressure import FollowerPressure
@@ -148,6 +155,15 @@ def built_drive(
             "name facets of a body that is free to deform",
         )
     return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
+
+
+def commanded(load: Chamber, drive: Scheduled, profile: Profile) -> Scheduled:
+    """The drive of a chamber on another course: `profile` over time [s], of what its gauge shows
+    [Pa], what is pumped in [m^3], or let in [kg].
+    """
+    if isinstance(load, scene_loads.FollowerPressure):
+        return GivenPressure(profile, pressure_on_facets(load, profile))
+    return replace(drive, profile=profile)
 
 
 def pressure_on_facets(load: scene_loads.FollowerPressure, profile: Profile) -> Profile:

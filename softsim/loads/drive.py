@@ -12,7 +12,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 import taichi as ti
@@ -35,6 +35,9 @@ class _Scheduled:
     """A drive of which all is known beforehand."""
 
     profile: Own[Profile]
+
+    stiffens: ClassVar[bool] = False
+    """Whether the chamber is the stiffer, the higher its profile."""
 
     @cached_property
     def cycles(self) -> list[Cycle]:
@@ -93,8 +96,12 @@ class GivenPressureSource:
     def __init__(self, drives: Sequence[GivenPressure]) -> None:
         self.table = ProfileTable([d.section_profile for d in drives])
 
+    def follow(self, scenario: int, drive: GivenPressure) -> None:
+        """Take another course in a scenario."""
+        self.table.follow(scenario, drive.section_profile)
+
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        """Fields that a checkpoint keeps: none, the course is the drive's."""
         return {}
 
     @ti.func
@@ -137,8 +144,12 @@ class AddedVolumeSource:
         self.initial_volume = real_field(np.array([d.initial_volume for d in drives]))
         self.bulk_modulus = real_field(np.array([d.bulk_modulus for d in drives]))
 
+    def follow(self, scenario: int, drive: AddedVolume) -> None:
+        """Take another course in a scenario."""
+        self.table.follow(scenario, drive.profile)
+
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        """Fields that a checkpoint keeps: none, the course is the drive's."""
         return {}
 
     @ti.func
@@ -163,6 +174,7 @@ class AddedGas(_Scheduled):
     ambient_pressure: Own[float]
 
     asks_volume = True
+    stiffens = True
 
     @property
     def initial_mass(self) -> float:
@@ -194,8 +206,12 @@ class AddedGasSource:
         self.specific_energy = real_field(np.array([d.specific_energy for d in drives]))
         self.ambient = real_field(np.array([d.ambient_pressure for d in drives]))
 
+    def follow(self, scenario: int, drive: AddedGas) -> None:
+        """Take another course in a scenario."""
+        self.table.follow(scenario, drive.profile)
+
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: none, all is known beforehand."""
+        """Fields that a checkpoint keeps: none, the course is the drive's."""
         return {}
 
     @ti.func
@@ -251,8 +267,8 @@ class ControlledPressureSource:
         self.rate, self.target = self.in_force["rate"], self.in_force["target"]
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: the commands in force."""
-        return self.in_force
+        """Fields that a checkpoint keeps: the commands in force, beside the chamber's own."""
+        return {f"command_{name}": field for name, field in self.in_force.items()}
 
     def obey(self, scenario: int, command: Command) -> None:
         """Take a new command in a scenario."""

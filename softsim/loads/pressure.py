@@ -45,9 +45,8 @@ class FollowerPressure(Load):
         """The pressure on the facets."""
         facets, lids = (self.geometry.facets(nodes, f) for f in (self.facets, self.lids))
         drives: list[Any] = [load.drive for load in alike]
-        source = self.drive.source(drives)
         body = OPEN if self.body is None else self.body
-        return FollowerPressureTerm(nodes, rigid_bodies, facets, lids, source, body)
+        return FollowerPressureTerm(nodes, rigid_bodies, facets, lids, drives, body)
 
     def time_scaled(self, factor: float) -> "FollowerPressure":
         """The pressure, or what drives it, `factor` times as fast."""
@@ -65,7 +64,7 @@ class FollowerPressureTerm(WorkingTerm):
     Parameters
     ----------
     facets: of elements/facets.py. lids: further facets that close the surface to a volume without
-        carrying pressure themselves. source: of loads/drive.py.
+        carrying pressure themselves. drives: of each scenario, now.
     body: number of the rigid body that closes the chamber, or `OPEN`.
     """
 
@@ -75,11 +74,12 @@ class FollowerPressureTerm(WorkingTerm):
         rigid_bodies: RigidBodies,
         facets: Facets,
         lids: Facets,
-        source: Any,
+        drives: list[Any],
         body: int = OPEN,
     ) -> None:
         self.nodes, self.rigid_bodies, self.body = nodes, rigid_bodies, body
-        self.facets, self.lids, self.source = facets, lids, source
+        self.facets, self.lids = facets, lids
+        self.drives, self.source = drives, drives[0].source(drives)
         super().__init__(nodes.scenarios, facets.count)
         self.corners = facets.corners
         self.pressure = real_field(np.zeros(nodes.scenarios))
@@ -90,6 +90,11 @@ class FollowerPressureTerm(WorkingTerm):
         self.first_slot = nodes.corner_forces.reserve(facets.corner_nodes)
         if body != OPEN:
             rigid_bodies.react(body, self.first_slot, facets.corner_nodes.ravel())
+
+    def follow(self, scenario: int, drive: Any) -> None:
+        """Take another drive of the same kind in a scenario."""
+        self.source.follow(scenario, drive)
+        self.drives[scenario] = drive
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""

@@ -72,6 +72,15 @@ def constant(value: float, ramp: float) -> Profile:
     return Profile(np.array([0.0, ramp]), np.array([0.0, value]))
 
 
+def ramp(begin: float, start: float, duration: float, target: float) -> Profile:
+    """`start` until `begin` [s], then linearly to `target` within `duration` [s]; a duration of
+    zero: `target` at all times.
+    """
+    if duration == 0.0:
+        return Profile(np.array([begin]), np.array([target]))
+    return Profile(np.array([begin, begin + duration]), np.array([start, target]))
+
+
 def smooth_rise(ramp: float) -> Profile:
     """From 0 to 1 within `ramp` [s] as u^2 (3 - 2 u), u = t / ramp; a ramp of zero is a jump."""
     if ramp == 0.0:

@@ -15,13 +15,13 @@ gives the angle in closed form, and the force rises with omega^2.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.fields import real_field, vector_field
+from softsim.fields import real_field, vector_field, write_row
 from softsim.loads.load import Load
 from softsim.nodes import Nodes
 from softsim.rigid.frame import RigidBodies
@@ -41,6 +41,22 @@ class RotorForce:
     frequency: Own[float]
     spin_up: Own[float]
     phase: Own[float]
+
+    def turned(self, t: float) -> float:
+        """Time [s] at full speed in which it turns as far as it has at t [s]."""
+        if t >= self.spin_up:
+            return t - 0.5 * self.spin_up
+        u = t / self.spin_up
+        return self.spin_up * u**3 * (1.0 - 0.5 * u)
+
+    def at_phase(self, phase: float) -> "RotorForce":
+        """Starting at another angle [rad]."""
+        return replace(self, phase=phase)
+
+    def at_frequency(self, frequency: float, t: float) -> "RotorForce":
+        """As large, at another frequency [Hz] from t [s] on, where its angle goes on."""
+        skipped = 2.0 * np.pi * (self.frequency - frequency) * self.turned(t)
+        return replace(self, frequency=frequency, phase=self.phase + skipped)
 
 
 def eccentric_mass(
@@ -95,6 +111,12 @@ class Rotor(Load):
         """Its force on the body."""
         return RotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
 
+    def at_frequency(self, now: RotorForce, frequency: float, t: float) -> RotorForce:
+        """What turns as `now` does, at another frequency [Hz] from t [s] on: a sinusoid keeps its
+        amplitude.
+        """
+        return now.at_frequency(frequency, t)
+
 
 @dataclass(frozen=True, eq=False)
 class CarriedRotor(Rotor):
@@ -105,6 +127,12 @@ class CarriedRotor(Rotor):
     ) -> "CarriedRotorTerm":
         """Its force on the body."""
         return CarriedRotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
+
+    def at_frequency(self, now: RotorForce, frequency: float, t: float) -> RotorForce:
+        """An eccentric mass pulls with the square of its frequency."""
+        share = (frequency / self.rotor.frequency) ** 2
+        cosine, sine = share * self.rotor.cosine, share * self.rotor.sine
+        return replace(now.at_frequency(frequency, t), cosine=cosine, sine=sine)
 
 
 @ti.data_oriented
@@ -118,6 +146,16 @@ class RotorTerm(Term):
         self.speed = real_field(np.array([2.0 * np.pi * r.frequency for r in rotors]))
         self.spin_up = real_field(np.array([r.spin_up for r in rotors]))
         self.phase = real_field(np.array([r.phase for r in rotors]))
+        self.rotors = rotors
+
+    def follow(self, scenario: int, rotor: RotorForce) -> None:
+        """Take another rotor in a scenario."""
+        self.rotors[scenario] = rotor
+        write_row(self.cosine, scenario, rotor.cosine)
+        write_row(self.sine, scenario, rotor.sine)
+        write_row(self.speed, scenario, 2.0 * np.pi * rotor.frequency)
+        write_row(self.spin_up, scenario, rotor.spin_up)
+        write_row(self.phase, scenario, rotor.phase)
 
     def pulls(self) -> list[Callable[..., None]]:
         """On the body."""

@@ -3,8 +3,12 @@
 import numpy as np
 import taichi as ti
 
-from softsim.fields import index_field, real_field
+from softsim.errors import SimulationError
+from softsim.fields import index_field, real_field, shape_of, write_row
 from softsim.loads.profile import Profile
+
+LEAST_ROOM = 8
+"""Points that fit into a table at least, so that a command fits, read off a gauge's scale."""
 
 
 @ti.data_oriented
@@ -14,10 +18,22 @@ class ProfileTable:
     """
 
     def __init__(self, profiles: list[Profile]) -> None:
-        longest = max(len(p.times) for p in profiles)
+        longest = max(LEAST_ROOM, *(len(p.times) for p in profiles))
         self.points = index_field(np.array([len(p.times) for p in profiles]))
         self.time = real_field(np.array([padded(p.times, longest) for p in profiles]))
         self.value = real_field(np.array([padded(p.values, longest) for p in profiles]))
+
+    def follow(self, scenario: int, profile: Profile) -> None:
+        """Take another profile in a scenario; SimulationError where it has more points than fit."""
+        room = shape_of(self.time)[1]
+        if len(profile.times) > room:
+            raise SimulationError(
+                f"a course of {len(profile.times)} points, where {room} fit",
+                hint="a gauge's scale of fewer points, or a longer table in the scene",
+            )
+        write_row(self.points, scenario, len(profile.times))
+        write_row(self.time, scenario, padded(profile.times, room))
+        write_row(self.value, scenario, padded(profile.values, room))
 
     @ti.func
     def at(self, s, t):

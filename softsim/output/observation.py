@@ -182,10 +182,11 @@ class Observer:
 def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, float]:
     """Pressure of a chamber, and its volume where it is driven by that."""
     term = scenario.term_of(load)
-    if isinstance(load.drive, GivenPressure):
+    drive = term.drives[scenario.number]
+    if isinstance(drive, GivenPressure):
         now = {
-            "pressure": float(load.drive.profile.at(scenario.time)),
-            "section_pressure": float(load.drive.section_profile.at(scenario.time)),
+            "pressure": float(drive.profile.at(scenario.time)),
+            "section_pressure": float(drive.section_profile.at(scenario.time)),
         }
     else:
         now = dict.fromkeys(("pressure", "section_pressure"), float(scenario.read(term.pressure)))

@@ -2,8 +2,9 @@
 
 Read scenes.py first (a scene alone, or several side by side), then batch.py (the loop over runs
 that share a solver), course.py (one run from block to block of increments) and files.py (what it
-leaves in its folder). control.py feeds rows of the history back to the pressure, pilot.py foretells
-the duration of a run, cost.py measures what an increment costs.
+leaves in its folder). simulation.py is a run in steps, which record.py keeps in memory. control.py
+feeds rows of the history back to the pressure, pilot.py foretells the duration of a run, cost.py
+measures what an increment costs.
 """
 
 from softsim.run.course import Results

@@ -18,7 +18,7 @@ from softsim.output.console import ProgressReport
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.cost import measured_profile
 from softsim.run.course import Results, Run
-from softsim.run.files import RunFiles
+from softsim.run.record import Record
 from softsim.run.wall_clock import KERNEL, ROWS, WallClock
 from softsim.solver.energy import EnergyReader
 from softsim.solver.explicit import ExplicitSolver
@@ -36,7 +36,7 @@ class Batch:
 
     def __init__(
         self,
-        files: Sequence[RunFiles],
+        files: Sequence[Record],
         choice: Choice,
         stop_conditions: Sequence[Sequence[MakesStopCondition]],
         checkpoint: Checkpoint | None = None,
@@ -123,12 +123,26 @@ class Batch:
 
     def do_blocks(self) -> None:
         """Advance each run by a block of increments, with the guards, rows and frames due then."""
+        counts = self.next_blocks()
+        self.go_on(counts)
+        self.end_blocks()
+
+    def next_blocks(self) -> np.ndarray:
+        """Increments of the next block of each run (scenarios,), which begins now."""
         counts = np.zeros(len(self.runs), dtype=int)
         for run in self.running:
             with self._attended(run):
                 counts[run.scenario.number] = run.next_block()
+        self.solver.begin_block()
+        return counts
+
+    def go_on(self, counts: np.ndarray) -> None:
+        """Do so many increments of the block of each run, (scenarios,)."""
         with self.clock.spending_on(KERNEL):
-            self.solver.advance(counts)
+            self.solver.go_on(counts)
+
+    def end_blocks(self) -> None:
+        """The guards, rows and frames that are due where a block has ended."""
         self.clock.note_block(self.solver.increment_counts)
         for run in self.running:
             with self._attended(run):

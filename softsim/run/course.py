@@ -32,7 +32,7 @@ from softsim.output.stop_conditions import (
     see_history,
 )
 from softsim.run.control import feedback
-from softsim.run.files import RunFiles
+from softsim.run.record import Record
 from softsim.run.wall_clock import CHECKPOINTS, FRAMES, INSPECTIONS, ROWS, WallClock
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
@@ -82,7 +82,7 @@ class Run:
 
     def __init__(
         self,
-        files: RunFiles,
+        files: Record,
         scenario: Scenario,
         reader: EnergyReader,
         clock: WallClock,
@@ -158,8 +158,7 @@ class Run:
 
     def end_block(self) -> None:
         """Check what the block has done, and whether it was the last one."""
-        progress, scenario = self.progress, self.scenario
-        progress.time, progress.increment_count = scenario.time, scenario.increment_count
+        scenario = self.scenario
         if scenario.has_missed_contact():
             self._refuse_broken_elements()  # a cause says more than a symptom
             refuse_crowding(scenario.time)
@@ -350,11 +349,12 @@ class Run:
 
     def checkpoint(self) -> None:
         """Write the full state, from which --resume continues."""
-        self.progress.wall_time = self._wall_time()
-        self.progress.time_increment = self.scenario.time_increment
-        self.progress.control = self.loop.state
+        scenario, progress = self.scenario, self.progress
+        progress.time, progress.increment_count = scenario.time, scenario.increment_count
+        progress.time_increment, progress.control = scenario.time_increment, self.loop.state
+        progress.wall_time = self._wall_time()
         with self.clock.spending_on(CHECKPOINTS):
-            self.files.write_checkpoint(self.scenario, self.progress, self.shape.x)
+            self.files.write_checkpoint(scenario, progress, self.shape.x)
 
     def _wall_time(self) -> float:
         return self.wall_before + time.monotonic() - self.clock.began

@@ -1,10 +1,10 @@
 """Scene files: YAML, the parts they include, the command line's overrides, the validated scene."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -14,10 +14,22 @@ from softsim.scene.resolved import resolved_text
 from softsim.scene.robots import PREFIX, part_file
 from softsim.scene.schema import Scene
 from softsim.scene.structure import Model, Place
-from softsim.scene.tree import Key, Keys, Origin, Tree, child, merged, nearest, plain, replaced
+from softsim.scene.tree import (
+    Key,
+    Keys,
+    Origin,
+    Tree,
+    child,
+    merged,
+    nearest,
+    plain,
+    replaced,
+    tree_of,
+)
 from softsim.scene.yaml_reading import is_file, read_file, read_text
 
 MOST_FILES = 100
+IN_PYTHON = Option("the scene given in Python")
 PATH = re.compile(r"[^.\s]+(\.[^.\s]+)*")
 
 Kind = TypeVar("Kind", bound=BaseModel)
@@ -73,6 +85,20 @@ def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     return validated(read_scene(Path(path)), Path(path), overrides)
 
 
+def scene_of(scene: Scene) -> LoadedScene:
+    """A scene that was made in Python. Files that it names are looked for in the working folder."""
+    tree = tree_of(scene.model_dump(exclude_unset=True), IN_PYTHON)  # in SI
+    return LoadedScene(scene, Path("scene"), Path(), tree)
+
+
+def scene_said(said: Mapping[str, Any], overrides: Sequence[str] = ()) -> LoadedScene:
+    """The scene of which a mapping says what a file would, in the working folder. SceneError as
+    load_scene.
+    """
+    tree = _Includes(Path()).merged_over_parts(tree_of(said, IN_PYTHON))
+    return validated(tree, Path("scene"), overrides)
+
+
 def read_scene(path: Path) -> Tree:
     """What a scene file says, merged over the files that it includes. SceneError as load_scene."""
     return _Includes(path.parent).read(path)
@@ -120,13 +146,17 @@ class _Includes:
         self.count += 1
         if self.count > MOST_FILES:
             raise SceneError(f"{path}: more than {MOST_FILES} files are included")
-        tree = read_file(path)
+        self.open.append(path)
+        tree = self.merged_over_parts(read_file(path))
+        self.open.pop()
+        return tree
+
+    def merged_over_parts(self, tree: Tree) -> Tree:
+        """What a file says, merged over the files under its key `include`."""
         if not isinstance(tree.value, dict) or "include" not in tree.value:
             return tree
         own = {key: value for key, value in tree.value.items() if key != "include"}
-        self.open.append(path)
         parts = [self.part(named) for named in _listed(tree.value["include"])]
-        self.open.pop()
         result = replace(tree, value={})
         for part in [*parts, replace(tree, value=own)]:
             result = merged(result, part)

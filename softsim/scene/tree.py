@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import PurePath
 from typing import Any
 
 from softsim.errors import Location, Option
@@ -33,6 +34,18 @@ def plain(tree: Tree) -> Any:
     if isinstance(tree.value, list):
         return [plain(child) for child in tree.value]
     return tree.value
+
+
+def tree_of(value: Any, origin: Origin) -> Tree:
+    """The tree of plain values, all of them from one place."""
+    if isinstance(value, Mapping):
+        held = {str(key): tree_of(entry, origin) for key, entry in value.items()}
+        return Tree(held, origin, origin)
+    if isinstance(value, list | tuple):
+        return Tree([tree_of(entry, origin) for entry in value], origin, origin)
+    if isinstance(value, PurePath):
+        value = str(value)
+    return Tree(value, origin, origin, str(value))
 
 
 def child(tree: Tree, key: Key) -> Tree | None:

@@ -48,6 +48,7 @@ class ExplicitSolver:
             refuse_too_large(models[0], made.size, device, memory_of(device))
         self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
         self.increment_counts = np.zeros(self.scenarios, dtype=int)
+        self.begin_block()
 
     @property
     def time(self) -> float:
@@ -143,16 +144,33 @@ class ExplicitSolver:
         self._set_time_increment(s, dt)
 
     def advance(self, counts: int | np.ndarray) -> None:
-        """Do `counts` increments: one number for all scenarios, or (scenarios,); 0: it rests."""
+        """Do a block of `counts` increments: one number for all scenarios, or (scenarios,); 0: it
+        rests.
+        """
+        self.begin_block()
+        self.go_on(counts)
+
+    def begin_block(self) -> None:
+        """Begin a block of increments, which `go_on` does in one part or several."""
+        self.block_starts = self.times.copy()
+        self.done_in_block = np.zeros(self.scenarios, dtype=int)
+
+    def go_on(self, counts: int | np.ndarray) -> None:
+        """Do `counts` more increments of the block, as `advance` counts them: in several parts they
+        give the same bits as in one.
+        """
         each: np.ndarray = np.broadcast_to(counts, self.scenarios)
         self.kernels.run(
             [
-                Span(int(count), time, dt, drift=dt, kick=dt)
-                for count, time, dt in zip(each, self.times, self.time_increments, strict=True)
+                Span(int(count), start, dt, drift=dt, kick=dt, done=int(done))
+                for count, start, dt, done in zip(
+                    each, self.block_starts, self.time_increments, self.done_in_block, strict=True
+                )
             ]
         )
         self.increment_counts += each
-        self.times += each * self.time_increments
+        self.done_in_block += each
+        self.times[:] = self.block_starts + self.done_in_block * self.time_increments
 
     def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
         """Do an increment of each scenario that ends now and in which nothing drifts."""

@@ -37,7 +37,9 @@ MOST_LOOKS = 500_000_000
 
 @dataclass(frozen=True)
 class Span:
-    """`count` increments of dt [s] of a scenario from its time `start` [s] on; 0: it rests.
+    """`count` increments of dt [s] of a scenario; 0: it rests. Number k of them, from 1, ends at
+    start + (done + k) dt: a block that is done in parts, `done` increments before this one, passes
+    through the times of a whole one, to the bit.
 
     drift, kick: times [s] by which positions and velocities are moved in each. Without drift the
     forces are those at the present positions.
@@ -48,9 +50,10 @@ class Span:
     dt: float
     drift: float
     kick: float
+    done: int = 0
 
 
-COUNT, START, DT, DRIFT, KICK = range(5)
+COUNT, START, DT, DRIFT, KICK, DONE = range(6)
 """Columns of IncrementKernels.spans, which launches read: the numbers of a Span, a row each."""
 
 
@@ -91,7 +94,7 @@ class IncrementKernels:
             refuse_uncountable(self.passes)
         self.drift_stages, self.force_stages, self.kick_stages = map(loops, stages)
         self.threads = ThreadCount(backend.device().threads)
-        self.spans = real_field(np.zeros((scenarios, KICK + 1)))
+        self.spans = real_field(np.zeros((scenarios, DONE + 1)))
         self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
 
     def run(self, spans: Sequence[Span]) -> None:
@@ -114,11 +117,11 @@ class IncrementKernels:
 
         The number of workers is an argument so that the compiler treats both kernels alike.
         """
-        self._alone(s, span.count, span.start, span.dt, span.drift, span.kick, 1)
+        self._alone(s, *astuple(span), 1)
 
     def together(self, s: int, span: Span, workers: int) -> None:
         """Run a span by so many of Taichi's threads side by side. Raises DeviceError."""
-        lost = self._together(s, span.count, span.start, span.dt, span.drift, span.kick, workers, 0)
+        lost = self._together(s, *astuple(span), workers, 0)
         if lost:
             raise DeviceError(
                 f"{workers} threads were started, and not all of them run",
@@ -136,16 +139,16 @@ class IncrementKernels:
     @ti.kernel
     def _alone(
         self, s: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
-        kick: ti.f64, workers: ti.i32,
+        kick: ti.f64, done: ti.i32, workers: ti.i32,
     ):  # fmt: skip
         ti.loop_config(serialize=True)
         for worker in range(workers):
-            self._work_through(s, count, start, dt, drift, kick, worker, workers, 0)
+            self._work_through(s, count, start, dt, drift, kick, done, worker, workers, 0)
 
     @ti.kernel
     def _together(
         self, s: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
-        kick: ti.f64, workers: ti.i32, zero: ti.i32,
+        kick: ti.f64, done: ti.i32, workers: ti.i32, zero: ti.i32,
     ) -> ti.i32:  # fmt: skip
         self.arrived[0] = 0
         self.lost[0] = 0
@@ -154,11 +157,13 @@ class IncrementKernels:
         for share in range(self.threads.size * SHARE):
             worker = share // SHARE
             if share % SHARE == 0 and worker < workers:
-                self._work_through(s, count, start, dt, drift, kick, worker, workers, zero)
+                self._work_through(s, count, start, dt, drift, kick, done, worker, workers, zero)
         return self.lost[0]
 
     @ti.func
-    def _work_through(self, only, count, start, dt, drift, kick, worker, workers, zero):
+    def _work_through(
+        self, only, count, start, dt, drift, kick, done, worker, workers, zero
+    ):  # fmt: skip
         """One worker's part of all the increments of scenario `only`. Which that is, is asked in a
         loop, so that the compiler knows it where there is but one.
         """
@@ -167,7 +172,7 @@ class IncrementKernels:
             if s != only:
                 continue
             for k in range(count):
-                t = start + (k + 1) * dt
+                t = start + (done + k + 1) * dt
                 if drift > 0.0:
                     for stage in ti.static(self.drift_stages):
                         self._work(stage, s, worker, workers, t, drift)
@@ -225,7 +230,7 @@ class IncrementKernels:
     @ti.func
     def _time(self, s, k):
         """Time [s] of scenario s after k increments of its span."""
-        return self.spans[s, START] + k * self.spans[s, DT]
+        return self.spans[s, START] + (self.spans[s, DONE] + k) * self.spans[s, DT]
 
 
 @ti.func

@@ -65,5 +65,6 @@ def test_commands_are_remembered(source):
     source.obey(1, Command(3e3, 0.5, 0.0, 4e3))
     kept = {name: read(field).tolist() for name, field in source.state_fields().items()}
     assert kept == {
-        "pressure": [6e3, 3e3], "time": [1.0, 0.5], "rate": [-5e3, 0.0], "target": [2e3, 4e3],
+        "command_pressure": [6e3, 3e3], "command_time": [1.0, 0.5],
+        "command_rate": [-5e3, 0.0], "command_target": [2e3, 4e3],
     }  # fmt: skip

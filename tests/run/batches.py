@@ -1,4 +1,4 @@
-"""A strip that falls on a floor, and what runs of it have left behind."""
+"""A strip that falls on a floor, a block that is pressed, and what runs of them leave behind."""
 
 import json
 
@@ -16,6 +16,26 @@ bodies:
 environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
 time: {end: 60 ms}
 output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 5 ms}
+"""
+
+PRESSED_BLOCK = """
+title: A block is pressed, a motor shakes a frame
+bodies:
+  b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
+      formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10,
+      position: [0 mm, 0.2 mm]}
+rigid_bodies:
+  frame: {mass: 10 g, inertia: 1 kg*mm^2, outline: {length: 20 mm, height: 10 mm}, free: [x, y],
+          center: [-40 mm, 5.1 mm]}
+loads:
+  air: {kind: follower_pressure, facets: [b.top], offset: 0.5 kPa,
+        profile: {kind: table, points: [[0 s, 0 Pa], [5 ms, 2 kPa], [20 ms, 0 Pa]]}}
+  motor: {kind: eccentric_mass, acts_on: frame, eccentric_mass: 0.05 g, radius: 1 mm,
+          frequency: 100 Hz, spin_up: 5 ms}
+environment: {walls: {floor: {kind: plane}}}
+contact: {friction_coefficient: 0}
+time: {end: 20 ms}
+output: {history_interval: 1 ms, frame_interval: 10 ms}
 """
 
 

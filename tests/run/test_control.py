@@ -58,6 +58,33 @@ def test_a_run_follows_the_wall_and_a_resumed_one_too(batch, tmp_path):
     assert whole.read_bytes() == parts.read_bytes()
 
 
+def test_a_command_ends_the_control(write_scene, kernel_cache, monkeypatch):
+    """Of a simulation; reset, it follows the wall again."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim import Simulation
+
+    simulation = Simulation(write_scene(SCENE), (), "cpu", 1)
+    simulation.step(0.1)
+    controlled = simulation.history
+    simulation.reset()
+    simulation.set_load("air", 3e3, within=0.02)
+    simulation.step(0.01)
+    commanded = simulation.save()
+    assert simulation.row["pressure"] == pytest.approx(1.5e3, rel=1e-2)
+    simulation.step(0.05)
+    assert simulation.row["pressure"] == 3e3 and simulation.row["cycles_done"] == 0.0
+    simulation.set_load("air", 1e3)
+    simulation.step(0.03)
+    assert simulation.row["pressure"] == 1e3
+    simulation.restore(commanded)
+    simulation.step(0.05)
+    assert simulation.row["pressure"] == 3e3
+    simulation.reset()
+    simulation.step(0.1)
+    for name, column in simulation.history.items():
+        np.testing.assert_array_equal(column, controlled[name], err_msg=name)
+
+
 def inflation_stops_at_contact(history):
     """At the first row at which the mean of 10 ms is half a newton; then the pressure is held."""
     t, pressure, phase = (history[c] for c in ("time", "pressure", "phase"))

@@ -1,0 +1,145 @@
+"""What a run is recorded in: the files of a folder (files.py), or memory alone."""
+
+import logging
+from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from rich.console import Console
+
+from softsim import backend
+from softsim.model import Model
+from softsim.output.checkpoint import Checkpoint
+from softsim.output.observation import columns
+from softsim.output.progress import Progress
+from softsim.scene.loading import LoadedScene
+from softsim.solver.explicit import Scenario
+
+log = logging.getLogger("softsim")
+
+
+class Rows(Protocol):
+    """Rows of a history."""
+
+    def append(self, row: Mapping[str, float]) -> None:
+        """Take one row: a number for each column."""
+
+
+class Record(Protocol):
+    """What a run tells of itself. loaded, model: its scene, and what was built from it."""
+
+    @property
+    def loaded(self) -> LoadedScene: ...
+    @property
+    def model(self) -> Model: ...
+    @property
+    def console(self) -> Console: ...
+    @property
+    def path(self) -> Path: ...
+    @property
+    def history(self) -> Rows: ...
+
+    summary: dict[str, Any]
+
+    def logged(self) -> AbstractContextManager[None]:
+        """Write what is logged in the block into this run's log."""
+
+    def warn(self, warnings: Mapping[str, str]) -> None:
+        """Tell warnings (kind -> text), each kind once."""
+
+    def tell(self, text: str) -> None:
+        """Tell what happened."""
+
+    def write_frame(self, scenario: Scenario) -> None:
+        """Keep the present fields."""
+
+    def write_checkpoint(
+        self, scenario: Scenario, progress: Progress, inspected: np.ndarray
+    ) -> None:
+        """Keep the full state; inspected: places of the nodes (n, d) [m] at the last inspection."""
+
+    def write_summary(self, summary: dict[str, Any]) -> None:
+        """Keep the summary."""
+
+    def rows(self) -> dict[str, np.ndarray]:
+        """The rows of the history so far (column -> array)."""
+
+    def close(self) -> None:
+        """Nothing more is told."""
+
+
+class KeptRows:
+    """Rows of a history in memory, those of `names`."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names = names
+        self.kept: list[tuple[float, ...]] = []
+
+    def append(self, row: Mapping[str, float]) -> None:
+        """Take one row: a number for each column."""
+        self.kept.append(tuple(row[name] for name in self.names))
+
+    @property
+    def last(self) -> dict[str, float]:
+        """The latest row."""
+        return dict(zip(self.names, self.kept[-1], strict=True))
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """The rows so far (column -> array)."""
+        table = np.array(self.kept, dtype=float).reshape(-1, len(self.names))
+        return dict(zip(self.names, table.T, strict=True))
+
+
+class Memory:
+    """Keeps the rows of a run's history and its last checkpoint in memory, no frames; what a run
+    tells goes to the package's log.
+    """
+
+    def __init__(self, loaded: LoadedScene, model: Model) -> None:
+        self.loaded, self.model, self.path = loaded, model, loaded.path
+        self.console = Console(quiet=True)
+        self.history = KeptRows(tuple(columns(model)))
+        self.summary: dict[str, Any] = {}
+        self.warned: set[str] = set()
+
+    @contextmanager
+    def logged(self) -> Iterator[None]:
+        """The package's log is that of the run."""
+        yield
+
+    def warn(self, warnings: Mapping[str, str]) -> None:
+        """Log warnings (kind -> text), each kind once."""
+        for kind, text in warnings.items():
+            if kind not in self.warned:
+                self.warned.add(kind)
+                log.warning(text)
+
+    def tell(self, text: str) -> None:
+        """Log what happened."""
+        log.info(text)
+
+    def write_frame(self, scenario: Scenario) -> None:
+        """Who asks sees the fields."""
+
+    def write_checkpoint(
+        self, scenario: Scenario, progress: Progress, inspected: np.ndarray
+    ) -> None:
+        """Keep the full state; inspected: places of the nodes (n, d) [m] at the last inspection."""
+        progress.row_count = len(self.history.kept)
+        self.checkpoint = Checkpoint(
+            scenario.state(), asdict(progress), inspected, "", backend.device().name
+        )
+
+    def write_summary(self, summary: dict[str, Any]) -> None:
+        """Keep the summary."""
+        self.summary = summary
+
+    def rows(self) -> dict[str, np.ndarray]:
+        """The rows of the history so far (column -> array)."""
+        return self.history.columns()
+
+    def close(self) -> None:
+        """Nothing is open."""

@@ -1,0 +1,143 @@
+"""A simulation in steps: the run's bits, commands, and back again."""
+
+import numpy as np
+import pytest
+from batches import PRESSED_BLOCK
+
+from softsim.errors import SceneError, SimulationError, StabilityError
+
+
+@pytest.fixture
+def simulate(write_scene, kernel_cache, monkeypatch):
+    """A simulation of the scene on one thread."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim import Simulation
+
+    return lambda *overrides: Simulation(write_scene(PRESSED_BLOCK), overrides, "cpu", 1)
+
+
+def same(one, other):
+    """The same rows, to the bit."""
+    assert one.keys() == other.keys()
+    for name, column in one.items():
+        np.testing.assert_array_equal(column, other[name], err_msg=name)
+
+
+def test_steps_of_any_length_are_the_run(simulate, run, write_scene, tmp_path):
+    results = run(write_scene(PRESSED_BLOCK), out=tmp_path / "whole", threads=1)
+    simulation = simulate()
+    for duration in (1e-3, 0.3e-3, 0.123456789e-3, 5e-6, 2e-3):
+        simulation.step(duration)
+    middle = simulation.save()
+    while not simulation.finished:
+        simulation.step(min(0.7e-3, 20e-3 - simulation.time))
+    same(simulation.history, results.history)
+    assert simulation.time == results.summary["simulated_time"]
+    assert simulation.record.summary["increments"] == results.summary["increments"]
+    simulation.restore(middle)  # within a block of increments
+    assert simulation.time < 4e-3
+    simulation.step(20e-3 - simulation.time)
+    same(simulation.history, results.history)
+    simulation.reset()
+    assert simulation.time == 0.0 and len(simulation.history["time"]) == 1
+    simulation.step(20e-3)
+    same(simulation.history, results.history)
+    with pytest.raises(SimulationError, match=r"has ended at t = 0\.02 s"):
+        simulation.step(1e-3)
+
+
+def test_commands(simulate):
+    simulation = simulate()
+    scenario = simulation._scenario
+    air = scenario.term_of(simulation.model.chamber)
+    simulation.step(2e-3)
+    assert simulation.time == pytest.approx(2e-3, abs=scenario.time_increment)
+    middle = simulation.save()
+    simulation.set_load("air", 1.6e3, within=1e-3)
+    simulation.set_motor(frequency=200.0)
+    simulation.step(0.5e-3)
+    # From 0.8 kPa of the profile half the way; the section feels 0.5 kPa less.
+    assert scenario.read(air.pressure) == pytest.approx(0.7e3, rel=1e-2)
+    simulation.step(5e-3)
+    assert scenario.read(air.pressure) == pytest.approx(1.1e3, rel=1e-12)
+    assert simulation.history["pressure"][-1] == pytest.approx(1.6e3, rel=1e-12)
+    simulation.set_load("air", 0.9e3)
+    simulation.step(1e-3)
+    assert scenario.read(air.pressure) == pytest.approx(0.4e3, rel=1e-12)
+    first = simulation.history
+    simulation.restore(middle)  # and once more
+    simulation.set_load("air", 1.6e3, within=1e-3)
+    simulation.set_motor(frequency=200.0)
+    simulation.step(0.5e-3)
+    simulation.step(5e-3)
+    simulation.set_load("air", 0.9e3)
+    simulation.step(1e-3)
+    same(simulation.history, first)
+
+    state = simulation.state()
+    assert state.positions["b"].shape == state.velocities["b"].shape == (15, 2)
+    assert state.contact_forces["b"][:, 1].min() >= 0.0
+    assert state.contact_forces["b"][:, 1].sum() > 0.0
+    assert state.poses["frame"].centre == pytest.approx([-40e-3, 5.1e-3], abs=1e-3)
+
+    simulation.reset(seed=1)
+    simulation.step(4e-3)
+    drawn = simulation.history
+    simulation.reset(seed=1)
+    simulation.step(4e-3)
+    same(simulation.history, drawn)
+    simulation.reset(seed=2)
+    simulation.step(4e-3)
+    assert simulation.history["frame_y"][-1] != drawn["frame_y"][-1]
+
+    for refused, ask in (
+        ("no chamber 'ari'", lambda: simulation.set_load("ari", 1.0)),
+        ("no chamber 'motor'", lambda: simulation.set_load("motor", 1.0)),
+        ("cannot go to nan", lambda: simulation.set_load("air", float("nan"))),
+        ("no motor 'air'", lambda: simulation.set_motor(10.0, "air")),
+        ("cannot turn at -1", lambda: simulation.set_motor(-1.0)),
+        ("a step of -1", lambda: simulation.step(-1.0)),
+        ("a step of 0", lambda: simulation.step(0.0)),
+        ("the scene ends at 0.02 s", lambda: simulation.step(1.0)),
+    ):
+        with pytest.raises(SimulationError, match=refused):
+            ask()
+
+
+def test_a_guard_stops_a_simulation_as_a_run(simulate, run, write_scene, tmp_path):
+    limit = "solver.energy_error_limit=2e-5"
+    with pytest.raises(StabilityError) as of_run:
+        run(write_scene(PRESSED_BLOCK), limit, out=tmp_path / "out", threads=1)
+    simulation = simulate(limit)
+    with pytest.raises(StabilityError) as in_steps:
+        while True:
+            simulation.step(1e-3)
+    assert str(in_steps.value) == str(of_run.value)
+    assert simulation.finished
+    simulation.reset()
+    simulation.step(1e-3)
+    simulate()  # another one
+    with pytest.raises(SimulationError, match="another simulation"):
+        simulation.reset()
+
+
+def test_a_scene_said_in_python(write_scene):
+    """A mapping, and the schema's object, are the scene that a file says."""
+    import yaml
+
+    from softsim import load_scene
+    from softsim.scene.loading import scene_of, scene_said
+    from softsim.scene.schema import Scene
+
+    loaded = load_scene(write_scene(PRESSED_BLOCK), ["time.end=30 ms"])
+    said = yaml.safe_load(PRESSED_BLOCK)
+    from_dict = scene_said(said, ["time.end=30 ms"])
+    assert from_dict.scene == loaded.scene
+    assert (
+        scene_of(Scene.model_validate(said)).scene == load_scene(write_scene(PRESSED_BLOCK)).scene
+    )
+    robot = scene_said({"include": "robot:pfr/section", "time": {"end": "1 ms"}})
+    assert "skin" in robot.scene.bodies
+    del said["bodies"]["b"]["material"]
+    with pytest.raises(SceneError, match=r"the scene given in Python: .*material"):
+        scene_said(said)
