@@ -96,6 +96,7 @@ loads:
   a: {kind: follower_pressure, facets: [b.top],
       profile: {kind: event_cycles, highest: 2 kPa, lowest: 1 kPa, inflation_rate: 1 kPa/s,
                 deflation_rate: 1 kPa/s, contact_force: 1 N, contact_rows: 0, least_rows: 0}}
+crossing: {goal: 90 mm}
 time: {end: 1 s}
 """,
     "in space": """

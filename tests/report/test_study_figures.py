@@ -23,7 +23,7 @@ from study_folders import (
 
 from softsim.errors import OutputError
 from softsim.report.study.cells import Cells, edges, remark_on_cells
-from softsim.report.study.curve import BAND, lines
+from softsim.report.study.curve import BAND, lines, remark
 from softsim.report.study.figures import draw_study
 from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, SPREAD, Findings, best_in_words
 from softsim.report.study.plots import best_so_far, drawn_plots
@@ -123,9 +123,22 @@ def test_a_band_is_three_standard_deviations(tmp_path):
         noise=0.0, repeats=2,
     )  # fmt: skip
     (line,) = lines(found, found.scale("rate"), found.scale("speed"), None)
-    assert line.band == pytest.approx(
-        BAND * np.array([np.std([1, 2], ddof=1), np.std([3, 8], ddof=1)])
-    )
+    half = BAND * np.array([np.std([1, 2], ddof=1), np.std([3, 8], ddof=1)])
+    assert line.band == pytest.approx(np.stack([line.mean - half, line.mean + half]))
+
+
+def test_a_share_lies_in_its_interval(tmp_path):
+    """Wilson's, between 0 and 1: of 3 of 4 cases from 0.3006 to 0.9544."""
+    values = iter([1.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    found = findings(
+        tmp_path, [RATE], grid(rate=[1.0, 2.0], repeat=[1, 2, 3, 4]), lambda rate: next(values),
+        noise=0.0, repeats=4,
+    )  # fmt: skip
+    (line,) = lines(found, found.scale("rate"), found.scale("speed"), None)
+    assert line.mean == pytest.approx([0.75, 0.0])
+    assert line.band == pytest.approx(np.array([[0.3006, 0.0], [0.9544, 0.4899]]), abs=1e-4)
+    said = remark(found, found.axis("rate"), found.axis("speed"), None)
+    assert said == "share and its 95 % interval (Wilson) of n = 4 repeats"
 
 
 @given(

@@ -112,12 +112,12 @@ def chart_of(plot: StudyPlot, crowded: bool) -> Chart:
 
 def series_traces(series: Series, scale: Scale | None, crowded: bool) -> Iterator[Trace]:
     """Points, coloured by a scale if they have values, or a line upon its band."""
-    known = np.ma.masked_invalid(series.band)
-    for part in np.ma.clump_unmasked(known) if len(known) else ():
-        x, mean, band = series.x[part], series.y[part], series.band[part]
+    lowest, highest = series.band
+    for part in np.ma.clump_unmasked(np.ma.masked_invalid(lowest)) if len(lowest) else ():
+        x, low, high = series.x[part], lowest[part], highest[part]
         yield {
             "type": "scatter", "mode": "lines", "x": packed(np.append(x, x[::-1])),
-            "y": packed(np.concatenate([mean + band, (mean - band)[::-1]])), "fill": "toself",
+            "y": packed(np.concatenate([high, low[::-1]])), "fill": "toself",
             "fillcolor": series.colour + "33", "line": {"width": 0}, "hoverinfo": "skip",
             "showlegend": False,
         }  # fmt: skip

@@ -15,11 +15,15 @@ from softsim.study.axes import Axis
 BAND = 3.0
 """Half of a band [standard deviations]."""
 
+CONFIDENCE = 0.95
+"""Of the interval about a share of the cases."""
+
 
 @dataclass(frozen=True)
 class Line:
-    """Design points that differ in x alone, a row each: their places (n,), means (n,) and half of
-    the band (n,), NaN where there is none. level: of the factor that tells lines apart.
+    """Design points that differ in x alone, a row each: their places (n,), means (n,), and the band
+    from its lowest to its highest values (2, n), NaN where there is none. level: of the factor that
+    tells lines apart.
     """
 
     level: float | str | None
@@ -40,19 +44,46 @@ def lines(findings: Findings, x: Scale, y: Scale, by: Axis | None) -> Iterator[L
     for key, group in groups:
         line = group[np.argsort(x.places(group[x.axis.column]), kind="stable")]
         places, mean = x.places(line[x.axis.column]), y.places(line[y.axis.column])
-        has_band = spread in line.columns  # labels have none
-        band = BAND * line[spread].to_numpy() if has_band else np.full(len(places), np.nan)
+        if is_share(findings, y.axis):
+            band = wilson_band(mean, line[DONE_COUNT].to_numpy())
+        elif spread in line.columns:
+            half = BAND * line[spread].to_numpy()
+            band = np.stack([mean - half, mean + half])
+        else:  # labels have none
+            band = np.full((2, len(places)), np.nan)
         yield Line(key[0] if by else None, line, places, mean, band)
 
 
-def remark(findings: Findings, x: Axis, by: Axis | None) -> str:
+def is_share(findings: Findings, y: Axis) -> bool:
+    """Whether a measure says yes or no, 1 or 0, in cases that repeat: its mean is a share."""
+    repeats = findings.design_points[DONE_COUNT].max()
+    if y.is_label or not isinstance(repeats, int) or repeats < 2:
+        return False
+    return bool(findings.done[y.column].drop_nulls().is_in([0.0, 1.0]).all())
+
+
+def wilson_band(share: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """Wilson's interval (2, n) about shares (n,) of `count` (n,) cases each; NaN without cases."""
+    from scipy.stats import binomtest  # slow to import
+
+    band = np.full((2, len(share)), np.nan)
+    for k in np.flatnonzero((count > 0) & np.isfinite(share)):
+        found = binomtest(round(share[k] * count[k]), int(count[k]))
+        band[:, k] = found.proportion_ci(CONFIDENCE, "wilson")
+    return band
+
+
+def remark(findings: Findings, x: Axis, y: Axis, by: Axis | None) -> str:
     """What a reader must know of the lines: over how many cases the mean is, what else varies."""
     said = []
     counts = findings.design_points[DONE_COUNT].filter(findings.design_points[DONE_COUNT] > 0)
     if len(counts) and counts.max() > 1:
         low, high = counts.min(), counts.max()
         n = f"{high}" if low == high else f"{low} to {high}"
-        said.append(f"mean and {BAND:g} standard deviations of n = {n} repeats")
+        about = f"mean and {BAND:g} standard deviations"
+        if is_share(findings, y):
+            about = f"share and its {100.0 * CONFIDENCE:g} % interval (Wilson)"
+        said.append(f"{about} of n = {n} repeats")
     apart = [axis.name for axis in findings.varied if axis not in (x, by)]
     if apart:
         said.append(f"a line each of {', '.join(apart)}")

@@ -147,8 +147,7 @@ def finish(axes: Axes, plot: StudyPlot) -> None:
 def draw_series(axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None) -> None:
     """Points of a size that suits their number, or a line in its band."""
     if np.isfinite(series.band).any():
-        low, high = series.y - series.band, series.y + series.band
-        axes.fill_between(series.x, low, high, color=series.colour, alpha=0.2, linewidth=0)
+        axes.fill_between(series.x, *series.band, color=series.colour, alpha=0.2, linewidth=0)
     if series.join:
         axes.plot(
             series.x, series.y, marker="o" if series.has_markers else "", markersize=3.5,

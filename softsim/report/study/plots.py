@@ -37,8 +37,8 @@ class Series:
     """Points, perhaps joined: places x and y (n,), and the case of each (n,).
 
     colour: of all, unless the colours of the plot tell values (n,) apart. join: "" for single
-    points, "line" or "steps". band: half its width (n,), NaN where there is none. mean: a place
-    stands for several cases.
+    points, "line" or "steps". band: its lowest and highest values (2, n), NaN where there is none.
+    mean: a place stands for several cases.
     """
 
     x: np.ndarray
@@ -48,7 +48,7 @@ class Series:
     values: np.ndarray = field(default_factory=lambda: EMPTY)
     name: str = ""
     join: str = ""
-    band: np.ndarray = field(default_factory=lambda: EMPTY)
+    band: np.ndarray = field(default_factory=lambda: np.zeros((2, 0)))
     mean: bool = False
 
     @property
@@ -133,7 +133,7 @@ def curve(findings: Findings, plot: Plot) -> StudyPlot:
     if by is not None and has_bar(findings, by):
         scale = findings.scale(by.name)
         bar = scale, scale.places(findings.table[by.column])
-    return _marked(findings, x, y, series, bar, remark(findings, x.axis, by))
+    return _marked(findings, x, y, series, bar, remark(findings, x.axis, y.axis, by))
 
 
 def heat_map(findings: Findings, plot: Plot) -> StudyPlot:
