@@ -8,7 +8,7 @@ from softsim.cli.about import devices, print_version, schema
 from softsim.cli.chain import chain
 from softsim.cli.examples import examples
 from softsim.cli.materials import fit_material, spectrum
-from softsim.cli.reporting import report
+from softsim.cli.reporting import render, report
 from softsim.cli.runs import assess, check, run
 from softsim.cli.section import calibrate_section
 from softsim.cli.studies import optimize, sweep
@@ -27,7 +27,7 @@ def softsim(
 
 
 for command in (
-    examples, run, check, assess, sweep, optimize, report, fit_material, spectrum,
+    examples, run, check, assess, sweep, optimize, report, render, fit_material, spectrum,
     calibrate_section, chain, schema, devices,
 ):  # fmt: skip
     app.command()(command)

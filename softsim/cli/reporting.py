@@ -32,6 +32,33 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
             )
 
 
+def render(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
+    out: Annotated[
+        Path | None, typer.Option(help="File, .gif or .mp4; default: film.gif in the folder.")
+    ] = None,
+    field: Annotated[
+        str | None, typer.Option(help="What colours the body; default: as the snapshots.")
+    ] = None,
+    frames: Annotated[int, typer.Option(min=2, help="At most so many pictures.")] = 120,
+    rate: Annotated[int, typer.Option(min=1, max=60, help="Pictures a second.")] = 15,
+) -> None:
+    """Make a film of a run's stored frames; `output.frame_interval` says how many there are."""
+    with explained() as console:
+        from softsim.output.folder import read_summary
+        from softsim.report.film import WRITERS, draw_film
+        from softsim.report.recorded import recorded
+
+        path = out or folder / "film.gif"
+        if path.suffix not in WRITERS:
+            known = " or ".join(WRITERS)
+            raise typer.BadParameter(f"{path} must end in {known}", param_hint="--out")
+        run = recorded(folder)
+        shown = field or read_summary(folder).get("snapshot_field", "stretch")
+        count = draw_film(run, shown, rate, frames, path)
+        console.print(f"film    {path}, {count} pictures", highlight=False)
+
+
 @contextmanager
 def ended_by(show: Callable[[], None]) -> Iterator[None]:
     """Call `show` after a run, one that was stopped too; a refusal leaves the folder as it is."""

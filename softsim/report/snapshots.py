@@ -79,7 +79,7 @@ def draw_snapshots(
     if not shown:
         raise OutputError("the results hold no frame in which a node still has a place")
     titles = [
-        (" and ".join(names), _state(frames.times[index], time, pressure))
+        (" and ".join(names), state(frames.times[index], time, pressure))
         for index, names in shown.items()
     ]
     _draw(pictures(frames, list(shown), field), titles, FIELDS[field].label, path)
@@ -102,7 +102,7 @@ def frames_at(moments: list[Moment], times: np.ndarray) -> dict[int, list[str]]:
     return shown
 
 
-def _state(at: float, time: np.ndarray, pressure: np.ndarray | None) -> str:
+def state(at: float, time: np.ndarray, pressure: np.ndarray | None) -> str:
     """Time and pressure, as a title says them."""
     if pressure is None:
         return f"{at:.3g} s"
