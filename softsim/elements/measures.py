@@ -46,6 +46,23 @@ def measure_elements(region: Region, x: np.ndarray) -> ElementMeasures:
     return ElementMeasures(J, stretch, b_bar.sum(axis=1), von_mises, shear_stiffness, pressure)
 
 
+def cauchy_stress(region: Region, x: np.ndarray) -> np.ndarray:
+    """Cauchy stress (m, 6) [Pa] of the elements of a region with its body's nodes now at x (n, d)
+    [m]: xx, yy, zz, xy, yz, zx. Law and pressure, which is the mean of its corners'; without
+    Maxwell branches. NaN where the place of a node is.
+    """
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        F = region.deformation(x)
+        J = np.linalg.det(F)
+        b = np.nan_to_num(np.einsum("eij,ekj->eik", F, F), posinf=0.0, neginf=0.0)
+        squares, axes = np.linalg.eigh(b)
+        tau = region.material.law.stress((np.abs(J) ** (-2.0 / 3.0))[:, None] * squares)
+        pressure = measure_elements(region, x).nodal_pressure[region.cells].mean(axis=1)
+        stress = np.einsum("eik,ek,ejk->eij", axes, tau / J[:, None], axes)
+    stress -= pressure[:, None, None] * np.eye(3)
+    return stress[:, [0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]]
+
+
 def principal_values(tensors: np.ndarray) -> np.ndarray:
     """Eigenvalues (m, 3), falling, of symmetric tensors (m, 3, 3), in closed form (Smith 1961,
     Comm. ACM 4:168); numpy's solver takes fifty times as long on many small matrices. NaN where

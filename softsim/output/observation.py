@@ -12,7 +12,7 @@ import numpy as np
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
-from softsim.elements.measures import measure_elements
+from softsim.elements.measures import cauchy_stress, measure_elements
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
@@ -273,8 +273,8 @@ def mesh_of(model: Model) -> tuple[np.ndarray, np.ndarray]:
     return points, np.concatenate([b.cells + b.first_node for b in model.bodies])
 
 
-def frame(scenario: Scenario) -> Frame:
-    """Fields of a scenario now."""
+def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
+    """Fields of a scenario now; further: those of `output.fields`."""
     model = scenario.model
     x = scenario.positions()
     measured = [[measure_elements(r, x[r.nodes]) for r in b.regions] for b in model.bodies]
@@ -287,21 +287,35 @@ def frame(scenario: Scenario) -> Frame:
             for p in poses
         ]
     )
+    pressure = np.concatenate([b.nodal_mean(m.nodal_pressure for m in of) for b, of in parts])
+    of_points = {"displacement": x[: len(points)] - points, "pressure": pressure}
+    if "velocity" in further:
+        of_points["velocity"] = scenario.read(scenario.terms.nodes.velocity)[: len(points)]
+    if "contact_force" in further:
+        of_points["contact_force"] = wall_forces(scenario)[: len(points)]
+    of_cells = {
+        "stretch": np.concatenate([b.joined(m.stretch for m in of) for b, of in parts]),
+        "von_mises": np.concatenate([b.joined(m.von_mises for m in of) for b, of in parts]),
+    }
+    if "stress" in further:
+        of_cells["stress"] = np.concatenate(
+            [b.joined(cauchy_stress(r, x[r.nodes]) for r in b.regions) for b in model.bodies]
+        )
     return Frame(
-        {
-            "displacement": x[: len(points)] - points,
-            "pressure": np.concatenate(
-                [b.nodal_mean(m.nodal_pressure for m in of) for b, of in parts]
-            ),
-        },
-        {
-            "stretch": np.concatenate([b.joined(m.stretch for m in of) for b, of in parts]),
-            "von_mises": np.concatenate([b.joined(m.von_mises for m in of) for b, of in parts]),
-        },
+        of_points,
+        of_cells,
         ({"frame_pose": pose_rows} if poses else {})
         | cable_places(model, x)
         | wall_offsets(model, scenario.time),
     )
+
+
+def wall_forces(scenario: Scenario) -> np.ndarray:
+    """Force of all walls on each node now (n, d) [N]."""
+    found = np.zeros_like(scenario.model.points)
+    for walls in scenario.terms.wall_contacts:
+        found[scenario.model.contact.nodes] += scenario.read(walls.force)
+    return found
 
 
 def cable_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:

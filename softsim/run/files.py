@@ -87,7 +87,7 @@ class RunFiles:
     def write_frame(self, scenario: Scenario) -> None:
         """Write the present fields, unless they are there, and warnings about their strains."""
         if scenario.time > self.fields.last_time:
-            now = frame(scenario)
+            now = frame(scenario, self.loaded.scene.output.fields)
             self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
             self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
 

@@ -73,6 +73,12 @@ class Output(Part):
     checkpoint_interval: PositiveTime = Field(
         default=written("30 s"), description="Between checkpoints, of wall time."
     )
+    fields: tuple[Literal["velocity", "contact_force", "stress"], ...] = Field(
+        default=(),
+        description="Stored with each frame beside displacement, pressure, stretch and von Mises "
+        "stress: velocity of nodes (half an increment later), force of walls on nodes, Cauchy "
+        "stress of elements (xx, yy, zz, xy, yz, zx; without Maxwell branches).",
+    )
     snapshot_field: Literal["displacement", "pressure", "stretch", "von_mises"] = Field(
         default="stretch", description="What colours the snapshots."
     )

@@ -29,7 +29,7 @@ def test_a_contact_begins_after_a_while_without():
 
 def test_a_block_lies_on_all_its_area(build, start):
     """Pressed into the floor by a micrometre: 6 mm times 5 mm. Its surface is 2 (6 + 2) 5 mm^2."""
-    from softsim.output.observation import Observer
+    from softsim.output.observation import Observer, frame
     from softsim.solver.energy import EnergyBalance, EnergyReader
 
     model = build(PRESSED)
@@ -41,6 +41,11 @@ def test_a_block_lies_on_all_its_area(build, start):
     row = Observer(solver.scenario(0), reader, balance).observe(solver.time).row
     assert model.bodies[0].surface_areas.sum() == pytest.approx(80e-6)
     assert row["contact_area"] == pytest.approx(35e-6)  # half an edge up either side
+    shot = frame(solver.scenario(0), ("velocity", "contact_force", "stress"))
+    upwards = shot.point_data["contact_force"].sum(axis=0)[1]
+    assert upwards == pytest.approx(row["wall_force_y"], rel=1e-12) and upwards > 0.0
+    assert shot.point_data["velocity"].shape == model.points.shape
+    assert shot.cell_data["stress"].shape == (model.element_count, 6)
     history = {
         "time": np.array([0.0, 1.0, 3.0]),
         "contact_area": np.array([0.0, 2.0, 1.0]),
