@@ -192,7 +192,7 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
 def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
     """How far the tails come behind the upper edge, over the slope."""
     with drawing(path, 2.8) as figure:
-        panels = figure.subplots(1, len(HEIGHTS), sharey=True)
+        panels = figure.subplots(1, len(HEIGHTS), sharey=True, squeeze=False)[0]
         for axes, height in zip(panels, HEIGHTS, strict=True):
             for limb, colour in COLOURS.items():
                 far = tails(outcomes, limb, height)
