@@ -12,6 +12,7 @@ from validation import (
     leafbot_chain,
     leafbot_ramps,
     lowest_pressure,
+    materials,
     mode1_speed,
     mode2_speed,
     propulsion_force,
@@ -19,6 +20,7 @@ from validation import (
     sleeve_hypotheses,
     sleeve_stiffness,
     space,
+    spike_patches,
 )
 from validation.command import command
 
@@ -37,6 +39,8 @@ SCRIPTS = [
     prototypes.SCRIPT,
     critical_zones.SCRIPT,
     space.SCRIPT,
+    spike_patches.SCRIPT,
+    materials.SCRIPT,
     leafbot.SCRIPT,
     leafbot_chain.SCRIPT,
     leafbot_ramps.SCRIPT,

@@ -25,6 +25,15 @@ def check_skin(inner_diameter: float, outer_diameter: float) -> None:
         )
 
 
+def check_lean(lean: float) -> None:
+    """Raise MeshError unless spikes lean [m] backward."""
+    if not lean >= 0:
+        raise MeshError(
+            f"lean is {1e3 * lean:g} mm; spikes lean backward, 0 mm or more",
+            hint="turn the body round for a robot that faces the other way",
+        )
+
+
 def check_counts(kind: CellKind, **counts: int | None) -> None:
     """Raise MeshError, naming the first of the numbers of cells that is given where it cannot be,
     or is less than one: those of triangles and tetrahedra follow from element_size.
@@ -37,6 +46,12 @@ def check_counts(kind: CellKind, **counts: int | None) -> None:
                 f"{name} is {count}; triangles and tetrahedra are as many as element_size says",
                 hint=f'leave {name} out, or write "cells: quad"',
             )
+        check_at_least_one(**{name: count})
+
+
+def check_at_least_one(**counts: int) -> None:
+    """Raise MeshError, naming the first of the numbers that is less than one."""
+    for name, count in counts.items():
         if count < 1:
             raise MeshError(f"{name} is {count}; it must be 1 or more")
 
@@ -60,17 +75,25 @@ def check_rows(
     [(name, available)] = length.items()
     if count < 0:
         raise MeshError(f"the number of {what} rows is {count}; it must be 0 or more")
-    if count > 1 and pitch < root + element_size:
-        raise MeshError(
-            f"{what}_pitch is {1e3 * pitch:.4g} mm and the {what}s overlap; a root and "
-            f"an element between them need at least {1e3 * (root + element_size):.4g} mm"
-        )
+    if count > 1:
+        check_pitch(what, pitch, root, element_size)
     needed = (count - 1) * pitch + root + 2 * element_size
     if count > 0 and available < needed:
         raise MeshError(
             f"{name} is {1e3 * available:.4g} mm; {count} rows of {what}s, "
             f"and an element at each end, need at least {1e3 * needed:.4g} mm",
             hint=f"increase {name}, or reduce {what}_pitch or the number of rows",
+        )
+
+
+def check_pitch(what: str, pitch: float, root: float, element_size: float) -> None:
+    """Raise MeshError unless neighbours whose middles are `pitch` [m] apart have an element between
+    their roots.
+    """
+    if pitch < root + element_size:
+        raise MeshError(
+            f"{what}_pitch is {1e3 * pitch:.4g} mm and the {what}s overlap; a root and "
+            f"an element between them need at least {1e3 * (root + element_size):.4g} mm"
         )
 
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import SURFACE, Mesh, renumbered, turned
 from softsim.mesh.quality import check
 from softsim.robots.limits import (
     check_counts,
+    check_lean,
     check_positive,
     check_rows,
     check_skin,
@@ -69,11 +69,7 @@ def pfr_section(
     check_counts(cells, skin_rows=skin_rows, spike_columns=spike_columns)
     check_skin(inner_diameter, outer_diameter)
     skin = (outer_diameter - inner_diameter) / 2
-    if not lean >= 0:
-        raise MeshError(
-            f"lean is {1e3 * lean:g} mm; spikes lean backward, 0 mm or more",
-            hint="turn the body round for a robot that faces the other way",
-        )
+    check_lean(lean)
     check_rows(
         "spike",
         spikes_per_strip,

@@ -1,31 +1,26 @@
 """The PufferFace Robot in three dimensions: its skin, a tube, with rows of curved spikes around."""
 
 import math
-from itertools import pairwise
+from dataclasses import replace
 
 import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
-from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, facets_touching, renumbered
+from softsim.mesh.mesh import Mesh, renumbered
 from softsim.mesh.quality import check
-from softsim.robots.extrusion import EXTRUSIONS
 from softsim.robots.limits import (
     check_counts,
+    check_lean,
     check_positive,
     check_rows,
     check_skin,
     check_thickness,
     least_thickness,
 )
-from softsim.robots.spike import CROSSINGS, spike
-from softsim.robots.strip import ROWS, Fin, Strip, even, even_columns, finned_strip
-
-FEWEST_AROUND = 2
-"""Fewest cells across a spike's width, and between neighbouring spikes."""
-
-STRETCH_AROUND = 1.5
-"""Length of the cells around over that along: the body bends in its sections through the axis."""
+from softsim.robots.spike import spike
+from softsim.robots.strip import Strip
+from softsim.robots.swept import layers_across, section, swept
 
 
 def pfr_solid(
@@ -85,11 +80,7 @@ def pfr_solid(
     )
     check_counts(cells, skin_rows=skin_rows, spike_columns=spike_columns, spike_layers=spike_layers)
     check_skin(inner_diameter, outer_diameter)
-    if not lean >= 0:
-        raise MeshError(
-            f"lean is {1e3 * lean:g} mm; spikes lean backward, 0 mm or more",
-            hint="turn the body round for a robot that faces the other way",
-        )
+    check_lean(lean)
     check_rows("spike", rows, spike_pitch, root_thickness, element_size, free_length=free_length)
     shape = spike(spike_height, root_thickness, tip_thickness, lean, front_radius, rear_radius)
     check_thickness(
@@ -99,20 +90,15 @@ def pfr_solid(
 
     skin = (outer_diameter - inner_diameter) / 2
     centers = (np.arange(rows) - (rows - 1) / 2) * spike_pitch
-    edges = [*(centers - root_thickness / 2), *(centers + root_thickness / 2)]
-    stations = np.sort([-free_length / 2, *edges, free_length / 2])
-    across = even((root_thickness + tip_thickness) / 2 / element_size)
-    columns = {"simplex": None, "quad": spike_columns or across}[cells]
-    x, ends = even_columns(stations, element_size, columns)
-    spikes = []
-    for center, (start, end) in zip(centers, list(pairwise(ends))[1:-1:2], strict=True):
-        lines = CROSSINGS[cells](shape, element_size, int(end - start))
-        spikes.append(Fin(start, end, [line + np.array([center, skin]) for line in lines[1:]]))
-    strip = finned_strip(x, skin, skin_rows or ROWS[cells](skin / element_size), spikes, cells)
-    around = element_size * STRETCH_AROUND
-    layers = spike_layers or max(FEWEST_AROUND, round(spike_width / around))
+    strip = section(
+        free_length, skin, centers, root_thickness, tip_thickness, shape, element_size, cells,
+        skin_rows, spike_columns,
+    )  # fmt: skip
+    layers = spike_layers or layers_across(spike_width, element_size)
     body = renumbered(
-        _swept(strip, inner_diameter / 2, skin, spikes_around, spike_width, layers, around, cells)
+        _around(
+            strip, inner_diameter / 2, skin, spikes_around, spike_width, layers, element_size, cells
+        )
     )
     check(body)
     return body
@@ -140,19 +126,19 @@ def _check_around(count: int, width: float, outer_diameter: float, element_size:
         )
 
 
-def _swept(
+def _around(
     strip: Strip,
     inner: float,
     skin: float,
     count: int,
     width: float,
     across: int,
-    length_around: float,
+    element_size: float,
     kind: CellKind,
 ) -> Mesh:
     """The strip swept around the axis at the radius `inner`, its spikes within their width only.
 
-    across: cells across the width of a spike. length_around [m]: of cells between spikes.
+    across: cells across the width of a spike. element_size [m]: of those in the section.
     """
     radius = inner + strip.points[:, 1]
     # Parallel flanks: the same distance from the spike's middle at every radius. The skin takes
@@ -161,64 +147,35 @@ def _swept(
     spike_angles = np.arcsin(offsets[:, None] / np.maximum(radius, inner + skin))
     last = float(spike_angles[-1].max())
     first_of_next = 2 * math.pi / count - last
-    gap = (first_of_next - last) * (inner + skin)
-    between = max(FEWEST_AROUND, round(gap / length_around))
+    between = layers_across((first_of_next - last) * (inner + skin), element_size)
     gap_angles = np.linspace(last, first_of_next, between + 1)[1:-1]
     period = np.concatenate([spike_angles, np.repeat(gap_angles[:, None], len(radius), axis=1)])
     starts = 2 * math.pi * np.arange(count) / count
     angles = (starts[:, None, None] + period).reshape(-1, len(radius))
 
-    points = np.stack(
+    places = np.stack(
         [
             np.broadcast_to(strip.points[:, 0], angles.shape),
             radius * np.cos(angles),
             radius * np.sin(angles),
         ],
         axis=-1,
-    ).reshape(-1, 3)
+    )
     node = np.arange(angles.size).reshape(angles.shape)
-    stations = np.concatenate([node, node[:1]])
-    skin_cells = EXTRUSIONS[kind]([strip.skin_cells] * len(angles), stations)
-    none = strip.fin_cells[:0]
-    layers = ([strip.fin_cells] * across + [none] * between) * count
-    spike_cells = EXTRUSIONS[kind](layers, stations)
-    cells = np.concatenate([skin_cells, spike_cells])
+    spiked = ([True] * across + [False] * between) * count
+    body = swept(strip, places, np.concatenate([node, node[:1]]), spiked, kind, inside="chamber")
+    return replace(body, node_sets=_with_knots_and_equators(body))
 
-    # Between the spikes the strip's fins stand for nothing; their nodes are left out.
-    used = np.unique(cells)
-    number = np.full(len(points), -1)
-    number[used] = np.arange(len(used))
-    cells = number[cells]
 
-    def around(nodes: np.ndarray) -> np.ndarray:
-        numbers = number[node[:, nodes].ravel()]
-        return numbers[numbers >= 0]
-
-    rear, front = (around(np.array([line[side] for line in strip.skin_lines])) for side in (0, -1))
-    chamber, outer = strip.skin_lines[0], strip.skin_lines[-1]
-    node_sets = {
-        "knot_front": front,
-        "knot_rear": rear,
-        "knots": np.concatenate([front, rear]),
-        "chamber": around(chamber),
-        "outer": around(outer),
-    }
-    middle_inner, middle_outer = (strip.at_middle(line) for line in (chamber, outer))
-    if len(middle_inner):
-        node_sets["equator_inner"] = around(middle_inner)
-        node_sets["equator_outer"] = np.setdiff1d(around(middle_outer), number[spike_cells])
-    boundary = boundary_facets(cells, 3)
-    facet_sets = {
-        "chamber": facets_on(boundary, node_sets["chamber"]),
-        "outer": facets_on(boundary, node_sets["outer"]),
-    }
-    cell_numbers = np.arange(len(cells))
-    cell_sets = {"skin": cell_numbers[: len(skin_cells)]}
-    if strip.fins:
-        spikes = np.concatenate(strip.fins)
-        height = strip.points[spikes, 1]
-        node_sets |= {f"j{row}": around(s) for row, s in enumerate(reversed(strip.fins), start=1)}
-        node_sets["tips"] = around(spikes[height > height.max() * (1 - 1e-9)])
-        facet_sets["spikes"] = facets_touching(boundary, around(spikes))
-        cell_sets["spikes"] = cell_numbers[len(skin_cells) :]
-    return Mesh(points[used], cells, node_sets, facet_sets, cell_sets)
+def _with_knots_and_equators(body: Mesh) -> dict[str, np.ndarray]:
+    """Node sets of the swept strip, its ends by what holds them, and the middle of its sides."""
+    sets = dict(body.node_sets)
+    rear, front = sets.pop("rear"), sets.pop("front")
+    sets |= {"knot_front": front, "knot_rear": rear, "knots": np.concatenate([front, rear])}
+    x = body.points[:, 0]
+    middle = np.flatnonzero(np.abs(x) < 1e-9 * np.ptp(x))
+    inner, outer = (np.intersect1d(middle, sets[side]) for side in ("chamber", "outer"))
+    if len(inner):
+        spikes = body.cells[body.cell_sets.get("spikes", [])]
+        sets |= {"equator_inner": inner, "equator_outer": np.setdiff1d(outer, spikes)}
+    return sets

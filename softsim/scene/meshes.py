@@ -27,19 +27,22 @@ class BlockMesh(_Filled):
     )
 
 
-class _PfrSkin(_Filled):
+class _Skin(_Filled):
+    skin_rows: WholeNumber | None = Field(
+        default=None,
+        ge=1,
+        le=100,
+        description="Quadrilaterals or hexahedra through the skin; else by element_size.",
+    )
+
+
+class _PfrSkin(_Skin):
     inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
     outer_diameter: PositiveLength = Field(
         default=written("17 mm"), description="Of the skin, no spikes or rings."
     )
     free_length: PositiveLength = Field(
         default=written("30 mm"), description="Skin between the knots."
-    )
-    skin_rows: WholeNumber | None = Field(
-        default=None,
-        ge=1,
-        le=100,
-        description="Quadrilaterals or hexahedra through the skin; else by element_size.",
     )
 
 
@@ -55,7 +58,7 @@ class _CurvedFin(_Filled):
     )
 
 
-class _SpikedSkin(_PfrSkin, _CurvedFin):
+class _Spiked(_CurvedFin):
     spike_pitch: PositiveLength = Field(
         default=written("6 mm"), description="Distance between rows."
     )
@@ -73,7 +76,23 @@ class _SpikedSkin(_PfrSkin, _CurvedFin):
     )
 
 
-class PfrSectionMesh(_SpikedSkin):
+class _SpikedInSpace(_Spiked):
+    rows: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+    spike_width: PositiveLength = Field(
+        default=written("2 mm"), description="Spike across, around the skin."
+    )
+    element_size: PositiveLength = Field(
+        default=written("0.7 mm"), description="Edge length of the cells, about."
+    )
+    spike_layers: WholeNumber | None = Field(
+        default=None,
+        ge=1,
+        le=100,
+        description="Hexahedra across the width of a spike; else by element_size.",
+    )
+
+
+class PfrSectionMesh(_PfrSkin, _Spiked):
     """The PufferFace Robot's section along its axis: two skin strips with curved spikes."""
 
     generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
@@ -110,24 +129,27 @@ class PfrMeridianMesh(_PfrSkin):
     )
 
 
-class PfrSolidMesh(_SpikedSkin):
+class PfrSolidMesh(_PfrSkin, _SpikedInSpace):
     """The PFR's skin in space with its curved spikes; the axis is x."""
 
     generator: Literal["pfr_solid"] = Field(description="Which generator makes the mesh.")
     spikes_around: WholeNumber = Field(default=14, ge=1, le=100, description="Spikes in a row.")
-    rows: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
-    spike_width: PositiveLength = Field(
-        default=written("2 mm"), description="Spike across, around the skin."
+
+
+class SpikePatchMesh(_Skin, _SpikedInSpace):
+    """A flat piece of the PFR's skin in space with its curved spikes: a sample for a press. The
+    underside is on y = 0, spikes point up and lean towards -x.
+    """
+
+    generator: Literal["spike_patch"] = Field(description="Which generator makes the mesh.")
+    cells: CellKind = Field(default="quad", description="quad: hexahedra; simplex: tetrahedra.")
+    rows: WholeNumber = Field(default=5, ge=1, le=100, description="Rows of spikes, along x.")
+    columns: WholeNumber = Field(default=3, ge=1, le=100, description="Spikes in a row, along z.")
+    column_pitch: PositiveLength = Field(
+        default=written("3.59 mm"),
+        description="Distance between columns: the PFR's, 16 mm pi / 14 halfway through its skin.",
     )
-    element_size: PositiveLength = Field(
-        default=written("0.7 mm"), description="Edge length of the cells, about."
-    )
-    spike_layers: WholeNumber | None = Field(
-        default=None,
-        ge=1,
-        le=100,
-        description="Hexahedra across the width of a spike; else by element_size.",
-    )
+    skin_thickness: PositiveLength = Field(default=written("1 mm"), description="Of the skin.")
 
 
 class LeafbotSectionMesh(_CurvedFin):
@@ -186,6 +208,7 @@ MeshSource = Annotated[
     | Annotated[PfrMeridianMesh, Tag("pfr_meridian")]
     | Annotated[PfrSolidMesh, Tag("pfr_solid")]
     | Annotated[LeafbotSectionMesh, Tag("leafbot_section")]
+    | Annotated[SpikePatchMesh, Tag("spike_patch")]
     | Annotated[FileMesh, Tag("file")],
     Discriminator(_mesh_kind),
 ]
