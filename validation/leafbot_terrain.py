@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest
 
+from softsim.report.study.curve import wilson_band
 from softsim.report.style import BLUE, GREEN, ORANGE, QUIET, drawing
 from softsim.scene.columns import ROW_FORCE
 from validation.cases import Case, Outcome, Outcomes
@@ -156,7 +156,7 @@ def interval(passed: int, ran: int) -> tuple[float, float]:
     """Wilson's interval, 95 %, of a share of successes; NaN where none ran."""
     if not ran:
         return NAN, NAN
-    low, high = binomtest(passed, ran).proportion_ci(method="wilson")
+    low, high = wilson_band(np.array([passed / ran]), np.array([ran]))[:, 0]
     return float(low), float(high)
 
 
