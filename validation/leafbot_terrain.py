@@ -45,14 +45,15 @@ COLOURS = {3: GREEN, 5: BLUE, 9: ORANGE}
 @dataclass(frozen=True)
 class Terrain:
     """wall: as a scene has it, without its foot. slope: at its foot [rad], rise: from there to its
-    upper edge [mm] along x, both of a ramp. time: the limit [s]. claims: rows of limbs -> share of
-    successes that the thesis reports, where it does.
+    upper edge [mm] along x, both of a ramp. time: the limit [s]. trials: numbers of the draws that
+    meet it. claims: rows of limbs -> share of successes that the thesis reports, where it does.
     """
 
     name: str
     wall: str
     time: float
     claims: dict[int, float]
+    trials: tuple[int, ...] = tuple(range(TRIALS))
     slope: float = NAN
     rise: float = NAN
 
@@ -62,7 +63,8 @@ def ramp(slope: int, height: int, claims: dict[int, float]) -> Terrain:
     wall = f"kind: ramp, slope: {slope} deg, height: {height} mm"
     angle = float(np.radians(slope))
     rise = height / float(np.tan(angle)) if slope < 90 else 0.0
-    return Terrain(f"ramp {slope} deg, {height} mm", wall, TIME, claims, angle, rise)
+    name = f"ramp {slope} deg, {height} mm"
+    return Terrain(name, wall, TIME, claims, slope=angle, rise=rise)
 
 
 def semicircle(radius: int, claims: dict[int, float]) -> Terrain:
@@ -72,9 +74,9 @@ def semicircle(radius: int, claims: dict[int, float]) -> Terrain:
 
 
 def field(rugosity: float, mean: float, seed: int, claims: dict[int, float]) -> Terrain:
-    """A field of steps, its blocks shuffled by `seed`."""
+    """A field of steps, its blocks shuffled by `seed`, from 1; each has a draw of its own."""
     wall = f"kind: step_field, rugosity: {rugosity}, mean_height: {mean} mm, seed: {seed}"
-    return Terrain(f"field {rugosity}, shuffle {seed}", wall, FIELD_TIME, claims)
+    return Terrain(f"field {rugosity}, shuffle {seed}", wall, FIELD_TIME, claims, (seed - 1,))
 
 
 RAMPS = (
@@ -138,12 +140,12 @@ def cases(quick: bool) -> list[Case]:
     """A robot a terrain, pattern and trial; the subset is one trial with five rows of limbs."""
     if quick:
         return [case(terrain, 5, 0) for terrain in QUICK]
-    return [case(t, rows, n) for t in ALL for rows in FREQUENCIES for n in range(TRIALS)]
+    return [case(t, rows, n) for t in ALL for rows in FREQUENCIES for n in t.trials]
 
 
 def trials(outcomes: Outcomes, terrain: Terrain, rows: int) -> list[Outcome]:
     """Those of a cell."""
-    return [outcomes[label(terrain, rows, n)] for n in range(TRIALS)]
+    return [outcomes[label(terrain, rows, n)] for n in terrain.trials]
 
 
 def successes(found: list[Outcome]) -> tuple[int, int]:
@@ -274,7 +276,7 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
         (outcome.name, outcome.summary["crossing"]["verdict"], f"{100.0 * held:.0f} %")
         for terrain in RAMPS
         for limbs in FREQUENCIES
-        for n, outcome in enumerate(trials(outcomes, terrain, limbs))
+        for n, outcome in zip(terrain.trials, trials(outcomes, terrain, limbs), strict=True)
         if np.isfinite(held := kept_grip(outcome, terrain, limbs, n))
     )
     yield Listing("Condition 5.26 while the front is on the ramp",
@@ -305,8 +307,8 @@ SCRIPT = Script(
     figure="Fig 5.12, 5.13, 5.15",
     about=(
         "Leafbot with three, five and nine rows of limbs before ramps, semicircles and fields of "
-        f"steps, {TRIALS} robots a cell that differ in the motor's phase, friction (10 %), start "
-        "(5 mm) and frequency (5 %). Over means that the rear is past the upper edge, the far foot "
+        f"steps: {TRIALS} robots a cell, one a shuffle of a field, that differ in the motor's phase, "
+        "friction (10 %), start (5 mm) and frequency (5 %). Over means that the rear is past the upper edge, the far foot "
         f"or the field within {TIME:g} s, on the fields {FIELD_TIME:g} s; intervals are Wilson's, "
         "95 %. The thesis names neither voltage (5 V here) nor time."
     ),
