@@ -59,7 +59,7 @@ def held(front, touching):
     history["front_x"] = history["frame_x"] + 11e-3
     for k, force in enumerate(touching):
         history[f"row_force_body.limb{k + 1}"] = np.full(101, force)
-    return script.kept_grip(Outcome("a", history=history), RAMP, 5, 0)
+    return script.kept_grip(Outcome("a", history=history), RAMP, 5, 0, 0.0)
 
 
 def test_the_condition_for_no_slip():
