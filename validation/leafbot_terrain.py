@@ -309,7 +309,8 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
             claimed = [terrain.claims.get(limbs, NAN) for terrain in ALL]
             axes.plot(at, claimed, "_", color=colour, markersize=8)
         axes.plot([], [], "_", color=QUIET, label="thesis")
-        axes.set_xticks(range(len(ALL)), [terrain.name for terrain in ALL], rotation=35, ha="right")
+        names = [terrain.name for terrain in ALL]
+        axes.set_xticks(range(len(ALL)), names, rotation=35, ha="right", rotation_mode="anchor")
         axes.set(ylabel="share that passes", ylim=(-0.05, 1.05))
         axes.legend()
 
