@@ -11,6 +11,7 @@ from validation import (
     leafbot,
     leafbot_chain,
     leafbot_ramps,
+    leafbot_terrain,
     lowest_pressure,
     materials,
     mode1_speed,
@@ -44,6 +45,7 @@ SCRIPTS = [
     leafbot.SCRIPT,
     leafbot_chain.SCRIPT,
     leafbot_ramps.SCRIPT,
+    leafbot_terrain.SCRIPT,
     convergence.SCRIPT,
 ]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from softsim.contact import terrain
+from softsim.contact import polyline, terrain
 from softsim.errors import MeshError, SceneError
 from softsim.output.crossing import CrossingCondition, crossing_report
 from softsim.scene.measures import OF_CROSSINGS
@@ -56,6 +56,27 @@ def test_other_shapes(build, kind, goal, place, height):
     assert model.crossing.goal == pytest.approx(1e-3 * goal)
     found = heights(model.walls[0], np.array([1e-3 * place]))
     assert found == pytest.approx([1e-3 * height], abs=1e-4)
+
+
+@pytest.mark.parametrize("slope", [30.0, 60.0, 90.0])
+def test_corners_are_rounded_by_a_third_of_the_spacing(slope):
+    """Wherever they lie between the grid's nodes: an edge stands back by 0.32 of the spacing at
+    most, a foot is filled by 0.25; three spacings away nothing is off.
+    """
+    spacing, rng = 0.25e-3, np.random.default_rng(1)
+    for _ in range(20):
+        before, foot, more = rng.uniform(0.0, spacing, 3)
+        points = terrain.ramp(np.radians(slope), 10e-3 + more, 50e-3)
+        ground = terrain.on_ground(points, np.array([foot, 0.0]), 20e-3 + before)
+        line = polyline.checked_polyline(ground, False)
+        wall = polyline.gridded("ground", line, spacing)
+        away = np.linspace(0.0, 6.0 * spacing, 121)[:, None]
+        for corner, low, high in ((1, -0.251, 1e-9), (2, -1e-9, 0.32)):
+            back, on = line.directions[corner - 1], line.directions[corner]
+            along = np.stack([ground[corner] - away * back, ground[corner] + away * on])
+            gaps = wall.gaps(along.reshape(-1, 2))["ground"].reshape(2, -1) / spacing
+            assert low < gaps.min() and gaps.max() < high
+            assert np.abs(gaps[:, 60:]).max() < 1e-9
 
 
 def test_layers_are_level_and_upright():
