@@ -75,6 +75,8 @@ KINDS = {
     "s": Kind("a duration", "24 s", ("us", "ms", "s")),
     "m^2": Kind("an area", "2 mm^2", ("mm^2", "cm^2", "m^2")),
     "m^3": Kind("a volume", "5 ml", ("ul", "ml", "l")),
+    "m^3/s": Kind("a volume flow", "10 ml/s", ("ul/s", "ml/s", "l/s")),
+    "Pa*s": Kind("a viscosity", "1.81e-5 Pa*s", ("Pa*s",)),
     "kg": Kind("a mass", "10 g", ("mg", "g", "kg")),
     "rad": Kind("an angle", "30 deg", ("deg",)),
     "Hz": Kind("a frequency", "192 Hz", ("Hz", "kHz")),

@@ -18,18 +18,18 @@ from softsim.builder.profiles import pressure_profile, rising_profile, share_pro
 from softsim.builder.regions import bounded, common_geometry
 from softsim.builder.rigid import freedom
 from softsim.elements.geometry import nodal_sums
+from softsim.loads.air_line import AirLine, Tube
 from softsim.loads.axial_relief import AxialRelief
 from softsim.loads.drive import (
     AddedGas,
     AddedVolume,
     ControlledPressure,
-    Drive,
     GivenPressure,
     Scheduled,
 )
 from softsim.loads.load import Load
 from softsim.loads.nodal import NodalForce
-from softsim.loads.pressure import FollowerPressure
+from softsim.loads.pressure import Drive, FollowerPressure
 from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import Profile, smooth_rise
 from softsim.loads.rigid_force import RigidForce
@@ -38,7 +38,7 @@ from softsim.loads.tendon import Tendon
 from softsim.loads.tether import Tether
 from softsim.model import Body
 from softsim.scene import loads as scene_loads
-from softsim.scene.profiles import EventCyclesProfile
+from softsim.scene.profiles import EventCyclesProfile, PressureProfile
 from softsim.scene.tree import Keys
 from softsim.stability.time_step import chamber_compliance, element_frequencies
 
@@ -50,7 +50,12 @@ LIQUID_SHARE = 0.1
 # tube stretch by (E A / L, 240 N/m) under a drag of 0.02 to 0.03 N, and far less than a gait.
 ELASTIC_SLIP = 0.1e-3
 
-Chamber = scene_loads.FollowerPressure | scene_loads.AddedVolume | scene_loads.AddedGas
+Chamber = (
+    scene_loads.FollowerPressure
+    | scene_loads.AddedVolume
+    | scene_loads.AddedGas
+    | scene_loads.Pneumatic
+)
 
 
 @dataclass(frozen=True)
@@ -122,12 +127,9 @@ def built_drive(
     this `compliance` [m^4/kg].
     """
     if isinstance(load, scene_loads.FollowerPressure):
-        if isinstance(load.profile, EventCyclesProfile):
-            return ControlledPressure(EventCycles(**load.profile.model_dump(exclude={"kind"})))
-        profile = pressure_profile(load.profile)
-        return GivenPressure(profile, pressure_on_facets(load, profile))
+        return followed(load.profile, lambda given: pressure_on_facets(load, given))
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
-    least = -nothing if isinstance(load, scene_loads.AddedGas) else nothing
+    least = nothing if isinstance(load, scene_loads.AddedVolume) else -nothing
     if volume < least:
         raise names.loaded.error(
             (*keys, "facets"),
@@ -135,17 +137,11 @@ def built_drive(
             "flat",
             "name the facets of the body that the liquid or gas touches",
         )
+    if isinstance(load, scene_loads.Pneumatic):
+        return air_line(names, load, volume, nothing, keys)
     profile = rising_profile(load.profile)
     if isinstance(load, scene_loads.AddedGas):
-        side = load.dead_volume - load.excluded_volume
-        if volume + side <= nothing:
-            raise names.loaded.error(
-                keys,
-                f"the chamber holds {volume * 1e6:.4g} ml, of which "
-                f"{load.excluded_volume * 1e6:.4g} ml are excluded, and the dead volume is "
-                f"{load.dead_volume * 1e6:.4g} ml: nothing is left for the gas",
-                "give the dead volume of the line, or a smaller excluded_volume",
-            )
+        side = room_beside(names, load, volume, nothing, keys)
         specific_energy = load.gas_constant * load.temperature
         return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
     if compliance == 0.0:
@@ -164,6 +160,79 @@ def commanded(load: Chamber, drive: Scheduled, profile: Profile) -> Scheduled:
     if isinstance(load, scene_loads.FollowerPressure):
         return GivenPressure(profile, pressure_on_facets(load, profile))
     return replace(drive, profile=profile)
+
+
+def followed(
+    profile: PressureProfile, on_facets: Callable[[Profile], Profile]
+) -> GivenPressure | ControlledPressure:
+    """What a gauge shows, or the rules that it follows."""
+    if isinstance(profile, EventCyclesProfile):
+        return ControlledPressure(EventCycles(**profile.model_dump(exclude={"kind"})))
+    given = pressure_profile(profile)
+    return GivenPressure(given, on_facets(given))
+
+
+def room_beside(
+    names: Names,
+    load: scene_loads.AddedGas | scene_loads.Pneumatic,
+    volume: float,
+    nothing: float,
+    keys: Keys,
+) -> float:
+    """Room of a gas [m^3] beside a chamber of `volume` [m^3]; up to `nothing` counts as none."""
+    side = load.dead_volume - load.excluded_volume
+    if volume + side <= nothing:
+        raise names.loaded.error(
+            keys,
+            f"the chamber holds {volume * 1e6:.4g} ml, of which "
+            f"{load.excluded_volume * 1e6:.4g} ml are excluded, and the dead volume is "
+            f"{load.dead_volume * 1e6:.4g} ml: nothing is left for the gas",
+            "give the dead volume of the line, or a smaller excluded_volume",
+        )
+    return side
+
+
+def air_line(
+    names: Names, load: scene_loads.Pneumatic, volume: float, nothing: float, keys: Keys
+) -> AirLine:
+    """Pump, valve and tube of a chamber of this volume [m^3] at rest; up to `nothing` it counts as
+    none.
+    """
+    if names.scene.time.procedure == "static":
+        raise names.loaded.error(
+            keys,
+            f"air takes its time to flow through '{keys[-1]}': a static procedure knows no time",
+            "write time.procedure: dynamic, or drive the chamber by follower_pressure or added_gas",
+        )
+    side = room_beside(names, load, load.volume_ratio * volume, nothing, keys)
+    course = followed(load.profile, lambda given: given)
+    highest = highest_of(course) + load.band
+    if load.pump.stall <= highest:
+        raise names.loaded.error(
+            (*keys, "pump", "stall"),
+            f"the pump stalls at {load.pump.stall / 1e3:.4g} kPa: it never switches off at "
+            f"{highest / 1e3:.4g} kPa, the highest pressure of the profile and the band",
+            "name a stronger pump, or lower the profile",
+        )
+    energy = load.gas_constant * load.temperature
+    ambient = load.ambient_pressure
+    density = ambient / energy
+    tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
+    squares = (ambient + load.valve.pressure) ** 2 - ambient**2
+    return AirLine(
+        course=course, initial_volume=volume, volume_ratio=load.volume_ratio,
+        side_volume=side + 0.5 * tube.volume, line_volume=load.line_volume + 0.5 * tube.volume,
+        specific_energy=energy, ambient_pressure=ambient, tube=tube,
+        valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
+        stall=load.pump.stall, band=load.band,
+    )  # fmt: skip
+
+
+def highest_of(course: GivenPressure | ControlledPressure) -> float:
+    """The highest pressure [Pa] that a gauge is ever to show."""
+    if isinstance(course, ControlledPressure):
+        return course.settings.highest
+    return float(course.profile.values.max())
 
 
 def pressure_on_facets(load: scene_loads.FollowerPressure, profile: Profile) -> Profile:
@@ -331,6 +400,7 @@ BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
     scene_loads.FollowerPressure: pressure,
     scene_loads.AddedVolume: pressure,
     scene_loads.AddedGas: pressure,
+    scene_loads.Pneumatic: pressure,
     scene_loads.EccentricMass: eccentric_motor,
     scene_loads.SinusoidalForce: sinusoid,
     scene_loads.NodalForce: nodal_force,

@@ -24,8 +24,9 @@ def refuse_what_cannot_be_felt(names: Names, model: Model) -> None:
 def controls(model: Model) -> Iterator[tuple[Keys, EventCycles]]:
     """The profile of each controlled pressure: its place in the scene, its settings."""
     for load in model.pressures:
-        if isinstance(load.drive, ControlledPressure):
-            yield ("loads", load.name, "profile"), load.drive.settings
+        course = load.drive.course
+        if isinstance(course, ControlledPressure):
+            yield ("loads", load.name, "profile"), course.settings
 
 
 def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:

@@ -1,5 +1,5 @@
-"""What drives a chamber: a given pressure, one that is controlled, an added volume of liquid, or an
-added mass of gas.
+"""What drives a chamber at once: a given pressure, one that is controlled, an added volume of
+liquid, or an added mass of gas. Air through a tube: loads/air_line.py.
 
 Under a given pressure an inflated skin runs away where its pressure curve falls with the volume.
 A chamber driven by volume or by mass stays stable there: its pressure falls as the skin gives way.
@@ -25,13 +25,26 @@ from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
 from softsim.sharing import Own
 
+C = TypeVar("C", bound="_Immediate")
 S = TypeVar("S", bound="_Scheduled")
 
 AIR_GAS_CONSTANT = 287.05  # J/(kg K), dry air
 
 
+class _Immediate:
+    """A drive without a line between gauge and chamber."""
+
+    columns: ClassVar[dict[str, str]] = {}
+    """Further columns of the history -> unit."""
+
+    @property
+    def course(self: C) -> C:
+        """What the gauge is to show, which tells the cycles: the drive itself."""
+        return self
+
+
 @dataclass(frozen=True)
-class _Scheduled:
+class _Scheduled(_Immediate):
     """A drive of which all is known beforehand."""
 
     profile: Own[Profile]
@@ -222,7 +235,7 @@ class AddedGasSource:
 
 
 @dataclass(frozen=True)
-class ControlledPressure:
+class ControlledPressure(_Immediate):
     """The pressure on the facets follows commands; see loads/pressure_control.py."""
 
     settings: Own[EventCycles]
@@ -290,4 +303,3 @@ def columns(commands: list[Command]) -> dict[str, np.ndarray]:
 
 
 Scheduled = GivenPressure | AddedVolume | AddedGas
-Drive = Scheduled | ControlledPressure

@@ -16,12 +16,15 @@ from softsim import backend
 from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry
 from softsim.fields import index_field, real_field
-from softsim.loads.drive import Drive
+from softsim.loads.air_line import AirLine
+from softsim.loads.drive import ControlledPressure, Scheduled
 from softsim.loads.load import Load
 from softsim.nodes import PARTS, Nodes, parts_of
 from softsim.rigid.frame import RigidBodies
 from softsim.sharing import Own
 from softsim.term import Pass, Stage, WorkingTerm
+
+Drive = Scheduled | ControlledPressure | AirLine
 
 OPEN = -1
 

@@ -21,7 +21,7 @@ BEGUN, ARRIVED = 0.05, 0.95
 
 def whole_cycles(model: Model, history: Mapping[str, np.ndarray]) -> list[Cycle]:
     """The cycles of the pressure in the robot's chamber that have ended within a history."""
-    drive = None if model.chamber is None else model.chamber.drive
+    drive = None if model.chamber is None else model.chamber.drive.course
     if isinstance(drive, GivenPressure):
         until = history["time"][-1]
         return [c for c in cycles_of(drive.profile) if c.has_ended(until)]

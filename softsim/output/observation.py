@@ -13,6 +13,7 @@ from softsim.contact.cylinder import Cylinder
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
 from softsim.elements.measures import cauchy_stress, measure_elements
+from softsim.loads.air_line import AirLine
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
@@ -38,10 +39,12 @@ def columns(model: Model) -> dict[str, str]:
         first["pressure"] = "Pa"  # of the robot's chamber: what its gauge shows
         first["section_pressure"] = "Pa"  # what acts on the plane model
     first["cycles_done"] = "-"  # cycles of the pressure that have ended
-    if chamber is not None and isinstance(chamber.drive, ControlledPressure):
+    if chamber is not None and isinstance(chamber.drive.course, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
     if chamber is not None and chamber.drive.asks_volume:
         first["chamber_volume"] = "m^3"  # enclosed by the surface of the robot's chamber
+    if chamber is not None:
+        first |= chamber.drive.columns
     if model.robot.frame is not None:
         first |= frame_columns(axes)
     cables = [data.cable for data in model.cables]
@@ -192,6 +195,8 @@ def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, fl
         now = dict.fromkeys(("pressure", "section_pressure"), float(scenario.read(term.pressure)))
     if load.drive.asks_volume:
         now["chamber_volume"] = float(scenario.read(term.volume))
+    if isinstance(load.drive, AirLine):
+        now |= term.source.readings(scenario.number, now["section_pressure"])
     return now
 
 

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 from scipy.spatial.transform import Rotation
 
+from softsim.loads.air_line import AirLineSource
 from softsim.loads.drive import ControlledPressure, ControlledPressureSource, Scheduled
 from softsim.loads.pressure_control import ControlState, EventCycles, PressureControl, Sensed
 from softsim.solver.explicit import Scenario
@@ -45,7 +46,7 @@ class ClosedLoop:
     def __init__(
         self,
         scenario: Scenario,
-        source: ControlledPressureSource,
+        source: ControlledPressureSource | AirLineSource,
         settings: EventCycles,
         state: ControlState | None,
     ) -> None:
@@ -87,9 +88,10 @@ def feedback(scenario: Scenario, state: ControlState | None) -> OpenLoop | Close
     chamber = scenario.model.chamber
     if chamber is None:
         return OpenLoop(scenario, None)
-    if isinstance(chamber.drive, ControlledPressure):
-        return ClosedLoop(scenario, scenario.term_of(chamber).source, chamber.drive.settings, state)
-    return OpenLoop(scenario, chamber.drive)
+    course = chamber.drive.course
+    if isinstance(course, ControlledPressure):
+        return ClosedLoop(scenario, scenario.term_of(chamber).source, course.settings, state)
+    return OpenLoop(scenario, course)
 
 
 def sensed(row: Mapping[str, float]) -> Sensed:

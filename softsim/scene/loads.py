@@ -35,6 +35,9 @@ from softsim.scene.quantities import (
     PositiveMass,
     PositivePressure,
     PositiveStiffness,
+    PositiveViscosity,
+    PositiveVolume,
+    PositiveVolumeFlow,
     SetReference,
     StressVector,
     Text,
@@ -127,11 +130,7 @@ class AddedVolume(_Chamber):
     profile: VolumeProfile = Field(description="Volume added since the start.")
 
 
-class AddedGas(_Chamber):
-    """A chamber into which a mass of gas is let: ideal, isothermal."""
-
-    kind: Literal["added_gas"] = Field(description="Kind of load.")
-    profile: MassProfile = Field(description="Mass of gas added since the start.")
+class _Gas(_Chamber):
     dead_volume: NotNegativeVolume = Field(
         default=written("0 ml"), description="Of the line and the pump, filled as the chamber is."
     )
@@ -147,6 +146,79 @@ class AddedGas(_Chamber):
     ambient_pressure: PositivePressure = Field(
         default=written("101325 Pa"), description="Absolute pressure outside."
     )
+
+
+class AddedGas(_Gas):
+    """A chamber into which a mass of gas is let: ideal, isothermal."""
+
+    kind: Literal["added_gas"] = Field(description="Kind of load.")
+    profile: MassProfile = Field(description="Mass of gas added since the start.")
+
+
+class Pump(Part):
+    """A pump that is on or off. Its flow falls linearly with the pressure that it works against;
+    nothing flows backward.
+    """
+
+    flow: PositiveVolumeFlow = Field(description="Into ambient pressure, as ambient air.")
+    stall: PositivePressure = Field(description="Overpressure at which nothing flows any more.")
+
+
+class Valve(Part):
+    """A valve to the outside that is open or closed. It passes C (p^2 - p_ambient^2)."""
+
+    flow: PositiveVolumeFlow = Field(description="Of the open valve, as ambient air.")
+    pressure: PositivePressure = Field(description="Overpressure before it, at that flow.")
+
+
+class AirTube(Part):
+    """A tube to the chamber; the air in it flows in layers, at one temperature. Its own volume
+    counts half to either end.
+    """
+
+    length: PositiveLength = Field(description="Length.")
+    bore: PositiveLength = Field(description="Inner diameter.")
+    viscosity: PositiveViscosity = Field(
+        default=written("1.81e-5 Pa*s"), description="Of the gas; air at 20 degrees by default."
+    )
+
+
+class Pneumatic(_Gas):
+    """A chamber at the end of a tube, fed by a pump and emptied by a valve that follow what a
+    sensor beside them shows, not what the skin feels.
+
+    The history's `pressure` is the sensor's, `section_pressure` the skin's. Further columns are
+    `wanted_pressure`, `air_flow` (into the chamber, as ambient air) and `air_supply` (1: the pump
+    runs, -1: the valve is open).
+    """
+
+    kind: Literal["pneumatic"] = Field(description="Kind of load.")
+    pump: Pump = Field(description="What inflates.")
+    valve: Valve = Field(description="What deflates.")
+    tube: AirTube = Field(description="What leads to the chamber.")
+    line_volume: PositiveVolume = Field(description="Of pump, valve and sensor, before the tube.")
+    band: PositivePressure = Field(
+        default=written("0.2 kPa"),
+        description="While the profile rises, and after, the pump keeps the sensor within this "
+        "much about it; while it falls, and after, the valve does.",
+    )
+    volume_ratio: Number = Field(
+        default=1.0,
+        gt=0.0,
+        description="True volume of the chamber over that of the model: 2 for a ring section of "
+        "two sectors of 90 deg. dead_volume and excluded_volume are true ones.",
+    )
+    profile: PressureProfile = Field(
+        description="What the sensor is to show over time, or the rules that this follows. Where "
+        "it falls faster than the valve can follow, deflation is natural: the valve stays open."
+    )
+
+    @field_validator("profile")
+    @classmethod
+    def _pump_only_blows(cls, profile: Any) -> Any:
+        if is_ever_suction(profile):
+            raise ValueError("must not be negative: the pump blows and the valve opens outwards")
+        return profile
 
 
 class EccentricMass(Part):
@@ -323,6 +395,7 @@ Load = Annotated[
     FollowerPressure
     | AddedVolume
     | AddedGas
+    | Pneumatic
     | EccentricMass
     | SinusoidalForce
     | NodalForce

@@ -7,7 +7,7 @@ two together.
 from dataclasses import dataclass
 from itertools import pairwise
 
-from softsim.scene.loads import FollowerPressure, Tendon
+from softsim.scene.loads import FollowerPressure, Pneumatic, Tendon
 from softsim.scene.outputs import probe_columns
 from softsim.scene.part import Part
 from softsim.scene.profiles import (
@@ -104,7 +104,7 @@ OF_PROBES = {
     "reaction": FORCE,
     "volume": Measure("m^3"),
 }
-CHAMBERS = ("follower_pressure", "added_volume", "added_gas")
+CHAMBERS = ("follower_pressure", "added_volume", "added_gas", "pneumatic")
 
 
 def produced(scene: Scene) -> dict[str, Measure]:
@@ -114,7 +114,7 @@ def produced(scene: Scene) -> dict[str, Measure]:
     """
     chambers = {name: load for name, load in scene.loads.items() if load.kind in CHAMBERS}
     chamber = chambers.get(scene.robot.chamber or next(iter(chambers), ""))
-    profile = chamber.profile if isinstance(chamber, FollowerPressure) else None
+    profile = chamber.profile if isinstance(chamber, FollowerPressure | Pneumatic) else None
     found = OF_RUNS | OF_BODIES
     if scene.robot.rows:
         found |= OF_ROWS

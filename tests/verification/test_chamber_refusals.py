@@ -98,3 +98,38 @@ def test_a_facet_counts_once(refused):
     text = (SPHERE + GAS).replace("[shell.chamber]", "[shell.chamber, shell.chamber]")
     error = refused(text, half_section(2))
     assert "20 facet(s) are in more than one" in error.message
+
+
+AIR_LINE = (
+    "kind: pneumatic, pump: {flow: 10 ml/s, stall: 30 kPa}, valve: {flow: 30 ml/s, "
+    "pressure: 20 kPa}, tube: {length: 2 m, bore: 1.2 mm}, line_volume: 2 ml,"
+)
+RISE = "profile: {kind: table, points: [[0 s, 0 kPa], [1 s, 20 kPa]]}"
+
+
+HELD_TUBE = (
+    TUBE.replace("material: dragon", "fixed: [ends], material: dragon")
+    .replace("kind: added_gas,", AIR_LINE)
+    .replace("profile: {kind: ramp, value: 1 mg, duration: 10 ms}", RISE)
+)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told", "at"),
+    [
+        ("stall: 30 kPa", "stall: 20 kPa", "the pump stalls at 20 kPa", "stall"),
+        (
+            "end: 10 ms",
+            "end: 10 ms, procedure: static",
+            "a static procedure knows no time",
+            "drive",
+        ),
+        ("[1 s, 20 kPa]", "[1 s, -2 kPa]", "must not be negative: the pump blows", "profile"),
+        ("line_volume: 2 ml", "line_volume: 0 ml", "must be greater than 0 ml", "line_volume"),
+        ("2 ml,", "2 ml, excluded_volume: 6 ml,", "nothing is left for the gas", "drive"),
+    ],
+)
+def test_air_lines_that_cannot_work(refused, before, after, told, at):
+    error = refused(HELD_TUBE.replace(before, after))
+    assert told in error.message
+    assert at in error.location.text
