@@ -121,6 +121,21 @@ class AirLine:
         """V_2 [m^3] of the gas where the model's chamber has `volume` [m^3]."""
         return self.volume_ratio * volume + self.side_volume
 
+    def through_tube(self, inside: float, outside: float) -> float:
+        """Flow [kg/s] from one overpressure [Pa] to another."""
+        absolute = inside + self.ambient_pressure, outside + self.ambient_pressure
+        return self.tube_conductance * (absolute[0] ** 2 - absolute[1] ** 2)
+
+    def pumped(self, against: float) -> float:
+        """Flow [kg/s] of the running pump against an overpressure [Pa]."""
+        return self.pump_flow * max(1.0 - against / self.stall, 0.0)
+
+    def released(self, inside: float) -> float:
+        """Flow [kg/s] out of a chamber of this overpressure [Pa] through tube and open valve: K G /
+        (K + G) (p^2 - p_a^2), for the squares of pressures are lost one after another.
+        """
+        return self.through_tube(inside, 0.0) * self.valve / (self.valve + self.tube_conductance)
+
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3] of gas at the highest pressure that the pump can give."""
         highest = self.ambient_pressure + self.stall
@@ -262,8 +277,7 @@ class AirLineSource:
         Raises StabilityError where the gas has no room left.
         """
         drive = self.drives[scenario]
-        inside = section_pressure + drive.ambient_pressure
-        if not inside > 0.0:
+        if not section_pressure > -drive.ambient_pressure:
             raise StabilityError(
                 "the gas of the air line has no room left: what its chamber encloses has vanished",
                 "the skin is turned inside out or crushed; give dead_volume, or less "
@@ -273,10 +287,10 @@ class AirLineSource:
             float(fields.read_row(field, scenario))
             for field in (self.line_mass, self.wanted, self.supply)
         )
-        line = mass * drive.specific_energy / drive.line_volume
-        flow = drive.tube_conductance * (line**2 - inside**2)
+        sensor = mass * drive.specific_energy / drive.line_volume - drive.ambient_pressure
+        flow = drive.through_tube(sensor, section_pressure)
         return {
-            "pressure": line - drive.ambient_pressure,
+            "pressure": sensor,
             "wanted_pressure": wanted,
             "air_flow": flow / drive.ambient_density,
             "air_supply": supply,

@@ -38,6 +38,7 @@ from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
 from softsim.solver.guards import (
+    air_line_warnings,
     hourglass_warnings,
     refuse_broken_elements,
     refuse_collapsed_step,
@@ -339,7 +340,7 @@ class Run:
         chatter = self.scenario.chatter()
         found |= {"contact_chatter": chatter.returns}
         self.files.warn(chatter_warnings(self.model, chatter))
-        self.files.warn(hourglass_warnings(history))
+        self.files.warn(hourglass_warnings(history) | air_line_warnings(history))
         if (name := ended_by(self.stop_conditions)) is not None:
             found["ended_by"] = name
         if failure is not None:

@@ -17,6 +17,8 @@ LARGEST_J = 2.0
 # Hourglass modes may hold this share of the internal energy, ABAQUS's rule for its ALLAE.
 HOURGLASS_SHARE = 0.05
 HOURGLASS = "hourglass_energy"  # its column in the history
+# A sensor that is off by more than this share of the highest pressure wanted does not follow.
+SENSOR_SHARE = 0.1
 # What mass scaling may add to a body's inertia against turning: the plane robot with the groups of
 # validation/convergence.py and a factor of 4 has a third of it, and walks 6 % slower.
 TURNING_SHARE = 0.01
@@ -115,6 +117,24 @@ def hourglass_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
         f"{100.0 * held / internal:.2g} % of the internal energy, more than "
         f"{100.0 * HOURGLASS_SHARE:g} %: single elements bend or twist; compare with a mesh of "
         "twice as many elements across what bends"
+    }
+
+
+def air_line_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
+    """A warning where pump or valve worked, and the sensor still was far from what was wanted."""
+    if "air_supply" not in history or not len(history["air_supply"]):
+        return {}
+    ahead = history["air_supply"] * (history["wanted_pressure"] - history["pressure"])
+    most = int(np.argmax(ahead))
+    largest = max(float(history["wanted_pressure"].max()), 0.0)
+    if not ahead[most] > SENSOR_SHARE * largest:
+        return {}
+    at_work = "the pump ran" if history["air_supply"][most] > 0.0 else "the valve was open"
+    return {
+        "air line": f"at {history['time'][most]:.4g} s {at_work}, and the sensor showed "
+        f"{1e-3 * history['pressure'][most]:.4g} kPa where "
+        f"{1e-3 * history['wanted_pressure'][most]:.4g} were wanted: it cannot follow so fast, or "
+        "is not meant to"
     }
 
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from softsim.loads.drive import GivenPressure
+from softsim.loads.air_line import LAMINAR, AirLine, Course
+from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.loads.profile import Profile
 from softsim.loads.rigid_motion import RigidMotion
@@ -36,7 +37,8 @@ def doubts(model: Model) -> dict[str, str]:
     """Warnings, kind -> text, of a model that may not be what its user meant.
 
     Looked at: the size of bodies, shear moduli, densities and stability of their materials, how
-    high pressures and how fast motors and motions are, how many increments there are to do.
+    high pressures, what air lines let through, how fast motors and motions are, how many increments
+    there are to do.
     """
     return {
         **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
@@ -46,6 +48,7 @@ def doubts(model: Model) -> dict[str, str]:
             for kind, text in material_doubts(material).items()
         },
         **pressure_doubts(model),
+        **air_line_doubts(model),
         **pace_doubts(model),
         **length_doubts(model),
     }
@@ -110,6 +113,64 @@ def pressure_doubts(model: Model) -> dict[str, str]:
                 "at the units of both"
             )
     return found
+
+
+def air_line_doubts(model: Model) -> dict[str, str]:
+    """Of air lines whose law of flow does not hold, that choke the pump, or whose valve cannot let
+    the air out as fast as the profile falls.
+    """
+    return {
+        f"{kind} of {load.name}": f"load '{load.name}': {text}"
+        for load in model.pressures
+        if isinstance(load.drive, AirLine)
+        for kind, text in doubts_of_line(load.drive)
+    }
+
+
+def doubts_of_line(line: AirLine) -> Iterator[tuple[str, str]]:
+    """Kind and text of each."""
+    ml = 1e6 / line.ambient_density  # kg to ml of ambient air
+    reynolds = line.tube.reynolds_number(line.pump_flow)
+    if reynolds > LAMINAR:
+        yield (
+            "flow",
+            f"at {ml * line.pump_flow:.3g} ml/s the flow in the tube has a Reynolds number of "
+            f"{reynolds:.0f}, and is laminar up to {LAMINAR:.0f}: it loses more than is computed",
+        )
+    highest, fall, lowest = extremes(line.course)
+    passed, pumped = line.through_tube(highest, 0.0), line.pumped(highest)
+    if passed < pumped:
+        yield (
+            "pump",
+            f"at {1e-3 * highest:.4g} kPa the tube lets {ml * passed:.3g} ml/s into an empty "
+            f"chamber, the pump gives {ml * pumped:.3g}: the sensor shows the highest pressure "
+            "long before the skin feels it, and the pump switches on and off; take a wider or "
+            "shorter tube, or a smaller pump",
+        )
+    least = fall * line.room(line.initial_volume) / line.specific_energy
+    released = line.released(lowest + line.band)
+    if released < least:
+        yield (
+            "valve",
+            f"a fall of {1e-3 * fall:.3g} kPa/s asks for {ml * least:.3g} ml/s at least, and at "
+            f"{1e-3 * lowest:.4g} kPa tube and open valve let {ml * released:.3g} ml/s out: the "
+            "fall will be slower, the valve open",
+        )
+
+
+def extremes(course: Course) -> tuple[float, float, float]:
+    """The highest pressure [Pa] that a sensor is to show, the steepest fall [Pa/s] and where that
+    ends [Pa].
+    """
+    if isinstance(course, ControlledPressure):
+        rules = course.settings
+        return rules.highest, rules.deflation_rate, rules.lowest
+    times, values = course.profile.times, course.profile.values
+    rates = -np.diff(values) / np.diff(times)
+    if not (rates > 0.0).any():
+        return float(values.max()), 0.0, float(values[-1])
+    steepest = int(np.argmax(rates))
+    return float(values.max()), float(rates[steepest]), float(values[steepest + 1])
 
 
 def pace_doubts(model: Model) -> dict[str, str]:

@@ -7,6 +7,7 @@ import pytest
 
 from softsim.errors import StabilityError
 from softsim.solver.guards import (
+    air_line_warnings,
     hourglass_warnings,
     refuse_broken_elements,
     refuse_collapsed_step,
@@ -116,3 +117,17 @@ def test_groups_that_are_not_small_against_a_body_are_doubtful(build):
     assert scaled.added_turning == pytest.approx(3.0)
     assert "300 % more inert" in turning_warnings(scaled.added_turning)["mass scaling"]
     assert turning_warnings(build(BLOCK).added_turning) == {}
+
+
+def test_a_sensor_that_does_not_follow_is_told():
+    """The valve is open at 2 s, and 9 kPa are shown where 4 are wanted; a lag of 1 kPa is none."""
+    history = {
+        "time": np.array([0.0, 1.0, 2.0, 3.0]),
+        "wanted_pressure": np.array([0.0, 20e3, 4e3, 4e3]),
+        "pressure": np.array([0.0, 19e3, 9e3, 9e3]),
+        "air_supply": np.array([0.0, 1.0, -1.0, 0.0]),
+    }
+    said = air_line_warnings(history)["air line"]
+    assert "at 2 s the valve was open, and the sensor showed 9 kPa where 4 were wanted" in said
+    assert air_line_warnings({name: column[:2] for name, column in history.items()}) == {}
+    assert air_line_warnings({"time": np.zeros(1)}) == {}

@@ -68,3 +68,32 @@ def test_swings_of_a_profile():
     times = np.array([0.0, 1.0, 3.0, 4.0, 8.0, 9.0])
     assert shortest_swing(Profile(times, np.array([0.0, 2.0, 2.0, 1.0, 5.0, 4.0]))) == 1.0
     assert shortest_swing(Profile(times, np.arange(6.0))) == np.inf
+
+
+LINE = """
+bodies: {b: {mesh: {generator: pfr_meridian}, formulation: axisymmetric, material: dragon_skin_10,
+             fixed: [ends]}}
+loads:
+  air: {kind: pneumatic, facets: [b.chamber], pump: {flow: 10 ml/s, stall: 50 kPa},
+        valve: {flow: 30 ml/s, pressure: 20 kPa}, tube: {length: 2 m, bore: 1.2 mm},
+        line_volume: 2 ml, profile: {kind: table, points: [[0 s, 20 kPa], [1 s, 10 kPa]]}}
+time: {end: 1 s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "kind", "told"),
+    [
+        ("10 ml/s", "50 ml/s", "flow of air", "at 50 ml/s the flow in the tube has a Reynolds"),
+        ("1.2 mm", "0.6 mm", "pump of air", "at 20 kPa the tube lets 1.93 ml/s into an empty"),
+        ("30 ml/s", "0.3 ml/s", "valve of air", "a fall of 10 kPa/s asks for"),
+    ],
+)
+def test_air_lines_that_do_not_follow_are_told(build, before, after, kind, told):
+    found = doubts(build(LINE.replace(before, after)))
+    assert list(found) == [kind]
+    assert told in found[kind]
+
+
+def test_an_air_line_that_follows_is_not_doubted(build):
+    assert doubts(build(LINE)) == {}
