@@ -1,0 +1,237 @@
+"""What the gauge at the pump tells of the pipe, and what tubes cost (thesis 4.2.4, 6.3.1, 7.2.2).
+
+The plane section at the end of its air line, motor off. Slowly inflated to 23 kPa, held there, then
+the valve stays open: natural deflation. From the gauge's curve alone:
+
+    slope ratio   of its rise in the last fifth of the pressure over that in the middle fifth
+    pump time     for which the pump runs until the valve opens: the air that went in
+    fall time     of natural deflation, from 23 down to 9 kPa on the gauge
+
+A detector names the pipe whose stored value is nearest. Stored is the run of friction 0.7; it is
+asked about runs of friction 0.5, 0.7 and 0.8, with noise on the gauge and a pump that gives more or
+less.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from softsim.report.style import BLUE, INK, QUIET, drawing
+from validation.cases import THINNED, Case, Outcome, Outcomes
+from validation.command import command
+from validation.digitised import Points
+from validation.motion import NAN
+from validation.script import Listing, Script
+from validation.thesis import HIGHEST, PIPES
+from validation.verdicts import Row, above, below, more_than, row, shown
+
+NAME = "sensing"
+SCENE = "pfr_36mm_air_line.yaml"
+FREE = 100  # mm, of a pipe that nothing touches
+FRICTION, FRICTIONS = 0.7, (0.5, 0.7, 0.8)
+OPENS, END = 6.0, 9.0  # s, of the valve and of a run
+LOWEST = 9.0  # kPa
+LENGTHS = (1, 2, 3)  # m, of the tube
+SENSOR_NOISE = 0.1  # kPa, standard deviation of a row: 2 ms
+PUMP_SPREAD = 0.05  # standard deviation of its flow from robot to robot
+DRAWS, SEED = 1000, 2026
+LEAST_RIGHT = 0.9  # share of draws
+SENSED = (
+    f"loads.air.profile={{kind: table, points: [[0 s, {HIGHEST} kPa], [{OPENS} s, {HIGHEST} kPa], "
+    f"[{OPENS + 1e-3} s, 1 kPa]]}}",
+    "loads.air.pump.flow=5 ml/s",
+    f"time.end={END} s",
+    *THINNED,
+)
+FEATURES = ("slope ratio", "pump time", "fall time")
+
+
+def label(pipe: int, friction: float) -> str:
+    """The name of a case."""
+    where = "free air" if pipe == FREE else f"{pipe} mm pipe"
+    return f"{where}, friction {friction:g}"
+
+
+def of_length(length: int) -> str:
+    """The name of a case of the thesis's rates."""
+    return f"{length} m of tube"
+
+
+def sensed(pipe: int, friction: float) -> Case:
+    """One inflation, and natural deflation."""
+    pipe_and_friction = (
+        f"environment.walls.pipe.diameter={pipe} mm", f"contact.friction_coefficient={friction}"
+    )  # fmt: skip
+    return Case(label(pipe, friction), SCENE, (*pipe_and_friction, *SENSED))
+
+
+def cases(quick: bool) -> list[Case]:
+    """Each pipe at each friction, free air; the thesis's rates through tubes of three lengths."""
+    nominal = [sensed(pipe, FRICTION) for pipe in (*PIPES, FREE)]
+    if quick:
+        return nominal[: len(PIPES)]
+    spread = [sensed(pipe, f) for f in FRICTIONS if f != FRICTION for pipe in PIPES]
+    lengths = [
+        Case(
+            of_length(length), SCENE,
+            (f"loads.air.tube.length={length} m", "time.end=8 s", *THINNED),
+        )
+        for length in LENGTHS
+    ]  # fmt: skip
+    return [*nominal, *spread, *lengths]
+
+
+def features(outcome: Outcome, noise: np.ndarray | float = 0.0, flow: float = 1.0) -> np.ndarray:
+    """FEATURES of a run, times in s; with `noise` [kPa] on the gauge, and a pump that gives `flow`
+    times as much, which takes its time over that.
+    """
+    if not len(outcome.history):
+        return np.full(len(FEATURES), NAN)
+    t, true = outcome.history["time"], 1e-3 * outcome.history["pressure"]
+    shown_ = true + noise
+    rising, falling = t < OPENS, t > OPENS
+    ratio = slope(t, true, shown_, 0.8, 0.99) / slope(t, true, shown_, 0.4, 0.6)
+    pumping = np.trapezoid(outcome.history["air_supply"][rising] == 1.0, t[rising]) / flow
+    fallen = t[falling][np.argmax(true[falling] < LOWEST)] - OPENS
+    return np.array([ratio, pumping, fallen])
+
+
+def slope(t: np.ndarray, true: np.ndarray, read: np.ndarray, low: float, high: float) -> float:
+    """Of the straight line through the readings [kPa/s] while the first rise passes from `low` to
+    `high` times HIGHEST.
+    """
+    first, last = (int(np.argmax(true >= share * HIGHEST)) for share in (low, high))
+    return float(np.polyfit(t[first:last], read[first:last], 1)[0])
+
+
+def stored(outcomes: Outcomes) -> dict[int, np.ndarray]:
+    """Pipe -> its features at the nominal friction."""
+    return {pipe: features(outcomes[label(pipe, FRICTION)]) for pipe in PIPES}
+
+
+def confusion(outcomes: Outcomes, feature: int) -> np.ndarray:
+    """Share of draws of each pipe (rows) that are named each pipe (columns); NaN of what is not
+    there.
+    """
+    known = np.array([values[feature] for values in stored(outcomes).values()])
+    random = np.random.default_rng(SEED)
+    named = np.zeros((len(PIPES), len(PIPES)))
+    for k, pipe in enumerate(PIPES):
+        behind = [outcomes[label(pipe, friction)] for friction in FRICTIONS]
+        if any(not len(o.history) for o in behind) or np.isnan(known).any():
+            return np.full((len(PIPES), len(PIPES)), NAN)
+        for _ in range(DRAWS):
+            outcome = behind[random.integers(len(behind))]
+            noise = random.normal(0.0, SENSOR_NOISE, len(outcome.history["time"]))
+            flow = random.normal(1.0, PUMP_SPREAD)
+            found = features(outcome, noise, flow)[feature]
+            named[k, np.argmin(np.abs(known - found))] += 1.0 / DRAWS
+    return named
+
+
+def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
+    """The curve bends in wide pipes, the air leaves a narrow one fastest; the pipe is named."""
+    ratios, _, times = np.array(list(stored(outcomes).values())).T
+    behind = [outcomes[label(pipe, FRICTION)] for pipe in PIPES]
+    for pipe, ratio in list(zip(PIPES, ratios, strict=True))[1:]:
+        claim = f"slope near the top over that in the middle; {pipe} mm pipe"
+        yield row(NAME, claim, "below 1", below(float(ratio), 1.0), behind)
+    yield row(
+        NAME, "that ratio is smaller in the 41 than in the 36 mm pipe", "smaller",
+        more_than(float(ratios[1]), float(ratios[2])), behind,
+    )  # fmt: skip
+    yield row(
+        NAME, "it is the largest in the 30 mm pipe", "largest",
+        more_than(float(ratios[0]), float(max(ratios[1:]))), behind,
+    )  # fmt: skip
+    yield row(
+        NAME, "natural deflation is the shortest in the 30 mm pipe", "shortest",
+        more_than(float(min(times[1:])), float(times[0]), "s"), behind,
+    )  # fmt: skip
+    spread = [outcomes[label(pipe, friction)] for pipe in PIPES for friction in FRICTIONS]
+    for k, feature in enumerate(FEATURES):
+        right = float(np.diag(confusion(outcomes, k)).mean())
+        claim = f"one inflation names the pipe by its {feature}"
+        finding = above(right, LEAST_RIGHT)
+        yield row(NAME, claim, f"right in {100 * LEAST_RIGHT:g} % of draws", finding, spread)
+
+
+def listings(outcomes: Outcomes) -> Iterator[Listing]:
+    """Features by pipe, confusion matrices, and what the tube costs."""
+    yield Listing(
+        f"features of the gauge's curve, friction {FRICTION:g}",
+        ("", *FEATURES),
+        tuple(
+            (label(pipe, FRICTION), *(shown(v) for v in features(outcomes[label(pipe, FRICTION)])))
+            for pipe in (*PIPES, FREE)
+        ),
+    )
+    for k, feature in enumerate(FEATURES):
+        yield Listing(
+            f"share of draws named each pipe by the {feature}",
+            ("pipe", *(f"named {pipe} mm" for pipe in PIPES)),
+            tuple(
+                (f"{pipe} mm", *(f"{share:.3f}" for share in shares))
+                for pipe, shares in zip(PIPES, confusion(outcomes, k), strict=True)
+            ),
+        )
+    yield Listing(
+        "gauge and skin [kPa] at the thesis's rates, 36 mm pipe",
+        ("", "inflated: gauge", "skin", "after 1 s: gauge", "skin", "falling: gauge", "skin"),
+        tuple((of_length(n), *map(shown, losses(outcomes[of_length(n)]))) for n in LENGTHS),
+    )
+
+
+def losses(outcome: Outcome) -> list[float]:
+    """Pressure [kPa] at gauge and skin when the gauge first shows 23 kPa less half a per cent, at
+    2 s where the fall begins, and at 6 s while it falls.
+    """
+    if not len(outcome.history):
+        return [NAN] * 6
+    t = outcome.history["time"]
+    both = [1e-3 * outcome.history[name] for name in ("pressure", "section_pressure")]
+    moments = [int(np.argmax(both[0] >= 0.995 * HIGHEST)), *np.searchsorted(t, (1.99, 6.0))]
+    return [float(p[k]) for k in moments for p in both]
+
+
+def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
+    """Gauge and skin over time, a panel a pipe."""
+    with drawing(path, 2.6) as figure:
+        panels = figure.subplots(1, len(PIPES) + 1, sharey=True)
+        for axes, pipe in zip(panels, (*PIPES, FREE), strict=True):
+            outcome = outcomes[label(pipe, FRICTION)]
+            if len(outcome.history):
+                t = outcome.history["time"]
+                skin = 1e-3 * outcome.history["section_pressure"]
+                axes.plot(t, 1e-3 * outcome.history["pressure"], color=QUIET, label="gauge")
+                axes.plot(t, skin, color=BLUE, label="skin")
+            axes.axvline(OPENS, color=INK, linewidth=0.6, linestyle="--")
+            axes.set(xlabel="time [s]", xlim=(0.0, END))
+            axes.set_title("free air" if pipe == FREE else f"{pipe} mm pipe", fontsize=8)
+        panels[0].set_ylabel("pressure [kPa]")
+        if panels[0].lines[:-1]:
+            panels[0].legend(loc="best")
+
+
+SCRIPT = Script(
+    name=NAME,
+    figure="sections 4.2.4, 6.3.1, 7.2.2",
+    about=(
+        "The section at the end of 2 m of tube: a pump of 5 ml/s inflates it to 23 kPa on the "
+        f"gauge and holds that, then the valve stays open from {OPENS:g} s on. The gauge's curve "
+        "bends where the skin gives way, and less where a pipe holds it; the air leaves a skin "
+        "faster that a pipe presses. A detector takes the nearest stored value of the three pipes, "
+        f"under {SENSOR_NOISE:g} kPa of noise, {100 * PUMP_SPREAD:g} % of spread of the pump, and "
+        "friction of 0.5, 0.7 or 0.8. Last table: the thesis's rates, inflation with 23 and "
+        "deflation with 1.3 kPa/s, through 1 to 3 m of tube."
+    ),
+    cases=cases,
+    rows=rows,
+    draw=draw,
+    columns=(),
+    listings=listings,
+)
+
+if __name__ == "__main__":
+    command([SCRIPT])
