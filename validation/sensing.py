@@ -110,23 +110,23 @@ def stored(outcomes: Outcomes) -> dict[int, np.ndarray]:
     return {pipe: features(outcomes[label(pipe, FRICTION)]) for pipe in PIPES}
 
 
-def confusion(outcomes: Outcomes, feature: int) -> np.ndarray:
-    """Share of draws of each pipe (rows) that are named each pipe (columns); NaN of what is not
-    there.
+def confusions(outcomes: Outcomes) -> np.ndarray:
+    """For each of FEATURES the share of draws of each pipe (rows) that are named each pipe
+    (columns): (features, pipes, pipes). NaN where a run is missing.
     """
-    known = np.array([values[feature] for values in stored(outcomes).values()])
+    known = np.array(list(stored(outcomes).values()))
+    behind = {p: [outcomes[label(p, friction)] for friction in FRICTIONS] for p in PIPES}
+    if any(not len(outcome.history) for of_pipe in behind.values() for outcome in of_pipe):
+        return np.full((len(FEATURES), len(PIPES), len(PIPES)), NAN)
     random = np.random.default_rng(SEED)
-    named = np.zeros((len(PIPES), len(PIPES)))
+    named = np.zeros((len(FEATURES), len(PIPES), len(PIPES)))
     for k, pipe in enumerate(PIPES):
-        behind = [outcomes[label(pipe, friction)] for friction in FRICTIONS]
-        if any(not len(o.history) for o in behind) or np.isnan(known).any():
-            return np.full((len(PIPES), len(PIPES)), NAN)
         for _ in range(DRAWS):
-            outcome = behind[random.integers(len(behind))]
+            outcome = behind[pipe][random.integers(len(FRICTIONS))]
             noise = random.normal(0.0, SENSOR_NOISE, len(outcome.history["time"]))
-            flow = random.normal(1.0, PUMP_SPREAD)
-            found = features(outcome, noise, flow)[feature]
-            named[k, np.argmin(np.abs(known - found))] += 1.0 / DRAWS
+            found = features(outcome, noise, random.normal(1.0, PUMP_SPREAD))
+            nearest = np.argmin(np.abs(known - found), axis=0)
+            named[np.arange(len(FEATURES)), k, nearest] += 1.0 / DRAWS
     return named
 
 
@@ -150,8 +150,8 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         more_than(float(min(times[1:])), float(times[0]), "s"), behind,
     )  # fmt: skip
     spread = [outcomes[label(pipe, friction)] for pipe in PIPES for friction in FRICTIONS]
-    for k, feature in enumerate(FEATURES):
-        right = float(np.diag(confusion(outcomes, k)).mean())
+    for feature, named in zip(FEATURES, confusions(outcomes), strict=True):
+        right = float(np.diag(named).mean())
         claim = f"one inflation names the pipe by its {feature}"
         finding = above(right, LEAST_RIGHT)
         yield row(NAME, claim, f"right in {100 * LEAST_RIGHT:g} % of draws", finding, spread)
@@ -167,13 +167,13 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
             for pipe in (*PIPES, FREE)
         ),
     )
-    for k, feature in enumerate(FEATURES):
+    for feature, named in zip(FEATURES, confusions(outcomes), strict=True):
         yield Listing(
             f"share of draws named each pipe by the {feature}",
             ("pipe", *(f"named {pipe} mm" for pipe in PIPES)),
             tuple(
                 (f"{pipe} mm", *(f"{share:.3f}" for share in shares))
-                for pipe, shares in zip(PIPES, confusion(outcomes, k), strict=True)
+                for pipe, shares in zip(PIPES, named, strict=True)
             ),
         )
     yield Listing(

@@ -141,7 +141,7 @@ def built_drive(
         return air_line(names, load, volume, nothing, keys)
     profile = rising_profile(load.profile)
     if isinstance(load, scene_loads.AddedGas):
-        side = room_beside(names, load, volume, nothing, keys)
+        side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
         specific_energy = load.gas_constant * load.temperature
         return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
     if compliance == 0.0:
@@ -176,17 +176,20 @@ def room_beside(
     names: Names,
     load: scene_loads.AddedGas | scene_loads.Pneumatic,
     volume: float,
+    dead: float,
     nothing: float,
     keys: Keys,
 ) -> float:
-    """Room of a gas [m^3] beside a chamber of `volume` [m^3]; up to `nothing` counts as none."""
-    side = load.dead_volume - load.excluded_volume
+    """Room of a gas [m^3] beside a chamber of `volume` [m^3], of which `dead` is not excluded; up
+    to `nothing` in all counts as none.
+    """
+    side = dead - load.excluded_volume
     if volume + side <= nothing:
         raise names.loaded.error(
             keys,
             f"the chamber holds {volume * 1e6:.4g} ml, of which "
             f"{load.excluded_volume * 1e6:.4g} ml are excluded, and the dead volume is "
-            f"{load.dead_volume * 1e6:.4g} ml: nothing is left for the gas",
+            f"{dead * 1e6:.4g} ml: nothing is left for the gas",
             "give the dead volume of the line, or a smaller excluded_volume",
         )
     return side
@@ -204,7 +207,9 @@ def air_line(
             f"air takes its time to flow through '{keys[-1]}': a static procedure knows no time",
             "write time.procedure: dynamic, or drive the chamber by follower_pressure or added_gas",
         )
-    side = room_beside(names, load, load.volume_ratio * volume, nothing, keys)
+    tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
+    dead = load.dead_volume + 0.5 * tube.volume
+    side = room_beside(names, load, load.volume_ratio * volume, dead, nothing, keys)
     course = followed(load.profile, lambda given: given)
     highest = highest_of(course) + load.band
     if load.pump.stall <= highest:
@@ -217,11 +222,10 @@ def air_line(
     energy = load.gas_constant * load.temperature
     ambient = load.ambient_pressure
     density = ambient / energy
-    tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
     squares = (ambient + load.valve.pressure) ** 2 - ambient**2
     return AirLine(
         course=course, initial_volume=volume, volume_ratio=load.volume_ratio,
-        side_volume=side + 0.5 * tube.volume, line_volume=load.line_volume + 0.5 * tube.volume,
+        side_volume=side, line_volume=load.line_volume + 0.5 * tube.volume,
         specific_energy=energy, ambient_pressure=ambient, tube=tube,
         valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
         stall=load.pump.stall, band=load.band,

@@ -85,6 +85,42 @@ def test_a_command_ends_the_control(write_scene, kernel_cache, monkeypatch):
         np.testing.assert_array_equal(column, controlled[name], err_msg=name)
 
 
+AIR_LINE = SCENE.replace(
+    "kind: follower_pressure",
+    """kind: pneumatic
+    pump: {flow: 100 ml/s, stall: 50 kPa}
+    valve: {flow: 300 ml/s, pressure: 5 kPa}
+    tube: {length: 0.5 m, bore: 2 mm}
+    line_volume: 3 ml
+    volume_ratio: 2
+    excluded_volume: 5.3 ml""",
+)
+
+
+def test_the_control_sees_the_sensor_of_an_air_line(batch_of, tmp_path):
+    """Not the skin, which has not come to 9 kPa yet; what is wanted goes on from what the sensor
+    showed. A resumed run goes on to the same bits.
+    """
+    results = finished(batch_of(AIR_LINE, "line"))
+    history = results.history
+    phase, sensor, skin = (history[c] for c in ("phase", "pressure", "section_pressure"))
+    log = (tmp_path / "line" / "run.log").read_text()
+    assert "cycle 1: the pressure is the highest at 9" in log
+    turn = int(np.argmax(phase == Phase.HOLD)) - 1
+    assert sensor[turn] >= 9e3 > skin[turn] + 100.0
+    assert set(history["wanted_pressure"][phase == Phase.HOLD]) == {sensor[turn]}
+    assert history["air_flow"][turn] > 0.0
+    stopped = batch_of(AIR_LINE, "again")
+    stopped.write_due()
+    while stopped.solver.time < history["time"][turn + 2]:
+        stopped.do_blocks()
+    stopped.checkpoint()
+    stopped.close()
+    finished(batch_of(AIR_LINE, "again", resume=True))
+    whole, parts = (tmp_path / folder / "history.csv" for folder in ("line", "again"))
+    assert whole.read_bytes() == parts.read_bytes()
+
+
 def inflation_stops_at_contact(history):
     """At the first row at which the mean of 10 ms is half a newton; then the pressure is held."""
     t, pressure, phase = (history[c] for c in ("time", "pressure", "phase"))

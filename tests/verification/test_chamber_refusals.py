@@ -126,7 +126,7 @@ HELD_TUBE = (
         ),
         ("[1 s, 20 kPa]", "[1 s, -2 kPa]", "must not be negative: the pump blows", "profile"),
         ("line_volume: 2 ml", "line_volume: 0 ml", "must be greater than 0 ml", "line_volume"),
-        ("2 ml,", "2 ml, excluded_volume: 6 ml,", "nothing is left for the gas", "drive"),
+        ("2 ml,", "2 ml, excluded_volume: 7 ml,", "nothing is left for the gas", "drive"),
     ],
 )
 def test_air_lines_that_cannot_work(refused, before, after, told, at):
