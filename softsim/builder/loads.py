@@ -153,12 +153,14 @@ def built_drive(
     return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
 
 
-def commanded(load: Chamber, drive: Scheduled, profile: Profile) -> Scheduled:
+def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Scheduled | AirLine:
     """The drive of a chamber on another course: `profile` over time [s], of what its gauge shows
     [Pa], what is pumped in [m^3], or let in [kg].
     """
     if isinstance(load, scene_loads.FollowerPressure):
         return GivenPressure(profile, pressure_on_facets(load, profile))
+    if isinstance(drive, AirLine):
+        return replace(drive, course=GivenPressure(profile, profile))
     return replace(drive, profile=profile)
 
 

@@ -92,6 +92,7 @@ class AirLine:
     band: Own[float]
 
     asks_volume = True
+    stiffens = False  # its stiffness counts on the most that the pump can give
     columns: ClassVar[dict[str, str]] = {
         "wanted_pressure": "Pa",  # at the sensor, whose own is the column pressure
         "air_flow": "m^3/s",  # through the tube into the chamber, as ambient air
@@ -190,6 +191,10 @@ class AirLineSource:
             "falls": self.falls, "supply": self.supply,
         }  # fmt: skip
         return own | self.course.state_fields()
+
+    def follow(self, scenario: int, drive: AirLine) -> None:
+        """Take another course in a scenario."""
+        self.course.follow(scenario, drive.course)
 
     def obey(self, scenario: int, command: Command) -> None:
         """Take a new command for the sensor in a scenario, whose course is controlled."""

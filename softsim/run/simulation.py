@@ -250,7 +250,7 @@ class Simulation:
             )
         scenario, term, now = self._scenario, self._scenario.term_of(load), self.time
         drive = term.drives[scenario.number]
-        if isinstance(drive, ControlledPressure):
+        if isinstance(drive.course, ControlledPressure):
             start = float(scenario.read(term.pressure)) if within > 0.0 else value
             rate = (value - start) / within if within > 0.0 else 0.0
             term.source.obey(scenario.number, Command(start, now, rate, value))
@@ -261,7 +261,7 @@ class Simulation:
                     f"{most:.6g}, which the profile of the scene reaches",
                     hint="let the profile of the scene reach as much",
                 )
-            course = profile.ramp(now, float(drive.profile.at(now)), within, value)
+            course = profile.ramp(now, float(drive.course.profile.at(now)), within, value)
             term.follow(scenario.number, commanded(self._said(name), drive, course))
         if load is self.model.chamber:
             self._command()
@@ -331,7 +331,9 @@ class Simulation:
         self._solver.block_starts[s] = saved.block_start
         self._solver.done_in_block[s] = saved.done_in_block
         for pressure, drive in zip(self.model.pressures, saved.drives, strict=True):
-            if not isinstance(drive, ControlledPressure):  # whose command is in the solver's state
+            if not isinstance(
+                drive.course, ControlledPressure
+            ):  # whose command is in the solver's state
                 term_of(pressure).follow(s, drive)
         for motor, rotor in zip(self._motors(), saved.rotors, strict=True):
             term_of(motor).follow(s, rotor)
