@@ -30,7 +30,7 @@ NAME = "sensing"
 SCENE = "pfr_36mm_air_line.yaml"
 FREE = 100  # mm, of a pipe that nothing touches
 FRICTION, FRICTIONS = 0.7, (0.5, 0.7, 0.8)
-OPENS, END = 6.0, 9.0  # s, of the valve and of a run
+OPENS, END = 12.0, 16.0  # s, of the valve and of a run
 LOWEST = 9.0  # kPa
 LENGTHS = (1, 2, 3)  # m, of the tube
 SENSOR_NOISE = 0.1  # kPa, standard deviation of a row: 2 ms
@@ -99,8 +99,10 @@ def features(outcome: Outcome, noise: np.ndarray | float = 0.0, flow: float = 1.
 
 def slope(t: np.ndarray, true: np.ndarray, read: np.ndarray, low: float, high: float) -> float:
     """Of the straight line through the readings [kPa/s] while the first rise passes from `low` to
-    `high` times HIGHEST.
+    `high` times HIGHEST; NaN where it does not come so high.
     """
+    if not (true >= high * HIGHEST).any():
+        return NAN
     first, last = (int(np.argmax(true >= share * HIGHEST)) for share in (low, high))
     return float(np.polyfit(t[first:last], read[first:last], 1)[0])
 
