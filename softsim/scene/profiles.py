@@ -163,7 +163,8 @@ class NaturalDeflationProfile(_Cycle):
 
 class EventCyclesProfile(_Swing):
     """A closed loop: inflate until contact is made, hold, deflate until motion has stopped; again.
-    Its pressures are those on the skin. What is felt is what the history shows, row by row.
+    Its pressures are those on the skin, of an air line those at its sensor. What is felt is what
+    the history shows, row by row.
     """
 
     kind: Literal["event_cycles"] = Field(description="Kind of profile.")

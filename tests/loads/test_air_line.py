@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from softsim import fields
+from softsim.errors import StabilityError
 from softsim.loads.air_line import AirLine, Tube
 from softsim.loads.drive import GivenPressure
 from softsim.loads.profile import Profile
@@ -155,3 +156,9 @@ def test_the_sensor_is_kept_within_its_bounds(course):
 def test_a_moment_that_comes_twice_passes_once(course):
     run = course(line(LONG, (0.0, 10e3)))
     assert run.go(100, 1e-4) == run.go(1, 1e-4, first=99)
+
+
+def test_a_chamber_without_room_is_told(course):
+    run = course(line(LONG, (0.0, 10e3)))
+    with pytest.raises(StabilityError, match="has no room left"):
+        run.source.readings(0, -AMBIENT - 1.0)
