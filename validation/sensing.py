@@ -8,8 +8,8 @@ the valve stays open: natural deflation. From the gauge's curve alone:
     fall time     of natural deflation, from 23 down to 9 kPa on the gauge
 
 A detector names the pipe whose stored value is nearest. Stored is the run of friction 0.7; it is
-asked about runs of friction 0.5, 0.7 and 0.8, with noise on the gauge and a pump that gives more or
-less.
+asked about runs of friction 0.5, 0.7 and 0.8, with noise on the gauge, and pumps and valves that
+let more or less through.
 """
 
 from collections.abc import Iterator
@@ -34,7 +34,7 @@ OPENS, END = 12.0, 16.0  # s, of the valve and of a run
 LOWEST = 9.0  # kPa
 LENGTHS = (1, 2, 3)  # m, of the tube
 SENSOR_NOISE = 0.1  # kPa, standard deviation of a row: 2 ms
-PUMP_SPREAD = 0.05  # standard deviation of its flow from robot to robot
+FLOW_SPREAD = 0.05  # standard deviation of the flow of pump and of valve, from one to the next
 DRAWS, SEED = 1000, 2026
 LEAST_RIGHT = 0.9  # share of draws
 SENSED = (
@@ -82,9 +82,11 @@ def cases(quick: bool) -> list[Case]:
     return [*nominal, *spread, *lengths]
 
 
-def features(outcome: Outcome, noise: np.ndarray | float = 0.0, flow: float = 1.0) -> np.ndarray:
-    """FEATURES of a run, times in s; with `noise` [kPa] on the gauge, and a pump that gives `flow`
-    times as much, which takes its time over that.
+def features(
+    outcome: Outcome, noise: np.ndarray | float = 0.0, pump: float = 1.0, valve: float = 1.0
+) -> np.ndarray:
+    """FEATURES of a run, times in s; with `noise` [kPa] on the gauge where its slope is taken, and
+    pump and valve that let through so many times as much, which take their time over that.
     """
     if not len(outcome.history):
         return np.full(len(FEATURES), NAN)
@@ -92,8 +94,9 @@ def features(outcome: Outcome, noise: np.ndarray | float = 0.0, flow: float = 1.
     shown_ = true + noise
     rising, falling = t < OPENS, t > OPENS
     ratio = slope(t, true, shown_, 0.8, 0.99) / slope(t, true, shown_, 0.4, 0.6)
-    pumping = np.trapezoid(outcome.history["air_supply"][rising] == 1.0, t[rising]) / flow
-    fallen = t[falling][np.argmax(true[falling] < LOWEST)] - OPENS
+    pump_runs = (outcome.history["air_supply"] == 1.0).astype(float)
+    pumping = np.trapezoid(pump_runs[rising], t[rising]) / pump
+    fallen = (t[falling][np.argmax(true[falling] < LOWEST)] - OPENS) / valve
     return np.array([ratio, pumping, fallen])
 
 
@@ -126,7 +129,7 @@ def confusions(outcomes: Outcomes) -> np.ndarray:
         for _ in range(DRAWS):
             outcome = behind[pipe][random.integers(len(FRICTIONS))]
             noise = random.normal(0.0, SENSOR_NOISE, len(outcome.history["time"]))
-            found = features(outcome, noise, random.normal(1.0, PUMP_SPREAD))
+            found = features(outcome, noise, *random.normal(1.0, FLOW_SPREAD, 2))
             nearest = np.argmin(np.abs(known - found), axis=0)
             named[np.arange(len(FEATURES)), k, nearest] += 1.0 / DRAWS
     return named
@@ -224,9 +227,9 @@ SCRIPT = Script(
         f"gauge and holds that, then the valve stays open from {OPENS:g} s on. The gauge's curve "
         "bends where the skin gives way, and less where a pipe holds it; the air leaves a skin "
         "faster that a pipe presses. A detector takes the nearest stored value of the three pipes, "
-        f"under {SENSOR_NOISE:g} kPa of noise, {100 * PUMP_SPREAD:g} % of spread of the pump, and "
-        "friction of 0.5, 0.7 or 0.8. Last table: the thesis's rates, inflation with 23 and "
-        "deflation with 1.3 kPa/s, through 1 to 3 m of tube."
+        f"under {SENSOR_NOISE:g} kPa of noise, {100 * FLOW_SPREAD:g} % of spread of pump and "
+        "valve, and friction of 0.5, 0.7 or 0.8. Last table: the thesis's rates, inflation with "
+        "23 and deflation with 1.3 kPa/s, through 1 to 3 m of tube."
     ),
     cases=cases,
     rows=rows,
