@@ -37,6 +37,7 @@ FREQUENCIES = {3: (132, 186, 191), 5: (132, 142, 186), 9: (120, 166, 170)}
 SPEEDS = (200.0, 220.0, 300.0)  # mm/s of the robot with five rows (5.2.2.2)
 SPREAD = 0.2  # share by which they may be off
 SETTLED = 0.5  # share of the run after which the speed is taken
+WINDOW = 20  # turns of the motor
 SETTLING = (0.4, 1.5)  # s in which 90 % of the speed is reached (Fig 5.6: about 1 s)
 HIGHEST = 2.0  # mm, how far the head rises (App. A)
 SLOPES = (0, 10, 20, 25, 30, 40)  # deg, at the frequency of 4 V
@@ -113,15 +114,18 @@ def speeds(outcomes: Outcomes, rows: int) -> list[float]:
     return [speed(outcomes[label(rows, f)]) for f in FREQUENCIES[rows]]
 
 
-def settling(outcome: Outcome) -> float:
-    """When 90 % of the speed is reached for good [s], over windows of 0.1 s."""
+def settling(outcome: Outcome, frequency: float) -> float:
+    """When 90 % of the speed is first reached [s], as the mean over WINDOW whole turns of the
+    motor.
+    """
     if not outcome.history:
         return NAN
     t, x = outcome.history["time"], outcome.history["frame_x"]
-    grid = np.arange(0.0, t[-1], 0.05)
-    over_window = (np.interp(grid + 0.1, t, x) - np.interp(grid, t, x)) / 0.1
-    slow = np.flatnonzero(MILLI * over_window[grid < t[-1] - 0.1] < 0.9 * speed(outcome))
-    return float(grid[slow[-1] + 1]) if len(slow) else 0.0
+    window = WINDOW / frequency
+    begins = np.arange(0.0, t[-1] - window, 1.0 / frequency)
+    means = (np.interp(begins + window, t, x) - np.interp(begins, t, x)) / window
+    fast = np.flatnonzero(MILLI * means >= 0.9 * speed(outcome))
+    return float(begins[fast[0]]) if len(fast) else NAN
 
 
 def rise(outcome: Outcome) -> float:
@@ -157,7 +161,8 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         yield row(NAME, f"speed at {f} Hz", reference, found, [outcome])
     claim = "faster the faster the motor, five rows"
     yield row(NAME, claim, "rises", rises(speeds(outcomes, 5), "mm/s"), five)
-    settled = all_between([settling(outcome) for outcome in five], *SETTLING, "s")
+    times = [settling(outcome, f) for f, outcome in zip(FREQUENCIES[5], five, strict=True)]
+    settled = all_between(times, *SETTLING, "s")
     yield row(NAME, "speed is reached in about 1 s", "0.4 to 1.5 s", settled, five)
     head = max((rise(outcome) for outcome in five), default=NAN)
     yield row(

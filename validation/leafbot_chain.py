@@ -185,7 +185,11 @@ def gait(outcomes: Outcomes, model: str) -> tuple[str, str, str]:
     """
     if model == ELEMENTS:
         outcome = outcomes[label(ROWS, MIDDLE)]
-        return shown(rise(outcome)), shown(settling(outcome)), shares(outcome, "row_contact_shares")
+        return (
+            shown(rise(outcome)),
+            shown(settling(outcome, MIDDLE)),
+            shares(outcome, "row_contact_shares"),
+        )
     outcome = outcomes[level(model, MIDDLE).name]
     height, settled = MILLI * outcome.number("head_height"), outcome.number("settling_time")
     return shown(height), shown(settled), shares(outcome, "contact_shares")
