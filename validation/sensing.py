@@ -7,9 +7,10 @@ the valve stays open: natural deflation. From the gauge's curve alone:
     pump time     for which the pump runs until the valve opens: the air that went in
     fall time     of natural deflation, from 23 down to 9 kPa on the gauge
 
-A detector names the pipe whose stored value is nearest. Stored is the run of friction 0.7; it is
-asked about runs of friction 0.5, 0.7 and 0.8, with noise on the gauge, and pumps and valves that
-let more or less through.
+A detector names the pipe whose stored value is nearest, by their ratio, and none where that is off
+by more than a quarter. Stored is the run of friction 0.7; it is asked about runs of friction 0.5,
+0.7 and 0.8, with noise on the gauge, and pumps and valves that let more or less through; and about
+a pipe that it was never shown, and free air.
 """
 
 from collections.abc import Iterator
@@ -37,6 +38,9 @@ SENSOR_NOISE = 0.1  # kPa, standard deviation of a row: 2 ms
 FLOW_SPREAD = 0.05  # standard deviation of the flow of pump and of valve, from one to the next
 DRAWS, SEED = 1000, 2026
 LEAST_RIGHT = 0.9  # share of draws
+UNSHOWN = 33  # mm, of a pipe that the detector does not know
+LIMIT = 0.25  # of the logarithm of a feature over the stored one: five of FLOW_SPREAD
+NONE = len(PIPES)  # what the detector answers beyond it, beside the numbers of PIPES
 SENSED = (
     f"loads.air.profile={{kind: table, points: [[0 s, {HIGHEST} kPa], [{OPENS} s, {HIGHEST} kPa], "
     f"[{OPENS + 1e-3} s, 1 kPa]]}}",
@@ -68,7 +72,7 @@ def sensed(pipe: int, friction: float) -> Case:
 
 def cases(quick: bool) -> list[Case]:
     """Each pipe at each friction, free air; the thesis's rates through tubes of three lengths."""
-    nominal = [sensed(pipe, FRICTION) for pipe in (*PIPES, FREE)]
+    nominal = [sensed(pipe, FRICTION) for pipe in (*PIPES, UNSHOWN, FREE)]
     if quick:
         return nominal[: len(PIPES)]
     spread = [sensed(pipe, f) for f in FRICTIONS if f != FRICTION for pipe in PIPES]
@@ -115,24 +119,33 @@ def stored(outcomes: Outcomes) -> dict[int, np.ndarray]:
     return {pipe: features(outcomes[label(pipe, FRICTION)]) for pipe in PIPES}
 
 
+def named(known: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """Which of PIPES each feature names (features,), or NONE, by the stored ones (pipes, features);
+    none where the gauge's curve has no such feature.
+    """
+    off = np.abs(np.log(known / found))
+    beyond = ~(off.min(axis=0) <= LIMIT)
+    return np.where(beyond, NONE, off.argmin(axis=0))
+
+
 def confusions(outcomes: Outcomes) -> np.ndarray:
-    """For each of FEATURES the share of draws of each pipe (rows) that are named each pipe
-    (columns): (features, pipes, pipes). NaN where a run is missing.
+    """For each of FEATURES the share of draws of each pipe, UNSHOWN and FREE (rows) that are named
+    each pipe, or NONE (columns): (features, pipes + 2, pipes + 1). NaN where a run is missing.
     """
     known = np.array(list(stored(outcomes).values()))
     behind = {p: [outcomes[label(p, friction)] for friction in FRICTIONS] for p in PIPES}
+    behind |= {p: [outcomes[label(p, FRICTION)]] for p in (UNSHOWN, FREE)}
+    shares = np.zeros((len(FEATURES), len(behind), len(PIPES) + 1))
     if any(not len(outcome.history) for of_pipe in behind.values() for outcome in of_pipe):
-        return np.full((len(FEATURES), len(PIPES), len(PIPES)), NAN)
+        return np.full_like(shares, NAN)
     random = np.random.default_rng(SEED)
-    named = np.zeros((len(FEATURES), len(PIPES), len(PIPES)))
-    for k, pipe in enumerate(PIPES):
+    for k, runs in enumerate(behind.values()):
         for _ in range(DRAWS):
-            outcome = behind[pipe][random.integers(len(FRICTIONS))]
+            outcome = runs[random.integers(len(runs))]
             noise = random.normal(0.0, SENSOR_NOISE, len(outcome.history["time"]))
             found = features(outcome, noise, *random.normal(1.0, FLOW_SPREAD, 2))
-            nearest = np.argmin(np.abs(known - found), axis=0)
-            named[np.arange(len(FEATURES)), k, nearest] += 1.0 / DRAWS
-    return named
+            shares[np.arange(len(FEATURES)), k, named(known, found)] += 1.0 / DRAWS
+    return shares
 
 
 def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
@@ -155,11 +168,16 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
         more_than(float(min(times[1:])), float(times[0]), "s"), behind,
     )  # fmt: skip
     spread = [outcomes[label(pipe, friction)] for pipe in PIPES for friction in FRICTIONS]
-    for feature, named in zip(FEATURES, confusions(outcomes), strict=True):
-        right = float(np.diag(named).mean())
+    beside = [outcomes[label(pipe, FRICTION)] for pipe in (UNSHOWN, FREE)]
+    for feature, shares in zip(FEATURES, confusions(outcomes), strict=True):
+        right = float(np.diag(shares)[: len(PIPES)].mean())
         claim = f"one inflation names the pipe by its {feature}"
         finding = above(right, LEAST_RIGHT)
-        yield row(NAME, claim, f"right in {100 * LEAST_RIGHT:g} % of draws", finding, spread)
+        reference = f"right in {100 * LEAST_RIGHT:g} % of draws"
+        yield row(NAME, claim, reference, finding, spread)
+        finding = above(float(shares[len(PIPES) :, NONE].mean()), LEAST_RIGHT)
+        claim = f"a pipe of {UNSHOWN} mm and free air are named none of them by the {feature}"
+        yield row(NAME, claim, reference, finding, beside)
 
 
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
@@ -169,16 +187,17 @@ def listings(outcomes: Outcomes) -> Iterator[Listing]:
         ("", *FEATURES),
         tuple(
             (label(pipe, FRICTION), *(shown(v) for v in features(outcomes[label(pipe, FRICTION)])))
-            for pipe in (*PIPES, FREE)
+            for pipe in (*PIPES, UNSHOWN, FREE)
         ),
     )
-    for feature, named in zip(FEATURES, confusions(outcomes), strict=True):
+    asked = [f"{pipe} mm" for pipe in (*PIPES, UNSHOWN)] + ["free air"]
+    for feature, of_feature in zip(FEATURES, confusions(outcomes), strict=True):
         yield Listing(
             f"share of draws named each pipe by the {feature}",
-            ("pipe", *(f"named {pipe} mm" for pipe in PIPES)),
+            ("pipe", *(f"named {pipe} mm" for pipe in PIPES), "none"),
             tuple(
-                (f"{pipe} mm", *(f"{share:.3f}" for share in shares))
-                for pipe, shares in zip(PIPES, named, strict=True)
+                (pipe, *(f"{share:.3f}" for share in shares))
+                for pipe, shares in zip(asked, of_feature, strict=True)
             ),
         )
     yield Listing(
@@ -227,9 +246,9 @@ SCRIPT = Script(
         f"gauge and holds that, then the valve stays open from {OPENS:g} s on. The gauge's curve "
         "bends where the skin gives way, and less where a pipe holds it; the air leaves a skin "
         "faster that a pipe presses. A detector takes the nearest stored value of the three pipes, "
-        f"under {SENSOR_NOISE:g} kPa of noise, {100 * FLOW_SPREAD:g} % of spread of pump and "
-        "valve, and friction of 0.5, 0.7 or 0.8. Last table: the thesis's rates, inflation with "
-        "23 and deflation with 1.3 kPa/s, through 1 to 3 m of tube."
+        f"or none, under {SENSOR_NOISE:g} kPa of noise, {100 * FLOW_SPREAD:g} % of spread of pump "
+        "and valve, and friction of 0.5, 0.7 or 0.8. Last table: the thesis's rates, inflation "
+        "with 23 and deflation with 1.3 kPa/s, through 1 to 3 m of tube."
     ),
     cases=cases,
     rows=rows,
