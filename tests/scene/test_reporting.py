@@ -57,7 +57,7 @@ def problems(path):
         ("time:", "loads: {a: 3}\ntime:", "a.yaml:7:12: a: must be a mapping of keys to values, "
          "not the number 3", ""),
         ("time:", "loads: {a: {}}\ntime:", "a.yaml:7:9: a: the key 'kind' is missing",
-         "give kind: follower_pressure | added_volume | added_gas | eccentric_mass"),
+         "give kind: follower_pressure | added_volume | added_gas | pneumatic | eccentric_mass"),
         ("time:", "contact: {damping_ratio: 2}\ntime:",
          "a.yaml:7:26: damping_ratio: 2 must be at most 1", ""),
         ("time:", "expect: {body_speed: {}}\ntime:", "body_speed: gives no limit", ""),

@@ -142,16 +142,16 @@ def test_interrupted_and_resumed_gives_the_same_result(run, tmp_path, monkeypatc
 
     text = hanging("plane_strain").replace("output: {", "output: {history_interval: 200 us, ")
     run(text, out="whole")
-    advance = ExplicitSolver.advance
+    go_on = ExplicitSolver.go_on
 
-    def advance_and_stop(solver, count):
-        advance(solver, count)
+    def go_on_and_stop(solver, count):
+        go_on(solver, count)
         if solver.time > 3e-3 and not stopped:
             stopped.append(solver.time)
             os.kill(os.getpid(), signal.SIGTERM)
 
     stopped = []
-    monkeypatch.setattr(ExplicitSolver, "advance", advance_and_stop)
+    monkeypatch.setattr(ExplicitSolver, "go_on", go_on_and_stop)
     with pytest.raises(Interrupted):
         run(text, out="parts")
     assert stopped[0] > 2e-3
