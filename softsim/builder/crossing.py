@@ -3,8 +3,8 @@
 import numpy as np
 
 from softsim.builder.names import Names, close_names
-from softsim.builder.terrain import KINDS, far_end
 from softsim.model import Body, Crossing
+from softsim.scene.terrain import Terrain
 
 
 def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
@@ -20,14 +20,14 @@ def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
             f"there is no body '{name}'",
             close_names(name, list(known), "bodies"),
         )
-    walls = [w for w in names.scene.environment.walls.values() if isinstance(w, KINDS)]
+    walls = [w for w in names.scene.environment.walls.values() if isinstance(w, Terrain)]
     if asked.goal is None and not walls:
         raise names.loaded.error(
             ("crossing",),
             "nothing says where the body is to get: no wall is a ramp, a semicircle, a step_field",
             "give goal: the x that its rear end must be past",
         )
-    goal = far_end(walls[-1]) if asked.goal is None else asked.goal
+    goal = walls[-1].foot[0] + walls[-1].crossed if asked.goal is None else asked.goal
     foot = walls[0].foot[0] if walls else goal
     body = known[name]
     nodes = np.arange(body.nodes.start, body.nodes.stop)

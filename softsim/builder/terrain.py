@@ -14,13 +14,11 @@ from softsim.scene.tree import Keys
 GROUND = 0.2
 """Length of the drawn ground before and behind a shape [m]; it goes on beyond."""
 
-KINDS = RampWall, SemicircleWall, StepFieldWall
-
 
 def terrains(names: Names) -> list[DistanceGrid]:
     """The terrains of a scene."""
     walls = names.scene.environment.walls.items()
-    return [built_terrain(names, name, w) for name, w in walls if isinstance(w, KINDS)]
+    return [built_terrain(names, name, w) for name, w in walls if isinstance(w, Terrain)]
 
 
 def built_terrain(names: Names, name: str, wall: Terrain) -> DistanceGrid:
@@ -40,11 +38,6 @@ def built_terrain(names: Names, name: str, wall: Terrain) -> DistanceGrid:
         return polyline.gridded(name, polyline.checked_polyline(ground, False), wall.spacing)
     except SpacingError as error:
         raise names.loaded.error((*keys, "spacing"), error.message, error.hint) from None
-
-
-def far_end(wall: RampWall | SemicircleWall | StepFieldWall) -> float:
-    """x [m] behind which a body is over: a ramp's upper edge, the end of another shape."""
-    return wall.foot[0] + wall.crossed
 
 
 def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:

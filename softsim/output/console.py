@@ -45,12 +45,10 @@ class SettlingOutlook:
             return "settling"
         share, pace = self.shares[-1], self.time_for_a_tenth
         text = f"settling: unbalanced {share:.2g}, wanted {self.tolerance:.2g}"
+        if len(self.shares) < 2 * LEAST_SHARES:
+            return f"{text}, no trend yet"
         if np.isnan(pace):
-            return (
-                f"{text}, no trend yet"
-                if len(self.shares) < 2 * LEAST_SHARES
-                else (f"{text}, does not fall")
-            )
+            return f"{text}, does not fall"
         left = max(0.0, pace * np.log10(share / self.tolerance))
         return f"{text}, a tenth in {pace:.2g} s, ETA {left:.0f} s"
 

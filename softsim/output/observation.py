@@ -172,14 +172,21 @@ class Observer:
         if model.passage is not None:
             place = place_now(scenario, reader, model.passage.body).centre
             row |= along_path.path_readings(scenario, model.passage, place, interval)
-        if model.crossing is not None:
-            row |= end_readings(model.crossing, scenario.positions())
-        if model.probes:
-            x = scenario.positions()
-            for probe in model.probes:
-                names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
-                row |= dict(zip(names, probe_values(scenario, probe, x).tolist(), strict=True))
+        if model.crossing is not None or model.probes:
+            row |= self._of_places(scenario.positions())
         return Observation(row, energies)
+
+    def _of_places(self, x: np.ndarray) -> dict[str, float]:
+        """What follows from the places of all nodes, x (n, d) [m]."""
+        model = self.scenario.model
+        found: dict[str, float] = {}
+        if model.crossing is not None:
+            found |= end_readings(model.crossing, x)
+        for probe in model.probes:
+            names = probe_columns(probe.name, probe.kind, "xyz"[: model.dimension])
+            values = probe_values(self.scenario, probe, x).tolist()
+            found |= dict(zip(names, values, strict=True))
+        return found
 
 
 def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, float]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from softsim import backend, fields
+from softsim import backend
 from softsim.builder import build_model
 from softsim.builder.loads import commanded
 from softsim.errors import Interrupted, SimulationError, SoftsimError
@@ -26,7 +26,7 @@ from softsim.loads.pressure_control import Command
 from softsim.loads.rotor import Rotor, RotorForce
 from softsim.machine import AUTO, choose
 from softsim.output.checkpoint import Checkpoint
-from softsim.output.observation import Pose, frame_pose
+from softsim.output.observation import Pose, frame_pose, wall_forces
 from softsim.run.batch import Batch
 from softsim.run.control import OpenLoop
 from softsim.run.record import Memory
@@ -213,9 +213,6 @@ class Simulation:
         """The present state, in arrays of the caller's own."""
         self._refuse_stale()
         read, terms = self._scenario.read, self._scenario.terms
-        contact = np.zeros_like(self.model.points)
-        for walls in terms.wall_contacts:
-            np.add.at(contact, fields.read(walls.node), read(walls.force))
 
         def by_body(values: np.ndarray) -> dict[str, np.ndarray]:
             return {body.name: values[body.nodes] for body in self.model.bodies}
@@ -226,7 +223,7 @@ class Simulation:
             by_body(self._scenario.positions()),
             by_body(read(terms.nodes.velocity)),
             by_body(read(terms.nodes.force)),
-            by_body(contact),
+            by_body(wall_forces(self._scenario)),
             {body.name: frame_pose(self._scenario, k) for k, body in bodies},
         )
 
@@ -331,9 +328,8 @@ class Simulation:
         self._solver.block_starts[s] = saved.block_start
         self._solver.done_in_block[s] = saved.done_in_block
         for pressure, drive in zip(self.model.pressures, saved.drives, strict=True):
-            if not isinstance(
-                drive.course, ControlledPressure
-            ):  # whose command is in the solver's state
+            # The command of a controlled one is in the solver's state.
+            if not isinstance(drive.course, ControlledPressure):
                 term_of(pressure).follow(s, drive)
         for motor, rotor in zip(self._motors(), saved.rotors, strict=True):
             term_of(motor).follow(s, rotor)

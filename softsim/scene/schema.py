@@ -11,7 +11,6 @@ from pydantic import Field
 from softsim.scene.bodies import Body, RigidBody
 from softsim.scene.cables import Cable
 from softsim.scene.conditions import Condition
-from softsim.scene.crossing import Crossing
 from softsim.scene.layout import Layout
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
@@ -28,6 +27,7 @@ from softsim.scene.quantities import (
     WholeNumber,
 )
 from softsim.scene.surroundings import Contact, Environment
+from softsim.scene.terrain import Crossing
 
 
 class SteadyProbe(Part):

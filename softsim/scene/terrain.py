@@ -1,4 +1,6 @@
-"""Grounds of known shape in a section: ramps, half rounds, fields of steps."""
+"""Grounds of known shape in a section: ramps, half rounds, fields of steps; the question whether a
+body crosses them.
+"""
 
 import math
 from typing import Annotated, Literal
@@ -6,8 +8,17 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from softsim.scene.gridded_walls import GriddedWall
-from softsim.scene.part import ORIGIN
-from softsim.scene.quantities import Angle, Number, Point, PositiveLength, WholeNumber, written
+from softsim.scene.part import ORIGIN, Part
+from softsim.scene.quantities import (
+    Angle,
+    Length,
+    Number,
+    Point,
+    PositiveLength,
+    Text,
+    WholeNumber,
+    written,
+)
 
 
 def _up_to_upright(slope: float) -> float:
@@ -26,6 +37,11 @@ class Terrain(GriddedWall):
         "are rounded off by about a third of it.",
     )
     foot: Point = Field(default=ORIGIN, description="Where it begins.")
+
+    @property
+    def crossed(self) -> float:
+        """From the foot to where a body is over [m]."""
+        raise NotImplementedError
 
 
 class PrintedTerrain(Terrain):
@@ -84,3 +100,16 @@ class StepFieldWall(Terrain):
     def crossed(self) -> float:
         """From the foot to the end of the last block [m]."""
         return self.blocks * self.block_length
+
+
+class Crossing(Part):
+    """Asks whether a body gets over its ground, along x, before `time.end`. The run ends when it
+    has.
+    """
+
+    body: Text | None = Field(default=None, description="Which; the first by default.")
+    goal: Length | None = Field(
+        default=None,
+        description="x that its rear end must be past; by default the upper edge of a ramp, the "
+        "far foot of a semicircle, the end of a field of steps, where the scene has one of them.",
+    )

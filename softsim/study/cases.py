@@ -47,8 +47,9 @@ class Source:
             return read_scene(self.scene)
         return layout_tree(self.scene, self.robot)
 
-    def produced(self, scene: Any) -> dict[str, Measure]:
-        """What a run of a scene of it tells, by name."""
+    @staticmethod
+    def produced(scene: Any) -> dict[str, Measure]:
+        """What a run of a scene tells, by name."""
         return produced(scene)
 
     @property
@@ -65,7 +66,8 @@ class ChainSource(Source):
 
     root = ChainScene
 
-    def produced(self, scene: Any) -> dict[str, Measure]:
+    @staticmethod
+    def produced(scene: Any) -> dict[str, Measure]:
         """What a run of a chain tells, by name."""
         return produced_by_chain(scene)
 

@@ -147,7 +147,7 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
     told = {
         name: measure
         for one in scenes
-        for name, measure in composition.kind(one.path).produced(one.scene).items()
+        for name, measure in composition.kind.produced(one.scene).items()
     }
     measures = tuple(
         measure_column(name, part, nearest(tree, ("measures", name))[0], told)
