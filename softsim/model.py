@@ -234,13 +234,14 @@ class Model:
     rigid body. After the nodes of bodies come those of cables. The last nodes, without mass, are
     the corners of rigid outlines. loads: whatever acts from outside, prescribed motions too.
     gravity (d,) [m/s^2]: all of it; starting_gravity: at t = 0, where it rises over a profile.
-    end_time [s]: the latest; cycles: of the pressure in the robot's chamber, with which the run
-    ends, or None. time_increment: the user's step [s], or None for the stable one. friction_memory
-    [s], friction_slip_length [m]: within which the limit of friction on walls and outlines follows
-    the normal force (contact/friction.py). self_contact: None where surfaces do not touch each
-    other. mass_scaling: None where masses are as they are. relaxation: after the loads' time of a
-    static procedure, or None where inertia is real; settling: before t = 0, or None. passage: what
-    a layout asks, or None; crossing: what is asked of a ground, or None.
+    load_names: of the loads, as the scene calls what they come from. start_time [s]: 0, or where a
+    step begins; end_time: the latest; cycles: of the pressure in the robot's chamber, with which
+    the run ends, or None. time_increment: the user's step [s], or None for the stable one.
+    friction_memory [s], friction_slip_length [m]: within which the limit of friction on walls and
+    outlines follows the normal force (contact/friction.py). self_contact: None where surfaces do
+    not touch each other. mass_scaling: None where masses are as they are. relaxation: after the
+    loads' time of a static procedure, or None where inertia is real; settling: before t = 0, or
+    None. passage: what a layout asks, or None; crossing: what is asked of a ground, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -257,10 +258,12 @@ class Model:
     friction_slip_length: Own[float]
     self_contact: SelfContactData | None
     loads: tuple[Load, ...]
+    load_names: Own[tuple[str, ...]]
     probes: Own[tuple[Probe, ...]]
     gravity: Own[np.ndarray]
     starting_gravity: Own[np.ndarray]
     robot: Own[Robot]
+    start_time: Own[float]
     end_time: Own[float]
     cycles: Own[int | None]
     time_increment: Own[float | None]

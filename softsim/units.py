@@ -81,6 +81,7 @@ KINDS = {
     "rad": Kind("an angle", "30 deg", ("deg",)),
     "Hz": Kind("a frequency", "192 Hz", ("Hz", "kHz")),
     "N": Kind("a force", "0.5 N", ("uN", "mN", "N", "kN")),
+    "J": Kind("an energy", "2 mJ", ("uJ", "mJ", "J")),
     "Pa": Kind("a pressure", "36 kPa", ("Pa", "kPa", "MPa", "GPa")),
     "N/m^3": Kind("a force per volume", "10 mN/mm^3", ("N/m^3", "kN/m^3", "mN/mm^3")),
     "1/Pa": Kind("an inverse pressure", "0.5 1/MPa", ("1/MPa", "1/kPa", "1/Pa")),

@@ -15,6 +15,7 @@ from softsim.cli import app
 from softsim.cli.examples import examples_folder
 from softsim.scene.assessment import load_layout
 from softsim.scene.loading import load_scene
+from softsim.scene.steps import load_steps
 from softsim.study.loading import load_study
 
 ROOT = Path(__file__).parents[1]
@@ -68,7 +69,8 @@ def test_a_command_line_is_one_that_softsim_takes(page, line):
     if name == "chain" and not given["robot"].isupper():
         load_chain(given["robot"], given["overrides"] or [])
     if scene is not None and (ROOT / scene).is_file():
-        load_scene(ROOT / scene, given["overrides"] or [])
+        given_overrides = given["overrides"] or []
+        load_steps(ROOT / scene, given_overrides) or load_scene(ROOT / scene, given_overrides)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -109,6 +111,8 @@ def test_whole_files_load(page, text, tmp_path):
         load_layout(written(scenes / "here.yaml", text), "pfr", [])
     elif "robot:chain/" in text:
         load_chain(written(scenes / "here.yaml", text))
+    elif {"bodies", "steps"} <= keys:
+        load_steps(written(scenes / "here.yaml", text))
     elif {"bodies", "time"} <= keys:
         load_scene(written(scenes / "here.yaml", text))
 

@@ -36,6 +36,19 @@ def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
     assert np.isfinite(results.history[place]).all()
 
 
+@pytest.mark.parametrize("path", sorted(SCENES.glob("steps/*.yaml")), ids=lambda path: path.stem)
+def test_steps_run_for_a_moment(path, tmp_path, kernel_cache, monkeypatch):
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.run import run_steps
+    from softsim.scene.steps import load_steps
+
+    steps = load_steps(path, ["time.end=2 ms", "time.procedure=dynamic"])
+    found = run_steps(steps, tmp_path, "cpu", console=Console(file=io.StringIO()))
+    assert list(found) == [step.name for step in steps] and len(steps) > 1
+    for results in found.values():
+        assert results.summary["status"] == "done" and results.summary["energy_error"] < 0.01
+
+
 @pytest.mark.slow
 def test_vertical_hold(tmp_path):
     """Once inflated and at rest, 5 s in a vertical pipe without creep: less than 1 um."""

@@ -9,7 +9,7 @@ from softsim.builder.crossing import crossing
 from softsim.builder.ending import end_time, refuse_steady_probe, steady_probe
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
-from softsim.builder.profiles import share_profile
+from softsim.builder.profiles import share_over_time
 from softsim.builder.regions import material_keys
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.gravity import RisingGravity
@@ -18,6 +18,7 @@ from softsim.loads.pressure import FollowerPressure
 from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
+from softsim.scene.steps import AT_THE_START, Beginning
 from softsim.stability.time_step import estimator
 
 RELAXING_VISCOSITY = 0.06
@@ -26,8 +27,8 @@ LONGEST_RELAXATION = 10.0
 ALONG_ITS_AXIS = "an axisymmetric model knows gravity along its axis only"
 
 
-def build_model(loaded: LoadedScene) -> Model:
-    """The frozen model of a scene.
+def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Model:
+    """The frozen model of a scene; beginning: of a step that follows others.
 
     Raises
     ------
@@ -36,7 +37,7 @@ def build_model(loaded: LoadedScene) -> Model:
     stable one.
     """
     meshed, scene = meshed_bodies(loaded), loaded.scene
-    names = Names(loaded, meshed, placed_cables(loaded, meshed))
+    names = Names(loaded, meshed, placed_cables(loaded, meshed), beginning)
     bodies = built_bodies(names)
     soft_points = np.concatenate([*(b.points for b in bodies), cable_points(names)])
     soft_count = len(soft_points)
@@ -47,7 +48,7 @@ def build_model(loaded: LoadedScene) -> Model:
     held = conditions.held_components(names, bodies, points)
     held[soft_count:] = True
     motions = conditions.prescribed(names, held)
-    for motion in motions:
+    for motion in motions.values():
         held[motion.nodes, motion.axis] = True
     tied = rigid.tied_nodes(names, ~held)
     for nodes in tied:
@@ -78,12 +79,14 @@ def build_model(loaded: LoadedScene) -> Model:
     walls.refuse_penetration(names, all_walls, points[touching])
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     acting = loads.built_loads(loads.Loaded(names, bodies, points, mass, is_free, tied, total_mass))
-    chamber = roles.chamber(names, of_kind(acting, FollowerPressure))
+    chamber = roles.chamber(names, of_kind(acting.values(), FollowerPressure))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity
     if rise is not None:
-        starting_gravity = rise.at(0.0) * full_gravity
-        acting = (*acting, RisingGravity(full_gravity, rise))
+        starting_gravity = rise.at(beginning.time) * full_gravity
+        acting |= {"environment.gravity_profile": RisingGravity(full_gravity, rise)}
+    for further in (end_drags(names), motions, rigid.rigid_motions(names)):
+        acting |= further
     model = Model(
         bodies=bodies,
         cables=built_cables(names, is_free, stiffness, all_walls),
@@ -98,11 +101,13 @@ def build_model(loaded: LoadedScene) -> Model:
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
-        loads=(*acting, *end_drags(names), *motions, *rigid.rigid_motions(names)),
+        loads=tuple(acting.values()),
+        load_names=tuple(acting),
         probes=conditions.probes(names, points, is_free),
         gravity=full_gravity,
         starting_gravity=starting_gravity,
         robot=roles.robot(names, bodies, chamber, points),
+        start_time=beginning.time,
         end_time=end_time(names, chamber),
         cycles=scene.time.cycles,
         time_increment=None if scene.time.increment == "auto" else scene.time.increment,
@@ -160,14 +165,15 @@ def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:
 
 def gravity_share(names: Names) -> Profile | None:
     """Share of gravity over time; None where all of it is there from the start."""
+    keys = ("environment", "gravity_profile")
     given, time = names.scene.environment.gravity_profile, names.scene.time
     if given is not None and time.procedure == "dynamic" and time.settle is not None:
         raise names.loaded.error(
-            ("environment", "gravity_profile"),
+            keys,
             "before t = 0 a body settles under its whole weight, which cannot rise afterwards",
             "leave gravity_profile or time.settle out",
         )
-    return None if given is None else share_profile(given, time.end)
+    return None if given is None else share_over_time(names, given, keys)
 
 
 def bulk_viscosity(names: Names) -> float:

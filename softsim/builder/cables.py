@@ -156,9 +156,9 @@ def refuse_beyond_pipes(names: Names, name: str, walls: Sequence[Wall], places: 
             )
 
 
-def end_drags(names: Names) -> tuple[EndDrag, ...]:
+def end_drags(names: Names) -> dict[str, EndDrag]:
     """What goes on beyond the ends of cables."""
-    result = []
+    result = {}
     for name, placed in names.cables.items():
         drag = names.scene.cables[name].end_drag
         place = placed.points[-1]
@@ -166,5 +166,6 @@ def end_drags(names: Names) -> tuple[EndDrag, ...]:
         axis = along / np.linalg.norm(along)
         if drag > 0.0:
             before, end = map(int, placed.nodes[-2:])
-            result.append(EndDrag(before, end, place, axis, drag / ELASTIC_SLIP, drag))
-    return tuple(result)
+            held = EndDrag(before, end, place, axis, drag / ELASTIC_SLIP, drag)
+            result[f"cables.{name}.end_drag"] = held
+    return result

@@ -90,10 +90,10 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
     return held
 
 
-def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedMotion, ...]:
+def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
     """Prescribed motions; a component follows one of them only and is not held otherwise."""
     taken = held.copy()
-    result = []
+    result = {}
     for name, condition in names.scene.conditions.items():
         if not isinstance(condition, conditions.Prescribed):
             continue
@@ -109,8 +109,8 @@ def prescribed(names: Names, held: np.ndarray) -> tuple[PrescribedMotion, ...]:
             )
         taken[nodes, axis] = True
         profile = displacement(names, condition.displacement, (*keys, "displacement"))
-        result.append(PrescribedMotion(nodes, axis, profile))
-    return tuple(result)
+        result[f"conditions.{name}"] = PrescribedMotion(nodes, axis, profile)
+    return result
 
 
 def initial_velocity(

@@ -12,12 +12,13 @@ def end_time(names: Names, chamber: FollowerPressure | None) -> float:
     where a profile tells when that is.
     """
     time = names.scene.time
+    latest = names.beginning.time + time.end
     if time.cycles is None:
-        return time.end
+        return latest
     if chamber is None:
         raise _refused(names, "there is no pressure whose cycles it could wait for")
     refuse_missing_cycles(names, chamber, time.cycles)
-    return min(time.end, chamber.drive.cycle_end(time.cycles))
+    return min(latest, chamber.drive.cycle_end(time.cycles))
 
 
 def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -> None:
@@ -47,7 +48,8 @@ def steady_probe(names: Names) -> SteadyProbe | None:
             close_names(name, list(probes), "probes") if probes else "give output.probes",
         )
     columns = probe_columns(name, probes[name].kind, "xyz"[: names.dimension])
-    return SteadyProbe(name, tuple(columns), time.until.within, time.end)
+    since = names.beginning.time + time.end
+    return SteadyProbe(name, tuple(columns), time.until.within, since)
 
 
 def refuse_steady_probe(names: Names) -> None:

@@ -14,7 +14,7 @@ from softsim.builder.closure import (
     smallest_volume,
 )
 from softsim.builder.names import Names
-from softsim.builder.profiles import pressure_profile, rising_profile, share_profile
+from softsim.builder.profiles import pressure_profile, rising_profile, share_over_time
 from softsim.builder.regions import bounded, common_geometry
 from softsim.builder.rigid import freedom
 from softsim.elements.geometry import nodal_sums
@@ -79,12 +79,12 @@ class Loaded:
         return max(float(element_frequencies(region).max()) for region in regions)
 
 
-def built_loads(loaded: Loaded) -> tuple[Load, ...]:
-    """All loads of a scene, in its order."""
-    return tuple(
-        BUILDERS[type(load)](loaded, load, ("loads", name))
+def built_loads(loaded: Loaded) -> dict[str, Load]:
+    """All loads of a scene by name, in its order."""
+    return {
+        name: BUILDERS[type(load)](loaded, load, ("loads", name))
         for name, load in loaded.names.scene.loads.items()
-    )
+    }
 
 
 def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
@@ -127,7 +127,7 @@ def built_drive(
     this `compliance` [m^4/kg].
     """
     if isinstance(load, scene_loads.FollowerPressure):
-        return followed(load.profile, lambda given: pressure_on_facets(load, given))
+        return followed(names, load.profile, lambda given: pressure_on_facets(load, given), keys)
     # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
     least = nothing if isinstance(load, scene_loads.AddedVolume) else -nothing
     if volume < least:
@@ -139,7 +139,7 @@ def built_drive(
         )
     if isinstance(load, scene_loads.Pneumatic):
         return air_line(names, load, volume, nothing, keys)
-    profile = rising_profile(load.profile)
+    profile = rising_profile(load.profile).delayed(names.beginning.of(keys))
     if isinstance(load, scene_loads.AddedGas):
         side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
         specific_energy = load.gas_constant * load.temperature
@@ -165,12 +165,14 @@ def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Sc
 
 
 def followed(
-    profile: PressureProfile, on_facets: Callable[[Profile], Profile]
+    names: Names, profile: PressureProfile, on_facets: Callable[[Profile], Profile], keys: Keys
 ) -> GivenPressure | ControlledPressure:
     """What a gauge shows, or the rules that it follows."""
+    start = names.beginning.of(keys)
     if isinstance(profile, EventCyclesProfile):
-        return ControlledPressure(EventCycles(**profile.model_dump(exclude={"kind"})))
-    given = pressure_profile(profile)
+        settings = EventCycles(**profile.model_dump(exclude={"kind"}))
+        return ControlledPressure(replace(settings, start=start + settings.start))
+    given = pressure_profile(profile).delayed(start)
     return GivenPressure(given, on_facets(given))
 
 
@@ -212,7 +214,7 @@ def air_line(
     tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
     dead = load.dead_volume + 0.5 * tube.volume
     side = room_beside(names, load, load.volume_ratio * volume, dead, nothing, keys)
-    course = followed(load.profile, lambda given: given)
+    course = followed(names, load.profile, lambda given: given, keys)
     highest = highest_of(course) + load.band
     if load.pump.stall <= highest:
         raise names.loaded.error(
@@ -256,14 +258,16 @@ def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys)
         np.array(load.rotation_axis), load.sense, load.spin_up, load.phase,
         loaded.names.dimension,
     )  # fmt: skip
-    return CarriedRotor(shaken_body(loaded, load.acts_on, keys), rotor)
+    begun = replace(rotor, start=loaded.names.beginning.of(keys))
+    return CarriedRotor(shaken_body(loaded, load.acts_on, keys), begun)
 
 
 def sinusoid(loaded: Loaded, load: scene_loads.SinusoidalForce, keys: Keys) -> Rotor:
     """A sinusoidal force on a rigid body."""
     direction = loaded.names.vector(load.direction, (*keys, "direction"))
     rotor = sinusoidal_force(load.amplitude, direction, load.frequency, load.spin_up, load.phase)
-    return Rotor(shaken_body(loaded, load.acts_on, keys), rotor)
+    begun = replace(rotor, start=loaded.names.beginning.of(keys))
+    return Rotor(shaken_body(loaded, load.acts_on, keys), begun)
 
 
 def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
@@ -290,7 +294,7 @@ def nodal_force(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> Nod
         )
     share = loaded.mass[nodes] / loaded.mass[nodes].sum()
     force = names.vector(load.force, (*keys, "force"))
-    return NodalForce(nodes, np.outer(share, force), over_time(loaded, load))
+    return NodalForce(nodes, np.outer(share, force), over_time(loaded, load, keys))
 
 
 def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Keys) -> NodalForce:
@@ -302,7 +306,8 @@ def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Ke
         of_body = facets[chosen] - body.first_node
         areas[chosen] = region.geometry.corner_areas(body.mesh.points, of_body)
     traction = names.vector(load.traction, (*keys, "traction"))
-    return distributed(loaded, load, nodal_sums(facets, areas, len(loaded.points)), traction)
+    measure = nodal_sums(facets, areas, len(loaded.points))
+    return distributed(loaded, load, measure, traction, keys)
 
 
 def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> NodalForce:
@@ -320,29 +325,32 @@ def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> Nodal
             shares = r.geometry.mass_shares(r.points, r.cells) * r.volumes[:, None]
             volumes[r.nodes] += nodal_sums(r.cells, shares, len(r.points))
     density = names.vector(load.density, (*keys, "density"))
-    return distributed(loaded, load, volumes, density)
+    return distributed(loaded, load, volumes, density, keys)
 
 
 def distributed(
-    loaded: Loaded, load: scene_loads.OverTime, measure: np.ndarray, per_measure: np.ndarray
-) -> NodalForce:
+    loaded: Loaded, load: scene_loads.OverTime, measure: np.ndarray, per_measure: np.ndarray,
+    keys: Keys,
+) -> NodalForce:  # fmt: skip
     """A force per area or volume on the nodes that stand for some: `measure` (n,) [m^2, m^3]."""
     nodes = np.flatnonzero(measure)
-    return NodalForce(nodes, np.outer(measure[nodes], per_measure), over_time(loaded, load))
+    return NodalForce(nodes, np.outer(measure[nodes], per_measure), over_time(loaded, load, keys))
 
 
-def over_time(loaded: Loaded, load: scene_loads.OverTime) -> Profile:
-    """Share of a load over time."""
+def over_time(loaded: Loaded, load: scene_loads.OverTime, keys: Keys) -> Profile:
+    """Share of a load over time [s] of the whole run."""
     if load.profile is None:
-        return smooth_rise(load.ramp)
-    return share_profile(load.profile, loaded.names.scene.time.end)
+        return smooth_rise(load.ramp).delayed(loaded.names.beginning.of(keys))
+    return share_over_time(loaded.names, load.profile, keys)
 
 
 def rigid_force(loaded: Loaded, load: scene_loads.RigidForce, keys: Keys) -> RigidForce:
     """A force on a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
-    return RigidForce(body, names.vector(load.force, (*keys, "force")), over_time(loaded, load))
+    return RigidForce(
+        body, names.vector(load.force, (*keys, "force")), over_time(loaded, load, keys)
+    )
 
 
 def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialRelief:

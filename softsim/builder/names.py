@@ -10,6 +10,7 @@ from softsim.elements.geometry import Geometry
 from softsim.mesh.mesh import Mesh
 from softsim.scene.loading import LoadedScene
 from softsim.scene.schema import Scene
+from softsim.scene.steps import Beginning
 from softsim.scene.tree import Keys
 
 
@@ -75,6 +76,7 @@ class Names:
     loaded: LoadedScene
     bodies: Mapping[str, MeshedBody]
     cables: Mapping[str, PlacedCable]
+    beginning: Beginning
 
     @property
     def scene(self) -> Scene:

@@ -43,6 +43,12 @@ def pressure_profile(data: FixedProfile) -> Profile:
     return CURVES[data.kind](**data.model_dump(exclude={"kind"}))
 
 
+def share_over_time(names: Names, data: Share, keys: Keys) -> Profile:
+    """A share over time [s] of the whole run, up to the end of its step."""
+    start, time = names.beginning.of(keys), names.beginning.time
+    return share_profile(data, time + names.scene.time.end - start).delayed(start)
+
+
 def rising_profile(data: Ramp[Any] | SmoothStep[Any] | Table[Any]) -> Profile:
     """A ramp, a smooth step or a table of any quantity, over time [s]."""
     if isinstance(data, Table):
@@ -56,7 +62,7 @@ def rising_profile(data: Ramp[Any] | SmoothStep[Any] | Table[Any]) -> Profile:
 def displacement(
     names: Names, data: Ramp[Any] | SmoothStep[Any] | Table[Any], keys: Keys
 ) -> Profile:
-    """A displacement [m over s], which starts from zero."""
+    """A displacement [m over s of the whole run], which starts from zero."""
     profile = rising_profile(data)
     if profile.values[0] != 0.0 or profile.times[0] != 0.0:
         raise names.loaded.error(
@@ -64,11 +70,11 @@ def displacement(
             "the displacement must start with [0 s, 0 mm]",
             "a jump at the start would be an infinite velocity",
         )
-    return profile
+    return profile.delayed(names.beginning.of(keys))
 
 
 def share_profile(data: Share, end: float) -> Profile:
-    """A share over time [s], up to the end of the run."""
+    """A share over time [s], up to `end` [s]."""
     if isinstance(data, Table):
         return table_profile(data)
     return SHARES[data.kind](end=end, **data.model_dump(exclude={"kind"}))

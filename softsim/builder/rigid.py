@@ -68,9 +68,9 @@ def free_to_move(names: Names, name: str) -> tuple[bool, ...]:
     return tuple(yes and d not in moved for d, yes in free)
 
 
-def rigid_motions(names: Names) -> tuple[RigidMotion, ...]:
+def rigid_motions(names: Names) -> dict[str, RigidMotion]:
     """Prescribed motions of rigid bodies, each direction by one of them."""
-    result: list[RigidMotion] = []
+    result: dict[str, RigidMotion] = {}
     for key, condition in names.scene.conditions.items():
         if not isinstance(condition, conditions.RigidMotion):
             continue
@@ -78,7 +78,7 @@ def rigid_motions(names: Names) -> tuple[RigidMotion, ...]:
         body = names.rigid_number(condition.body, (*keys, "body"))
         axis = names.axis(condition.direction, (*keys, "direction"))
         if not freedom(names, condition.body)[axis] or (body, axis) in [
-            (motion.body, motion.axis) for motion in result
+            (motion.body, motion.axis) for motion in result.values()
         ]:
             raise names.loaded.error(
                 (*keys, "direction"),
@@ -86,8 +86,8 @@ def rigid_motions(names: Names) -> tuple[RigidMotion, ...]:
                 f"let it move that way (rigid_bodies.{condition.body}.free), by one condition",
             )
         profile = displacement(names, condition.displacement, (*keys, "displacement"))
-        result.append(RigidMotion(body, axis, profile))
-    return tuple(result)
+        result[f"conditions.{key}"] = RigidMotion(body, axis, profile)
+    return result
 
 
 def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:

@@ -23,8 +23,9 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
             report_study(folder, console)
         elif is_chain(folder):
             report_chain(folder, console)
-        elif has_run(folder):
-            report_run(folder, console)
+        elif runs := [of_run for of_run in run_folders(folder) if has_run(of_run)]:
+            for of_run in runs:
+                report_run(of_run, console)
         else:
             raise OutputError(
                 f"{folder} is the folder of neither a run nor a study",
@@ -85,6 +86,14 @@ def put_off_report(folder: Path, console: Console) -> None:
         console.print(text, highlight=False, soft_wrap=True)
         with (folder / LOG).open("a", encoding="utf-8") as log:
             log.write(f"{text}\n")
+
+
+def run_folders(folder: Path) -> list[Path]:
+    """The folder of a run, or those of its steps."""
+    from softsim.output.folder import read_summary
+
+    steps = read_summary(folder).get("steps")
+    return [folder] if steps is None else [folder / step["folder"] for step in steps]
 
 
 def has_run(folder: Path) -> bool:

@@ -93,7 +93,9 @@ def model_table(model: Model) -> Table:
     stable = estimator(model).at_rest
     dt = first_time_increment(model)
     table.add_row("stable step", stable.describe())
-    table.add_row("time step", f"{dt * 1e6:.3g} us, {model.end_time / dt:.3g} increments")
+    table.add_row(
+        "time step", f"{dt * 1e6:.3g} us, {(model.end_time - model.start_time) / dt:.3g} increments"
+    )
     if model.cycles is not None:
         table.add_row("ends", _ending(model.cycles, model.end_time))
     return table

@@ -1,6 +1,7 @@
 """One scene: run it, check it, ask whether a robot gets through a layout."""
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,7 +9,12 @@ import typer
 from rich.console import Console
 
 from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
-from softsim.cli.reporting import ended_by, put_off_report, report_what_there_is
+from softsim.cli.reporting import (
+    ended_by,
+    put_off_report,
+    report_what_there_is,
+    run_folders,
+)
 from softsim.errors import ExpectationError
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
@@ -33,34 +39,52 @@ def run(
         bool, typer.Option("--report/--no-report", help="Draw the figures and the page at the end.")
     ] = True,
 ) -> None:
-    """Run a scene: numbers, curves and pictures into a run folder."""
+    """Run a scene: numbers, curves and pictures into a run folder, or one for each of its steps."""
     with explained() as console:
-        from softsim.cli.run_tables import profile_table, summary_table, wall_time_table
-        from softsim.output.folder import read_summary
-        from softsim.run import PROFILE_AFTER  # Taichi is imported here, not for --help
+        from softsim.scene.steps import load_steps
+
+        steps = load_steps(scene, overrides or [])
+        # Taichi is imported from here on, not for --help.
+        from softsim.cli.run_tables import summary_table
+        from softsim.run import PROFILE_AFTER, run_steps
         from softsim.run import run as run_scene
 
         folder = out or Path("runs") / scene.stem
         end_with = report_what_there_is if report else put_off_report
-
-        def show_profile() -> None:
-            if profile:
-                summary = read_summary(folder)
-                console.print(profile_table(summary["profile"]))
-                console.print(wall_time_table(summary["wall_times"]))
-
+        after = 0.0 if profile else PROFILE_AFTER
         try:
-            with ended_by(lambda: end_with(folder, console)):
-                results = run_scene(
-                    scene, overrides or [], folder, device.value, resume, console, threads,
-                    profile_after=0.0 if profile else PROFILE_AFTER,
-                )  # fmt: skip
+            with ended_by(lambda: _end_with(end_with, folder, console)):
+                if steps:
+                    done = run_steps(steps, folder, device.value, resume, console, threads, after)
+                else:
+                    done = {"": run_scene(
+                        scene, overrides or [], folder, device.value, resume, console, threads,
+                        after,
+                    )}  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
-            show_profile()
+            _show_profiles(folder, profile, console)
             raise
-        show_profile()
-        console.print(summary_table(results.summary))
-        console.print(f"results in {folder}", highlight=False)
+        _show_profiles(folder, profile, console)
+        for results in done.values():
+            console.print(summary_table(results.summary))
+            console.print(f"results in {results.folder}", highlight=False)
+
+
+def _end_with(report: Callable[[Path, Console], None], folder: Path, console: Console) -> None:
+    """The report of a run, or of each of its steps."""
+    for of_run in run_folders(folder):
+        report(of_run, console)
+
+
+def _show_profiles(folder: Path, asked: bool, console: Console) -> None:
+    """What the wall time of a run, or of each of its steps, went into, where that is asked for."""
+    from softsim.cli.run_tables import profile_table, wall_time_table
+    from softsim.output.folder import read_summary
+
+    for summary in map(read_summary, run_folders(folder) if asked else ()):
+        if "profile" in summary:
+            console.print(profile_table(summary["profile"]))
+            console.print(wall_time_table(summary["wall_times"]))
 
 
 def check(
@@ -87,24 +111,33 @@ def check(
     with explained() as console:
         from softsim.machine import choose
         from softsim.scene.loading import load_scene
+        from softsim.scene.steps import load_steps
 
         choice = choose(device.value, threads)
-        loaded = load_scene(scene, overrides or [])
+        steps = load_steps(scene, overrides or [])
+        loaded = steps[0].loaded if steps else load_scene(scene, overrides or [])
         # Taichi is imported from here on: an error before is told at once.
-        from softsim.builder import build_model
         from softsim.cli.run_tables import model_table
-        from softsim.solver.memory import refuse_before_start
+        from softsim.run.scenes import ready_model
+        from softsim.run.steps import foreseen_models
         from softsim.solver.plausibility import doubts
 
-        model = build_model(loaded)
-        refuse_before_start(model, choice.device)
-        console.print(model_table(model))
-        for text in doubts(model).values():
-            console.print(f"warning: {text}", highlight=False)
+        models = foreseen_models(steps, choice) if steps else [ready_model(loaded, choice)]
+        for k, model in enumerate(models):
+            if steps:
+                console.rule(f"step {k + 1} of {len(steps)}: {steps[k].name}")
+            console.print(model_table(model))
+            for text in doubts(model).values():
+                console.print(f"warning: {text}", highlight=False)
+        model = models[0]
         if duration:
             from softsim.cli.run_tables import duration_table
             from softsim.run.pilot import predicted_duration
 
+            if steps:
+                console.print(
+                    f"of step '{steps[0].name}'; those after it begin with what it leaves"
+                )
             predicted = predicted_duration(loaded, model, choice)
             console.print(duration_table(predicted, model, choice))
             if predicted.stopped:

@@ -29,6 +29,10 @@ class Profile:
         """The same values, each at a `factor`-th of its time."""
         return Profile(self.times / factor, self.values)
 
+    def delayed(self, by: float) -> "Profile":
+        """The same values, each later `by` a time [s]."""
+        return Profile(self.times + by, self.values)
+
     def translated(self, scale: np.ndarray) -> "Profile":
         """Each value read off a scale (k, 2): value here -> value there, rising, linear in between
         and beyond its last two points. Times at which a point of the scale is passed are added.

@@ -33,7 +33,7 @@ from softsim.term import Term
 class RotorForce:
     """Force cos(angle) `cosine` + sin(angle) `sine`, both (d,) [N] at full speed.
 
-    frequency [Hz], spin_up [s], phase: the angle at t = 0 [rad].
+    frequency [Hz], spin_up [s]; phase: the angle [rad] at `start` [s], where it begins to turn.
     """
 
     cosine: Own[np.ndarray]
@@ -41,12 +41,14 @@ class RotorForce:
     frequency: Own[float]
     spin_up: Own[float]
     phase: Own[float]
+    start: Own[float] = 0.0
 
     def turned(self, t: float) -> float:
         """Time [s] at full speed in which it turns as far as it has at t [s]."""
-        if t >= self.spin_up:
-            return t - 0.5 * self.spin_up
-        u = t / self.spin_up
+        since = t - self.start
+        if since >= self.spin_up:
+            return since - 0.5 * self.spin_up
+        u = since / self.spin_up
         return self.spin_up * u**3 * (1.0 - 0.5 * u)
 
     def at_phase(self, phase: float) -> "RotorForce":
@@ -146,6 +148,7 @@ class RotorTerm(Term):
         self.speed = real_field(np.array([2.0 * np.pi * r.frequency for r in rotors]))
         self.spin_up = real_field(np.array([r.spin_up for r in rotors]))
         self.phase = real_field(np.array([r.phase for r in rotors]))
+        self.start = real_field(np.array([r.start for r in rotors]))
         self.rotors = rotors
 
     def follow(self, scenario: int, rotor: RotorForce) -> None:
@@ -156,6 +159,7 @@ class RotorTerm(Term):
         write_row(self.speed, scenario, 2.0 * np.pi * rotor.frequency)
         write_row(self.spin_up, scenario, rotor.spin_up)
         write_row(self.phase, scenario, rotor.phase)
+        write_row(self.start, scenario, rotor.start)
 
     def pulls(self) -> list[Callable[..., None]]:
         """On the body."""
@@ -163,15 +167,15 @@ class RotorTerm(Term):
 
     @ti.func
     def pull(self, s, i, t, dt):
-        """Apply the force of time t; before zero the motor stands still."""
-        spin_up = self.spin_up[s]
+        """Apply the force of time t; before its start the motor stands still."""
+        spin_up, since = self.spin_up[s], t - self.start[s]
         share = ti.cast(1.0, backend.real)
-        turned = t - 0.5 * spin_up
-        if t < spin_up:
-            u = t / spin_up
+        turned = since - 0.5 * spin_up
+        if since < spin_up:
+            u = since / spin_up
             share = u * u * (3.0 - 2.0 * u)
             turned = spin_up * u * u * u * (1.0 - 0.5 * u)
-        if t < 0.0:
+        if since < 0.0:
             share = 0.0
         angle = self.phase[s] + self.speed[s] * turned
         force = ti.cos(angle) * self.cosine[s] + ti.sin(angle) * self.sine[s]

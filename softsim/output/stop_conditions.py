@@ -5,6 +5,10 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from softsim import units
+from softsim.scene.loading import LoadedScene
+from softsim.scene.reporting import did_you_mean
+
 if TYPE_CHECKING:  # studies read this before Taichi is needed
     from softsim.model import Model, SteadyProbe
 
@@ -56,6 +60,44 @@ class CycleLimit:
     def see_row(self, row: Mapping[str, float]) -> None:
         """A row of the history."""
         self.is_over = self.is_over or row["cycles_done"] >= self.cycles
+
+
+class ColumnReached:
+    """Ends a run when a column of its history is above a limit, or below it, in SI."""
+
+    def __init__(self, column: str, limit: float, is_above: bool) -> None:
+        self.column, self.limit, self.is_above = column, limit, is_above
+        self.name = f"{column} {'above' if is_above else 'below'} its limit"
+        self.is_over = False
+
+    def see_row(self, row: Mapping[str, float]) -> None:
+        """A row of the history."""
+        value = row[self.column]
+        self.is_over |= value > self.limit if self.is_above else value < self.limit
+
+
+def column_reached(loaded: LoadedScene, columns: Mapping[str, str]) -> ColumnReached | None:
+    """What a scene's time.reach asks of the columns of its history, name -> unit.
+
+    Raises SceneError: there is no such column, or the limit has another unit.
+    """
+    asked, keys = loaded.scene.time.reach, ("time", "reach")
+    if asked is None:
+        return None
+    if asked.column not in columns:
+        raise loaded.error(
+            (*keys, "column"),
+            f"the history has no column '{asked.column}'",
+            did_you_mean(asked.column, columns),
+        )
+    side, given = ("below", asked.below) if asked.above is None else ("above", asked.above)
+    unit = columns[asked.column]
+    try:
+        limit = float(str(given)) if unit == "-" else units.parse(str(given), unit)
+    except ValueError as error:
+        hint = "a bare number is due" if unit == "-" else ""
+        raise loaded.error((*keys, side), str(error), hint) from None
+    return ColumnReached(asked.column, limit, side == "above")
 
 
 class ProbeAtRest:

@@ -18,12 +18,13 @@ from softsim.output.console import ProgressReport
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.cost import measured_profile
 from softsim.run.course import Results, Run
+from softsim.run.handover import EarlierStep
 from softsim.run.record import Record
 from softsim.run.wall_clock import KERNEL, ROWS, WallClock
 from softsim.solver.energy import EnergyReader
 from softsim.solver.explicit import ExplicitSolver
 from softsim.solver.settling import settle
-from softsim.stability.time_step import first_time_increment
+from softsim.stability.time_step import first_time_increment, time_increment
 
 
 class Batch:
@@ -31,7 +32,8 @@ class Batch:
     has stopped, rests while the others go on.
 
     files: those of each run, with its scene and model. stop_conditions: given to each run
-    beside those of its scene. checkpoint: from which a batch of one is resumed.
+    beside those of its scene. checkpoint: from which a batch of one is resumed; earlier: the step
+    after which a batch of one begins.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class Batch:
         choice: Choice,
         stop_conditions: Sequence[Sequence[MakesStopCondition]],
         checkpoint: Checkpoint | None = None,
+        earlier: EarlierStep | None = None,
     ) -> None:
         self.clock = WallClock()
         self.console = files[0].console
@@ -56,11 +59,13 @@ class Batch:
             for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
         ]
         self.unsettled: dict[int, StabilityError] = {}
-        if checkpoint is None:
-            self._begin()
-        else:
+        if checkpoint is not None:
             with files[0].logged():
                 self.runs[0].resume(checkpoint)
+        elif earlier is not None:
+            self._begin_after(earlier)
+        else:
+            self._begin()
         self.clock.enter_loop(self.solver.increment_counts)
 
     def _begin(self) -> None:
@@ -72,6 +77,15 @@ class Batch:
         for run in self.runs:
             with run.files.logged():
                 run.begin(settled.get(run.scenario.number))
+
+    def _begin_after(self, earlier: EarlierStep) -> None:
+        [run] = self.runs
+        control = earlier.hand_over(run.scenario)
+        stable = run.estimator.at(run.scenario.positions())
+        self.solver.set_off(time_increment(run.model, stable))
+        self.reader.update()
+        with run.files.logged():
+            run.begin_step(control)
 
     @property
     def running(self) -> list[Run]:

@@ -16,11 +16,12 @@ import numpy as np
 
 from softsim import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
+from softsim.loads.pressure_control import ControlState
 from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.crossing import CrossingCondition
 from softsim.output.measures import failed_expectations, measures
-from softsim.output.observation import Observer
+from softsim.output.observation import Observer, columns
 from softsim.output.passage import PassageCondition
 from softsim.output.progress import Progress
 from softsim.output.stop_conditions import (
@@ -28,12 +29,14 @@ from softsim.output.stop_conditions import (
     MakesStopCondition,
     ProbeAtRest,
     StopCondition,
+    column_reached,
     ended_by,
     see_history,
 )
 from softsim.run.control import feedback
 from softsim.run.record import Record
 from softsim.run.wall_clock import CHECKPOINTS, FRAMES, INSPECTIONS, ROWS, WallClock
+from softsim.scene.loading import LoadedScene
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
@@ -102,12 +105,23 @@ class Run:
 
         settled: simulated time [s] in which bodies came to rest before, None if they had not to.
         """
-        stable = self.estimator.at_rest
-        for region in self.model.regions:
-            log.info("material %s", region.material.describe())
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
             log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)
+        self._start(self.estimator.at_rest, self.model.points, None)
+
+    def begin_step(self, control: ControlState | None) -> None:
+        """Start where the step before has ended; the reader was just updated. control: the state of
+        a controlled pressure that goes on.
+        """
+        log.info("begins at t = %.6g s, where the step before has ended", self.scenario.time)
+        x = self.scenario.positions()
+        self._start(self.estimator.at(x), x, control)
+
+    def _start(self, stable: StableStep, x: np.ndarray, control: ControlState | None) -> None:
+        """Start with this stable step and the nodes at x (n, d) [m]."""
+        for region in self.model.regions:
+            log.info("material %s", region.material.describe())
         if self.model.mass_scaling is not None:
             log.info("mass scaling: %s", self.model.mass_scaling.describe())
             self.files.warn(turning_warnings(self.model.added_turning))
@@ -115,13 +129,16 @@ class Run:
         self.files.warn(doubts(self.model) | step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)[0]
         self.balance = EnergyBalance.starting(energies, self.model)
-        self.shape = ReferenceShape(self.model, self.model.points)
+        self.shape = ReferenceShape(self.model, x)
         self._set_out(
             Progress(
                 StableStepSchedule(stable.value),
                 time_increment=self.scenario.time_increment,
                 initial_balance=self.balance.initial,
                 told_step=stable.value,
+                next_history=self.scenario.time,
+                next_frame=self.scenario.time,
+                control=control,
             )
         )
 
@@ -142,7 +159,7 @@ class Run:
         self.wall_before = progress.wall_time
         self.loop = feedback(self.scenario, progress.control)
         self.stop_conditions = [
-            *conditions_of_scene(self.model),
+            *conditions_of_scene(self.files.loaded, self.model),
             *(make(self.model) for make in self.given_conditions),
         ]
         see_history(self.stop_conditions, self.files.rows())
@@ -237,7 +254,7 @@ class Run:
         self._refuse_broken_elements()
         self.shape = ReferenceShape(model, scenario.positions())
         stable = self.estimator.at(self.shape.x)
-        run_length = model.end_time / scenario.time_increment
+        run_length = (model.end_time - model.start_time) / scenario.time_increment
         self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
         self._tell_step(stable)
         with self._failed_frame_kept():
@@ -277,7 +294,7 @@ class Run:
 
     def _write_row(self) -> None:
         scenario, progress = self.scenario, self.progress
-        interval = scenario.time - max(progress.last_history, 0.0)
+        interval = scenario.time - max(progress.last_history, self.model.start_time)
         seen = self.observer.observe(interval)
         row = seen.row | self.loop.readings()
         self.files.history.append(row)
@@ -387,9 +404,14 @@ class Run:
         self.files.write_summary(summary | found)
 
 
-def conditions_of_scene(model: Model) -> list[StopCondition]:
-    """The conditions with which a scene may end its run before its time."""
+def conditions_of_scene(loaded: LoadedScene, model: Model) -> list[StopCondition]:
+    """The conditions with which a scene may end its run before its time.
+
+    Raises SceneError where it asks for one of a column that its history does not have.
+    """
     conditions: list[StopCondition] = []
+    if (reached := column_reached(loaded, columns(model))) is not None:
+        conditions.append(reached)
     if model.passage is not None:
         conditions.append(PassageCondition(model.passage))
     if model.cycles is not None:

@@ -15,9 +15,10 @@ from softsim.output.claim import claimed
 from softsim.output.folder import CHECKPOINT, RunFolder
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.batch import Batch
-from softsim.run.course import Results
+from softsim.run.course import Results, conditions_of_scene
 from softsim.run.files import RunFiles, fitting_checkpoint
 from softsim.scene.loading import Loaded, LoadedScene, load_scene
+from softsim.scene.steps import AT_THE_START, Beginning
 from softsim.solver.memory import refuse_before_start, scenarios_that_fit
 
 # Only a loop that took longer [s] is followed by measuring its passes: their kernel takes a second
@@ -59,8 +60,7 @@ def run(
     choice = choose(device, threads)
     console = console or Console()
     loaded = scene if isinstance(scene, Loaded) else load_scene(scene, overrides)
-    model = build_model(loaded)
-    refuse_before_start(model, choice.device)
+    model = ready_model(loaded, choice)
     target = RunFolder(out or Path("runs") / loaded.path.stem)
     with claimed(target.path):
         if resume and (target.path / CHECKPOINT).is_file():
@@ -69,8 +69,24 @@ def run(
             if resume:
                 console.print(f"nothing to resume in {target.path}: the run starts anew")
             batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
-        [outcome] = batch.run(console)
-        batch.add_profile(profile_after)
+        return outcome_of(batch, console, profile_after)
+
+
+def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_THE_START) -> Model:
+    """The model of a scene, or of a step with its beginning, that can be run as is chosen.
+
+    Raises SceneError, MeshError, DeviceError.
+    """
+    model = build_model(loaded, beginning)
+    refuse_before_start(model, choice.device)
+    conditions_of_scene(loaded, model)
+    return model
+
+
+def outcome_of(batch: Batch, console: Console, profile_after: float) -> Results:
+    """Run a batch of one to its end; the error that stopped it, if one did, is raised."""
+    [outcome] = batch.run(console)
+    batch.add_profile(profile_after)
     if isinstance(outcome, SoftsimError):
         raise outcome
     return outcome
@@ -114,9 +130,7 @@ def run_batch(
     models: dict[int, Model] = {}
     for k, loaded in enumerate(scenes):
         try:
-            model = build_model(loaded)
-            refuse_before_start(model, choice.device)
-            models[k] = model
+            models[k] = ready_model(loaded, choice)
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):

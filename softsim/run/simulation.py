@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from softsim import backend
-from softsim.builder import build_model
 from softsim.builder.loads import commanded
 from softsim.errors import Interrupted, SimulationError, SoftsimError
 from softsim.interruption import stop_signals
@@ -30,10 +29,10 @@ from softsim.output.observation import Pose, frame_pose, wall_forces
 from softsim.run.batch import Batch
 from softsim.run.control import OpenLoop
 from softsim.run.record import Memory
+from softsim.run.scenes import ready_model
 from softsim.scene.loading import Loaded, LoadedScene, load_scene, scene_of, scene_said
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene
-from softsim.solver.memory import refuse_before_start
 
 
 @dataclass(frozen=True)
@@ -92,16 +91,16 @@ class Simulation:
         threads: int | str = AUTO,
     ) -> None:
         self.loaded = _loaded(scene, overrides)
-        self.model = build_model(self.loaded)
         choice = choose(device, threads)
-        refuse_before_start(self.model, choice.device)
+        self.model = ready_model(self.loaded, choice)
         self.record = Memory(self.loaded, self.model)
         self._batch = Batch([self.record], choice, [()])
         self._device = backend.device()
         [self._run], self._solver = self._batch.runs, self._batch.solver
         self._scenario = self._run.scenario
-        named = zip(self.loaded.scene.loads, self.model.loads, strict=False)  # motions follow
-        self._loads: dict[str, Load] = dict(named)
+        self._loads: dict[str, Load] = dict(
+            zip(self.model.load_names, self.model.loads, strict=True)
+        )
         self._asked, self._left = 0.0, 0
         self._is_commanded = False
         for error in self._batch.unsettled.values():

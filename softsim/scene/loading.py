@@ -20,6 +20,7 @@ from softsim.scene.tree import (
     Origin,
     Tree,
     child,
+    entries,
     merged,
     nearest,
     plain,
@@ -29,6 +30,7 @@ from softsim.scene.tree import (
 from softsim.scene.yaml_reading import is_file, read_file, read_text
 
 MOST_FILES = 100
+STEPS = "steps"
 IN_PYTHON = Option("the scene given in Python")
 PATH = re.compile(r"[^.\s]+(\.[^.\s]+)*")
 
@@ -120,9 +122,21 @@ def validated_as(
     """What a tree is, as the class of its whole file, once overrides have won. SceneError as
     load_scene.
     """
+    refuse_steps(tree)
     for override in overrides:
         tree = overridden(tree, override, root)
     return Loaded(valid(root, tree), path, path.parent, tree)
+
+
+def refuse_steps(tree: Tree) -> None:
+    """Several steps (scene/steps.py) where one scene is due."""
+    steps = child(tree, STEPS)
+    if steps is not None:
+        raise SceneError(
+            "steps: here one scene is due, without steps",
+            "softsim run and softsim check take a scene of several steps",
+            steps.key_origin,
+        )
 
 
 def valid(root: type[Kind], tree: Tree) -> Kind:
@@ -152,7 +166,10 @@ class _Includes:
         return tree
 
     def merged_over_parts(self, tree: Tree) -> Tree:
-        """What a file says, merged over the files under its key `include`."""
+        """What a file says, merged over the files under its key `include`; so each of its steps."""
+        if steps := entries(tree, STEPS):
+            for name, step in steps.items():
+                tree = replaced(tree, (STEPS, name), self.merged_over_parts(step))
         if not isinstance(tree.value, dict) or "include" not in tree.value:
             return tree
         own = {key: value for key, value in tree.value.items() if key != "include"}

@@ -6,7 +6,7 @@ written bare. Unknown keys are refused.
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from softsim.scene.bodies import Body, RigidBody
 from softsim.scene.cables import Cable
@@ -40,6 +40,22 @@ class SteadyProbe(Part):
     )  # fmt: skip
 
 
+class Reach(Part):
+    """A column of the history at whose value a run ends."""
+
+    column: Text = Field(description="As history.csv has it: pressure, frame_x, chamber_volume ...")
+    above: Text | Number | None = Field(
+        default=None, description='The run ends above this value: "20 kPa", or a bare number.'
+    )
+    below: Text | Number | None = Field(default=None, description="The run ends below this value.")
+
+    @model_validator(mode="after")
+    def _has_one_limit(self) -> "Reach":
+        if (self.above is None) == (self.below is None):
+            raise ValueError("give one limit: above or below")
+        return self
+
+
 class Time(Part):
     """How long, in which steps."""
 
@@ -62,6 +78,10 @@ class Time(Part):
     until: SteadyProbe | None = Field(
         default=None, description="A static run ends, too, when this probe is steady, which it may "
         "be long before forces balance."
+    )  # fmt: skip
+    reach: Reach | None = Field(
+        default=None, description="The run ends earlier, too, with the first row of the history in "
+        "which a column is above or below a value."
     )  # fmt: skip
     increment: AutoOrPositiveTime = Field(
         default="auto", description="Time step; auto: the stable one times solver.safety_factor."
@@ -172,4 +192,13 @@ def scene_json_schema() -> dict[str, Any]:
         "Robots that ship with softsim go by name: robot:pfr.",
         "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
     }
+    of_a_step = {"type": "object", "properties": dict(schema["properties"])}
+    schema["properties"]["steps"] = {
+        "description": "Steps by name, one after another: what each says is merged over the scene "
+        "of the step before, but for time and expect. A load or condition written as ~ is over.",
+        "type": "object",
+        "additionalProperties": of_a_step,
+    }
+    schema["required"].remove("time")
+    schema["anyOf"] = [{"required": ["time"]}, {"required": ["steps"]}]
     return schema

@@ -66,18 +66,28 @@ class ExplicitSolver:
         return float(self.time_increments[0])
 
     def begin(self, dt: float | np.ndarray) -> None:
-        """Compute the forces at t = 0 and the first half kick.
+        """Compute the forces at t = 0 and the first half kick, with empty energy books.
 
         dt: the steps to come [s], one for all scenarios, or (scenarios,).
         """
+        self.set_off(dt)
+        self.forget_books()
+
+    def set_off(self, dt: float | np.ndarray) -> None:
+        """Compute the forces of now and the first half kick; dt as of `begin`."""
         for s, step in enumerate(np.broadcast_to(dt, self.scenarios)):
             self._set_time_increment(s, float(step))
         self._stand(self.time_increments, kicks=0.5 * self.time_increments)
+
+    def forget_books(self) -> None:
+        """Begin the energy books anew: nothing moves, or branches have relaxed."""
+        nodes, bodies = self.terms.nodes, self.terms.rigid_bodies
         for term in self.terms.everything:
             term.forget_work()
             for s in range(self.scenarios):
                 term.forget_dissipation(s)
-        fields.write(self.terms.rigid_bodies.applied_work, 0.0)
+        for work in (bodies.applied_work, nodes.damping_work, bodies.damping_work):
+            fields.write(work, 0.0)
 
     # --- before the clock starts -----------------------------------------------------------------
 
@@ -107,13 +117,10 @@ class ExplicitSolver:
             term.set_time_increment(s, np.inf)
 
     def start_clock(self, velocities: list[np.ndarray]) -> None:
-        """Start at t = 0 from the relaxed state with these velocities and empty energy books."""
+        """Start at t = 0 from the relaxed state with these velocities."""
         for field, values in zip(self._velocities, velocities, strict=True):
             fields.write(field, values)
         self.times[:], self.increment_counts[:] = 0.0, 0
-        bodies = self.terms.rigid_bodies
-        for work in (self.terms.nodes.damping_work, bodies.damping_work):
-            fields.write(work, 0.0)
         for s in range(self.scenarios):
             self.damp(s, 0.0)
             for term in self.terms.everything:
@@ -218,6 +225,31 @@ class ExplicitSolver:
         self.times[:], self.increment_counts[:] = time, increment_count
         for s in range(self.scenarios):
             self._set_time_increment(s, dt)
+
+    def take_over(
+        self, state: dict[str, np.ndarray], time: float, dt: float, from_rest: bool
+    ) -> None:
+        """Go on from where a step before has ended, at `time` [s] with a step dt [s], on bodies
+        alike: take what is there of each field, and the velocities of that time.
+
+        from_rest: equilibrium was sought. Nothing moves then, Maxwell branches have relaxed, and
+        the energy books are empty. `set_off` finds the forces of now.
+        """
+        for name, field in self.terms.state_fields().items():
+            if name in state and fields.shape_of(field) == state[name].shape:
+                fields.write(field, state[name])
+        self.times[:] = time
+        for s in range(self.scenarios):
+            if from_rest:
+                self.halt(s)
+                self.relax_branches(s)
+            else:
+                self.shift_kernel(s, time, -0.5 * dt)
+        if from_rest:
+            self.find_forces(dt)
+            self.forget_books()
+        held = fields.read(self.terms.nodes.velocity) * self.models[0].is_free
+        fields.write(self.terms.nodes.velocity, held)
 
     # --- what observers read; arrays (scenarios, ...) at the present time ------------------------
 

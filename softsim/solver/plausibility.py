@@ -209,7 +209,7 @@ def shortest_swing(profile: Profile) -> float:
 def length_doubts(model: Model) -> dict[str, str]:
     """Of a run that nobody waits for."""
     dt = first_time_increment(model)
-    increments = model.end_time / dt
+    increments = (model.end_time - model.start_time) / dt
     days = increments * model.element_count / FAST / 86400.0
     if days <= MOST_DAYS:
         return {}

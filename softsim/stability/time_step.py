@@ -228,4 +228,9 @@ def stable_step(model: Model, x: np.ndarray) -> StableStep:
 
 def first_time_increment(model: Model) -> float:
     """The step that a run begins with [s]: the user's, else a safe share of the stable one."""
-    return model.time_increment or model.safety_factor * estimator(model).at_rest.value
+    return time_increment(model, estimator(model).at_rest)
+
+
+def time_increment(model: Model, stable: StableStep) -> float:
+    """The step to take [s]: the user's, else a safe share of the stable one."""
+    return model.time_increment or model.safety_factor * stable.value

@@ -1,0 +1,170 @@
+"""The run of a scene of several steps (scene/steps.py), one after another, each in a folder of its
+own: 1_inflate, 2_shake.
+
+A step begins with the state in which the one before has ended: places, velocities, what its
+branches, contacts and loads remember. Time goes on, so that the histories can be put together.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from softsim.errors import Interrupted
+from softsim.machine import AUTO, Choice, choose
+from softsim.model import Model
+from softsim.output.checkpoint import Checkpoint, read_checkpoint
+from softsim.output.claim import claimed
+from softsim.output.folder import CHECKPOINT, HISTORY, SUMMARY, RunFolder, read_summary
+from softsim.output.history import read_history
+from softsim.run.batch import Batch
+from softsim.run.course import Results
+from softsim.run.files import RunFiles
+from softsim.run.handover import EarlierStep
+from softsim.run.scenes import PROFILE_AFTER, outcome_of, ready_model, resumed
+from softsim.scene.steps import AT_THE_START, Step, following
+
+
+def run_steps(
+    steps: Sequence[Step],
+    out: Path | None = None,
+    device: str = AUTO,
+    resume: bool = False,
+    console: Console | None = None,
+    threads: int | str = AUTO,
+    profile_after: float = PROFILE_AFTER,
+) -> dict[str, Results]:
+    """Run the steps of a scene, `load_steps("scene.yaml")`, to the end of the last; returns the
+    results of each by its name.
+
+    out: folder of the steps' folders, `runs/<scene's name>` by default. resume: keep the steps that
+    are done as they are asked for now, go on in the one that was stopped; a step that is asked for
+    otherwise begins anew, and all after it. The rest as `run`, what is raised, too: the folder
+    keeps the steps before.
+    """
+    choice, console = choose(device, threads), console or Console()
+    foreseen_models(steps, choice)
+    folder = RunFolder(out or Path("runs") / steps[0].loaded.path.stem)
+    work = Work(folder, tuple(steps), choice, console, profile_after)
+    with claimed(folder.path):
+        return work.run(resume)
+
+
+def foreseen_models(steps: Sequence[Step], choice: Choice) -> list[Model]:
+    """The models of all steps, each as if the one before ended at its time.
+
+    Raises what `ready_model` does, of any of them.
+    """
+    beginning, models, before = AT_THE_START, [], None
+    for step in steps:
+        if before is not None:
+            beginning = following(
+                before.loaded.scene, beginning, step.loaded.scene, models[-1].end_time
+            )
+        models.append(ready_model(step.loaded, choice, beginning))
+        before = step
+    return models
+
+
+@dataclass(frozen=True)
+class Work:
+    """The steps of a scene in a folder, and with what they are computed."""
+
+    folder: RunFolder
+    steps: tuple[Step, ...]
+    choice: Choice
+    console: Console
+    profile_after: float
+
+    def path(self, number: int) -> Path:
+        """The folder of a step; numbers count from 1."""
+        return self.folder.path / f"{number}_{self.steps[number - 1].name}"
+
+    def run(self, resume: bool) -> dict[str, Results]:
+        """Run the steps that are not done; without `resume` all of them."""
+        results: dict[str, Results] = {}
+        status = "aborted"
+        try:
+            self._run(resume, results)
+            status = "done"
+        except Interrupted:
+            status = "interrupted"
+            raise
+        finally:
+            self.write_summary(status)
+        return results
+
+    def _run(self, resume: bool, results: dict[str, Results]) -> None:
+        beginning, earlier, before = AT_THE_START, None, None
+        for number, step in enumerate(self.steps, 1):
+            scene = step.loaded.scene
+            if before is not None and earlier is not None:
+                beginning = following(before, beginning, scene, earlier.end)
+            model = ready_model(step.loaded, self.choice, beginning)
+            path = self.path(number)
+            found = self._found(step, path) if resume else None
+            if found is not None and read_summary(path).get("status") == "done":
+                self.console.print(f"step '{step.name}' is done: {path}", highlight=False)
+                results[step.name] = Results(path, read_summary(path), read_history(path / HISTORY))
+            else:
+                resume = found is not None
+                if not resume:
+                    self._forget_from(number)
+                self.write_summary("running")
+                self.console.rule(f"step {number} of {len(self.steps)}: {step.name}")
+                results[step.name] = self._run_step(step, model, path, resume, earlier)
+            earlier, before = EarlierStep(model, read_checkpoint(path / CHECKPOINT)), scene
+
+    def _found(self, step: Step, path: Path) -> Checkpoint | None:
+        """The checkpoint of a step as it is asked for now, on this device; None where there is
+        none.
+        """
+        if not (path / CHECKPOINT).is_file():
+            return None
+        checkpoint = read_checkpoint(path / CHECKPOINT)
+        same = checkpoint.scene == step.loaded.scene.model_dump_json()
+        if same and checkpoint.device == self.choice.device:
+            return checkpoint
+        other = "otherwise" if not same else f"on {self.choice.device}"
+        self.console.print(
+            f"step '{step.name}' is asked for {other} now: it begins anew", highlight=False
+        )
+        return None
+
+    def _forget_from(self, number: int) -> None:
+        """What is in the folders of this step and of those after it is of another course."""
+        for later in range(number, len(self.steps) + 1):
+            for name in (CHECKPOINT, SUMMARY):
+                (self.path(later) / name).unlink(missing_ok=True)
+
+    def _run_step(
+        self, step: Step, model: Model, path: Path, resume: bool, earlier: EarlierStep | None
+    ) -> Results:
+        target = RunFolder(path)
+        with claimed(path):
+            if resume:
+                batch = resumed(step.loaded, model, target, self.choice, self.console)
+            else:
+                files = RunFiles(step.loaded, model, target, self.console)
+                batch = Batch([files], self.choice, [()], earlier=earlier)
+            return outcome_of(batch, self.console, self.profile_after)
+
+    def write_summary(self, status: str) -> None:
+        """Write what the steps have come to, in the folder of them all."""
+        told = []
+        for number, step in enumerate(self.steps, 1):
+            summary = read_summary(self.path(number))
+            told.append(
+                {
+                    "name": step.name,
+                    "folder": self.path(number).name,
+                    "status": summary.get("status", "not begun"),
+                    "simulated_time": summary.get("simulated_time"),
+                    "wall_time": summary.get("wall_time"),
+                }
+            )
+        title = self.steps[0].loaded.scene.title
+        whole: dict[str, Any] = {"status": status, "title": title, "steps": told}
+        self.folder.write_json_atomic(SUMMARY, whole)

@@ -1,0 +1,219 @@
+"""Steps: a scene whose robot is first inflated, say, and then shaken.
+
+Each step is a scene of its own: what `steps.NAME` says is merged over the scene of the step before,
+so that what a step does not mention goes on. `time` and `expect` do not pass on, each step has
+those of the file and its own. A condition or a load for which a step writes nothing (`air: ~`) is
+over. Bodies and walls stay as they are; a step changes what acts on them.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+
+from softsim.errors import Option, SceneError
+from softsim.scene.conditions import InitialVelocity, WallMotion
+from softsim.scene.loading import (
+    STEPS,
+    LoadedScene,
+    overridden,
+    read_scene,
+    validated,
+)
+from softsim.scene.loads import AddedGas, AddedVolume, Pneumatic
+from softsim.scene.reporting import did_you_mean
+from softsim.scene.schema import Scene
+from softsim.scene.tree import Keys, Tree, child, entries, merged
+
+OF_A_STEP = ("time", "expect")
+ENDED = ("loads", "conditions")
+THE_SAME = (
+    ("bodies",), ("materials",), ("cables",), ("rigid_bodies",), ("environment", "walls"),
+)  # fmt: skip
+# Their content counts from the rest shape on.
+FILLED = (AddedVolume, AddedGas, Pneumatic)
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step of a scene: its name, and the scene that it is."""
+
+    name: str
+    loaded: LoadedScene
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """When a step begins, `time` [s] after the start of the first. earlier: by its keys, such as
+    ("loads", "air"), when that began what goes on from a step before [s].
+    """
+
+    time: float = 0.0
+    earlier: Mapping[Keys, float] = field(default_factory=dict)
+
+    def of(self, keys: Keys) -> float:
+        """When the time course at these keys, or that which holds them, began [s]."""
+        return self.earlier.get(keys[:2], self.time)
+
+
+AT_THE_START = Beginning()
+
+
+def load_steps(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Step, ...]:
+    """The steps of a scene file in their order; none where it is a single scene.
+
+    overrides: "loads.air.profile.value=8 kPa" holds for all steps, and
+    "steps.shake.loads.motor.frequency=95 Hz" from that one on.
+
+    Raises SceneError: a step is no scene, or changes what no step can.
+    """
+    path = Path(path)
+    tree = read_scene(path)
+    if child(tree, STEPS) is None:
+        return ()
+    assert isinstance(tree.value, dict)
+    base = replace(tree, value={key: v for key, v in tree.value.items() if key != STEPS})
+    parts = steps_said(tree)
+    of_all, of_each = split_overrides(list(parts), overrides)
+    steps: list[Step] = []
+    carried = base
+    for name, part in parts.items():
+        carried = ended(merged(of_file(carried, base), part))
+        for override in of_each[name]:
+            carried = overridden(carried, override)
+        steps.append(Step(name, validated(carried, path, of_all)))
+    for number, (before, step) in enumerate(pairwise(steps), 2):
+        refuse_change(before, step, number)
+    return tuple(steps)
+
+
+def steps_said(tree: Tree) -> Mapping[str, Tree]:
+    """What each step says, by its name."""
+    parts = entries(tree, STEPS)
+    if not parts:
+        held = child(tree, STEPS)
+        raise SceneError(
+            "steps: names of steps are due, and what each says",
+            "steps: {inflate: {time: {end: 1 s}}, shake: {time: {end: 2 s}}}",
+            held.origin if held else None,
+        )
+    for name, part in parts.items():
+        if not name.replace("_", "").isalnum():
+            raise SceneError(
+                f"a step cannot be called '{name}': its folder is",
+                "letters, digits and _",
+                part.key_origin,
+            )
+        if not isinstance(part.value, dict):
+            raise SceneError(
+                f"steps.{name}: a mapping of keys to values is due", location=part.origin
+            )
+    return parts
+
+
+def split_overrides(
+    names: Sequence[str], overrides: Sequence[str]
+) -> tuple[list[str], dict[str, list[str]]]:
+    """Overrides of all steps, and those of each: "time.end=3 s" of "steps.shake.time.end=3 s"."""
+    of_all: list[str] = []
+    of_each: dict[str, list[str]] = {name: [] for name in names}
+    for override in overrides:
+        key, _, rest = override.strip().partition(".")
+        if key != STEPS:
+            of_all.append(override)
+            continue
+        name, _, own = rest.partition(".")
+        if name not in of_each:
+            raise SceneError(
+                f"there is no step '{name}'", did_you_mean(name, names), Option(f"--set {override}")
+            )
+        of_each[name].append(own)
+    return of_all, of_each
+
+
+def of_file(carried: Tree, base: Tree) -> Tree:
+    """The scene of the step before without what is of that step alone."""
+    assert isinstance(carried.value, dict) and isinstance(base.value, dict)
+    own = {key: value for key, value in base.value.items() if key in OF_A_STEP}
+    kept = {key: value for key, value in carried.value.items() if key not in OF_A_STEP}
+    return replace(carried, value=kept | own)
+
+
+def ended(tree: Tree) -> Tree:
+    """The scene without loads and conditions for which nothing is written."""
+    assert isinstance(tree.value, dict)
+    result = dict(tree.value)
+    for key in ENDED:
+        if key in result and isinstance(result[key].value, dict):
+            named = {n: t for n, t in entries(tree, key).items() if t.value is not None}
+            result[key] = replace(result[key], value=named)
+    return replace(tree, value=result)
+
+
+def refuse_change(before: Step, step: Step, number: int) -> None:
+    """What no step can change, what has its place before the first one only."""
+    loaded, earlier, now = step.loaded, before.loaded.scene, step.loaded.scene
+
+    def refused(keys: Keys, problem: str, hint: str) -> SceneError:
+        return loaded.error(keys, f"step '{step.name}', number {number}: {problem}", hint)
+
+    for keys in THE_SAME:
+        if _at(earlier, keys) != _at(now, keys):
+            raise refused(
+                keys, f"{'.'.join(keys)} cannot change between steps",
+                "steps change loads, conditions, friction, gravity, time, solver and output",
+            )  # fmt: skip
+    if now.time.procedure == "dynamic" and now.time.settle is not None:
+        raise refused(
+            ("time", "settle"), "bodies settle before the first step",
+            "write settle into that one, or give this step procedure: static",
+        )  # fmt: skip
+    for name, condition in now.conditions.items():
+        if condition == earlier.conditions.get(name):
+            continue
+        if isinstance(condition, InitialVelocity):
+            raise refused(
+                ("conditions", name), "bodies have the velocity of the step before",
+                "write an initial velocity into the first step",
+            )  # fmt: skip
+        if isinstance(earlier.conditions.get(name), WallMotion):
+            raise refused(
+                ("conditions", name), f"'{name}' moves a wall already, which would jump back",
+                "let the table of the step before say all of its way",
+            )  # fmt: skip
+    for name, condition in earlier.conditions.items():
+        if isinstance(condition, WallMotion) and name not in now.conditions:
+            raise refused(
+                ("conditions",), f"without '{name}' the wall that it moves would jump back",
+                "leave it: a wall stays where its table ends",
+            )  # fmt: skip
+    for name, load in now.loads.items():
+        if isinstance(load, FILLED) and type(load) is not type(earlier.loads.get(name)):
+            raise refused(
+                ("loads", name), f"what '{name}' holds counts from the rest shape on",
+                f"write it, of kind {load.kind}, into the first step",
+            )  # fmt: skip
+
+
+def following(before: Scene, beginning: Beginning, now: Scene, time: float) -> Beginning:
+    """When the step `now` begins, `time` [s] after the first one did, and what goes on in it of the
+    step `before`, which had this beginning.
+    """
+    same = [keys for keys in time_courses(now) if _at(before, keys) == _at(now, keys)]
+    return Beginning(time, {keys: beginning.of(keys) for keys in same})
+
+
+def time_courses(scene: Scene) -> Iterator[Keys]:
+    """The keys of all that takes its course over time."""
+    yield "environment", "gravity_profile"
+    for section in ENDED:
+        for name in getattr(scene, section):
+            yield section, name
+
+
+def _at(scene: Scene, keys: Keys) -> object:
+    """The value at keys; None where a name is not there."""
+    held: object = scene
+    for key in keys:
+        held = held.get(key) if isinstance(held, dict) else getattr(held, str(key))
+    return held

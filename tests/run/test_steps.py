@@ -1,0 +1,145 @@
+"""Steps one after another: each begins where the one before has ended."""
+
+import io
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from batches import PRESSED_BLOCK
+from rich.console import Console
+
+from softsim.errors import SceneError, StabilityError
+from softsim.scene.steps import load_steps
+
+# With a branch, which remembers; the block lies on the floor and rubs on it.
+BLOCK = f"""
+{PRESSED_BLOCK.replace("dragon_skin_10", "soft").replace("coefficient: 0", "coefficient: 0.5")}
+materials:
+  soft: {{law: neo_hooke, C10: 15 kPa, density: 1070 kg/m^3, poisson_ratio: 0.49,
+         prony: [{{g: 0.4, relaxation_time: 2 ms}}]}}
+""".replace("end: 20 ms", "end: 10 ms, settle: 1 s")
+IN_TWO = BLOCK.replace(
+    "time: {end: 10 ms, settle: 1 s}",
+    "steps: {first: {time: {end: 5.5 ms, settle: 1 s}}, then: {time: {end: 4.5 ms}}}",
+)
+
+# Pressed at rest; held; let go, while a motor begins.
+PRESSED_AT_REST = """
+bodies:
+  b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm}, fixed: [bottom],
+      formulation: plane_strain, thickness: 5 mm, material: soft}
+rigid_bodies:
+  frame: {mass: 10 g, inertia: 1 kg*mm^2, free: [y], center: [-40 mm, 5 mm]}
+materials:
+  soft: {law: neo_hooke, C10: 15 kPa, density: 1070 kg/m^3, poisson_ratio: 0.49,
+         prony: [{g: 0.4, relaxation_time: 2 ms}]}
+environment: {gravity: 0 m/s^2}
+loads:
+  air: {kind: follower_pressure, facets: [b.top],
+        profile: {kind: table, points: [[0 s, 0 Pa], [5 ms, 8 kPa]]}}
+output: {history_interval: 1 ms, frame_interval: 10 ms}
+steps:
+  press: {time: {end: 5 ms, procedure: static}}
+  hold: {time: {end: 5 ms}}
+  let_go:
+    time: {end: 30 ms}
+    loads:
+      air: ~
+      motor: {kind: eccentric_mass, acts_on: frame, eccentric_mass: 0.05 g, radius: 1 mm,
+              frequency: 100 Hz, spin_up: 5 ms}
+"""
+
+UNTIL = (
+    PRESSED_AT_REST.replace("{", "{{")
+    .replace("}", "}}")
+    .replace("end: 30 ms", "end: 30 ms, reach: {}")
+)
+
+
+@pytest.fixture
+def run_steps(write_scene, kernel_cache, monkeypatch, tmp_path):
+    """Run the steps of a scene text quietly on the CPU: results by name, and what was told."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.run import run_steps as run_them
+
+    def quiet(text, *overrides, **options):
+        console = Console(file=io.StringIO(), width=200)
+        steps = load_steps(write_scene(text, "steps.yaml"), overrides)
+        found = run_them(steps, tmp_path / "out", "cpu", console=console, threads=1, **options)
+        return SimpleNamespace(of=found, told=console.file.getvalue())
+
+    return quiet
+
+
+def test_two_steps_in_which_nothing_changes_are_one_run(run_steps, run, write_scene, tmp_path):
+    """Pressure, motor, branches, friction go on; what differs is the last increments of a step."""
+    whole = run(write_scene(BLOCK), out=tmp_path / "whole").history
+    then = run_steps(IN_TWO).of["then"].history
+    assert then["time"][0] == 5.5e-3 and then["time"][-1] == pytest.approx(10e-3, rel=1e-12)
+    for name in ("body_y", "frame_y", "pressure", "wall_force_y"):
+        moved = np.ptp(whole[name])
+        assert then[name][-1] == pytest.approx(whole[name][-1], abs=2e-3 * moved), name
+    assert then["energy_error"].max() < 1e-3
+
+
+def test_a_step_after_a_static_one_begins_at_rest(run_steps):
+    """With branches that have relaxed, so that nothing moves until something changes."""
+    found = run_steps(PRESSED_AT_REST).of
+    press, hold, let_go = (found[name].history for name in ("press", "hold", "let_go"))
+    pressed = press["body_y"][0] - press["body_y"][-1]
+    assert pressed > 30e-6
+    assert np.ptp(hold["body_y"]) < 1e-4 * pressed
+    assert (hold["pressure"] == 8e3).all() and "pressure" not in let_go
+    assert hold["time"][0] == press["time"][-1] and let_go["time"][0] == hold["time"][-1]
+    assert np.ptp(hold["frame_y"]) == 0.0 and np.ptp(let_go["frame_y"]) > 1e-6
+
+
+def test_a_step_ends_where_a_column_reaches_a_value(run_steps):
+    last = run_steps(UNTIL.format("{column: frame_y, above: 5.003 mm}")).of["let_go"]
+    assert last.summary["ended_by"] == "frame_y above its limit"
+    assert last.history["frame_y"][-1] > 5.003e-3 >= last.history["frame_y"][-2]
+    assert last.history["time"][-1] < last.history["time"][0] + 30e-3
+
+
+@pytest.mark.parametrize(
+    ("reach", "told"),
+    [
+        ("{column: bodyy, above: 1 mm}", "the history has no column 'bodyy'"),
+        ("{column: body_y, above: 1 kPa}", "1 kPa"),
+        ("{column: body_y, above: 1 mm, below: 0 mm}", "give one limit: above or below"),
+    ],
+)
+def test_a_column_that_cannot_be_reached_is_refused_at_once(run_steps, tmp_path, reach, told):
+    with pytest.raises(SceneError, match=told) as caught:
+        run_steps(UNTIL.format(reach))
+    assert "steps.yaml:19:" in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_resume_keeps_what_is_done_and_begins_a_changed_step_anew(run_steps, tmp_path):
+    out = tmp_path / "out"
+    run_steps(PRESSED_AT_REST)
+    first, last = (out / name / "history.csv" for name in ("1_press", "3_let_go"))
+    written, before = first.stat().st_mtime_ns, last.read_bytes()
+    again = run_steps(PRESSED_AT_REST, resume=True)
+    assert again.told.count("is done") == 3 and last.read_bytes() == before
+
+    slower = run_steps(PRESSED_AT_REST, "steps.let_go.loads.motor.frequency=50 Hz", resume=True)
+    assert "step 'let_go' is asked for otherwise now: it begins anew" in slower.told
+    assert first.stat().st_mtime_ns == written and last.read_bytes() != before
+
+    run_steps(PRESSED_AT_REST, "steps.hold.time.end=3 ms", resume=True)
+    whole = json.loads((out / "summary.json").read_text())
+    assert [step["status"] for step in whole["steps"]] == ["done"] * 3
+    assert first.stat().st_mtime_ns == written
+
+
+def test_a_step_that_fails_leaves_what_was_before(run_steps, tmp_path):
+    """What is after it is not there, not even that of an earlier run."""
+    run_steps(PRESSED_AT_REST)
+    with pytest.raises(StabilityError):
+        run_steps(PRESSED_AT_REST, "steps.hold.solver.energy_error_limit=1e-15", resume=True)
+    whole = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert whole["status"] == "aborted"
+    assert [step["status"] for step in whole["steps"]] == ["done", "aborted", "not begun"]
