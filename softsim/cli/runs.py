@@ -55,17 +55,18 @@ def run(
         try:
             with ended_by(lambda: _end_with(end_with, folder, console)):
                 if steps:
-                    done = run_steps(steps, folder, device.value, resume, console, threads, after)
+                    found = run_steps(steps, folder, device.value, resume, console, threads, after)
+                    done = list(found.values())
                 else:
-                    done = {"": run_scene(
+                    done = [run_scene(
                         scene, overrides or [], folder, device.value, resume, console, threads,
                         after,
-                    )}  # fmt: skip
+                    )]  # fmt: skip
         except ExpectationError:  # the run is done all the same, and measured
             _show_profiles(folder, profile, console)
             raise
         _show_profiles(folder, profile, console)
-        for results in done.values():
+        for results in done:
             console.print(summary_table(results.summary))
             console.print(f"results in {results.folder}", highlight=False)
 

@@ -45,6 +45,20 @@ def test_run_and_report(write_scene, tmp_path):
     assert all(file.exists() for file in written)
 
 
+def test_each_step_has_a_folder_with_its_report(write_scene, tmp_path):
+    steps = "steps: {first: {time: {end: 1 ms}}, then: {time: {end: 2 ms}}}"
+    scene, out = write_scene(SCENE.replace("time: {end: 1 ms}", steps)), tmp_path / "out"
+    checked = softsim("check", scene, "--no-duration")
+    assert checked.returncode == 0 and "step 2 of 2: then" in checked.stdout
+    done = softsim("run", scene, "--out", out, "--device", "cpu", "--no-report")
+    assert done.returncode == 0, done.stderr
+    assert softsim("report", out).returncode == 0
+    pages = [out / folder / "report.html" for folder in ("1_first", "2_then")]
+    assert all(page.stat().st_size > 5000 for page in pages)
+    refused = softsim("sweep", write_scene(STUDY, "study.yaml"), "--out", tmp_path / "study")
+    assert refused.returncode == 2 and "here one scene is due" in refused.stderr
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """The scene and the folder of a run."""

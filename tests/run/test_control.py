@@ -6,8 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from batches import finished
+from rich.console import Console
 
 from softsim.loads.pressure_control import Phase
+
+QUIET = Console(quiet=True)
 
 SCENE = """
 bodies:
@@ -119,6 +122,32 @@ def test_the_control_sees_the_sensor_of_an_air_line(batch_of, tmp_path):
     finished(batch_of(AIR_LINE, "again", resume=True))
     whole, parts = (tmp_path / folder / "history.csv" for folder in ("line", "again"))
     assert whole.read_bytes() == parts.read_bytes()
+
+
+def test_a_control_goes_on_in_the_next_step_or_begins_with_the_pressure_there(
+    write_scene, tmp_path, kernel_cache, monkeypatch
+):
+    """The first step ends while the pressure is held; the third has other rates."""
+    monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
+    from softsim.run import run_steps
+    from softsim.scene.steps import load_steps
+
+    steps = """steps:
+  first: {time: {end: 0.09 s}}
+  then: {time: {end: 0.01 s}}
+  faster: {time: {end: 0.01 s}, loads: {air: {profile: {inflation_rate: 240 kPa/s}}}}
+"""
+    scene = write_scene(SCENE.replace("time: {end: 0.14 s}\n", steps))
+    found = run_steps(load_steps(scene), tmp_path / "steps", "cpu", console=QUIET, threads=1)
+    first, then, faster = (results.history for results in found.values())
+    rate = np.diff(then["pressure"]) / np.diff(then["time"])
+    assert then["phase"][0] == first["phase"][-1] and then["pressure"][0] == first["pressure"][-1]
+    assert np.abs(rate).max() < 1.01 * 120e3
+    assert faster["pressure"][0] == pytest.approx(then["pressure"][-1], rel=1e-12)
+    assert faster["phase"][0] == Phase.INFLATION and faster["cycle"][0] == 1
+    assert faster["pressure"][1] - faster["pressure"][0] == pytest.approx(
+        240e3 * np.diff(faster["time"][:2])[0], rel=1e-9
+    )
 
 
 def inflation_stops_at_contact(history):
