@@ -85,7 +85,7 @@ def test_two_steps_in_which_nothing_changes_are_one_run(run_steps, run, write_sc
 
 def test_a_step_after_a_static_one_begins_at_rest(run_steps):
     """With branches that have relaxed, so that nothing moves until something changes."""
-    found = run_steps(PRESSED_AT_REST).of
+    found = run_steps(UNTIL.format("{column: frame_y, above: 5.003 mm}")).of
     press, hold, let_go = (found[name].history for name in ("press", "hold", "let_go"))
     pressed = press["body_y"][0] - press["body_y"][-1]
     assert pressed > 30e-6
@@ -94,12 +94,10 @@ def test_a_step_after_a_static_one_begins_at_rest(run_steps):
     assert hold["time"][0] == press["time"][-1] and let_go["time"][0] == hold["time"][-1]
     assert np.ptp(hold["frame_y"]) == 0.0 and np.ptp(let_go["frame_y"]) > 1e-6
 
-
-def test_a_step_ends_where_a_column_reaches_a_value(run_steps):
-    last = run_steps(UNTIL.format("{column: frame_y, above: 5.003 mm}")).of["let_go"]
-    assert last.summary["ended_by"] == "frame_y above its limit"
-    assert last.history["frame_y"][-1] > 5.003e-3 >= last.history["frame_y"][-2]
-    assert last.history["time"][-1] < last.history["time"][0] + 30e-3
+    # It ends where a column reaches a value.
+    assert found["let_go"].summary["ended_by"] == "frame_y above its limit"
+    assert let_go["frame_y"][-1] > 5.003e-3 >= let_go["frame_y"][-2]
+    assert let_go["time"][-1] < let_go["time"][0] + 30e-3
 
 
 @pytest.mark.parametrize(
@@ -134,12 +132,9 @@ def test_resume_keeps_what_is_done_and_begins_a_changed_step_anew(run_steps, tmp
     assert [step["status"] for step in whole["steps"]] == ["done"] * 3
     assert first.stat().st_mtime_ns == written
 
-
-def test_a_step_that_fails_leaves_what_was_before(run_steps, tmp_path):
-    """What is after it is not there, not even that of an earlier run."""
-    run_steps(PRESSED_AT_REST)
+    # One that fails leaves what was before, and nothing after it, not even of an earlier run.
     with pytest.raises(StabilityError):
         run_steps(PRESSED_AT_REST, "steps.hold.solver.energy_error_limit=1e-15", resume=True)
-    whole = json.loads((tmp_path / "out" / "summary.json").read_text())
+    whole = json.loads((out / "summary.json").read_text())
     assert whole["status"] == "aborted"
     assert [step["status"] for step in whole["steps"]] == ["done", "aborted", "not begun"]
