@@ -86,6 +86,7 @@ class Batch:
         self.reader.update()
         with run.files.logged():
             run.begin_step(control)
+            run.files.warn(earlier.jumps(run.scenario))
 
     @property
     def running(self) -> list[Run]:

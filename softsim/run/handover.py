@@ -13,6 +13,9 @@ from softsim.output.checkpoint import Checkpoint
 from softsim.output.progress import Progress
 from softsim.solver.explicit import Scenario
 
+# Of the larger pressure: a change at the beginning of a step above which is told.
+JUMP = 0.02
+
 
 @dataclass(frozen=True)
 class EarlierStep:
@@ -30,14 +33,19 @@ class EarlierStep:
     def _progress(self) -> Progress:
         return Progress.written(self.checkpoint.progress)
 
+    def _state_for(self, model: Model) -> dict[str, np.ndarray]:
+        return renumbered(self.checkpoint.state, self.model.load_names, model.load_names)
+
     def hand_over(self, scenario: Scenario) -> ControlState | None:
         """Let the only scenario of a solver go on from here; the state of its controlled pressure,
         None where none goes on.
         """
-        progress = self._progress
-        state = renumbered(self.checkpoint.state, self.model.load_names, scenario.model.load_names)
-        from_rest = self.model.relaxation is not None
-        scenario.solver.take_over(state, progress.time, progress.time_increment, from_rest)
+        progress, solver = self._progress, scenario.solver
+        solver.take_over(self._state_for(scenario.model), progress.time)
+        if self.model.relaxation is None:
+            solver.go_back_half(progress.time_increment)
+        else:
+            solver.come_to_rest(progress.time_increment)
         chamber = scenario.model.chamber
         if chamber is None or not isinstance(chamber.drive.course, ControlledPressure):
             return None
@@ -49,6 +57,24 @@ class EarlierStep:
         now = replace(settings.first_command(), pressure=float(scenario.read(term.pressure)))
         term.source.obey(scenario.number, now)
         return None
+
+    def jumps(self, scenario: Scenario) -> dict[str, str]:
+        """Warnings (kind -> text) of chambers that a scenario, which has set off, begins with
+        another pressure than they had.
+        """
+        state, found = self._state_for(scenario.model), {}
+        for number, load in enumerate(scenario.model.loads):
+            pressure = state.get(f"loads/{number}/pressure")
+            if pressure is None:
+                continue
+            before, now = float(pressure[0]), float(scenario.read(scenario.term_of(load).pressure))
+            if abs(now - before) > JUMP * max(abs(now), abs(before)):
+                name = scenario.model.load_names[number]
+                found[f"jump of {name}"] = (
+                    f"'{name}' jumps from {1e-3 * before:.4g} to {1e-3 * now:.4g} kPa on the "
+                    "facets as the step begins: let its profile begin where the last one ended"
+                )
+        return found
 
 
 def renumbered(

@@ -6,6 +6,7 @@ those of the file and its own. A condition or a load for which a step writes not
 over. Bodies and walls stay as they are; a step changes what acts on them.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -20,7 +21,8 @@ from softsim.scene.loading import (
     read_scene,
     validated,
 )
-from softsim.scene.loads import AddedGas, AddedVolume, Pneumatic
+from softsim.scene.loads import AddedGas, AddedVolume, Pneumatic, Tendon, Tether
+from softsim.scene.quantities import NAME
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene
 from softsim.scene.tree import Keys, Tree, child, entries, merged
@@ -30,8 +32,8 @@ ENDED = ("loads", "conditions")
 THE_SAME = (
     ("bodies",), ("materials",), ("cables",), ("rigid_bodies",), ("environment", "walls"),
 )  # fmt: skip
-# Their content counts from the rest shape on.
-FILLED = (AddedVolume, AddedGas, Pneumatic)
+# What they hold counts from the rest shape and place on.
+FROM_REST = (AddedVolume, AddedGas, Pneumatic, Tendon, Tether)
 
 
 @dataclass(frozen=True)
@@ -98,10 +100,10 @@ def steps_said(tree: Tree) -> Mapping[str, Tree]:
             held.origin if held else None,
         )
     for name, part in parts.items():
-        if not name.replace("_", "").isalnum():
+        if not re.fullmatch(NAME, name):
             raise SceneError(
                 f"a step cannot be called '{name}': its folder is",
-                "letters, digits and _",
+                "letters, digits, _ and -, a letter or _ first",
                 part.key_origin,
             )
         if not isinstance(part.value, dict):
@@ -188,9 +190,9 @@ def refuse_change(before: Step, step: Step, number: int) -> None:
                 "leave it: a wall stays where its table ends",
             )  # fmt: skip
     for name, load in now.loads.items():
-        if isinstance(load, FILLED) and type(load) is not type(earlier.loads.get(name)):
+        if isinstance(load, FROM_REST) and type(load) is not type(earlier.loads.get(name)):
             raise refused(
-                ("loads", name), f"what '{name}' holds counts from the rest shape on",
+                ("loads", name), f"what '{name}' holds counts from the rest shape and place on",
                 f"write it, of kind {load.kind}, into the first step",
             )  # fmt: skip
 

@@ -3,6 +3,7 @@ body crosses them.
 """
 
 import math
+from abc import abstractmethod
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
@@ -39,9 +40,9 @@ class Terrain(GriddedWall):
     foot: Point = Field(default=ORIGIN, description="Where it begins.")
 
     @property
+    @abstractmethod
     def crossed(self) -> float:
         """From the foot to where a body is over [m]."""
-        raise NotImplementedError
 
 
 class PrintedTerrain(Terrain):

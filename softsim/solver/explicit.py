@@ -226,30 +226,33 @@ class ExplicitSolver:
         for s in range(self.scenarios):
             self._set_time_increment(s, dt)
 
-    def take_over(
-        self, state: dict[str, np.ndarray], time: float, dt: float, from_rest: bool
-    ) -> None:
-        """Go on from where a step before has ended, at `time` [s] with a step dt [s], on bodies
-        alike: take what is there of each field, and the velocities of that time.
+    def take_over(self, state: dict[str, np.ndarray], time: float) -> None:
+        """Take the state of another solver of the same bodies at `time` [s], as far as this one has
+        such fields; velocities of what is held now are zero.
 
-        from_rest: equilibrium was sought. Nothing moves then, Maxwell branches have relaxed, and
-        the energy books are empty. `set_off` finds the forces of now.
+        They are those of half a step later: `go_back_half` or `come_to_rest`, then `set_off`.
         """
         for name, field in self.terms.state_fields().items():
             if name in state and fields.shape_of(field) == state[name].shape:
                 fields.write(field, state[name])
         self.times[:] = time
+        velocity = self.terms.nodes.velocity
+        fields.write(velocity, fields.read(velocity) * self.models[0].is_free)
+
+    def go_back_half(self, dt: float) -> None:
+        """Take velocities from half a step dt [s] later back to now, with the last forces."""
         for s in range(self.scenarios):
-            if from_rest:
-                self.halt(s)
-                self.relax_branches(s)
-            else:
-                self.shift_kernel(s, time, -0.5 * dt)
-        if from_rest:
-            self.find_forces(dt)
-            self.forget_books()
-        held = fields.read(self.terms.nodes.velocity) * self.models[0].is_free
-        fields.write(self.terms.nodes.velocity, held)
+            self.shift_kernel(s, self.times[s], -0.5 * dt)
+
+    def come_to_rest(self, dt: float) -> None:
+        """Stand in equilibrium: nothing moves, Maxwell branches have relaxed, the energy books are
+        empty; dt [s]: of the increment in which they relax.
+        """
+        for s in range(self.scenarios):
+            self.halt(s)
+            self.relax_branches(s)
+        self.find_forces(dt)
+        self.forget_books()
 
     # --- what observers read; arrays (scenarios, ...) at the present time ------------------------
 

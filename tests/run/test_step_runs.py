@@ -125,9 +125,12 @@ def test_resume_keeps_what_is_done_and_begins_a_changed_step_anew(run_steps, tmp
 
     slower = run_steps(PRESSED_AT_REST, "steps.let_go.loads.motor.frequency=50 Hz", resume=True)
     assert "step 'let_go' is asked for otherwise now: it begins anew" in slower.told
+    assert "jumps" not in again.told + slower.told
     assert first.stat().st_mtime_ns == written and last.read_bytes() != before
 
-    run_steps(PRESSED_AT_REST, "steps.hold.time.end=3 ms", resume=True)
+    points = "steps.hold.loads.air.profile.points=[[0 s, 5 kPa], [1 s, 5 kPa]]"
+    lower = run_steps(PRESSED_AT_REST, points, resume=True)
+    assert "warning: 'air' jumps from 8 to 5 kPa on the facets as the step begins" in lower.told
     whole = json.loads((out / "summary.json").read_text())
     assert [step["status"] for step in whole["steps"]] == ["done"] * 3
     assert first.stat().st_mtime_ns == written

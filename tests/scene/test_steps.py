@@ -91,7 +91,10 @@ def test_a_scene_without_steps_has_none(write, smallest):
          ["a.yaml:17:21", "bodies have the velocity of the step before"]),
         ("    loads: {pull: {kind", "    loads: {air: {kind: added_volume, facets: [block.top], "
          "profile: {kind: ramp, value: 1 ml, duration: 1 s}}, pull: {kind",
-         ["a.yaml:17:18", "counts from the rest shape on"]),
+         ["a.yaml:17:18", "counts from the rest shape and place on"]),
+        ("    loads: {pull: {kind", "    loads: {line: {kind: tendon, acts_on: a, "
+         "stiffness: 1 N/m, direction: [1, 0]}, pull: {kind",
+         ["a.yaml:17:19", "counts from the rest shape and place on"]),
         ("    time: {end: 3 s}\n", "    tim: {end: 3 s}\n", ["unknown key 'tim'", "'time'"]),
         ("  swing:\n", "  Swing it!:\n", ["a.yaml:15:3", "a step cannot be called 'Swing it!'"]),
         (STEPPED[STEPPED.index("steps:"):], "steps: [a, b]\n", ["names of steps are due"]),
