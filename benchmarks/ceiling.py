@@ -138,12 +138,12 @@ def hourglass_tables(body: Region) -> tuple[np.ndarray, np.ndarray]:
     modes = hourglass_modes(body)
     columns = [body.volumes / np.linalg.det(modes.basis), modes.lean, modes.share]
     if body.points.shape[1] == 2:
-        columns.append(fibre_scales(body, modes))
+        columns.append(fibre_scales(modes))
     else:
-        plates = np.stack([plate_factors(body, modes, k) for k in range(3)], axis=1)
+        plates = np.stack([plate_factors(modes, k) for k in range(3)], axis=1)
         columns.append(np.linalg.norm(modes.basis, axis=2))
         columns.append(plates[:, :, [0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]])
-        columns.append(warping_scales(body, modes))
+        columns.append(warping_scales(modes))
     return modes.basis, np.column_stack([column.reshape(count, -1) for column in columns])
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from softsim.elements.quadrature import quadrature
+from softsim.elements.quadrature import in_batches, quadrature
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.elements.facets import Facets
@@ -65,7 +65,11 @@ class Geometry(ABC):
         """int N_a dV (m, corners) [m^3]: row sums of the consistent mass matrix, over the density,
         so that weight and inertia do the work of the continuous body.
         """
-        return quadrature(points, cells).integrals(self.depths(points, cells))
+
+        def of(cells: np.ndarray) -> np.ndarray:
+            return quadrature(points, cells).integrals(self.depths(points, cells))
+
+        return in_batches(of, cells)
 
     def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Share (m, corners) of an element's mass that each corner carries."""
@@ -77,7 +81,11 @@ class Geometry(ABC):
         a uniform stress cancel at every inner node, whatever the shape of the elements (Flanagan
         and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706).
         """
-        return quadrature(points, cells).mean_gradients(self.depths(points, cells))
+
+        def of(cells: np.ndarray) -> np.ndarray:
+            return quadrature(points, cells).mean_gradients(self.depths(points, cells))
+
+        return in_batches(of, cells)
 
     def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
         """F (m, 3, 3) of the elements with their nodes now at x; zz lies across a section."""

@@ -50,8 +50,8 @@ class Hexahedra(HourglassElements, SpaceElements):
         self.share = lane_tables(padded(modes.share))
         lengths = np.linalg.norm(modes.basis, axis=2)
         self.length = lane_tables(padded(lengths))
-        self.warping = lane_tables(followed_by_zeros(warping_scales(region, modes)))
-        L = np.stack([plate_factors(region, modes, k) for k in range(3)], axis=1)
+        self.warping = lane_tables(followed_by_zeros(warping_scales(modes)))
+        L = np.stack([plate_factors(modes, k) for k in range(3)], axis=1)
         self.plate = lane_tables(followed_by_zeros(L.reshape(len(L), 3, 9)))
         self.mode = lane_field((scenarios, blocks, MODES, 3))  # h~_k
         self.moment = lane_field((scenarios, blocks, MODES, 3))  # Q_k

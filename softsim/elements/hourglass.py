@@ -27,7 +27,7 @@ each Maxwell branch has a spring of its own that relaxes, and has dissipated the
 mu_b (y - a_b) da_b, summed by the trapezoidal rule as in elements/material_points.py.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import taichi as ti
@@ -38,6 +38,7 @@ from softsim.elements.one_point import OnePointElements
 from softsim.elements.quadrature import PARENT_CORNERS
 from softsim.elements.region import Region
 from softsim.fields import Number, lane_field, real_field
+from softsim.materials.material import Material
 
 # Of the corners of hexahedra i and j of each k.
 CYCLIC = ((1, 2), (2, 0), (0, 1))
@@ -47,10 +48,13 @@ CYCLIC = ((1, 2), (2, 0), (0, 1))
 class HourglassModes:
     """Of the elements of a region: what does not change as they deform.
 
+    material: of the region. volumes (m,) [m^3]: at rest.
     basis (m, d, d) [m]: D_i, row by row. directions (d, corners), modes (k, corners): xi_i and
     phi_k of the corners. lean (m, k, d): N_ki. share (m, k, d): P_ki.
     """
 
+    material: Material
+    volumes: np.ndarray
     basis: np.ndarray
     directions: np.ndarray
     modes: np.ndarray
@@ -69,6 +73,16 @@ class HourglassModes:
         share = np.einsum("mki,mia->mka", self.share, self.of_edges)
         return self.modes / self.modes.shape[1] - share
 
+    def of(self, batch: slice) -> "HourglassModes":
+        """Those of some of the elements."""
+        return replace(
+            self,
+            volumes=self.volumes[batch],
+            basis=self.basis[batch],
+            lean=self.lean[batch],
+            share=self.share[batch],
+        )
+
 
 def hourglass_modes(region: Region) -> HourglassModes:
     """Of quadrilaterals or hexahedra."""
@@ -84,60 +98,60 @@ def hourglass_modes(region: Region) -> HourglassModes:
     lean = np.einsum("ka,maj,mij->mki", modes, gradients, basis)
     at_rest = np.einsum("ka,maj->mkj", modes, region.points[region.cells]) / corners
     share = np.einsum("mkj,mij->mki", at_rest, dual)
-    return HourglassModes(basis, directions, modes, lean, share)
+    return HourglassModes(region.material, region.volumes, basis, directions, modes, lean, share)
 
 
-def fibre_scales(region: Region, modes: HourglassModes) -> np.ndarray:
+def fibre_scales(modes: HourglassModes) -> np.ndarray:
     """y_i / q_i (m, 2) [m^(1/2)] of quadrilaterals: sqrt(V/3 E'/mu) / |D_i|, with the modulus in
     plane strain E' = 4 mu (kappa + mu/3) / (kappa + 4 mu/3).
     """
-    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    mu, kappa = modes.material.law.initial_shear_modulus, modes.material.bulk_modulus
     modulus = 4.0 * (kappa + mu / 3.0) / (kappa + 4.0 / 3.0 * mu)
-    root = np.sqrt(modulus * region.volumes / 3.0)
+    root = np.sqrt(modulus * modes.volumes / 3.0)
     scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
     return scales
 
 
-def plate_factors(region: Region, modes: HourglassModes, k: int) -> np.ndarray:
+def plate_factors(modes: HourglassModes, k: int) -> np.ndarray:
     """sqrt(V/3 / mu) L (m, 3, 3), upper triangular, of the plate that bends along xi_k of
     hexahedra: y over its strains E_ii, E_jj, 2 E_ij (elements/hexahedra.py).
     """
     sides = modes.basis[:, CYCLIC[k]]
     a = np.linalg.inv(sides @ sides.transpose(0, 2, 1))
-    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
+    mu, kappa = modes.material.law.initial_shear_modulus, modes.material.bulk_modulus
     dilation = 2.0 * (kappa - 2.0 / 3.0 * mu) / (kappa + 4.0 / 3.0 * mu)
     H = dilation * np.einsum("mab,mcd->mabcd", a, a)
     H += np.einsum("mac,mbd->mabcd", a, a) + np.einsum("mad,mbc->mabcd", a, a)
     first, second = [0, 1, 0], [0, 1, 1]  # of the components ii, jj, ij
     stiffness = H[:, first, second][:, :, first, second]
-    root = np.sqrt(region.volumes / 3.0)[:, None, None]
+    root = np.sqrt(modes.volumes / 3.0)[:, None, None]
     factors: np.ndarray = root * np.linalg.cholesky(stiffness).transpose(0, 2, 1)
     return factors
 
 
-def warping_scales(region: Region, modes: HourglassModes) -> np.ndarray:
+def warping_scales(modes: HourglassModes) -> np.ndarray:
     """y / q_4i (m, 3) [m^(1/2)] of hexahedra: sqrt(V/9 Y/mu) / |D_i|, with Young's modulus Y."""
-    mu, kappa = region.material.law.initial_shear_modulus, region.material.bulk_modulus
-    root = np.sqrt(9.0 * kappa / (3.0 * kappa + mu) * region.volumes / 9.0)
+    mu, kappa = modes.material.law.initial_shear_modulus, modes.material.bulk_modulus
+    root = np.sqrt(9.0 * kappa / (3.0 * kappa + mu) * modes.volumes / 9.0)
     scales: np.ndarray = root[:, None] / np.linalg.norm(modes.basis, axis=2)
     return scales
 
 
-def amplitudes(region: Region, modes: HourglassModes) -> np.ndarray:
+def amplitudes(modes: HourglassModes) -> np.ndarray:
     """y over q (m, n, n) of all modes, q_ki at k d + i."""
     m, d = modes.basis.shape[:2]
     count = len(modes.modes) * d
     result = np.zeros((m, count, count))
     if d == 2:
-        result[:, [0, 1], [0, 1]] = fibre_scales(region, modes)
+        result[:, [0, 1], [0, 1]] = fibre_scales(modes)
         return result
     lengths = np.linalg.norm(modes.basis, axis=2)
     for k, (i, j) in enumerate(CYCLIC):
         strains = np.zeros((m, 3, count))
         strains[:, 0, 3 * j + i] = strains[:, 2, 4 * i] = lengths[:, i]
         strains[:, 1, 3 * i + j] = strains[:, 2, 4 * j] = lengths[:, j]
-        result[:, 3 * k : 3 * k + 3] = plate_factors(region, modes, k) @ strains
-    result[:, [9, 10, 11], [9, 10, 11]] = warping_scales(region, modes)
+        result[:, 3 * k : 3 * k + 3] = plate_factors(modes, k) @ strains
+    result[:, [9, 10, 11], [9, 10, 11]] = warping_scales(modes)
     return result
 
 

@@ -33,7 +33,7 @@ class Quadrilaterals(HourglassElements, SectionElements):
         self.springs = HourglassSprings(self.points, 2, scenarios, blocks)
         self.lean = lane_tables(padded(modes.lean[:, 0]))
         self.share = lane_tables(padded(modes.share[:, 0]))
-        self.scale = lane_tables(followed_by_zeros(fibre_scales(region, modes)))
+        self.scale = lane_tables(followed_by_zeros(fibre_scales(modes)))
         self.mode = [lane_field((scenarios, blocks)) for _ in range(2)]  # h~
 
     @ti.func

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.elements.geometry import Hoop, nodal_sums
+from softsim.elements.quadrature import batches
 from softsim.elements.region import Region
 from softsim.stability.hourglass_stiffness import HourglassStiffness
 from softsim.stability.tangent import tangent_bound
-
-# Elements treated at a time: what is computed on the way would else take a kilobyte an element.
-BATCH = 16_384
 
 
 @dataclass(frozen=True)
@@ -83,11 +81,11 @@ class RegionStiffness:
 
     def at(self, x: np.ndarray) -> ElementStiffness:
         """With the body's nodes at x (n, d) [m]."""
-        batches = [slice(k, min(k + BATCH, self.count)) for k in range(0, self.count, BATCH)]
+        parts = batches(self.count)
         stretch = np.ones(self.count)
         if self.hoop is not None:
             stretch = self.hoop.stretch(self.region.points, self.region.cells, x)
-        F = [self.deformation(x, stretch, batch) for batch in batches]
+        F = [self.deformation(x, stretch, batch) for batch in parts]
         J = np.concatenate([(f[0] * cofactors(f)[0]).sum(axis=0) for f in F])
         present = np.bincount(
             self.pressed.ravel(),
@@ -96,11 +94,14 @@ class RegionStiffness:
         )
         dilation = present / self.pressure_volumes - 1.0
         pressure = self.bulk_modulus * dilation[self.pressed].mean(axis=0)
-        parts = [
-            self.stiffness(f, J[batch], pressure[batch], batch)
-            for f, batch in zip(F, batches, strict=True)
-        ]
-        gradient, shape, hoop = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+        movers, d = len(self.movers), x.shape[1]
+        gradient = np.zeros((movers, d, self.count))
+        shape, hoop = np.zeros((movers, movers, self.count)), np.empty(self.count)
+        for f, batch in zip(F, parts, strict=True):
+            of_corners = self.stiffness(f, J[batch], pressure[batch], batch)
+            gradient[: self.corners, :, batch] = of_corners[0]
+            shape[: self.corners, : self.corners, batch] = of_corners[1]
+            hoop[batch] = of_corners[2]
         if self.hourglass is not None:
             places = np.ascontiguousarray(x.T)[:, self.cells]
             shape[: self.corners, : self.corners] += self.hourglass.at(places)
@@ -146,8 +147,9 @@ class RegionStiffness:
     def stiffness(
         self, F: np.ndarray, J: np.ndarray, pressure: np.ndarray, batch: slice
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Of a batch deformed by F under this pressure [Pa], as if F_zz stayed: volume gradient
-        and shape stiffness as in ElementStiffness; and how stiff it is if F_zz does not.
+        """Of the corners of a batch deformed by F under this pressure [Pa], as if F_zz stayed:
+        volume gradient and shape stiffness as in ElementStiffness; and how stiff it is if F_zz
+        does not.
         """
         gradients, volumes = self.gradients[:, :, batch], self.volumes[batch]
         d = gradients.shape[1]
@@ -158,12 +160,8 @@ class RegionStiffness:
         material, spatial = volumes * modulus.material, volumes * modulus.spatial
 
         share = J * volumes / self.shares
-        movers, corners = len(self.movers), self.corners
-        volume_gradient = np.zeros((movers, d, len(J)))
-        volume_gradient[:corners] = share * present
-        shape = np.zeros((movers, movers, len(J)))
-        shape[:corners, :corners] = gram(gradients, material) + gram(present, spatial)
-        return volume_gradient, shape, material * F[2, 2] ** 2 + spatial
+        shape = gram(gradients, material) + gram(present, spatial)
+        return share * present, shape, material * F[2, 2] ** 2 + spatial
 
 
 def gram(gradients: np.ndarray, weight: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ With r^2 = sum |h~_k|^2 / min |d_i|^2, g the largest row sum of the |e_i . e_j|,
 import numpy as np
 
 from softsim.elements.hourglass import amplitudes, hourglass_modes
+from softsim.elements.quadrature import batches
 from softsim.elements.region import Region
 
 
@@ -26,7 +27,9 @@ class HourglassStiffness:
         modes = hourglass_modes(region)
         self.of_modes = np.ascontiguousarray(modes.of_modes.transpose(1, 2, 0))
         self.of_edges = np.ascontiguousarray(modes.of_edges.transpose(1, 2, 0))
-        squares = np.linalg.norm(amplitudes(region, modes), ord=2, axis=(1, 2)) ** 2
+        parts = batches(len(region.cells))
+        norms = [np.linalg.norm(amplitudes(modes.of(part)), ord=2, axis=(1, 2)) for part in parts]
+        squares = np.concatenate(norms) ** 2
         self.modulus = region.material.instantaneous_shear_modulus * squares
 
     def at(self, x: np.ndarray) -> np.ndarray:

@@ -33,18 +33,20 @@ from softsim.stability.rigid_bodies import tied_mass
 class ScaledStiffness:
     """M^-1/2 K M^-1/2 [1/s^2] at one configuration and one step.
 
-    strain (p + r + n d, n d), one matrix, for one product takes less time than three: G M^-1/2;
-    rows [1/s] whose squares are added, of the elements that go around; M^-1/2 (shape and initial
-    stress) M^-1/2 [1/s^2]. back (n d, p + r): the transpose of all but the last. bulk_stiffness
-    (p,) [J]: V_a (kappa + 2 eta_a / dt). contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s]
-    whose squares are added. slowing (n d, n d): R, or None.
+    gradient (p + r, n d): V_a G [m^2], then rows [(N/m)^1/2] whose squares are added, of the
+    elements that go around; back: its transpose, of the same numbers. volume_stiffness (p,)
+    [N/m^5]: (kappa + 2 eta_a / dt) / V_a. shape (n, n) [N/m]: shape and initial stress, the same
+    for every component. contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s] whose squares are
+    added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None.
     """
 
-    strain: sp.csr_matrix
-    back: sp.csr_matrix
-    bulk_stiffness: np.ndarray
+    gradient: sp.csr_matrix
+    back: sp.csc_matrix
+    volume_stiffness: np.ndarray
+    shape: sp.csr_matrix
     contact: np.ndarray
     chambers: list[np.ndarray]
+    inverse_sqrt_mass: np.ndarray
     slowing: sp.csr_matrix | None
 
     def product(self, v: np.ndarray) -> np.ndarray:
@@ -56,19 +58,21 @@ class ScaledStiffness:
         return v if self.slowing is None else self.slowing @ v
 
     def _product_of_own_masses(self, v: np.ndarray) -> np.ndarray:
-        strained = self.strain @ v
-        strained[: len(self.bulk_stiffness)] *= self.bulk_stiffness
-        squared = self.back.shape[1]
-        result = self.back @ strained[:squared]
-        result += strained[squared:]
+        u = self.inverse_sqrt_mass * v
+        strained = self.gradient @ u
+        strained[: len(self.volume_stiffness)] *= self.volume_stiffness
+        force = self.back @ strained
+        force += (self.shape @ u.reshape(self.shape.shape[0], -1)).ravel()
+        result = self.inverse_sqrt_mass * force
         result += self.contact * v
         for chamber in self.chambers:
             result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py
         return result
 
-    def dilations(self, v: np.ndarray) -> np.ndarray:
-        """dJ_a (p,) of the displacement M^-1/2 v."""
-        return (self.strain @ v)[: len(self.bulk_stiffness)]
+    def pressures(self, v: np.ndarray) -> np.ndarray:
+        """(kappa + 2 eta_a / dt) dJ_a (p,) [Pa] of the displacement M^-1/2 v [m]."""
+        volumes = (self.gradient @ (self.inverse_sqrt_mass * v))[: len(self.volume_stiffness)]
+        return self.volume_stiffness * volumes
 
     def chamber_frequency(self) -> float:
         """Upper bound of omega^2 [1/s^2] of the chambers alone."""
@@ -112,29 +116,12 @@ class ModelStiffness:
         self.cables = [CableStiffness(data.cable) for data in model.cables]
         movers = [r.movers + r.region.first_node for r in self.regions]
         stencils = [*movers, *(s for cable in self.cables for s in cable.stencils)]
-        pressed, strained, self.pair_of_volume = pairs(self.pressures, movers, n)
-        pressed, strained = np.repeat(pressed, d), components(strained, d)
-        first, second, self.pair_of_shape = pairs(stencils, stencils, n)
-        first, second = components(first, d), components(second, d)
-        self.compression_scale = self.inverse_sqrt_mass[strained] / self.pressure_volumes[pressed]
-        self.shape_scale = self.inverse_sqrt_mass[first] * self.inverse_sqrt_mass[second]
+        of_volume, self.pair_of_volume = pairs(self.pressures, movers, (p, n))
+        self.shape, self.pair_of_shape = pairs(stencils, stencils, (n, n))
 
-        around = [m[:, r.around] for m, r in zip(movers, self.regions, strict=True)]
-        columns = [a[:, None] * d + np.arange(d)[:, None] for a in around]  # (movers, d, r)
-        starts = p + np.cumsum([0, *(a.shape[1] for a in around)])
-        rows = [
-            np.broadcast_to(start + np.arange(a.shape[1]), column.shape)
-            for a, column, start in zip(around, columns, starts, strict=False)
-        ]
-        hooped, squared = flat(columns), int(starts[-1])
-        self.hoop_scale = self.inverse_sqrt_mass[hooped]
-        above = np.concatenate([pressed, flat(rows)]), np.concatenate([strained, hooped])
-        self.strain = numbered(
-            np.concatenate([above[0], squared + first]),
-            np.concatenate([above[1], second]),
-            (squared + n * d, n * d),
-        )
-        self.back = numbered(above[1], above[0], (n * d, squared))
+        around = [m[:, r.around].T for m, r in zip(movers, self.regions, strict=True)]
+        rows = [sp.csr_matrix((0, n * d)), *(hoop_rows(nodes, n, d) for nodes in around)]
+        self.gradient = sp.vstack([of_components(of_volume, d), *rows], format="csr")
 
     def elements(self, x: np.ndarray) -> list[ElementStiffness]:
         """Element stiffness of each region with all nodes at x (n, d) [m]."""
@@ -145,7 +132,8 @@ class ModelStiffness:
         d = x.shape[1]
         of_cables = [stiffness for cable in self.cables for stiffness in cable.at(x)]
         shape = flat([*(e.shape_stiffness for e in elements), *of_cables])
-        hoop = flat([e.hoop_root for e in elements])
+        # (r, movers, d), as the rows have them.
+        hoop = flat([np.moveaxis(e.hoop_root, -1, 0) for e in elements])
         # dJ_a, V_a J_a being a sum of the elements' shares: that of all pressures of one alike.
         alike = [
             np.broadcast_to(e.volume_gradient, (len(p), *e.volume_gradient.shape))
@@ -154,22 +142,23 @@ class ModelStiffness:
         G = np.stack(
             [np.bincount(self.pair_of_volume, flat([a[:, :, i] for a in alike])) for i in range(d)]
         )
-        K = np.repeat(np.bincount(self.pair_of_shape, shape)[None], d, axis=0)
-        above = np.concatenate([G.T.ravel() * self.compression_scale, hoop * self.hoop_scale])
+        gradient = with_values(self.gradient, np.concatenate([G.T.ravel(), hoop]))
         return ScaledStiffness(
-            with_values(self.strain, np.concatenate([above, K.T.ravel() * self.shape_scale])),
-            with_values(self.back, above),
-            self.pressure_volumes * self.bulk_modulus,
+            gradient,
+            gradient.T,
+            self.bulk_modulus / self.pressure_volumes,
+            with_values(self.shape, np.bincount(self.pair_of_shape, shape)),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
+            self.inverse_sqrt_mass,
             self.slowing,
         )
 
     def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
         """The matrix with (2 / dt) C of bulk viscosity and dashpots at the step dt [s]."""
         modulus = self.bulk_modulus + 2.0 * self.bulk_viscosity / dt
-        volume_stiffness = self.pressure_volumes * modulus
-        return replace(undamped, bulk_stiffness=volume_stiffness, contact=self._contact(x, dt))
+        stiffness = modulus / self.pressure_volumes
+        return replace(undamped, volume_stiffness=stiffness, contact=self._contact(x, dt))
 
     def _contact(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Stiffness of contact over mass (n d,) [1/s^2]."""
@@ -188,39 +177,61 @@ class ModelStiffness:
 
 
 def pairs(
-    first: list[np.ndarray], second: list[np.ndarray], count: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Pairs of a number of `first` (a, m) and one of `second` (b, m), below `count`, that share an
-    element, of each region: their first numbers, their second ones, and which pair each two are,
-    the (a b m,) of all regions one after another.
+    first: list[np.ndarray], second: list[np.ndarray], shape: tuple[int, int]
+) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Pairs of a number of `first` (a, m) and one of `second` (b, m), below those of `shape`, that
+    share an element, of each region: a sparse pattern with an entry for each pair, and which entry
+    each two are, the (a b m,) of all regions one after another.
     """
+    of_first, of_second = (
+        sp.vstack([incidence(n, count) for n in numbers], format="csr")
+        for numbers, count in zip((first, second), shape, strict=True)
+    )
+    pattern = of_first.T.tocsr() @ of_second
+    pattern.sort_indices()
     # Wide, for the square of the number of nodes.
-    both = [f.astype(np.int64)[:, None] * count + s for f, s in zip(first, second, strict=True)]
-    found, inverse = np.unique(flat(both), return_inverse=True)
-    return *np.divmod(found, count), inverse.astype(np.int32)
+    rows = np.repeat(np.arange(shape[0], dtype=np.int64), np.diff(pattern.indptr))
+    keys = rows * shape[1] + pattern.indices
+    entries = [
+        np.searchsorted(keys, i.astype(np.int64) * shape[1] + j).astype(np.int32)
+        for f, s in zip(first, second, strict=True)
+        for i in f
+        for j in s
+    ]
+    return pattern, np.concatenate(entries)
+
+
+def incidence(numbers: np.ndarray, count: int) -> sp.csr_matrix:
+    """Which numbers (a, m), below `count`, are an element's: (m, count)."""
+    a, m = numbers.shape
+    starts = np.arange(0, a * m + 1, a)
+    return sp.csr_matrix((np.ones(a * m, dtype=bool), numbers.T.ravel(), starts), (m, count))
+
+
+def of_components(pattern: sp.csr_matrix, d: int) -> sp.csr_matrix:
+    """Of a pattern of nodes (rows, n) that of their components (rows, n d)."""
+    columns = (pattern.indices[:, None] * d + np.arange(d, dtype=np.int32)).ravel()
+    parts = (np.ones(len(columns)), columns, pattern.indptr * d)
+    return sp.csr_matrix(parts, shape=(pattern.shape[0], pattern.shape[1] * d))
+
+
+def hoop_rows(nodes: np.ndarray, n: int, d: int) -> sp.csr_matrix:
+    """A pattern (r, n d): in each row, node by node, the components of its nodes (r, k)."""
+    starts = np.arange(0, nodes.size + 1, max(1, nodes.shape[1]))
+    rows = sp.csr_matrix((np.ones(nodes.size), nodes.ravel(), starts), (len(nodes), n))
+    return of_components(rows, d)
 
 
 def flat(of_regions: list[np.ndarray]) -> np.ndarray:
     """All numbers, region by region."""
+    if len(of_regions) == 1:  # a concatenation would copy it
+        return of_regions[0].ravel()
     return np.concatenate([values.ravel() for values in of_regions])
 
 
-def components(nodes: np.ndarray, d: int) -> np.ndarray:
-    """Numbers (k d,) of the components of nodes (k,)."""
-    return (nodes[:, None] * d + np.arange(d)).ravel()
-
-
-def numbered(rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> sp.csr_matrix:
-    """A sparse pattern whose values are the numbers of the entries in the order given."""
-    matrix = sp.csr_matrix((np.arange(len(rows)), (rows, columns)), shape=shape)
-    matrix.sort_indices()
-    return matrix
-
-
 def with_values(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
-    """The matrix of a `numbered` pattern with these values of its entries."""
-    parts = (values[pattern.data], pattern.indices, pattern.indptr)
-    return sp.csr_matrix(parts, shape=pattern.shape)
+    """The matrix of a pattern with these values of its entries."""
+    return sp.csr_matrix((values, pattern.indices, pattern.indptr), shape=pattern.shape)
 
 
 def inverse_sqrt_mass(model: Model) -> np.ndarray:

@@ -182,7 +182,7 @@ class StableStepEstimator:
     ) -> tuple[Region, int]:
         """The region and its element that hold the largest share of a mode's energy."""
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(self.model.points.shape)
-        pressure = self.stiffness.bulk_modulus * matrix.dilations(mode)
+        pressure = matrix.pressures(mode)
         most = (-np.inf, self.model.regions[0], 0)
         of_regions = zip(self.stiffness.regions, self.stiffness.pressures, elements, strict=True)
         for r, rows, stiffness in of_regions:

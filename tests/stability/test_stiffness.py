@@ -23,7 +23,9 @@ time: {end: 1 s}
 def test_pairs_of_many_nodes():
     """The square of the number of nodes is beyond 32 bits."""
     cells = np.array([[0, 99_999], [70_000, 70_000], [99_998, 3]], dtype=np.int32)
-    first, second, of_corners = pairs([cells], [cells], 100_000)
+    pattern, of_corners = pairs([cells], [cells], (100_000, 100_000))
+    first = np.repeat(np.arange(100_000), np.diff(pattern.indptr))
+    second = pattern.indices
     of_corners = of_corners.reshape(3, 3, 2)
     for a in range(3):
         for b in range(3):
