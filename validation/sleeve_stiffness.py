@@ -32,7 +32,7 @@ from matplotlib.axes import Axes
 
 from softsim.report.style import BLUE, INK, ORANGE, QUIET, SKY, WALL, drawing
 from validation.admitted import Statement, admitted, told, told_of
-from validation.cases import Case, Outcomes
+from validation.cases import Case, Outcome, Outcomes
 from validation.command import command
 from validation.contact_rows import EXPECTED, expected
 from validation.digitised import Points
@@ -72,18 +72,23 @@ pressure (robot:pfr/section).
 
 RISE, FALL = 0.4, 0.3  # s
 SKIN = "skin in free air"
+GIVEN_BULK, HIGH_BULK = 20.0, 200.0
+"""Bulk over shear modulus: what a material has by itself, and one from which on pressures are
+within 0.1 kPa of an incompressible sleeve's.
+"""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A series of runs, one a pipe. stiffness: of the sleeve, times the stated one. mesh: settings
-    of the mesh other than those of the scenes.
+    """A series of runs, one a pipe. stiffness: of the sleeve, times the stated one. bulk: its bulk
+    modulus over its shear modulus. mesh: settings of the mesh other than those of the scenes.
     """
 
     name: str
     stiffness: float = FACTOR
     friction: float = 0.7
     root: float = 2.5  # mm
+    bulk: float = GIVEN_BULK
     mesh: tuple[str, ...] = ()
 
     def label(self, pipe: int) -> str:
@@ -102,6 +107,7 @@ class Variant:
             f"bodies.skin.mesh.root_thickness={self.root} mm",
             f"contact.friction_coefficient={self.friction}",
             *(f"materials.sleeve.{key}={value:.6g} kPa" for key, value in self._constants()),
+            *(f"materials.sleeve.{key}" for key in compressibility(self.stiffness, self.bulk)),
             f"environment.walls={{pipe: {{kind: pipe, diameter: {pipe} mm, "
             f"axis_height: {height:.6g} mm}}}}",
             "environment.gravity=9.81 m/s^2",
@@ -130,44 +136,63 @@ OTHERS = (
     Variant("root 2 mm", root=2.0),
     Variant("root 3 mm", root=3.0),
     Variant("finer mesh", mesh=("spike_columns=2", "element_size=0.7 mm")),
+    Variant("bulk modulus 200", bulk=HIGH_BULK),
+    Variant("bulk modulus 200, friction 0.8", friction=0.8, bulk=HIGH_BULK),
 )
 
 
-def skin_case() -> Case:
+def compressibility(stiffness: float, bulk: float) -> tuple[str, ...]:
+    """The override of a sleeve's bulk modulus, if it is not what a material has by itself.
+
+    stiffness: of the sleeve, times the stated one; its shear modulus at rest is 2 C10.
+    """
+    modulus = bulk * 2.0 * stiffness * STATED[0]
+    return () if bulk == GIVEN_BULK else (f"bulk_modulus={modulus:.6g} kPa",)
+
+
+def skin_name(bulk: float) -> str:
+    """The name of the run of the smooth skin with this bulk over shear modulus."""
+    return SKIN if bulk == GIVEN_BULK else f"{SKIN}, bulk modulus {bulk:g}"
+
+
+def skin_case(bulk: float) -> Case:
     """The smooth skin with the stated constants, to 1.6 OD_S."""
     c10, c20, c30 = STATED
     overrides = (
         f"materials={{stated: {{law: yeoh, C10: {c10} kPa, C20: {c20} kPa, C30: {c30} kPa, "
         "density: 1070 kg/m^3}}",
         "bodies.skin.material=stated",
+        *(f"materials.stated.{key}" for key in compressibility(1.0, bulk)),
         "loads.air.profile={kind: smooth_step, value: 23 ml, duration: 0.16 s}",
         "time.end=0.16 s",
         "output.history_interval=1 ms",
         "output.frame_interval=1000 s",
     )
-    return Case(SKIN, "skin_inflation.yaml", overrides)
+    return Case(skin_name(bulk), "skin_inflation.yaml", overrides)
 
 
 def cases(quick: bool) -> list[Case]:
     """One a pipe, and the skin; the others tell what else the ranges hang on."""
     variants = (MAIN,) if quick else (MAIN, *OTHERS)
-    return [skin_case(), *(variant.case(pipe) for variant in variants for pipe in PIPES)]
+    skins = [skin_case(bulk) for bulk in sorted({variant.bulk for variant in variants})]
+    return [*skins, *(variant.case(pipe) for variant in variants for pipe in PIPES)]
 
 
 def statements(outcomes: Outcomes, variant: Variant) -> list[Statement]:
     """Of the thesis, with what a series of runs makes of them."""
     runs = variant.runs(outcomes)
-    found = [radius_statement(outcomes, pipe) for pipe in PIPES[1:]]
+    skin = outcomes[skin_name(variant.bulk)]
+    found = [radius_statement(skin, pipe) for pipe in PIPES[1:]]
     for of_pipe in (rows_statement, same_rows, pull_at_best, pulls, pulls_alike, lets_go):
         found += [of_pipe(runs[pipe], pipe) for pipe in PIPES]
     return [*found, most_in_the_narrowest(runs)]
 
 
-def radius_statement(outcomes: Outcomes, pipe: int) -> Statement:
+def radius_statement(skin: Outcome, pipe: int) -> Statement:
     """The pressures were chosen so that the robot, which adapts to 1 to 1.5 times its diameter,
     grows to the pipe's (4.2.3, 4.2.4): the highest pressure on the way to that radius.
     """
-    curve = inflated(outcomes[SKIN])
+    curve = inflated(skin)
     on_the_way = np.maximum.accumulate(curve.pressure)
     radius = 0.5 * pipe - SPIKE_HEIGHT
     needed = float(np.interp(radius, curve.outer_radius, on_the_way, left=NAN, right=NAN))
