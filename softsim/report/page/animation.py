@@ -1,6 +1,5 @@
 """The deformed robot frame by frame, small enough to travel inside a page."""
 
-from base64 import b64encode
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,7 +16,13 @@ from softsim.report.colours import (
     shared_scale,
     shown_values,
 )
-from softsim.report.page.robot import moving_walls, plane_chart, space_chart
+from softsim.report.page.robot import (
+    SHADES,
+    moving_walls,
+    plane_chart,
+    space_chart,
+    with_mark,
+)
 from softsim.report.section import outlines_at
 from softsim.report.snapshots import is_axisymmetric, pictures
 from softsim.report.surface import around, corners_of_box, seen_walls
@@ -26,7 +31,10 @@ MOST_FRAMES = 200
 """A slider has about as many places that a hand can find."""
 
 ROOM = 6 * 2**20
-"""For all frames [bytes], so that the page with its scripts stays below 15 MB."""
+"""For all frames [bytes], two a coordinate and one a face; compressed they take half of it."""
+
+FINENESS, LEVELS = 4000, 254
+"""Steps of places in the size of the body at rest, and of values from end to end of the scale."""
 
 
 @dataclass(frozen=True)
@@ -41,13 +49,14 @@ class Skin:
     rim: np.ndarray
 
 
-def animation(frames: Frames, field: str) -> dict[str, Any]:
+def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str, Any]:
     """The frames coloured by `field`, as player.js takes them; lengths in mm, times in s.
 
     figure: the robot between its walls, without places. origins: the middle of the robot in each
     frame (f, d); near: lowest and highest coordinates (2, d), from there, of what is shown around
     it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image. walls: None, or in
-    each frame the outlines and faces of walls of which one moves.
+    each frame the outlines and faces of walls of which one moves. failed: the places (f, d) of the
+    element of this number, if one is given: where it was last, where it is lost.
     Frames are left out evenly where there are more than MOST_FRAMES or than fit in ROOM.
     Raises OutputError for a field that the frames do not have, or if no node has a place.
     """
@@ -59,10 +68,12 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
     if not kept.any():
         raise OutputError("the results hold no frame in which a node still has a place")
     chosen, places = chosen[kept], places[kept]
+    mark = None if failed is None else last_known(_places(frames, chosen), frames.cells[failed])
     origins = np.nanmean(places, axis=1) * ([0.0, 1.0] if mirrored else 1.0)
     values = shown_values(frames, chosen, field, skin.faces, skin.owners)
     low, high = shared_scale(values.ravel())[0].get_clim()
     everywhere = box(places, mirrored)
+    size = float(np.ptp(frames.points, axis=0).max()) * MILLI
     around_it = box(places - origins[:, None], mirrored)
     near = with_surroundings(frames, field, around_it, origins[0])
     colours = {
@@ -78,12 +89,15 @@ def animation(frames: Frames, field: str) -> dict[str, Any]:
     return {
         "times": frames.times[chosen],
         "frame_count": len(frames),
-        "figure": chart.figure,
+        "figure": chart.figure if failed is None else with_mark(chart, failed, d).figure,
         "signs": [1, -1] if mirrored else [1],
         "faces": np.searchsorted(skin.nodes, skin.faces),
         "rim": np.searchsorted(skin.nodes, skin.rim),
-        "places": packed(places, np.nanmin(places), np.nanmax(places), np.uint16),
-        "values": packed(values, low, high, np.uint8),
+        "places": in_steps(places.reshape(len(places), -1), size / FINENESS),
+        "values": in_steps(values.clip(low, high), (high - low) / LEVELS or 1.0),
+        "scale": [low, high],
+        "shades": SHADES,
+        "failed": mark,
         "outlines": [outlines_of(frames, index).round(3) for index in chosen],
         "walls": walls,
         "origins": origins.round(4),
@@ -111,15 +125,20 @@ def chosen_frames(count: int, coordinates: int, faces: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
-def packed(values: np.ndarray, low: float, high: float, kind: type[np.integer]) -> dict[str, Any]:
-    """Values as whole numbers of this kind in base64, row by row: from 0, which stands for `low`,
-    to the last but one of the kind for `high`; the last one stands for what is not finite.
+def in_steps(values: np.ndarray, step: float) -> dict[str, Any]:
+    """Values of frames (f, n) as whole numbers of steps from the lowest one: those of the first
+    frame, and of each further one its changes, which are small and take little room compressed.
+    None stands for what is not finite; the next change is from the frame before.
     """
-    most, finite = np.iinfo(kind).max - 1, np.isfinite(values)
-    share = (np.where(finite, values, low) - low) / ((high - low) or 1.0)
-    codes = np.where(finite, np.rint(share.clip(0.0, 1.0) * most), most + 1)
-    little_endian = codes.astype(np.dtype(kind).newbyteorder("<")).tobytes()
-    return {"low": low, "high": high, "codes": b64encode(little_endian).decode("ascii")}
+    low, known = float(np.nanmin(values, initial=np.inf)), np.isfinite(values)
+    if not known.any():
+        low = 0.0
+    last = np.maximum.accumulate(np.where(known, np.arange(len(values))[:, None], -1), axis=0)
+    filled = np.where(last < 0, low, np.take_along_axis(values, last.clip(0), axis=0))
+    numbers = np.rint((filled - low) / step).astype(int)
+    changes = np.diff(numbers, axis=0, prepend=0).astype(object)
+    changes[~known] = None
+    return {"low": low, "step": step, "changes": changes.tolist()}
 
 
 def box(places: np.ndarray, mirrored: bool) -> np.ndarray:
@@ -148,6 +167,15 @@ def with_surroundings(
     )
     low, high = box(around(corners), False)
     return box(np.concatenate([corners, walls.clip(low, high)]), False)
+
+
+def last_known(places: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """The middle (f, d) of a cell in frames that show places (f, n, d); of one without a place that
+    of the frame before.
+    """
+    middles = places[:, cell].mean(axis=1)
+    known = np.isfinite(middles).all(axis=1)
+    return middles[np.maximum.accumulate(np.where(known, np.arange(len(middles)), 0))].round(3)
 
 
 def outlines_of(frames: Frames, index: int) -> np.ndarray:

@@ -3,6 +3,7 @@ the plane its cells side by side, in space its surface, which a reader can turn.
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from softsim.report.colours import shades
 from softsim.report.page.charts import Chart
 from softsim.report.section import Section
 from softsim.report.snapshots import is_axisymmetric, pictures
-from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, WALL
+from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, RED, WALL
 from softsim.report.surface import CAMERA, corners_of_box, seen_walls
 
 SHADES = 16
@@ -23,6 +24,9 @@ NO_VALUE = "#bbbbbb"
 
 SEE_THROUGH = 0.25
 """Opacity of walls in space: they stand on all sides of the body."""
+
+RING = 24
+"""Diameter of the ring about an element that failed [px]."""
 
 FAR = 1e5
 """Beyond all that is shown [mm]."""
@@ -128,6 +132,16 @@ def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart
     }
     layout = {"scene": scene | axes, "coloraxis": colours, "margin": dict.fromkeys("lrtb", 0)}
     return Chart("The robot", traces, layout)
+
+
+def with_mark(chart: Chart, element: int, d: int) -> Chart:
+    """The chart of a robot in d dimensions, and a ring, which moves, about a failed element."""
+    ring = {
+        "type": "scatter" if d == 2 else "scatter3d", "mode": "markers", "showlegend": False,
+        "marker": {"symbol": "circle-open", "size": RING, "color": RED, "line": {"width": 3}},
+        "hovertemplate": f"element {element}<extra></extra>",
+    }  # fmt: skip
+    return replace(chart, traces=[*chart.traces, ring])
 
 
 def path(parts: Iterable[np.ndarray]) -> Trace:

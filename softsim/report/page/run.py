@@ -72,11 +72,16 @@ def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
 
 
 def animation_of(run: Recorded) -> dict[str, Any] | None:
-    """The frames with what the history says of each, if the run has any."""
+    """The frames with what the history says of each, if the run has any; `opens_at`, which is shown
+    first: of a run that a guard stopped the one that it stopped at.
+    """
     if run.frames is None or len(run.frames) == 0:
         return None
-    shown = animation(run.frames, run.summary.get("snapshot_field", "stretch"))
-    return shown | {"readings": list(readings(run.history, shown["times"]))}
+    summary, field = run.summary, run.summary.get("snapshot_field", "stretch")
+    shown = animation(run.frames, field, summary.get("failed_element"))
+    opens_at = len(shown["times"]) - 1 if summary.get("status") == "aborted" else 0
+    said = list(readings(run.history, shown["times"]))
+    return shown | {"opens_at": opens_at, "readings": said}
 
 
 def readings(history: Mapping[str, np.ndarray], times: np.ndarray) -> Iterator[dict[str, Any]]:

@@ -1,10 +1,10 @@
-"""A page from a template: everything it needs goes into the one file, plotly.js compressed, which the
-browser unpacks.
+"""A page from a template: everything it needs goes into the one file, plotly.js compressed, which
+the browser unpacks.
 
-plotly.js as the plotly package has it, with all kinds of charts, is 4.8 MB, 2.0 MB compressed. Its
-bundle `gl3d`, which has lines and meshes in space but neither heat maps nor parallel axes, is 0.7 MB
-compressed and stands in plotly_gl3d/ as npm has it: `npm pack plotly.js-gl3d-dist-min@4.1.1`, then
-`gzip -9n`. A page must work wherever it is moved to, so no file beside it holds plotly.js.
+plotly.js as the plotly package has it, with all kinds of charts, is 4.8 MB, compressed 2.0 MB. Its
+bundle `gl3d` is 0.7 MB compressed; it has lines and meshes in space, but neither heat maps nor
+parallel axes. It stands in plotly_gl3d/ as npm has it: `npm pack plotly.js-gl3d-dist-min@4.1.1`,
+then `gzip -9n`. A page works wherever it is moved to, so no file beside it holds plotly.js.
 """
 
 import gzip

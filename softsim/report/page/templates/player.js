@@ -5,23 +5,17 @@ const movie = JSON.parse(document.getElementById("animation").textContent);
 const [player, play, slider, reading, speed, camera] =
   ["player", "play", "frame", "reading", "speed", "camera"].map((id) => document.getElementById(id));
 const robot = player.querySelector(".plot");
-const { times, faces, rim, signs, origins } = movie, end = times.length - 1, d = origins[0].length;
-const places = inFrames(unpacked(movie.places, Uint16Array)), values = inFrames(unpacked(movie.values, Uint8Array));
+const { times, faces, rim, signs, origins, shades } = movie, end = times.length - 1, d = origins[0].length;
+const places = inFrames(movie.places), values = inFrames(movie.values), [low, high] = movie.scale;
 const ofWalls = movie.walls ? 2 : 0; // walls are the first traces: what stands behind, and their faces
 const moving = movie.figure.data.flatMap((trace, k) => (k < ofWalls || trace.x === undefined ? [k] : []));
 let current = 0, playing = false;
 
-// Numbers from whole ones; NaN where there is none.
-function unpacked({ low, high, codes }, Kind) {
-  const bytes = Uint8Array.from(atob(codes), (letter) => letter.charCodeAt(0));
-  const most = 256 ** Kind.BYTES_PER_ELEMENT - 2;
-  return Float32Array.from(new Kind(bytes.buffer), (code) =>
-    code > most ? NaN : low + (code / most) * (high - low));
-}
-
-function inFrames(numbers) {
-  const size = numbers.length / times.length;
-  return times.map((_, frame) => numbers.subarray(frame * size, (frame + 1) * size));
+// Numbers of each frame from their changes, in steps; NaN where there is none.
+function inFrames({ low, step, changes }) {
+  const sums = new Int32Array(changes[0].length);
+  return changes.map((ofFrame) => Float32Array.from(ofFrame, (change, k) =>
+    change === null ? NaN : low + step * (sums[k] += change)));
 }
 
 // Polygons or lines of places [x, y] as one trace, with gaps between them.
@@ -39,9 +33,9 @@ class Path {
 
 // In the plane: walls that move, rigid outlines, the cells of each shade, those without a value, and the rim.
 function plane(frame) {
-  const all = moving.map(() => new Path()), paths = all.slice(ofWalls), shades = paths.length - 3;
+  const all = Array.from({ length: ofWalls + shades + 3 }, () => new Path()), paths = all.slice(ofWalls);
   for (let k = 0; k < ofWalls; k++) for (const part of movie.walls[frame][k]) all[k].add(part);
-  const outlines = paths[0], noValue = paths.at(-2), edges = paths.at(-1), { low, high } = movie.values;
+  const outlines = paths[0], noValue = paths.at(-2), edges = paths.at(-1);
   for (const outline of movie.outlines[frame]) outlines.add([...outline, outline[0]]);
   for (const sign of signs) {
     const at = (node) => [sign * places[frame][d * node], places[frame][d * node + 1]];
@@ -84,7 +78,12 @@ function view(frame) {
 }
 
 function paint(layout = camera.value === "follows" ? view(current) : {}) {
-  return Plotly.update(robot, d === 2 ? plane(current) : space(current), layout, moving);
+  const content = d === 2 ? plane(current) : space(current);
+  if (movie.failed) {
+    const [x, y, z] = movie.failed[current].map((coordinate) => [coordinate]), mark = { x, y, z };
+    for (const name of Object.keys(content)) content[name].push(mark[name] ?? null);
+  }
+  return Plotly.update(robot, content, layout, moving);
 }
 
 function show(frame) {
@@ -115,7 +114,7 @@ async function start() {
   playing = true;
   play.textContent = "\u2016";
   play.setAttribute("aria-label", "Pause");
-  if (current === end) await show(0);
+  if (current === end) await show(movie.opens_at);
   let last = performance.now(), time = times[current];
   while (playing && current !== end) {
     const now = await new Promise(requestAnimationFrame);
@@ -162,4 +161,4 @@ camera.addEventListener("change", () => paint(view(current)));
 document.addEventListener("seek", (event) => goTo(frameAt(event.detail)));
 
 Plotly.newPlot(robot, movie.figure.data, movie.figure.layout, OPTIONS);
-show(0);
+show(movie.opens_at);
