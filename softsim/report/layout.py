@@ -21,7 +21,8 @@ from softsim.report.along_pipe import (
 )
 from softsim.report.colours import MILLI
 from softsim.report.curves import History, pressurised, time_label
-from softsim.report.panels import Axis, Line, Panel, draw_line, draw_panel
+from softsim.report.diagram import Axis, Panel, Scale, Series
+from softsim.report.png import draw_panel, draw_series
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PAGE_WIDTH, QUIET, RED, SKY, drawing
 
 Report = Mapping[str, Any]
@@ -100,10 +101,10 @@ def below(history: History) -> list[Panel]:
     """What stands below the progress: the air pressure, if there is any, and rows in contact."""
     time, panels = history["time"], []
     if pressurised(history):
-        air = Line("air", time, history["pressure"] / 1e3, ORANGE)
-        panels.append(Panel(Axis("air [kPa]", [air], from_zero=True)))
-    rows = Line("rows", time, history["rows_in_contact"], BLUE)
-    return [*panels, Panel(Axis("rows in\ncontact", [rows], from_zero=True, whole=True))]
+        air = Series("air", time, history["pressure"] / 1e3, ORANGE)
+        panels.append(Panel(Axis(Scale("air [kPa]", from_zero=True), [air])))
+    rows = Series("rows", time, history["rows_in_contact"], BLUE)
+    return [*panels, Panel(Axis(Scale("rows in contact", whole=True, from_zero=True), [rows]))]
 
 
 def by_branch(segments: Sequence[Report]) -> list[list[Report]]:
@@ -240,7 +241,7 @@ def draw_progress(axes: Axes, history: History, report: Report) -> None:
     draw_bands(axes, way_taken(report), low, high)
     axes.axhline(goal, color=GREEN, linewidth=0.9, linestyle="--")
     write_at_height(axes, "goal", 0.0, goal, (3.0, 2.0), GREEN)
-    draw_line(axes, Line("centre", history["time"], s, BLUE))
+    draw_series(axes, Series("centre", history["time"], s, BLUE))
     end = (history["time"][-1], s[-1])
     axes.plot(*end, "X", color=ENDS[report["verdict"]], markersize=8, clip_on=False, zorder=5)
     axes.set_ylabel("centre along\nthe pipe [mm]")

@@ -12,7 +12,7 @@ from softsim.output.folder import SCENE, WRITTEN_ANEW
 from softsim.report.colours import MILLI
 from softsim.report.curves import displacement, pressurised, travelling_column, travels
 from softsim.report.page.animation import animation
-from softsim.report.page.over_time import chart_of
+from softsim.report.page.charts import chart_of
 from softsim.report.page.verdicts import verdicts
 from softsim.report.page.writing import PAGE, lines_and_meshes, write_page
 from softsim.report.readable import readable

@@ -1,0 +1,306 @@
+"""Diagrams as PNG."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+from softsim.report.colours import colours_of
+from softsim.report.diagram import (
+    MOST_NUMBERS,
+    POINTS,
+    STEPS,
+    Axis,
+    Cells,
+    Diagram,
+    Edge,
+    Panel,
+    Scale,
+    Series,
+)
+from softsim.report.style import INK, QUIET, RED, drawing
+from softsim.report.thinning import thinned
+
+PANEL_HEIGHT, SIDE_BY_SIDE = 2.1, 2.3
+"""Of an ordinary panel upon others, and of one of those side by side [inch]."""
+
+PANELS_IN_A_ROW = 3
+
+WIDE, HIGH = 80, 40
+"""Characters that fit along the horizontal and the vertical axis of a figure that is one panel."""
+
+CROWD, EDGE_CROWD = 400, 60.0
+"""Points, and marks along an edge, from which on they let others shine through."""
+
+LEGEND_ROOM, LEGEND_COLUMNS = 100, 4
+"""Characters of a line of the legend of a figure, with what stands before its entries; entries in
+a line of that of a panel."""
+
+LEGIBLE = 0.06, 0.045
+"""Least width and height of a cell with a number in it, as shares of the axes."""
+
+BRIGHT = 0.5
+"""Lightness of a colour above which what is written on it is dark."""
+
+
+def draw(path: Path, *diagrams: Diagram) -> None:
+    """Draw a diagram, or several of one panel each side by side, with the same quantity upwards and
+    one bar. Raises OutputError if the disk refuses.
+    """
+    if len(diagrams) == 1:
+        draw_one(path, diagrams[0])
+        return
+    columns = min(len(diagrams), PANELS_IN_A_ROW)
+    rows = -(-len(diagrams) // columns)
+    with drawing(path, 0.8 + SIDE_BY_SIDE * rows) as figure:
+        grid = figure.subplots(rows, columns, sharey=True, squeeze=False)
+        for axes in grid.flat[len(diagrams) :]:
+            axes.set_axis_off()
+        for number, (axes, diagram) in enumerate(zip(grid.flat, diagrams, strict=False)):
+            draw_panel(axes, diagram.panels[0], HIGH // min(rows, 2))
+            along_x(axes, diagram.x, WIDE // columns)
+            if number % columns:
+                axes.set_ylabel("")
+        add_bar(figure, diagrams[0].panels[0], grid)
+        add_legend(figure, diagrams[0].panels[0])
+
+
+def draw_one(path: Path, diagram: Diagram) -> None:
+    """The panels upon one another."""
+    heights = [panel.height for panel in diagram.panels]
+    with drawing(path, 0.9 + PANEL_HEIGHT * sum(heights)) as figure:
+        grid = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)
+        for axes, panel in zip(grid[:, 0], diagram.panels, strict=True):
+            sides = draw_panel(axes, panel)
+            if len(diagram.panels) > 1:
+                legend_above(axes, panel, sides)
+        along_x(grid[-1, 0], diagram.x)
+        write_values(grid[0, 0], diagram.panels[0])
+        grid[0, 0].set_title(diagram.remark)
+        if diagram.over_time and diagram.span[0] < diagram.span[1]:
+            grid[-1, 0].set_xlim(diagram.span)
+        if len(diagram.panels) == 1:
+            add_bar(figure, diagram.panels[0], grid)
+            add_legend(figure, diagram.panels[0])
+        figure.align_ylabels()
+
+
+def draw_panel(axes: Axes, panel: Panel, room: int = HIGH) -> list[Axes]:
+    """Series, cells and marks of a panel, and its titles, along which `room` characters fit; its
+    axes, one for each side.
+    """
+    sides = [axes]
+    if panel.right is not None:
+        sides.append(axes.twinx())
+        sides[1].spines["right"].set_visible(True)
+        sides[1].grid(False)
+    for side, axis in zip(sides, panel.axes, strict=True):
+        for series in axis.series:
+            draw_series(side, series, panel.colours)
+        along_y(side, axis, room)
+    if panel.cells is not None and panel.colours is not None:
+        draw_cells(axes, panel.cells, *panel.colours)
+    for edge in panel.edges:
+        draw_edge(axes, edge)
+    for point in panel.best:
+        mark_best(axes, point, panel.cells)
+    if panel.is_empty:
+        axes.set_yticks([])
+        axes.text(
+            0.5, 0.5, "no case has a result yet", transform=axes.transAxes, ha="center",
+            va="center", color=QUIET,
+        )  # fmt: skip
+    return sides
+
+
+def draw_series(
+    axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None = None
+) -> None:
+    """Points of a size that suits their number, or a line in its band."""
+    x, y, band = series.x, series.y, series.band
+    if series.kind == POINTS:
+        draw_points(axes, series, colours)
+        return
+    if band is None and series.kind != STEPS:
+        means = thinned(x, y)
+        x, y, band = means.time, means.mean, np.stack([means.low, means.high])
+    if band is not None:
+        axes.fill_between(x, *band, color=series.colour, alpha=0.25, linewidth=0)
+    axes.plot(
+        x, y, "-" if series.kind == STEPS else series.kind, color=series.colour, label=series.name,
+        marker="o" if series.has_markers else "", markersize=3.5,
+        drawstyle="steps-post" if series.kind == STEPS else "default",
+    )  # fmt: skip
+
+
+def draw_points(axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None) -> None:
+    """Single points, smaller where there are many."""
+    look: dict[str, Any] = {"color": series.colour}
+    if colours is not None and series.shades is not None:
+        map_ = colours_of(*colours)
+        look = {"c": series.shades, "cmap": map_.cmap, "norm": map_.norm}
+    crowded = len(series.x) > CROWD
+    axes.scatter(
+        series.x, series.y, s=7.0 if crowded else 18.0, alpha=0.6 if crowded else 0.9,
+        linewidths=0, label=series.name, **look,
+    )  # fmt: skip
+
+
+def draw_edge(axes: Axes, edge: Edge) -> None:
+    """Small marks along the lower edge."""
+    places = edge.x[np.isfinite(edge.x)]
+    look: dict[str, Any] = {"marker": edge.marker, "color": edge.colour, "markersize": 4.5}
+    axes.plot(
+        places, np.full(len(places), 0.015), linestyle="", clip_on=False, zorder=5,
+        alpha=min(1.0, EDGE_CROWD / max(len(places), 1)), transform=axes.get_xaxis_transform(),
+        **look,
+    )  # fmt: skip
+    axes.plot([], [], linestyle="", label=edge.name, **look)
+
+
+def mark_best(axes: Axes, point: Series, cells: Cells | None) -> None:
+    """A star at the best place, or a frame around its cell."""
+    look: dict[str, Any] = {"zorder": 6, "clip_on": False, "label": point.name}
+    if cells is None:
+        look |= {"marker": "*", "markersize": 13.0, "color": RED, "markeredgecolor": "white"}
+        axes.plot(point.x, point.y, linestyle="", **look)
+        return
+    left, bottom, width, height = cells.around(point.x[0], point.y[0])
+    look |= {"facecolor": "none", "edgecolor": RED, "linewidth": 2.0}
+    axes.add_patch(Rectangle((left, bottom), width, height, **look))
+
+
+def draw_cells(axes: Axes, cells: Cells, z: Scale, places: np.ndarray) -> None:
+    """Cells in their colours, hatched where cases failed and none is done."""
+    colours = colours_of(z, places)
+    mesh = axes.pcolormesh(cells.at_x, cells.at_y, np.ma.masked_invalid(cells.values))
+    mesh.set(cmap=colours.cmap, norm=colours.norm)
+    look: dict[str, Any] = {"facecolor": "none", "edgecolor": QUIET, "hatch": "////", "lw": 0.0}
+    for number, (j, i) in enumerate(np.argwhere(cells.failed)):
+        x, y, width, height = cells.box(i, j)
+        label = None if number else "failed"
+        axes.add_patch(Rectangle((x, y), width, height, label=label, **look))
+    axes.grid(False)
+
+
+def write_values(axes: Axes, panel: Panel) -> None:
+    """The value in the middle of each cell, where all have room for it; the axes have their spacing
+    and are made to end where the cells do.
+    """
+    if panel.cells is None or panel.colours is None:
+        return
+    cells, (z, places) = panel.cells, panel.colours
+    axes.set(xlim=cells.at_x[[0, -1]], ylim=cells.at_y[[0, -1]])
+    x, y = _shares(axes.xaxis, cells.at_x), _shares(axes.yaxis, cells.at_y)
+    narrow = np.diff(x).min() < LEGIBLE[0] or np.diff(y).min() < LEGIBLE[1]
+    if cells.values.size > MOST_NUMBERS or narrow:
+        return
+    colours = colours_of(z, places)
+    for j, i in np.argwhere(np.isfinite(cells.values)):
+        value = cells.values[j, i]
+        lightness = np.dot(colours.to_rgba(value)[:3], [0.299, 0.587, 0.114])
+        middle = x[i : i + 2].mean(), y[j : j + 2].mean()
+        axes.text(
+            *middle, z.text(value), transform=axes.transAxes, ha="center", va="center",
+            fontsize=7.5, color=INK if lightness > BRIGHT else "white",
+        )  # fmt: skip
+
+
+def along_x(axes: Axes, scale: Scale, room: int = WIDE) -> None:
+    """Give the horizontal axis, along which `room` characters fit, its title, its spacing and its
+    labels; those that do not fit side by side lean, or stand where they are many.
+    """
+    axes.set_xlabel(fill(scale.title, room))
+    space(axes.xaxis, scale)
+    if scale.labels is not None:
+        axes.set_xlim(scale.limits())
+        places, texts = scale.ticks()
+        axes.set_xticks(places, texts)
+        if sum(map(len, texts)) > room * 2 // 3:
+            if len(texts) > room // 4:
+                axes.tick_params(axis="x", labelrotation=90)
+            else:
+                axes.set_xticks(places, texts, rotation=35, ha="right", rotation_mode="anchor")
+
+
+def along_y(axes: Axes, axis: Axis, room: int) -> None:
+    """The same of a vertical axis."""
+    scale = axis.scale
+    axes.set_ylabel(fill(scale.title, room), color=axis.colour)
+    space(axes.yaxis, scale)
+    if scale.labels is not None:
+        axes.set_ylim(scale.limits())
+        axes.set_yticks(*scale.ticks())
+    if scale.from_zero:
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+
+
+def space(along: XAxis | YAxis, scale: Scale) -> None:
+    """Logarithmically with plain numbers, or with whole ones."""
+    if scale.logarithmic:
+        along.axes.set(**{f"{along.axis_name}scale": "log"})
+        along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        along.set_major_formatter("{x:g}")
+        along.set_minor_formatter(NullFormatter())
+    elif scale.whole:
+        along.set_major_locator(MaxNLocator("auto", integer=True))
+
+
+def add_bar(figure: Figure, panel: Panel, grid: np.ndarray) -> None:
+    """The bar that says what the colours mean, beside all panels, if there are any."""
+    if panel.colours is None:
+        return
+    scale, places = panel.colours
+    colours = colours_of(scale, places)
+    bar = figure.colorbar(colours, ax=grid, label=scale.title, pad=0.02)
+    bar.outline.set_visible(False)
+    if scale.labels is not None:
+        at, texts = scale.ticks()
+        bar.set_ticks(at, labels=texts)
+        bar.minorticks_off()
+    elif scale.whole and not scale.logarithmic:
+        bar.locator = MaxNLocator(integer=True)
+
+
+def legend_above(axes: Axes, panel: Panel, sides: Sequence[Axes]) -> None:
+    """What the lines of both sides of a panel mean, if they do not say so."""
+    if panel.has_legend:
+        axes.legend(
+            handles=[line for side in sides for line in side.lines], loc="lower left",
+            bbox_to_anchor=(0.0, 1.0), ncols=LEGEND_COLUMNS, columnspacing=1.4,
+        )  # fmt: skip
+
+
+def add_legend(figure: Figure, panel: Panel) -> None:
+    """What the marks mean above the figure, in as many columns as fit, the best below it."""
+    if not panel.has_legend:
+        return
+    named = [side.get_legend_handles_labels() for side in figure.axes]
+    handles = {label: handle for pair in named for handle, label in zip(*pair, strict=True)}
+    best = {point.name for point in panel.best}
+    places: dict[Any, list[str]] = {
+        "outside upper center": [name for name in handles if name not in best],
+        "outside lower center": [name for name in handles if name in best],
+    }
+    for place, names in places.items():
+        if names:
+            texts = [fill(name, LEGEND_ROOM - 10) for name in names]
+            longest = max(len(line) for text in texts for line in text.split("\n"))
+            figure.legend(
+                [handles[name] for name in names], texts, loc=place,
+                ncols=max(1, min(len(names), LEGEND_ROOM // (longest + 8))), columnspacing=1.4,
+            )  # fmt: skip
+
+
+def _shares(along: XAxis | YAxis, edges: np.ndarray) -> np.ndarray:
+    """Where edges (n,) lie, from 0 to 1 along an axis that ends at the outer ones."""
+    at = along.get_transform().transform(edges)
+    shares: np.ndarray = (at - at[0]) / (at[-1] - at[0])
+    return shares
