@@ -191,7 +191,7 @@ def pull(history: History) -> Iterator[Panel]:
     """Tension of the tendon that holds the robot, and the pressure."""
     if has(history, "pull"):
         line = Series("pull", history["time"], history["pull"], BLUE)
-        scale = Scale("pull on the force gauge [N]", from_zero=True)
+        scale = Scale("pull of the tendon [N]", from_zero=True)
         yield Panel(Axis(scale, [line]), pressure(history))
 
 

@@ -40,6 +40,18 @@ def test_numbers_are_those_of_the_summary_with_units_for_people(folder: Path) ->
     assert "peak pull" not in measures
 
 
+def test_what_a_run_is_not_about_is_not_said(ring_run: Path, folder: Path, tmp_path: Path) -> None:
+    ring = shutil.copytree(ring_run, tmp_path / "ring")
+    for run in (folder, ring):
+        write_summary(run, cycles_done=0, rows_in_contact=0.0, frame_displacement=0.0)
+        assert [name for name, _ in run_context(run)["measures"]] == [
+            "simulated time", "wall time", "frame displacement",
+        ]  # fmt: skip
+    assert run_context(folder)["animation"]["what"] == "robot"
+    assert run_context(ring)["animation"]["what"] == "body"
+    assert "robot" not in write_run_page(ring).read_text("utf-8").partition("<script")[0]
+
+
 def test_charts_are_those_that_the_history_has_something_for(folder: Path) -> None:
     charts = {chart.title: chart for chart in run_context(folder)["charts"]}
     assert list(charts) == ["Displacement and pressure", "Energies", "Contact with walls"]

@@ -10,7 +10,7 @@ import yaml
 from softsim.errors import OutputError
 from softsim.output.folder import SCENE, WRITTEN_ANEW
 from softsim.report.colours import MILLI
-from softsim.report.curves import displacement, pressurised, travelling_column, travels
+from softsim.report.curves import displacement, has, pressurised, travelling_column, travels
 from softsim.report.page.animation import animation
 from softsim.report.page.charts import chart_of
 from softsim.report.page.verdicts import verdicts
@@ -73,7 +73,7 @@ def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
 
 def animation_of(run: Recorded) -> dict[str, Any] | None:
     """The frames with what the history says of each, if the run has any; `opens_at`, which is shown
-    first: of a run that a guard stopped the one that it stopped at.
+    first: of a run that a guard stopped the one that it stopped at. what: a robot has a frame.
     """
     if run.frames is None or len(run.frames) == 0:
         return None
@@ -81,7 +81,8 @@ def animation_of(run: Recorded) -> dict[str, Any] | None:
     shown = animation(run.frames, field, summary.get("failed_element"))
     opens_at = len(shown["times"]) - 1 if summary.get("status") == "aborted" else 0
     said = list(readings(run.history, shown["times"]))
-    return shown | {"opens_at": opens_at, "readings": said}
+    what = "robot" if has(run.history, "frame_x") else "body"
+    return shown | {"opens_at": opens_at, "readings": said, "what": what}
 
 
 def readings(history: Mapping[str, np.ndarray], times: np.ndarray) -> Iterator[dict[str, Any]]:
