@@ -138,6 +138,16 @@ class Cells:
 
 
 @dataclass(frozen=True)
+class Stripe:
+    """A stripe across a panel between two values of its axis, and what is said of it."""
+
+    low: float
+    high: float
+    name: str
+    shaded: bool
+
+
+@dataclass(frozen=True)
 class Axis:
     """Series of one quantity."""
 
@@ -154,7 +164,7 @@ class Axis:
 @dataclass(frozen=True)
 class Panel:
     """What is drawn upon one another: an axis on the left, maybe another one on the right, or cells
-    in place of series; marks at the lower edge; the best place, or none.
+    in place of series; marks at the lower edge; the best place, or none; stripes behind all.
 
     colours: the scale of cells and shades, and the places (n,) that it must show. height: of that
     of an ordinary panel.
@@ -167,6 +177,7 @@ class Panel:
     best: Sequence[Series] = ()
     colours: tuple[Scale, np.ndarray] | None = None
     height: float = 1.0
+    stripes: Sequence[Stripe] = ()
 
     @property
     def axes(self) -> list[Axis]:

@@ -24,8 +24,9 @@ from softsim.report.diagram import (
     Panel,
     Scale,
     Series,
+    Stripe,
 )
-from softsim.report.style import INK, QUIET, RED, drawing
+from softsim.report.style import INK, QUIET, RED, SKY, drawing
 from softsim.report.thinning import thinned
 
 PANEL_HEIGHT, SIDE_BY_SIDE = 2.1, 2.3
@@ -45,6 +46,9 @@ a line of that of a panel."""
 
 LEGIBLE = 0.06, 0.045
 """Least width and height of a cell with a number in it, as shares of the axes."""
+
+LINE = 0.075
+"""Height of a line of text beside a panel, as a share of it."""
 
 BRIGHT = 0.5
 """Lightness of a colour above which what is written on it is dark."""
@@ -77,19 +81,24 @@ def draw_one(path: Path, diagram: Diagram) -> None:
     heights = [panel.height for panel in diagram.panels]
     with drawing(path, 0.9 + PANEL_HEIGHT * sum(heights)) as figure:
         grid = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)
-        for axes, panel in zip(grid[:, 0], diagram.panels, strict=True):
-            sides = draw_panel(axes, panel)
-            if len(diagram.panels) > 1:
-                legend_above(axes, panel, sides)
-        along_x(grid[-1, 0], diagram.x)
-        write_values(grid[0, 0], diagram.panels[0])
-        grid[0, 0].set_title(diagram.remark)
-        if diagram.over_time and diagram.span[0] < diagram.span[1]:
-            grid[-1, 0].set_xlim(diagram.span)
-        if len(diagram.panels) == 1:
+        draw_panels(list(grid[:, 0]), diagram)
+        if len(heights) == 1:
             add_bar(figure, diagram.panels[0], grid)
             add_legend(figure, diagram.panels[0])
         figure.align_ylabels()
+
+
+def draw_panels(grid: Sequence[Axes], diagram: Diagram) -> None:
+    """The panels in axes upon one another; above each its legend, unless there is but one."""
+    for axes, panel in zip(grid, diagram.panels, strict=True):
+        sides = draw_panel(axes, panel, int(HIGH * panel.height))
+        if len(grid) > 1:
+            legend_above(axes, panel, sides)
+    along_x(grid[-1], diagram.x)
+    write_values(grid[0], diagram.panels[0])
+    grid[0].set_title(diagram.remark)
+    if diagram.over_time and diagram.span[0] < diagram.span[1]:
+        grid[-1].set_xlim(diagram.span)
 
 
 def draw_panel(axes: Axes, panel: Panel, room: int = HIGH) -> list[Axes]:
@@ -107,6 +116,7 @@ def draw_panel(axes: Axes, panel: Panel, room: int = HIGH) -> list[Axes]:
         along_y(side, axis, room)
     if panel.cells is not None and panel.colours is not None:
         draw_cells(axes, panel.cells, *panel.colours)
+    draw_stripes(axes, panel.stripes)
     for edge in panel.edges:
         draw_edge(axes, edge)
     for point in panel.best:
@@ -149,8 +159,27 @@ def draw_points(axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | 
     crowded = len(series.x) > CROWD
     axes.scatter(
         series.x, series.y, s=7.0 if crowded else 18.0, alpha=0.6 if crowded else 0.9,
-        linewidths=0, label=series.name, **look,
+        linewidths=0, clip_on=False, label=series.name, **look,
     )  # fmt: skip
+
+
+def draw_stripes(axes: Axes, stripes: Sequence[Stripe]) -> None:
+    """Stripes that reach to the ends of the axis, and on their right what is said of them, one
+    above another where they are narrow.
+    """
+    if not stripes:
+        return
+    low, high = stripes[0].low, stripes[-1].high
+    axes.set_ylim(low, high)
+    at = -np.inf
+    for stripe in stripes:
+        if stripe.shaded:
+            axes.axhspan(stripe.low, stripe.high, color=SKY, alpha=0.16, linewidth=0)
+        at = max(0.5 * (stripe.low + stripe.high), at + LINE * (high - low))
+        axes.annotate(
+            stripe.name, (1.0, at), (8.0, -2.5), xycoords=("axes fraction", "data"),
+            textcoords="offset points", fontsize=7.5, color=INK, annotation_clip=False,
+        )  # fmt: skip
 
 
 def draw_edge(axes: Axes, edge: Edge) -> None:
@@ -273,7 +302,8 @@ def legend_above(axes: Axes, panel: Panel, sides: Sequence[Axes]) -> None:
     """What the lines of both sides of a panel mean, if they do not say so."""
     if panel.has_legend:
         axes.legend(
-            handles=[line for side in sides for line in side.lines], loc="lower left",
+            handles=[one for side in sides for one in side.get_legend_handles_labels()[0]],
+            loc="lower left",
             bbox_to_anchor=(0.0, 1.0), ncols=LEGEND_COLUMNS, columnspacing=1.4,
         )  # fmt: skip
 

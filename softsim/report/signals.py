@@ -2,7 +2,6 @@
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from softsim.report.curves import (
 )
 from softsim.report.diagram import FLAT, Axis, Diagram, Panel, Scale, Series
 from softsim.report.probes import QUANTITIES, curves_of, inflation_curves
-from softsim.report.style import BLUE, COLOURS, GREEN, ORANGE, RED
+from softsim.report.style import BLUE, COLOURS, ORANGE, RED
 from softsim.report.thinning import thinned
 from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
 
@@ -69,15 +68,6 @@ def signals(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
 def over_time(title: str, history: History, panels: Sequence[Panel]) -> Diagram:
     """Panels over the time of a run."""
     return Diagram(title, Scale(time_label(history)), panels, over_time=True)
-
-
-def way(history: History, layout: Mapping[str, Any]) -> Diagram:
-    """Of a run along a pipe: how far the robot is, up to its goal."""
-    s = history["arc_length"] * MILLI
-    goal = Series("goal", history["time"], np.full_like(s, layout["goal"] * MILLI), GREEN, "--")
-    lines = [Series("centre", history["time"], s, BLUE), goal]
-    panel = Panel(Axis(Scale("centre along the pipe [mm]"), lines))
-    return over_time("Way through the layout", history, [panel])
 
 
 def pressure(history: History) -> Axis | None:

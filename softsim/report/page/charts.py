@@ -25,7 +25,7 @@ from softsim.report.diagram import (
     Scale,
     Series,
 )
-from softsim.report.style import GRID, INK, QUIET, RED
+from softsim.report.style import GRID, INK, QUIET, RED, SKY
 from softsim.report.thinning import thinned
 
 Trace = dict[str, Any]
@@ -130,6 +130,8 @@ def chart_of(diagram: Diagram) -> Chart:
             number = next(numbers)
             layout[f"yaxis{number}"] = {"overlaying": f"y{left}", **EDGE}
             traces += [edge_trace(edge, f"y{number}") for edge in panel.edges]
+        layout.setdefault("shapes", []).extend(stripe_shapes(panel, f"y{left}"))
+        layout.setdefault("annotations", []).extend(stripe_words(panel, f"y{left}"))
         traces += marks(panel, f"y{left}")
         if panel.colours is not None:
             layout["coloraxis"] = colour_axis(*panel.colours)
@@ -224,6 +226,26 @@ def edge_trace(edge: Edge, axis: str) -> Trace:
     marker = {"symbol": SYMBOLS[edge.marker], "size": 7, "color": edge.colour}
     look = {"marker": marker, "opacity": 0.7, "cliponaxis": False, "showlegend": True}
     return at_cases(at) | look | {"yaxis": axis, "name": edge.name}
+
+
+def stripe_shapes(panel: Panel, axis: str) -> list[Trace]:
+    """The stripes that are shaded."""
+    look = {
+        "type": "rect",
+        "layer": "below",
+        "fillcolor": SKY,
+        "opacity": 0.16,
+        "line": {"width": 0},
+    }
+    across = {"xref": "paper", "x0": 0.0, "x1": 1.0, "yref": axis}
+    return [look | across | {"y0": s.low, "y1": s.high} for s in panel.stripes if s.shaded]
+
+
+def stripe_words(panel: Panel, axis: str) -> list[Trace]:
+    """What is said of stripes, in them."""
+    look = {"showarrow": False, "xref": "paper", "x": 0.0, "xanchor": "left", "yref": axis,
+            "font": {"size": 11, "color": QUIET}}  # fmt: skip
+    return [look | {"y": 0.5 * (s.low + s.high), "text": escape(s.name)} for s in panel.stripes]
 
 
 def marks(panel: Panel, axis: str) -> Iterator[Trace]:

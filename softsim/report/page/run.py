@@ -17,8 +17,9 @@ from softsim.report.page.verdicts import verdicts
 from softsim.report.page.writing import PAGE, lines_and_meshes, write_page
 from softsim.report.readable import readable
 from softsim.report.recorded import Recorded, recorded
-from softsim.report.signals import signals, way
+from softsim.report.signals import signals
 from softsim.report.table import segments
+from softsim.report.way import way
 
 SAID_ABOVE = ("layout",)
 """What the verdicts at the top of the page say."""
