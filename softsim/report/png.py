@@ -40,12 +40,14 @@ WIDE, HIGH = 80, 40
 CROWD, EDGE_CROWD = 400, 60.0
 """Points, and marks along an edge, from which on they let others shine through."""
 
-LEGEND_ROOM, LEGEND_COLUMNS = 100, 4
-"""Characters of a line of the legend of a figure, with what stands before its entries; entries in
-a line of that of a panel."""
+LEGEND_ROOM = 100
+"""Characters of a line of a legend, with what stands before its entries."""
 
 LEGIBLE = 0.06, 0.045
 """Least width and height of a cell with a number in it, as shares of the axes."""
+
+DENSE = 1e3
+"""Range of a logarithmic axis up to which 2 and 5 of each decade have room beside 1."""
 
 LINE = 0.075
 """Height of a line of text beside a panel, as a share of it."""
@@ -82,7 +84,10 @@ def draw_one(path: Path, diagram: Diagram) -> None:
     with drawing(path, 0.9 + PANEL_HEIGHT * sum(heights)) as figure:
         grid = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)
         draw_panels(list(grid[:, 0]), diagram)
-        if len(heights) == 1:
+        if len(heights) > 1:
+            figure.suptitle(diagram.remark, x=0.01, ha="left", fontsize=9.0)
+        else:
+            grid[0, 0].set_title(diagram.remark)
             add_bar(figure, diagram.panels[0], grid)
             add_legend(figure, diagram.panels[0])
         figure.align_ylabels()
@@ -96,7 +101,6 @@ def draw_panels(grid: Sequence[Axes], diagram: Diagram) -> None:
             legend_above(axes, panel, sides)
     along_x(grid[-1], diagram.x)
     write_values(grid[0], diagram.panels[0])
-    grid[0].set_title(diagram.remark)
     if diagram.over_time and diagram.span[0] < diagram.span[1]:
         grid[-1].set_xlim(diagram.span)
 
@@ -275,7 +279,8 @@ def space(along: XAxis | YAxis, scale: Scale) -> None:
     """Logarithmically with plain numbers, or with whole ones."""
     if scale.logarithmic:
         along.axes.set(**{f"{along.axis_name}scale": "log"})
-        along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        low, high = along.get_view_interval()
+        along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < DENSE * low else (1.0,)))
         along.set_major_formatter("{x:g}")
         along.set_minor_formatter(NullFormatter())
     elif scale.whole:
@@ -299,34 +304,43 @@ def add_bar(figure: Figure, panel: Panel, grid: np.ndarray) -> None:
 
 
 def legend_above(axes: Axes, panel: Panel, sides: Sequence[Axes]) -> None:
-    """What the lines of both sides of a panel mean, if they do not say so."""
+    """What the marks on both sides of a panel mean, if they do not say so."""
     if panel.has_legend:
-        axes.legend(
-            handles=[one for side in sides for one in side.get_legend_handles_labels()[0]],
-            loc="lower left",
-            bbox_to_anchor=(0.0, 1.0), ncols=LEGEND_COLUMNS, columnspacing=1.4,
-        )  # fmt: skip
+        legend(axes, named(sides), loc="lower left", bbox_to_anchor=(0.0, 1.0))
 
 
 def add_legend(figure: Figure, panel: Panel) -> None:
-    """What the marks mean above the figure, in as many columns as fit, the best below it."""
-    if not panel.has_legend:
-        return
-    named = [side.get_legend_handles_labels() for side in figure.axes]
-    handles = {label: handle for pair in named for handle, label in zip(*pair, strict=True)}
-    best = {point.name for point in panel.best}
-    places: dict[Any, list[str]] = {
-        "outside upper center": [name for name in handles if name not in best],
-        "outside lower center": [name for name in handles if name in best],
-    }
-    for place, names in places.items():
-        if names:
-            texts = [fill(name, LEGEND_ROOM - 10) for name in names]
-            longest = max(len(line) for text in texts for line in text.split("\n"))
-            figure.legend(
-                [handles[name] for name in names], texts, loc=place,
-                ncols=max(1, min(len(names), LEGEND_ROOM // (longest + 8))), columnspacing=1.4,
-            )  # fmt: skip
+    """What the marks mean above the figure, the best below it."""
+    if panel.has_legend:
+        handles, best = named(figure.axes), {point.name for point in panel.best}
+        below = {name: handles.pop(name) for name in list(handles) if name in best}
+        legend(figure, handles, loc="outside upper center")
+        legend(figure, below, loc="outside lower center")
+
+
+def named(sides: Sequence[Axes]) -> dict[str, Any]:
+    """What has a name in axes, by it."""
+    pairs = [side.get_legend_handles_labels() for side in sides]
+    return {name: handle for pair in pairs for handle, name in zip(*pair, strict=True)}
+
+
+def legend(place: Axes | Figure, handles: dict[str, Any], **where: Any) -> None:
+    """What marks mean, if there are any, in as many columns as fit."""
+    if handles:
+        texts = [fill(name, LEGEND_ROOM - 10) for name in handles]
+        lengths = [8 + max(map(len, text.split("\n"))) for text in texts]
+        columns = fitting_columns(lengths)
+        place.legend(list(handles.values()), texts, ncols=columns, columnspacing=1.4, **where)
+
+
+def fitting_columns(lengths: Sequence[int]) -> int:
+    """In how many columns entries of these lengths [characters] fit into a legend."""
+    count = len(lengths)
+    for columns in range(count, 1, -1):
+        rows = -(-count // columns)
+        if sum(max(lengths[k : k + rows]) for k in range(0, count, rows)) <= LEGEND_ROOM:
+            return columns
+    return 1
 
 
 def _shares(along: XAxis | YAxis, edges: np.ndarray) -> np.ndarray:
