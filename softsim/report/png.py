@@ -335,10 +335,8 @@ def legend(place: Axes | Figure, handles: dict[str, Any], **where: Any) -> None:
 
 def fitting_columns(lengths: Sequence[int]) -> int:
     """In how many columns entries of these lengths [characters] fit into a legend."""
-    count = len(lengths)
-    for columns in range(count, 1, -1):
-        rows = -(-count // columns)
-        if sum(max(lengths[k : k + rows]) for k in range(0, count, rows)) <= LEGEND_ROOM:
+    for columns in range(len(lengths), 1, -1):
+        if sum(part.max() for part in np.array_split(lengths, columns)) <= LEGEND_ROOM:
             return columns
     return 1
 
