@@ -94,7 +94,8 @@ def test_walls_and_frame_are_there(strip_run: Path, ring_run: Path, box_run: Pat
     )
     faces = strip["figure"]["data"][1]["y"]
     assert set(faces[np.isfinite(faces)]) == {-15.0, 15.0}
-    travel = strip["outlines"][-1].mean(axis=(0, 1)) - strip["outlines"][0].mean(axis=(0, 1))
+    (outlines,) = strip["moving"].values()
+    travel = [np.nanmean(outlines[-1][axis]) - np.nanmean(outlines[0][axis]) for axis in "xy"]
     assert travel == pytest.approx([8.0, 0.0])
     across = ring["figure"]["data"][1]["x"]
     assert set(across[np.isfinite(across)]) == {-12.0, 12.0}
@@ -129,9 +130,25 @@ def test_a_ring_is_about_the_element_that_failed_where_it_was_last(tmp_path: Pat
     shown = animation(read_frames(tmp_path / RESULTS), "stretch", failed=0)
     third = 1.0 / 3.0
     expected = [[third, third], [1.0 + third, 1.0 + third], [1.0 + third, 1.0 + third]]
-    np.testing.assert_allclose(shown["failed"], expected, atol=1e-3)
-    assert shown["figure"]["data"][-1]["marker"]["symbol"] == "circle-open"
-    assert animation(read_frames(tmp_path / RESULTS), "stretch")["failed"] is None
+    number = len(shown["figure"]["data"]) - 1
+    middles = [[place["x"][0], place["y"][0]] for place in shown["moving"][number]]
+    np.testing.assert_allclose(middles, expected, atol=1e-3)
+    assert shown["figure"]["data"][number]["marker"]["symbol"] == "circle-open"
+    assert number not in animation(read_frames(tmp_path / RESULTS), "stretch")["moving"]
+
+
+def test_cables_move_with_the_body(tmp_path: Path) -> None:
+    writer = FieldWriter(tmp_path / RESULTS, np.eye(3)[:, :2] * 1e-3, np.array([[0, 1, 2]]))
+    writer.describe(cable_starts=np.array([0, 2]))
+    cables = 1e-3 * np.arange(10.0).reshape(5, 2)
+    for time in (0.0, 1.0):
+        writer.append(
+            time, {"displacement": np.zeros((3, 2))}, {"stretch": np.ones(1)},
+            extra={"cables": cables + 1e-3 * time},
+        )  # fmt: skip
+    shown = animation(read_frames(tmp_path / RESULTS), "stretch")
+    x = next(places[1]["x"] for places in shown["moving"].values() if len(places[1]["x"]) > 6)
+    np.testing.assert_allclose(x, [np.nan, 1.0, 3.0, np.nan, 5.0, 7.0, 9.0, np.nan])
 
 
 def test_a_run_that_lost_everything_says_so(tmp_path: Path) -> None:

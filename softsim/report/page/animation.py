@@ -16,14 +16,15 @@ from softsim.report.colours import (
     shared_scale,
     shown_values,
 )
+from softsim.report.page.charts import Chart
 from softsim.report.page.robot import (
     SHADES,
-    moving_walls,
-    plane_chart,
-    space_chart,
-    with_mark,
+    plane_layout,
+    plane_parts,
+    ring,
+    space_layout,
+    space_parts,
 )
-from softsim.report.section import outlines_at
 from softsim.report.snapshots import is_axisymmetric, pictures
 from softsim.report.surface import around, corners_of_box, seen_walls
 
@@ -54,9 +55,9 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
 
     figure: the robot between its walls, without places. origins: the middle of the robot in each
     frame (f, d); near: lowest and highest coordinates (2, d), from there, of what is shown around
-    it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image. walls: None, or in
-    each frame the outlines and faces of walls of which one moves. failed: the places (f, d) of the
-    element of this number, if one is given: where it was last, where it is lost.
+    it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image. moving: of traces
+    that are not made from the body's nodes their places in each frame. failed: an element that a
+    ring is about, where it was last, where it is lost.
     Frames are left out evenly where there are more than MOST_FRAMES or than fit in ROOM.
     Raises OutputError for a field that the frames do not have, or if no node has a place.
     """
@@ -68,7 +69,6 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     if not kept.any():
         raise OutputError("the results hold no frame in which a node still has a place")
     chosen, places = chosen[kept], places[kept]
-    mark = None if failed is None else last_known(_places(frames, chosen), frames.cells[failed])
     origins = np.nanmean(places, axis=1) * ([0.0, 1.0] if mirrored else 1.0)
     values = shown_values(frames, chosen, field, skin.faces, skin.owners)
     low, high = shared_scale(values.ravel())[0].get_clim()
@@ -76,20 +76,23 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     size = float(np.ptp(frames.points, axis=0).max()) * MILLI
     around_it = box(places - origins[:, None], mirrored)
     near = with_surroundings(frames, field, around_it, origins[0])
-    colours = {
+    if d == 2:
+        parts = list(plane_parts(frames, chosen, field, everywhere))
+        layout = plane_layout(frames, field)
+    else:
+        parts, layout = list(space_parts(frames, chosen, everywhere)), space_layout()
+    if failed is not None:
+        parts.append(ring(failed, last_known(_places(frames, chosen), frames.cells[failed])))
+    layout["coloraxis"] = {
         "cmin": low, "cmax": high,
         "colorscale": colour_scale(),
         "colorbar": {"title": {"text": FIELDS[field].label, "side": "right"}, "thickness": 14},
     }  # fmt: skip
-    if d == 2:
-        chart = plane_chart(frames, field, everywhere, colours)
-        walls = moving_walls(frames, chosen, field, everywhere)
-    else:
-        chart, walls = space_chart(frames, everywhere, colours), None
     return {
         "times": frames.times[chosen],
         "frame_count": len(frames),
-        "figure": chart.figure if failed is None else with_mark(chart, failed, d).figure,
+        "figure": Chart("", [part.first for part in parts], layout).figure,
+        "moving": {k: part.places for k, part in enumerate(parts) if len(part.places) > 1},
         "signs": [1, -1] if mirrored else [1],
         "faces": np.searchsorted(skin.nodes, skin.faces),
         "rim": np.searchsorted(skin.nodes, skin.rim),
@@ -97,9 +100,6 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
         "values": in_steps(values.clip(low, high), (high - low) / LEVELS or 1.0),
         "scale": [low, high],
         "shades": SHADES,
-        "failed": mark,
-        "outlines": [outlines_of(frames, index).round(3) for index in chosen],
-        "walls": walls,
         "origins": origins.round(4),
         "near": near,
         "everywhere": near + np.array([origins.min(axis=0), origins.max(axis=0)]),
@@ -175,12 +175,7 @@ def last_known(places: np.ndarray, cell: np.ndarray) -> np.ndarray:
     """
     middles = places[:, cell].mean(axis=1)
     known = np.isfinite(middles).all(axis=1)
-    return middles[np.maximum.accumulate(np.where(known, np.arange(len(middles)), 0))].round(3)
-
-
-def outlines_of(frames: Frames, index: int) -> np.ndarray:
-    """Corners (k, 4, 2) [mm] of the rigid outlines; none in space, where nothing shows them."""
-    return outlines_at(frames, index) if frames.points.shape[1] == 2 else np.zeros((0, 4, 2))
+    return middles[np.maximum.accumulate(np.where(known, np.arange(len(middles)), 0))]
 
 
 def _places(frames: Frames, indices: np.ndarray) -> np.ndarray:

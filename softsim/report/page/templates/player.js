@@ -7,8 +7,8 @@ const [player, play, slider, reading, speed, camera] =
 const robot = player.querySelector(".plot");
 const { times, faces, rim, signs, origins, shades } = movie, end = times.length - 1, d = origins[0].length;
 const places = inFrames(movie.places), values = inFrames(movie.values), [low, high] = movie.scale;
-const ofWalls = movie.walls ? 2 : 0; // walls are the first traces: what stands behind, and their faces
-const moving = movie.figure.data.flatMap((trace, k) => (k < ofWalls || trace.x === undefined ? [k] : []));
+const ofBody = movie.figure.data.flatMap((trace, k) => (trace.x === undefined ? [k] : []));
+const others = Object.entries(movie.moving), moving = [...ofBody, ...others.map(([k]) => Number(k))];
 let current = 0, playing = false;
 
 // Numbers of each frame from their changes, in steps; NaN where there is none.
@@ -31,22 +31,19 @@ class Path {
   }
 }
 
-// In the plane: walls that move, rigid outlines, the cells of each shade, those without a value, and the rim.
+// In the plane: the cells of each shade, those without a value, and the rim.
 function plane(frame) {
-  const all = Array.from({ length: ofWalls + shades + 3 }, () => new Path()), paths = all.slice(ofWalls);
-  for (let k = 0; k < ofWalls; k++) for (const part of movie.walls[frame][k]) all[k].add(part);
-  const outlines = paths[0], noValue = paths.at(-2), edges = paths.at(-1);
-  for (const outline of movie.outlines[frame]) outlines.add([...outline, outline[0]]);
+  const paths = ofBody.map(() => new Path()), noValue = paths.at(-2), edges = paths.at(-1);
   for (const sign of signs) {
     const at = (node) => [sign * places[frame][d * node], places[frame][d * node + 1]];
     faces.forEach((face, number) => {
       const share = (values[frame][number] - low) / (high - low || 1);
-      const path = paths[1 + Math.round(share * (shades - 1))] ?? noValue;
+      const path = paths[Math.round(share * (shades - 1))] ?? noValue;
       path.add([...face, face[0]].map(at));
     });
     for (const edge of rim) edges.add(edge.map(at));
   }
-  return { x: all.map(({ x }) => x), y: all.map(({ y }) => y) };
+  return { x: paths.map(({ x }) => x), y: paths.map(({ y }) => y) };
 }
 
 // In space: the faces that have a value, and those that have none; not those that lost a node.
@@ -79,9 +76,8 @@ function view(frame) {
 
 function paint(layout = camera.value === "follows" ? view(current) : {}) {
   const content = d === 2 ? plane(current) : space(current);
-  if (movie.failed) {
-    const [x, y, z] = movie.failed[current].map((coordinate) => [coordinate]), mark = { x, y, z };
-    for (const name of Object.keys(content)) content[name].push(mark[name] ?? null);
+  for (const name of Object.keys(content)) {
+    content[name].push(...others.map(([, frames]) => frames[current][name] ?? null));
   }
   return Plotly.update(robot, content, layout, moving);
 }
