@@ -68,6 +68,12 @@ def shown_values(
     return values * FIELDS[field].factor
 
 
+def places_at(frames: Frames, index: int) -> np.ndarray:
+    """Where the nodes are in a frame (n, d) [mm]."""
+    d = frames.points.shape[1]
+    return (frames.points + frames.point_data["displacement"][index][:, :d]) * MILLI
+
+
 def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
     """The colours of all values (n,) of a run, and at which ends there are values past them."""
     values = values[np.isfinite(values)]

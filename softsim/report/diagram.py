@@ -190,6 +190,7 @@ class Panel:
         series = [one for axis in self.axes for one in axis.series]
         names = [one.name for one in (*series, *self.best) if one.name]
         names += [edge.name for edge in self.edges]
+        names += ["failed"] * (self.cells is not None and bool(self.cells.failed.any()))
         return len(names) > 1 or any(name not in self.left.scale.title for name in names)
 
     @property

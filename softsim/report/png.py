@@ -211,15 +211,13 @@ def mark_best(axes: Axes, point: Series, cells: Cells | None) -> None:
 
 
 def draw_cells(axes: Axes, cells: Cells, z: Scale, places: np.ndarray) -> None:
-    """Cells in their colours, hatched where cases failed and none is done."""
+    """Cells in their colours, crossed where cases failed and none is done."""
     colours = colours_of(z, places)
     mesh = axes.pcolormesh(cells.at_x, cells.at_y, np.ma.masked_invalid(cells.values))
     mesh.set(cmap=colours.cmap, norm=colours.norm)
-    look: dict[str, Any] = {"facecolor": "none", "edgecolor": QUIET, "hatch": "////", "lw": 0.0}
-    for number, (j, i) in enumerate(np.argwhere(cells.failed)):
-        x, y, width, height = cells.box(i, j)
-        label = None if number else "failed"
-        axes.add_patch(Rectangle((x, y), width, height, label=label, **look))
+    j, i = np.nonzero(cells.failed)
+    if len(i):
+        axes.plot(cells.columns[i], cells.rows[j], "x", color=RED, label="failed")
     axes.grid(False)
 
 

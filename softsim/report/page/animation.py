@@ -12,6 +12,7 @@ from softsim.report.colours import (
     FIELDS,
     MILLI,
     colour_scale,
+    places_at,
     refuse_missing_field,
     shared_scale,
     shown_values,
@@ -64,11 +65,12 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     refuse_missing_field(frames, field)
     d, mirrored, skin = frames.points.shape[1], is_axisymmetric(frames), skin_of(frames)
     chosen = chosen_frames(len(frames), len(skin.nodes) * d, len(skin.faces))
-    places = _places(frames, chosen)[:, skin.nodes]
+    every = np.stack([places_at(frames, index) for index in chosen])
+    places = every[:, skin.nodes]
     kept = np.isfinite(places).all(axis=2).any(axis=1)
     if not kept.any():
         raise OutputError("the results hold no frame in which a node still has a place")
-    chosen, places = chosen[kept], places[kept]
+    chosen, places, every = chosen[kept], places[kept], every[kept]
     origins = np.nanmean(places, axis=1) * ([0.0, 1.0] if mirrored else 1.0)
     values = shown_values(frames, chosen, field, skin.faces, skin.owners)
     low, high = shared_scale(values.ravel())[0].get_clim()
@@ -82,7 +84,7 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     else:
         parts, layout = list(space_parts(frames, chosen, everywhere)), space_layout()
     if failed is not None:
-        parts.append(ring(failed, last_known(_places(frames, chosen), frames.cells[failed])))
+        parts.append(ring(failed, last_known(every, frames.cells[failed])))
     layout["coloraxis"] = {
         "cmin": low, "cmax": high,
         "colorscale": colour_scale(),
@@ -176,9 +178,3 @@ def last_known(places: np.ndarray, cell: np.ndarray) -> np.ndarray:
     middles = places[:, cell].mean(axis=1)
     known = np.isfinite(middles).all(axis=1)
     return middles[np.maximum.accumulate(np.where(known, np.arange(len(middles)), 0))]
-
-
-def _places(frames: Frames, indices: np.ndarray) -> np.ndarray:
-    d = frames.points.shape[1]
-    displacements = np.array(frames.point_data["displacement"].at(indices))[..., :d]
-    return (frames.points + displacements) * MILLI

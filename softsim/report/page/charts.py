@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import to_hex
-from matplotlib.ticker import LogLocator
 
 from softsim.report.colours import colour_scale, colours_of
 from softsim.report.diagram import (
@@ -298,8 +297,7 @@ def colour_axis(scale: Scale, places: np.ndarray) -> Trace:
         bar |= ticks(scale)
         steps = label_colours(scale)
     elif scale.logarithmic:
-        around = LogLocator(subs=(1.0, 2.0, 5.0)).tick_values(low, high)
-        at = np.array([tick for tick in around if low <= tick <= high])
+        at = np.array([tick for tick in DECADES if low <= tick <= high])
         bar |= {"tickvals": np.log10(at).tolist(), "ticktext": [f"{tick:g}" for tick in at]}
     least, most = shades(scale, np.array([low, high]))
     return {"colorscale": steps, "colorbar": bar, "cmin": least, "cmax": most}
