@@ -137,6 +137,17 @@ def test_a_ring_is_about_the_element_that_failed_where_it_was_last(tmp_path: Pat
     assert number not in animation(read_frames(tmp_path / RESULTS), "stretch")["moving"]
 
 
+@pytest.mark.parametrize("element", [0, -1])
+def test_in_space_the_eye_is_on_the_side_of_what_failed(box_run: Path, element: int) -> None:
+    frames = read_frames(box_run / RESULTS)
+    number = element % len(frames.cells)
+    shown = animation(frames, "stretch", failed=number)
+    eye = shown["figure"]["layout"]["scene"]["camera"]["eye"]
+    middle = frames.points[frames.cells[number]].mean(axis=0) - frames.points.mean(axis=0)
+    assert sum(eye[name] * c for name, c in zip("xyz", middle, strict=True)) > 0.0
+    assert np.hypot(eye["x"], eye["z"]) > 0.5
+
+
 def test_cables_move_with_the_body(tmp_path: Path) -> None:
     writer = FieldWriter(tmp_path / RESULTS, np.eye(3)[:, :2] * 1e-3, np.array([[0, 1, 2]]))
     writer.describe(cable_starts=np.array([0, 2]))

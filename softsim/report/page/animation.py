@@ -78,13 +78,17 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     size = float(np.ptp(frames.points, axis=0).max()) * MILLI
     around_it = box(places - origins[:, None], mirrored)
     near = with_surroundings(frames, field, around_it, origins[0])
+    outward = np.zeros(d)
+    if failed is not None:
+        middles = last_known(every, frames.cells[failed])
+        outward = middles[-1] - origins[-1]
     if d == 2:
         parts = list(plane_parts(frames, chosen, field, everywhere))
         layout = plane_layout(frames, field)
     else:
-        parts, layout = list(space_parts(frames, chosen, everywhere)), space_layout()
+        parts, layout = list(space_parts(frames, chosen, everywhere)), space_layout(outward)
     if failed is not None:
-        parts.append(ring(failed, last_known(every, frames.cells[failed])))
+        parts.append(ring(failed, middles))
     layout["coloraxis"] = {
         "cmin": low, "cmax": high,
         "colorscale": colour_scale(),

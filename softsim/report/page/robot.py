@@ -39,6 +39,10 @@ EYE = 2.5
 """How far the eye is from the middle of the axes, in their size. Plotly lights nothing where the
 view is parallel, as in the figures: its light asks how far away the eye is."""
 
+FROM_ASIDE = 3.0
+"""Weight of a side that the eye must see, beside that of where it else is: so it is never right
+above or below, where up has no meaning."""
+
 LIGHT = {
     "ambient": 0.7, "diffuse": 0.8, "specular": 0.1, "roughness": 0.9, "fresnel": 0.05,
     "facenormalsepsilon": 0, "vertexnormalsepsilon": 0,  # else faces below a millimetre have none
@@ -142,10 +146,16 @@ def space_parts(frames: Frames, chosen: np.ndarray, everywhere: np.ndarray) -> I
     yield Part(look | {"color": NO_VALUE})
 
 
-def space_layout() -> Trace:
-    """The axes in space, seen from where the figures see them."""
+def space_layout(outward: np.ndarray) -> Trace:
+    """The axes in space, seen from where the figures see them, or rather from the side `outward`
+    (3,): from the middle of the body to what must not be hidden behind it, zero where there is
+    nothing.
+    """
+    side = outward / (np.linalg.norm(outward) or 1.0)
+    towards = CAMERA.towards + FROM_ASIDE * side
+    eye = EYE * towards / np.linalg.norm(towards)
     scene = {
-        "camera": {"up": xyz(np.array([0.0, 1.0, 0.0])), "eye": xyz(EYE * CAMERA.towards)},
+        "camera": {"up": xyz(np.array([0.0, 1.0, 0.0])), "eye": xyz(eye)},
         "aspectmode": "manual",
         "dragmode": "orbit",
     }
