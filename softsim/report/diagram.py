@@ -125,16 +125,9 @@ class Cells:
 
     def around(self, x: float, y: float) -> tuple[float, float, float, float]:
         """Left, bottom, width and height of the cell at a place."""
-        i, j = (
-            int(np.argmin(np.abs(levels - place)))
-            for levels, place in ((self.columns, x), (self.rows, y))
-        )
-        return self.box(i, j)
-
-    def box(self, i: int, j: int) -> tuple[float, float, float, float]:
-        """Left, bottom, width and height of a cell."""
-        x, y = self.at_x[i : i + 2], self.at_y[j : j + 2]
-        return float(x[0]), float(y[0]), float(np.ptp(x)), float(np.ptp(y))
+        i, j = np.argmin(np.abs(self.columns - x)), np.argmin(np.abs(self.rows - y))
+        left, bottom = self.at_x[i : i + 2], self.at_y[j : j + 2]
+        return float(left[0]), float(bottom[0]), float(np.ptp(left)), float(np.ptp(bottom))
 
 
 @dataclass(frozen=True)
