@@ -6,9 +6,12 @@ from pathlib import Path
 
 
 class SoftsimError(Exception):
-    """A failure with a message, a hint what to try, and the exit code of the command."""
+    """A failure with a message, a hint what to try, and the exit code of the command; element: that
+    of a run which it is about, if there is one.
+    """
 
     exit_code: int = 1
+    element: int | None = None
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -133,9 +136,13 @@ class RunError(SoftsimError):
 
 
 class StabilityError(RunError):
-    """A run stopped by a guard."""
+    """A run stopped by a guard; element: its number among those of all bodies."""
 
     exit_code = 3
+
+    def __init__(self, message: str, hint: str = "", element: int | None = None) -> None:
+        super().__init__(message, hint)
+        self.element = element
 
 
 class Interrupted(RunError):  # noqa: N818 - no fault of anybody

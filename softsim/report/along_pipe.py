@@ -11,9 +11,9 @@ from matplotlib.patches import Polygon
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
 from softsim.report.cables import cables_at, draw_cables
-from softsim.report.colours import MILLI
-from softsim.report.section import draw_edges, draw_outlines, outlines_at
-from softsim.report.style import INK, QUIET, WALL
+from softsim.report.colours import MILLI, places_at
+from softsim.report.section import Solid, draw_edges, draw_outlines, draw_solid, outlines_at
+from softsim.report.style import INK, QUIET
 
 WALL_DEPTH = 3.0
 """Of the hatched wall [mm]."""
@@ -127,11 +127,8 @@ def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
     sides = [pipe.side(sign) for sign in (1.0, -1.0)]
     for sign, face in zip((1.0, -1.0), sides, strict=True):
         solid = np.concatenate([face, pipe.side(sign, WALL_DEPTH)[::-1]])
-        axes.add_patch(
-            Polygon(solid, facecolor=WALL, edgecolor=QUIET, hatch="/////", linewidth=0, zorder=1)
-        )
         # The half of the line that lies in the pipe is covered.
-        axes.plot(*face.T, color=INK, linewidth=1.8, zorder=1.05)
+        draw_solid(axes, Solid(solid, face), linewidth=1.8, zorder=1.05)
     bore = np.concatenate([sides[0], sides[1][::-1]])
     axes.add_patch(Polygon(bore, facecolor="white", linewidth=0, zorder=1.1))
     axes.plot(*pipe.centre.T, color=QUIET, linewidth=0.5, linestyle=(0, (9, 3, 1.5, 3)), zorder=1.2)
@@ -143,7 +140,7 @@ def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
 def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
     """The deformed mesh and the outlines of rigid bodies, and the label outside the wall."""
     d = frames.points.shape[1]
-    x = pipe.project(places(frames, robot.frame))
+    x = pipe.project(places_at(frames, robot.frame))
     draw_cables(axes, [pipe.project(line) for line in cables_at(frames, robot.frame)], zorder=1.9)
     if d == 2:
         draw_outlines(axes, outlines_at(frames, robot.frame))
@@ -156,12 +153,6 @@ def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
     )
     axes.add_collection(mesh, autolim=False)
     write_beside(axes, pipe, robot.place, pipe.outer_side(robot.place), robot.label, INK)
-
-
-def places(frames: Frames, frame: int) -> np.ndarray:
-    """Where the nodes are in a frame (n, d) [mm]."""
-    d = frames.points.shape[1]
-    return (frames.points + frames.point_data["displacement"][frame][:, :d]) * MILLI
 
 
 def write_beside(axes: Axes, pipe: Pipe, place: float, sign: float, text: str, colour: str) -> None:
@@ -181,7 +172,7 @@ def view_of(pipes: Sequence[Pipe], frames: Frames, robots: Sequence[Robot]) -> n
     """
     margin = WALL_DEPTH + LABEL_GAP + 12.0
     shown = [pipe.side(sign, margin) for pipe in pipes for sign in (1.0, -1.0)]
-    shown += [pipes[0].project(places(frames, robot.frame)) for robot in robots]
+    shown += [pipes[0].project(places_at(frames, robot.frame)) for robot in robots]
     everything = np.concatenate(shown)
     everything = everything[np.isfinite(everything).all(axis=1)]
     return np.column_stack([everything.min(axis=0), everything.max(axis=0)]).ravel()

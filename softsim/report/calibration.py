@@ -3,62 +3,48 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from softsim.calibration.mapping import FORCE_SHARE, Mapping
 from softsim.calibration.result import Calibration
-from softsim.report.style import BLUE, INK, ORANGE, drawing
+from softsim.report.diagram import FLAT, STEPS, Axis, Diagram, Panel, Scale, Series
+from softsim.report.png import draw
+from softsim.report.style import BLUE, INK, ORANGE
 
 
 def draw_calibration(found: Calibration, path: Path) -> None:
-    """Wall force, pressure on the section and rows in contact over the pressure in space, as PNG.
+    """Draw `calibration_diagram` as PNG. Raises OutputError if the disk refuses."""
+    draw(path, calibration_diagram(found))
 
-    The section is drawn at the pressures that the fitted line gives it.
-    Raises OutputError if the disk refuses.
+
+def calibration_diagram(found: Calibration) -> Diagram:
+    """Wall force, pressure on the section and rows in contact over the pressure in space. The
+    section is shown at the pressures that the fitted line gives it.
     """
-    reference, m = found.reference, found.mapping
+    reference, section, m = found.reference, found.section, found.mapping
     seen = reference.pressure <= m.pressure[-1]
     inflated = m.line(reference.pressure[seen])
-    covered = (inflated >= found.section.pressure[0]) & (inflated <= found.section.highest)
-    over = reference.pressure[seen][covered] * 1e-3
-    with drawing(path, height=6.2) as figure:
-        force, mapping, rows = figure.subplots(3, sharex=True, height_ratios=[3, 3, 1.6])
-        force.plot(
-            reference.pressure * 1e-3, FORCE_SHARE * reference.force, color=BLUE,
-            label=f"reference, {FORCE_SHARE:g} of it",
-        )  # fmt: skip
-        force.plot(
-            over, found.section.force_at(inflated[covered]), "--", color=ORANGE,
-            label="section, at factor x (p - offset)",
-        )  # fmt: skip
-        force.set_ylabel("force on the wall [N]")
-        force.legend(loc="upper left")
-        _draw_mapping(mapping, m)
-        rows.step(
-            reference.pressure * 1e-3, reference.rows, where="mid", color=BLUE, label="reference"
-        )
-        rows.step(
-            over, found.section.rows_at(inflated[covered]), "--", where="mid", color=ORANGE,
-            label="section",
-        )  # fmt: skip
-        rows.set_ylabel("rows in contact")
-        rows.yaxis.get_major_locator().set_params(integer=True)
-        rows.set_ylim(bottom=0.0)
-        rows.set_xlabel("pressure in space p [kPa]")
-        rows.set_xlim(0.0, reference.highest * 1e-3)
-        figure.align_ylabels()
-
-
-def _draw_mapping(axes: Axes, m: Mapping) -> None:
-    axes.plot(
-        m.pressure * 1e-3, m.section_pressure * 1e-3, color=INK, label="equal force on a spike"
-    )
-    axes.plot(
-        m.pressure * 1e-3, m.line(m.pressure) * 1e-3, "--", color=ORANGE,
-        label=f"q = {m.factor:.3g} (p - {m.offset * 1e-3:.3g} kPa)",
-    )  # fmt: skip
-    axes.set_ylabel("pressure on the section q [kPa]")
-    axes.legend(loc="upper left")
+    covered = (inflated >= section.pressure[0]) & (inflated <= section.highest)
+    p, over = reference.pressure * 1e-3, reference.pressure[seen][covered] * 1e-3
+    force, rows = section.force_at(inflated[covered]), section.rows_at(inflated[covered])
+    line = f"q = {m.factor:.3g} (p - {m.offset * 1e-3:.3g} kPa)"
+    forces = [
+        Series(f"reference, {FORCE_SHARE:g} of it", p, FORCE_SHARE * reference.force, BLUE),
+        Series("section, at factor x (p - offset)", over, force, ORANGE, "--"),
+    ]
+    pressures = [
+        Series("equal force on a spike", m.pressure * 1e-3, m.section_pressure * 1e-3, INK),
+        Series(line, m.pressure * 1e-3, m.line(m.pressure) * 1e-3, ORANGE, "--"),
+    ]
+    touching = [
+        Series("reference", p, reference.rows, BLUE, STEPS),
+        Series("section", over, rows, ORANGE, STEPS),
+    ]
+    panels = [
+        Panel(Axis(Scale("force on the wall [N]"), forces)),
+        Panel(Axis(Scale("pressure on the section q [kPa]"), pressures)),
+        Panel(Axis(Scale("rows in contact", whole=True, from_zero=True), touching), height=FLAT),
+    ]
+    return Diagram("Calibration", Scale("pressure in space p [kPa]"), panels)
 
 
 def calibration_rows(found: Calibration) -> list[tuple[str, str]]:

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, to_hex
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize, to_hex
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
-from softsim.report.style import COLOUR_MAP
+from softsim.report.diagram import Scale
+from softsim.report.style import COLOUR_MAP, COLOURS
 
 MILLI = 1e3
 
@@ -67,6 +68,12 @@ def shown_values(
     return values * FIELDS[field].factor
 
 
+def places_at(frames: Frames, index: int) -> np.ndarray:
+    """Where the nodes are in a frame (n, d) [mm]."""
+    d = frames.points.shape[1]
+    return (frames.points + frames.point_data["displacement"][index][:, :d]) * MILLI
+
+
 def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
     """The colours of all values (n,) of a run, and at which ends there are values past them."""
     values = values[np.isfinite(values)]
@@ -77,6 +84,18 @@ def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
     extend = {(False, False): "neither", (True, False): "min", (False, True): "max"}
     scale = ScalarMappable(Normalize(low, high), COLOUR_MAP)
     return scale, extend.get((bool(below), bool(above)), "both")
+
+
+def colours_of(scale: Scale, places: np.ndarray) -> ScalarMappable:
+    """Colours for places (n,) of a diagram: one each of labels, a map that rises in lightness of
+    numbers.
+    """
+    if scale.labels is not None:
+        count = max(len(scale.labels), 1)
+        listed = ListedColormap(COLOURS[:count] if count <= len(COLOURS) else shades(count))
+        return ScalarMappable(BoundaryNorm(np.arange(count + 1) - 0.5, count), listed)
+    norm = (LogNorm if scale.logarithmic else Normalize)(*scale.limits(places))
+    return ScalarMappable(norm, COLOUR_MAP)
 
 
 def shades(count: int) -> list[str]:

@@ -8,7 +8,7 @@ from softsim.output.fields import Frames
 from softsim.report.curves import History, displacement, pressurised, travelling_column, travels
 from softsim.report.layout import draw_layout
 from softsim.report.moments import moments
-from softsim.report.panels import draw_curves
+from softsim.report.png import draw
 from softsim.report.recorded import recorded
 from softsim.report.signals import TITLES, signals
 from softsim.report.snapshots import draw_snapshots
@@ -31,7 +31,7 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
     for name in TITLES:
         path = folder / f"{name}.png"
         if name in curves:
-            draw_curves(curves[name], path)
+            draw(path, curves[name])
             drawn.append(path)
         else:
             path.unlink(missing_ok=True)

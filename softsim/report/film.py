@@ -14,7 +14,7 @@ from softsim.output.folder import explained
 from softsim.report.colours import FIELDS, refuse_missing_field, shared_scale
 from softsim.report.curves import pressurised
 from softsim.report.recorded import Recorded
-from softsim.report.snapshots import pictures, state
+from softsim.report.snapshots import add_scale, pictures, show, state
 from softsim.report.style import PAGE_WIDTH, STYLE
 
 RESOLUTION = 110
@@ -53,17 +53,12 @@ def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path
         figure = Figure(figsize=(PAGE_WIDTH, height), layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
         axes = figure.subplots()
-        bar = figure.colorbar(
-            colours, ax=axes, location="bottom", shrink=0.6, aspect=45, pad=0.02, extend=extend
-        )
-        bar.set_label(FIELDS[field].label)
+        add_scale(figure, axes, colours, extend, FIELDS[field].label)
         film = writer(fps=pictures_a_second)
         with film.saving(figure, str(path), RESOLUTION):
             for number, index in enumerate(indices):
                 axes.clear()
-                axes.set(xlim=view[:2], ylim=view[2:], aspect="equal")
-                axes.grid(False)
-                axes.set_title(state(frames.times[index], run.history["time"], pressure))
+                show(axes, body, state(frames.times[index], run.history["time"], pressure))
                 body.draw(axes, number, colours)
                 body.label([axes], [axes])
                 film.grab_frame()

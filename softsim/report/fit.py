@@ -5,65 +5,63 @@ import re
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from softsim.materials.fitting import Fit
 from softsim.materials.law import Law
 from softsim.materials.modes import UNIAXIAL
 from softsim.materials.stability import LARGEST_STRETCH, SMALLEST_STRETCH, instability_stretch
 from softsim.materials.tensile import TensileTest
-from softsim.report.style import BLUE, INK, ORANGE, QUIET, RED, WALL, drawing
+from softsim.report.diagram import FLAT, POINTS, TALL, Axis, Diagram, Panel, Scale, Series
+from softsim.report.png import draw
+from softsim.report.style import BLUE, ORANGE, QUIET, RED
 
 SHOWN_BEYOND = 1.6
 """How far the curves are shown, in lengths of the fitted range."""
 
 HEADROOM = 1.15
-"""Top of the stress axis over the largest measured stress shown: the law may leave the figure."""
+"""Up to which the law is shown, of the largest measured stress shown: it may leave the figure."""
+
+LAW_POINTS = 400
 
 ASSUMED_DENSITY = 1070
 """Density of a silicone [kg/m^3], as the data sheets of Dragon Skin 10 and Ecoflex have it."""
 
 
 def draw_fit(test: TensileTest, fit: Fit, path: Path) -> None:
-    """Measured and fitted stress over strain, and the relative error in the range, as PNG.
+    """Draw `fit_diagram` as PNG. Raises OutputError if the disk refuses."""
+    draw(path, fit_diagram(test, fit))
 
-    The range of the fit is shaded; outside it the measured curve is grey and the fitted one
-    dashed. Raises OutputError if the disk refuses.
+
+def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
+    """Measured and fitted stress over strain, and the relative error in the range of the fit;
+    outside it the measured curve is grey and the fitted one dashed.
     """
     loading = test.first_loading()
     shown = loading.strain <= SHOWN_BEYOND * fit.max_strain
     strain, stress = loading.strain[shown], loading.stress[shown]
     inside = (strain > fit.min_strain) & (strain <= fit.max_strain)
     factor, unit = (1e-3, "kPa") if stress.max() < 1e6 else (1e-6, "MPa")
-    with drawing(path, height=4.4) as figure:
-        upper, lower = figure.subplots(2, sharex=True, height_ratios=[3, 1])
-        for axes in (upper, lower):
-            axes.axvspan(fit.min_strain * 100, fit.max_strain * 100, color=WALL, alpha=0.5, lw=0)
-        upper.plot(strain * 100, stress * factor, color=QUIET, alpha=0.6, label="measured")
-        upper.plot(
-            strain[inside] * 100, stress[inside] * factor, ".", color=ORANGE, markersize=4,
-            label="measured, in the range of the fit (shaded)",
-        )  # fmt: skip
-        _draw_law(upper, fit, float(strain[-1]), factor)
-        upper.set_ylim(min(0.0, stress.min() * factor), HEADROOM * stress.max() * factor)
-        upper.set_ylabel(f"engineering stress [{unit}]")
-        upper.set_title(f"{test.title}: {_constants(fit)}")
-        upper.legend(loc="upper left")
-        fitted = UNIAXIAL.nominal_stress(fit.law, 1.0 + strain[inside])
-        lower.plot(strain[inside] * 100, (fitted / stress[inside] - 1.0) * 100, color=RED)
-        lower.axhline(0.0, color=INK, linewidth=0.6)
-        lower.set_ylabel("relative\nerror [%]")
-        lower.set_xlabel("engineering strain [%]")
-        lower.set_xlim(0.0, float(strain[-1]) * 100)
-        figure.align_ylabels()
-
-
-def _draw_law(axes: Axes, fit: Fit, largest: float, factor: float) -> None:
-    strain = np.linspace(0.0, largest, 400)
-    stress = UNIAXIAL.nominal_stress(fit.law, 1.0 + strain) * factor
-    inside = (strain >= fit.min_strain) & (strain <= fit.max_strain)
-    axes.plot(strain[inside] * 100, stress[inside], color=BLUE, label="fitted")
-    axes.plot(strain * 100, stress, "--", color=BLUE, linewidth=1.0, label="fitted, beyond")
+    x = np.linspace(0.0, float(strain[-1]), LAW_POINTS)
+    law = UNIAXIAL.nominal_stress(fit.law, 1.0 + x)
+    law[law > HEADROOM * stress.max()] = np.nan
+    fitted = np.where((x >= fit.min_strain) & (x <= fit.max_strain), law, np.nan)
+    error = UNIAXIAL.nominal_stress(fit.law, 1.0 + strain[inside]) / stress[inside] - 1.0
+    curves = [
+        Series("measured", 100.0 * strain, factor * stress, QUIET),
+        Series(
+            "measured, in the range of the fit",
+            100.0 * strain[inside], factor * stress[inside], ORANGE, POINTS,
+        ),
+        Series("fitted", 100.0 * x, factor * fitted, BLUE),
+        Series("fitted, beyond", 100.0 * x, factor * law, BLUE, "--"),
+    ]  # fmt: skip
+    errors = [Series("relative error", 100.0 * strain[inside], 100.0 * error, RED)]
+    panels = [
+        Panel(Axis(Scale(f"engineering stress [{unit}]"), curves), height=TALL),
+        Panel(Axis(Scale("relative error [%]", from_zero=True), errors), height=FLAT),
+    ]
+    said = f"{test.title}: {_constants(fit)}"
+    return Diagram("Fit", Scale("engineering strain [%]"), panels, said)
 
 
 def _constants(fit: Fit) -> str:

@@ -1,8 +1,7 @@
 """How a robot got through a layout: where it was when, over time, and where it got stuck."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,11 +19,10 @@ from softsim.report.along_pipe import (
     write_beside,
 )
 from softsim.report.colours import MILLI
-from softsim.report.curves import History, pressurised, time_label
-from softsim.report.panels import Axis, Line, Panel, draw_line, draw_panel
-from softsim.report.style import BLUE, GREEN, INK, ORANGE, PAGE_WIDTH, QUIET, RED, SKY, drawing
-
-Report = Mapping[str, Any]
+from softsim.report.curves import History
+from softsim.report.png import PANEL_HEIGHT, draw_panels
+from softsim.report.style import GREEN, PAGE_WIDTH, QUIET, SKY, drawing
+from softsim.report.way import ENDS, Report, way
 
 MOST_MOMENTS, LEAST_MOMENTS = 8, 5
 """Robots in the picture."""
@@ -34,9 +32,6 @@ APART = 1.3
 
 LEGIBLE = 0.09
 """The same as a share of the picture, so that what is written beside them does not."""
-
-LINE = 0.075
-"""Height of a line of text as a share of the panel of the progress."""
 
 EXIT_INSIDE = 8.0
 """How far before its end the name of an exit stands [mm]."""
@@ -52,9 +47,6 @@ WEIGHT_ARROW = 34.0
 
 LEAST_WEIGHT = 1e-3
 """Below this [m/s^2] there is none in the plane of the picture."""
-
-ENDS = {"passed": GREEN, "stuck": RED, "unfinished": ORANGE}
-"""Colour of the robot at the end."""
 
 
 def draw_layout(history: History, frames: Frames, report: Report, path: Path) -> None:
@@ -74,8 +66,8 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
     view = view_of(pipes, frames, shown)
     width, height = view[1] - view[0], view[3] - view[2]
     picture = min(PAGE_WIDTH * height / width, TALLEST)
-    panels = below(history)
-    heights = [picture, 2.2, *(0.8 for _ in panels)]
+    progress = way(history, report)
+    heights = [picture, *(PANEL_HEIGHT * panel.height for panel in progress.panels)]
     with drawing(path, sum(heights) + 0.9) as figure:
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
         top = figure.add_subplot(grid[0])
@@ -84,26 +76,12 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
         top.set_title(report["sentence"])
         draw_picture(top, pipes, frames, shown, report)
         draw_weight(top, pipes[0].project(frames.described["gravity"]))
-        progress = figure.add_subplot(grid[1])
-        draw_progress(progress, history, report)
-        lower = [figure.add_subplot(grid[k], sharex=progress) for k in range(2, len(heights))]
-        for axes in (progress, *lower[:-1]):
+        first = figure.add_subplot(grid[1])
+        lower = [figure.add_subplot(grid[k], sharex=first) for k in range(2, len(heights))]
+        for axes in (first, *lower[:-1]):
             axes.tick_params(labelbottom=False)
-        for axes, panel in zip(lower, panels, strict=True):
-            draw_panel(axes, panel)
-        lower[-1].set_xlabel(time_label(history))
-        lower[-1].set_xlim(history["time"][0], history["time"][-1])
-        figure.align_ylabels([progress, *lower])
-
-
-def below(history: History) -> list[Panel]:
-    """What stands below the progress: the air pressure, if there is any, and rows in contact."""
-    time, panels = history["time"], []
-    if pressurised(history):
-        air = Line("air", time, history["pressure"] / 1e3, ORANGE)
-        panels.append(Panel(Axis("air [kPa]", [air], from_zero=True)))
-    rows = Line("rows", time, history["rows_in_contact"], BLUE)
-    return [*panels, Panel(Axis("rows in\ncontact", [rows], from_zero=True, whole=True))]
+        draw_panels([first, *lower], progress)
+        figure.align_ylabels([first, *lower])
 
 
 def by_branch(segments: Sequence[Report]) -> list[list[Report]]:
@@ -227,73 +205,3 @@ def places(start: float, farthest: float, wanted: list[float], apart: float) -> 
 def nearest(frames: Frames, time: float) -> int:
     """The stored frame nearest to a time [s]."""
     return int(np.argmin(np.abs(frames.times - time)))
-
-
-def draw_progress(axes: Axes, history: History, report: Report) -> None:
-    """Arc length over time, up to the goal; a band for each segment that is in view."""
-    s = history["arc_length"] * MILLI
-    goal = report["goal"] * MILLI
-    low, high = min(float(s.min()), report["start"] * MILLI), max(goal, float(s.max()))
-    room = 0.05 * (high - low)
-    low, high = low - room, high + room
-    axes.set_ylim(low, high)
-    draw_bands(axes, way_taken(report), low, high)
-    axes.axhline(goal, color=GREEN, linewidth=0.9, linestyle="--")
-    write_at_height(axes, "goal", 0.0, goal, (3.0, 2.0), GREEN)
-    draw_line(axes, Line("centre", history["time"], s, BLUE))
-    end = (history["time"][-1], s[-1])
-    axes.plot(*end, "X", color=ENDS[report["verdict"]], markersize=8, clip_on=False, zorder=5)
-    axes.set_ylabel("centre along\nthe pipe [mm]")
-
-
-def way_taken(report: Report) -> list[Report]:
-    """The segments of the branch in which the robot came farthest, and those before it that it went
-    through.
-    """
-    farthest = report["where"]["branch"]
-    own = [one for one in report["segments"] if one["branch"] == farthest]
-    before = [
-        one
-        for one in report["segments"]
-        if one["branch"] != farthest
-        and one["entered"] is not None
-        and one["start"] < own[0]["start"]
-    ]
-    return [*before, *own]
-
-
-def draw_bands(axes: Axes, segments: Sequence[Report], low: float, high: float) -> None:
-    """Every other segment shaded; to the right what the user wrote of each. low, high: of the axis
-    [mm]. The last segment goes on beyond its end.
-    """
-    seen = []
-    tops = [*(segment["start"] for segment in segments[1:]), np.inf]
-    for number, (segment, end) in enumerate(zip(segments, tops, strict=True)):
-        bottom = max(segment["start"] * MILLI, low)
-        top = min(end * MILLI, high)
-        if bottom >= top:
-            continue
-        if number % 2 == 0:
-            axes.axhspan(bottom, top, color=SKY, alpha=0.16, linewidth=0)
-        seen.append((0.5 * (bottom + top), f"{segment['segment']}  {segment['what']}"))
-    heights = spread([height for height, _ in seen], LINE * (high - low))
-    for height, (_, said) in zip(heights, seen, strict=True):
-        write_at_height(axes, said, 1.0, height, (8.0, -2.5), INK)
-
-
-def write_at_height(
-    axes: Axes, text: str, x: float, y: float, offset: tuple[float, float], colour: str
-) -> None:
-    """A small text at the share x of the width and the value y, moved by `offset` [points]."""
-    axes.annotate(
-        text, (x, y), offset, xycoords=("axes fraction", "data"), textcoords="offset points",
-        fontsize=7.5, color=colour, annotation_clip=False,
-    )  # fmt: skip
-
-
-def spread(heights: list[float], apart: float) -> list[float]:
-    """Rising heights moved up as far as needed for each to be `apart` above the one before."""
-    result: list[float] = []
-    for height in heights:
-        result.append(max(height, result[-1] + apart) if result else height)
-    return result

@@ -10,7 +10,7 @@ from matplotlib.figure import SubFigure
 
 from softsim.output.fields import Frames, SeriesInMemory
 from softsim.report.colours import MILLI
-from softsim.report.snapshots import Arrangement, Pictures, arranged, pictures
+from softsim.report.snapshots import Arrangement, Pictures, arranged, pictures, show
 from softsim.report.style import COLOUR_MAP, WALL, drawing
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 
@@ -64,10 +64,8 @@ def _draw_body(part: SubFigure, found: NaturalModes, body: Pictures, grid: Arran
         axes.set_axis_off()
     viscoelastic = any(region.material.branches for region in found.body.regions)
     for number, (axes, mode) in enumerate(zip(panels.flat, found.modes, strict=False), start=1):
-        axes.set(xlim=body.view[:2], ylim=body.view[2:], aspect="equal")
-        axes.grid(False)
         stiffened = f"\ndynamic {mode.dynamic_frequency:.4g} Hz" if viscoelastic else ""
-        axes.set_title(f"{number}: {mode.frequency:.4g} Hz{stiffened}")
+        show(axes, body, f"{number}: {mode.frequency:.4g} Hz{stiffened}")
         body.draw(axes, 0, AT_REST)
         largest = amplitude(found, mode) * MILLI
         body.draw(axes, number, ScalarMappable(Normalize(0.0, largest), COLOUR_MAP))

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from softsim.report.curves import History, has, pressurised
-from softsim.report.panels import Line
+from softsim.report.diagram import Series
 from softsim.report.style import COLOURS
 from softsim.report.thinning import thinned
 from softsim.scene.columns import is_probe
@@ -23,7 +23,7 @@ UNSEEN = 1e-3
 LINES = {"": "-", "x": "-", "y": "--", "z": ":"}
 
 
-def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Line]]:
+def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Series]]:
     """The curves of all probes over time by the unit in the history, a colour for each probe and a
     kind of line for each axis; those that are zero beside others of their unit are left out.
     units: column -> unit.
@@ -35,7 +35,7 @@ def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Line
     return {unit: _curves(history, names, unit) for unit, names in columns.items()}
 
 
-def _curves(history: History, columns: list[str], unit: str) -> list[Line]:
+def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
     factor = QUANTITIES.get(unit, ("", 1.0, unit))[1]
     sizes = {column: float(np.nanmax(np.abs(history[column]))) for column in columns}
     colours: dict[str, str] = {}
@@ -48,26 +48,26 @@ def _curves(history: History, columns: list[str], unit: str) -> list[Line]:
             colour = colours.setdefault(name, COLOURS[len(colours) % len(COLOURS)])
             label = f"{name} {axis}".rstrip()
             values = history[column] * factor
-            curves.append(Line(label, history["time"], values, colour, LINES[axis]))
+            curves.append(Series(label, history["time"], values, colour, LINES[axis]))
     return curves
 
 
-def inflation_curves(history: History, units: Mapping[str, str]) -> list[Line]:
+def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:
     """The air pressure [kPa] over the component of each displacement or radius probe that moves the
     most [mm], without vibration; none of one at rest, and none without a pressure that changes.
     """
     if not pressurised(history) or _range(history["pressure"]) == 0.0:
         return []
-    most: dict[str, Line] = {}
+    most: dict[str, Series] = {}
     for curve in curves_of(history, units).get("m", []):
         probe = curve.name.rpartition(" ")[0] or curve.name  # a radius has no components
-        if probe not in most or _range(curve.values) > _range(most[probe].values):
+        if probe not in most or _range(curve.y) > _range(most[probe].y):
             most[probe] = curve
     pressure = thinned(history["time"], history["pressure"] / 1e3).mean
     return [
-        Line(c.name, thinned(c.x, c.values).mean, pressure, c.colour, c.kind)
+        Series(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
         for c in most.values()
-        if _range(c.values) > 0.0
+        if _range(c.y) > 0.0
     ]
 
 

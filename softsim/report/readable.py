@@ -47,15 +47,20 @@ SHOWN: Mapping[str, Callable[[Any], str]] = {
     "mean_contact_area": lambda v: f"{v * 1e6:.3g} mm^2",
     "row_contact_shares": lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
     "slip_share": lambda v: f"{100.0 * v:.0f} % of the walls' normal impulse",
-    "dominant_frequency": lambda v: f"{v:.4g} Hz across the pipe",
+    "dominant_frequency": lambda v: f"{v:.4g} Hz, the frame across its way",
     "peak_pull": lambda v: f"{v:.3g} N",
     "mean_pull": lambda v: f"{v:.3g} N",
 }
 """What a summary says in a few lines: name -> how its value is written."""
 
 
+NOTHING = ("cycles_done", "rows_in_contact", "mean_contact_area")
+"""Of these zero says that the run is not about them: no pressure in cycles, no walls."""
+
+
 def readable(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """What a run says of itself: names and values with their units; what is empty is left out."""
     for name, write in SHOWN.items():
-        if summary.get(name) not in (None, []):
-            yield name.replace("_", " "), write(summary[name])
+        value = summary.get(name)
+        if value not in (None, []) and not (name in NOTHING and value == 0):
+            yield name.replace("_", " "), write(value)

@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
 from softsim.report.cables import cables_at, draw_cables
-from softsim.report.colours import MILLI, shown_values
+from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.style import FRAME, INK, PALE, QUIET, WALL
 
 THICKNESS = 0.08
@@ -234,7 +234,7 @@ def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
 
 
 def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
-    positions = (frames.points + frames.point_data["displacement"][index][:, :2]) * MILLI
+    positions = places_at(frames, index)
     values = shown_values(frames, [index], field, frames.cells, slice(None))[0]
     return Shot(
         positions[frames.cells], values, outlines_at(frames, index), positions[boundary],
@@ -290,17 +290,11 @@ def strip_behind(chain: np.ndarray, depth: float) -> Solid:
     return Solid(np.concatenate([chain, behind(chain, depth)[::-1]]), chain)
 
 
-def draw_solid(axes: Axes, solid: Solid) -> None:
+def draw_solid(axes: Axes, solid: Solid, linewidth: float = 0.9, zorder: float = 1.5) -> None:
     """The solid behind a wall, and its face as a line."""
-    look: dict[str, Any] = {
-        "facecolor": WALL,
-        "edgecolor": QUIET,
-        "hatch": "////",
-        "linewidth": 0,
-        "zorder": 1,
-    }
-    axes.add_patch(Polygon(solid.outline, **look))
-    axes.plot(*solid.face.T, color=INK, linewidth=0.9, zorder=1.5)
+    look: dict[str, Any] = {"facecolor": WALL, "edgecolor": QUIET, "hatch": "////", "linewidth": 0}
+    axes.add_patch(Polygon(solid.outline, zorder=1, **look))
+    axes.plot(*solid.face.T, color=INK, linewidth=linewidth, zorder=zorder)
 
 
 def chains(lines: np.ndarray) -> list[np.ndarray]:

@@ -1,8 +1,7 @@
 """The figures over time of a run: what its history has something to show in."""
 
 import itertools
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -19,9 +18,9 @@ from softsim.report.curves import (
     travelling_column,
     travels,
 )
-from softsim.report.panels import Axis, Curves, Line, Panel
+from softsim.report.diagram import FLAT, Axis, Diagram, Panel, Scale, Series
 from softsim.report.probes import QUANTITIES, curves_of, inflation_curves
-from softsim.report.style import BLUE, COLOURS, GREEN, ORANGE, RED
+from softsim.report.style import BLUE, COLOURS, ORANGE, RED
 from softsim.report.thinning import thinned
 from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
 
@@ -50,7 +49,7 @@ SAMPLES_OF_A_FALL = 60
 """Of its curves, so that each is a mean over many periods of the motor."""
 
 
-def signals(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
+def signals(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
     """The figures that there is something to show in, by name. units: column -> unit."""
     found = {
         "displacement_pressure": motion(history),
@@ -61,20 +60,14 @@ def signals(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
     }
     panels = {name: list(shown) for name, shown in found.items()}
     figures = {
-        name: Curves(TITLES[name], time_label(history), shown)
-        for name, shown in panels.items()
-        if shown
+        name: over_time(TITLES[name], history, shown) for name, shown in panels.items() if shown
     }
     return figures | deflation(history) | gait(history) | inflation(history, units)
 
 
-def way(history: History, layout: Mapping[str, Any]) -> Curves:
-    """Of a run along a pipe: how far the robot is, up to its goal."""
-    s = history["arc_length"] * MILLI
-    goal = Line("goal", history["time"], np.full_like(s, layout["goal"] * MILLI), GREEN, "--")
-    lines = [Line("centre", history["time"], s, BLUE), goal]
-    panel = Panel(Axis("centre along the pipe [mm]", lines))
-    return Curves("Way through the layout", time_label(history), [panel])
+def over_time(title: str, history: History, panels: Sequence[Panel]) -> Diagram:
+    """Panels over the time of a run."""
+    return Diagram(title, Scale(time_label(history)), panels, over_time=True)
 
 
 def pressure(history: History) -> Axis | None:
@@ -82,8 +75,8 @@ def pressure(history: History) -> Axis | None:
     if not pressurised(history):
         return None
     kilo = history["pressure"] / 1e3
-    line = Line("air pressure", history["time"], kilo, ORANGE, ":")
-    return Axis("air pressure [kPa]", [line], from_zero=True)
+    line = Series("air pressure", history["time"], kilo, ORANGE, ":")
+    return Axis(Scale("air pressure [kPa]", from_zero=True), [line])
 
 
 def motion(history: History) -> Iterator[Panel]:
@@ -92,8 +85,8 @@ def motion(history: History) -> Iterator[Panel]:
     if travels(history):
         body, axis = travelling_column(history).split("_")
         moved = displacement(history) * MILLI
-        line = Line(f"{body} displacement", history["time"], moved, BLUE)
-        yield Panel(Axis(f"{body} displacement in {axis} [mm]", [line]), air)
+        line = Series(f"{body} displacement", history["time"], moved, BLUE)
+        yield Panel(Axis(Scale(f"{body} displacement in {axis} [mm]"), [line]), air)
     elif air is not None:
         yield Panel(air)
 
@@ -101,8 +94,9 @@ def motion(history: History) -> Iterator[Panel]:
 def contact(history: History) -> Iterator[Panel]:
     """Rows of spikes that touch, and the force they press with."""
     for column, (label, colour) in contacts_drawn(history).items():
-        line = Line(label, history["time"], history[column], colour)
-        yield Panel(Axis(label, [line], from_zero=True, whole=column == "rows_in_contact"))
+        line = Series(label, history["time"], history[column], colour)
+        scale = Scale(label, whole=column == "rows_in_contact", from_zero=True)
+        yield Panel(Axis(scale, [line]))
 
 
 def last_fall(pressure: np.ndarray) -> slice:
@@ -111,7 +105,7 @@ def last_fall(pressure: np.ndarray) -> slice:
     return slice(highest, highest + 1 + int(np.argmin(pressure[highest:])))
 
 
-def deflation(history: History) -> dict[str, Curves]:
+def deflation(history: History) -> dict[str, Diagram]:
     """Over the air pressure while it falls for the last time: the forces of walls on each row of
     spikes and on each side of the robot, and its speed (along its pipe), all without vibration.
     """
@@ -131,21 +125,19 @@ def deflation(history: History) -> dict[str, Curves]:
     for prefix, title in ((ROW_FORCE, "force on a row [N]"), (SIDE_FORCE, "force on a side [N]")):
         names = [name for name in pressed if name.startswith(prefix)]
         lines = [
-            Line(name.removeprefix(prefix), kilo, smooth(history[name]), colour)
+            Series(name.removeprefix(prefix), kilo, smooth(history[name]), colour)
             for name, colour in zip(names, itertools.cycle(COLOURS), strict=False)
         ]
-        panels.append(Panel(Axis(title, lines, from_zero=True)))
+        panels.append(Panel(Axis(Scale(title, from_zero=True), lines)))
     if travels(history):
         along = history["arc_length"] if has(history, "arc_length") else displacement(history)
         speed = np.gradient(smooth(along) * MILLI, smooth(history["time"]))
-        panels.append(
-            Panel(Axis("speed [mm/s]", [Line("speed", kilo, speed, BLUE)], from_zero=True))
-        )
-    shown = Curves(TITLES["deflation"], "air pressure [kPa]", panels, over_time=False)
-    return {"deflation": shown}
+        drawn = [Series("speed", kilo, speed, BLUE)]
+        panels.append(Panel(Axis(Scale("speed [mm/s]", from_zero=True), drawn)))
+    return {"deflation": Diagram(TITLES["deflation"], Scale("air pressure [kPa]"), panels)}
 
 
-def gait(history: History) -> dict[str, Curves]:
+def gait(history: History) -> dict[str, Diagram]:
     """At the end of a run, of each row of spikes or limbs: when it touches, how high it is where a
     probe of its name says so.
     """
@@ -159,13 +151,13 @@ def gait(history: History) -> dict[str, Curves]:
         row = name.removeprefix(ROW_FORCE).rpartition(".")[2]
         if has(history, f"{row}_y"):
             height = history[f"{row}_y"][-ROWS_OF_A_GAIT:] * MILLI
-            heights.append(Line(row, time * MILLI, height, colour))
+            heights.append(Series(row, time * MILLI, height, colour))
         touched = history[name][-ROWS_OF_A_GAIT:] > 0.0
         bar = np.where(touched, float(number), np.nan)
-        touching.append(Line(row, time * MILLI, bar, colour))
-    panels = [Panel(Axis("height of a row [mm]", heights))] if heights else []
-    panels.append(Panel(Axis("rows that touch", touching, whole=True)))
-    return {"gait": Curves(TITLES["gait"], "time [ms]", panels, over_time=False)}
+        touching.append(Series(row, time * MILLI, bar, colour))
+    panels = [Panel(Axis(Scale("height of a row [mm]"), heights))] if heights else []
+    panels.append(Panel(Axis(Scale("rows that touch", whole=True), touching)))
+    return {"gait": Diagram(TITLES["gait"], Scale("time [ms]"), panels)}
 
 
 def energies(history: History) -> Iterator[Panel]:
@@ -176,33 +168,34 @@ def energies(history: History) -> Iterator[Panel]:
     time = history["time"]
     factor, unit = joules(max(float(np.nanmax(np.abs(history[name]))) for name in present))
     lines = [
-        Line(label, time, history[column] * factor, colour, kind)
+        Series(label, time, history[column] * factor, colour, kind)
         for column, (label, colour, kind) in present.items()
     ]
-    yield Panel(Axis(f"energy [{unit}]", lines))
+    yield Panel(Axis(Scale(f"energy [{unit}]"), lines))
     if has(history, "energy_error"):
-        error = Line("energy error", time, history["energy_error"] * 100.0, RED)
-        yield Panel(Axis("energy error [%]", [error], from_zero=True), flat=True)
+        error = Series("energy error", time, history["energy_error"] * 100.0, RED)
+        yield Panel(Axis(Scale("energy error [%]", from_zero=True), [error]), height=FLAT)
 
 
 def pull(history: History) -> Iterator[Panel]:
     """Tension of the tendon that holds the robot, and the pressure."""
     if has(history, "pull"):
-        line = Line("pull", history["time"], history["pull"], BLUE)
-        yield Panel(Axis("pull on the force gauge [N]", [line], from_zero=True), pressure(history))
+        line = Series("pull", history["time"], history["pull"], BLUE)
+        scale = Scale("pull of the tendon [N]", from_zero=True)
+        yield Panel(Axis(scale, [line]), pressure(history))
 
 
 def probes(history: History, units: Mapping[str, str]) -> Iterator[Panel]:
     """What the probes recorded, a panel for each unit."""
     for unit, curves in curves_of(history, units).items():
         quantity, _, drawn = QUANTITIES.get(unit, ("probe", 1.0, unit))
-        yield Panel(Axis(f"{quantity} [{drawn}]", curves))
+        yield Panel(Axis(Scale(f"{quantity} [{drawn}]"), curves))
 
 
-def inflation(history: History, units: Mapping[str, str]) -> dict[str, Curves]:
+def inflation(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
     """The air pressure over what the probes say of displacements and radii."""
     name, curves = "pressure_probe", inflation_curves(history, units)
     if not curves:
         return {}
-    panel = Panel(Axis("air pressure [kPa]", curves, from_zero=True))
-    return {name: Curves(TITLES[name], "displacement or radius [mm]", [panel], over_time=False)}
+    panel = Panel(Axis(Scale("air pressure [kPa]", from_zero=True), curves))
+    return {name: Diagram(TITLES[name], Scale("displacement or radius [mm]"), [panel])}

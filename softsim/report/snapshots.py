@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
@@ -123,17 +124,29 @@ def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path)
         for axes in panels.flat[len(titles) :]:
             axes.set_axis_off()
         for number, (axes, title) in enumerate(zip(panels.flat, titles, strict=False)):
-            axes.set(xlim=view[:2], ylim=view[2:], aspect="equal")
-            axes.grid(False)
-            axes.set_title(between.join(title))
+            show(axes, body, between.join(title))
             body.draw(axes, number, colours)
         lowest = [panels[(len(titles) - 1 - c) // columns, c] for c in range(columns)]
         body.label(lowest, list(panels[:, 0]))
-        bar = figure.colorbar(
-            colours, ax=panels, location="bottom", shrink=0.6, aspect=45, pad=0.02, extend=extend
-        )
-        bar.set_label(label)
-        bar.outline.set_linewidth(0.5)
+        add_scale(figure, panels, colours, extend, label)
+
+
+def show(axes: Axes, body: Pictures, title: str) -> None:
+    """Axes for one of the frames."""
+    axes.set(xlim=body.view[:2], ylim=body.view[2:], aspect="equal")
+    axes.grid(False)
+    axes.set_title(title)
+
+
+def add_scale(
+    figure: Figure, panels: Axes | np.ndarray, colours: ScalarMappable, extend: str, label: str
+) -> None:
+    """The scale of colours below pictures."""
+    bar = figure.colorbar(
+        colours, ax=panels, location="bottom", shrink=0.6, aspect=45, pad=0.02, extend=extend
+    )
+    bar.set_label(label)
+    bar.outline.set_linewidth(0.5)
 
 
 @dataclass(frozen=True)

@@ -6,19 +6,16 @@ from itertools import cycle
 from pathlib import Path
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter
 
 from softsim.materials.maxwell import MaxwellSeries
 from softsim.materials.maxwell_fit import MaxwellFit
-from softsim.report.style import COLOURS, INK, drawing
+from softsim.report.diagram import FLAT, POINTS, Axis, Diagram, Panel, Scale, Series
+from softsim.report.png import draw
+from softsim.report.style import COLOURS
 from softsim.units import format_quantity
 
 SHOWN_BEYOND = 4.0
 """How far curves are shown beyond a band, as a factor: there branches are nobody's measurement."""
-
-LEGEND_COLUMNS = 3
-"""Names of materials beside each other, above the axes: curves fill these."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,52 +39,38 @@ class DrawnSpectrum:
 
 
 def draw_spectra(materials: Sequence[DrawnSpectrum], path: Path) -> None:
-    """Storage modulus and loss factor over frequency, and the error of the fit, as PNG.
+    """Draw `spectra_diagram` as PNG. Raises OutputError if the disk refuses."""
+    draw(path, spectra_diagram(materials))
 
-    Dots are the spectrum, lines the branches, dashed beyond the band. OutputError if the disk
-    refuses.
+
+def spectra_diagram(materials: Sequence[DrawnSpectrum]) -> Diagram:
+    """Storage modulus and loss factor over frequency, and the error of the fit: points are the
+    spectrum, lines the branches, dashed beyond the band.
     """
-    colours = cycle(COLOURS)
-    with drawing(path, height=5.6) as figure:
-        storage, loss, error = figure.subplots(3, sharex=True, height_ratios=[3, 3, 1.3])
-        for material, colour in zip(materials, colours, strict=False):
-            low, high = material.band
-            inside = np.geomspace(low, high, 300)
-            beyond = np.geomspace(low / SHOWN_BEYOND, high * SHOWN_BEYOND, 300)
-            mu0, modulus = material.long_term_modulus, material.series.modulus
-            _draw(storage, loss, beyond, mu0 * modulus(beyond), color=colour, ls="--", lw=0.9)
-            _draw(storage, loss, inside, mu0 * modulus(inside), color=colour, label=material.name)
-            if material.fit is None:
-                continue
-            frequency, target = material.fit.spectrum.frequency, material.fit.spectrum.modulus
-            dots = {"color": colour, "ls": "", "marker": "o", "ms": 3.0, "alpha": 0.45}
-            _draw(storage, loss, frequency, mu0 * target, **dots)
-            misses = 100.0 * np.abs(modulus(frequency) / target - 1.0)
-            error.plot(frequency, misses, color=colour)
-            error.axhline(100.0 * material.fit.largest_error, color=colour, lw=0.6, ls=":")
-        storage.plot([], [], "o", color=INK, ms=3.0, alpha=0.45, label="spectrum")
-        storage.plot([], [], color=INK, label="branches (dashed beyond the band)")
-        storage.set_xscale("log")
-        storage.set_yscale("log")
-        storage.set_ylabel("storage modulus,\nshear [kPa]")
-        storage.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        storage.yaxis.set_major_formatter("{x:g}")
-        storage.yaxis.set_minor_formatter(NullFormatter())
-        named = storage.get_legend_handles_labels()
-        figure.legend(*named, loc="outside upper left", ncols=LEGEND_COLUMNS)
-        loss.set_ylim(bottom=0.0)
-        loss.set_ylabel("loss factor")
-        error.set_ylim(bottom=0.0)
-        error.set_ylabel("error [%]")
-        error.xaxis.set_major_formatter("{x:g}")
-        error.set_xlabel("frequency [Hz]")
-        figure.align_ylabels()
-
-
-def _draw(storage: Axes, loss: Axes, frequency: np.ndarray, modulus: np.ndarray, **look) -> None:
-    """A complex modulus [Pa] as its two curves."""
-    storage.plot(frequency, modulus.real / 1e3, **look)
-    loss.plot(frequency, modulus.imag / modulus.real, **look)
+    storage, loss, errors = [], [], []
+    for material, colour in zip(materials, cycle(COLOURS), strict=False):
+        low, high = material.band
+        inside = np.geomspace(low, high, 300)
+        beyond = np.geomspace(low / SHOWN_BEYOND, high * SHOWN_BEYOND, 300)
+        modulus = material.series.modulus
+        shown = [("", beyond, modulus(beyond), "--"), (material.name, inside, modulus(inside), "-")]
+        if material.fit is not None:
+            f, target = material.fit.spectrum.frequency, material.fit.spectrum.modulus
+            shown.append((f"{material.name}, spectrum", f, target, POINTS))
+            misses = 100.0 * np.abs(modulus(f) / target - 1.0)
+            largest = np.full(len(f), 100.0 * material.fit.largest_error)
+            errors += [Series("", f, misses, colour), Series("", f, largest, colour, ":")]
+        for name, f, complex_modulus, kind in shown:
+            kilo = material.long_term_modulus * complex_modulus.real / 1e3
+            storage.append(Series(name, f, kilo, colour, kind))
+            loss.append(Series("", f, complex_modulus.imag / complex_modulus.real, colour, kind))
+    panels = [
+        Panel(Axis(Scale("storage modulus, shear [kPa]", logarithmic=True), storage)),
+        Panel(Axis(Scale("loss factor", from_zero=True), loss)),
+    ]
+    if errors:
+        panels.append(Panel(Axis(Scale("error [%]", from_zero=True), errors), height=FLAT))
+    return Diagram("Spectra", Scale("frequency [Hz]", logarithmic=True), panels)
 
 
 def spectra_rows(material: DrawnSpectrum) -> list[tuple[str, str]]:

@@ -12,7 +12,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
 from softsim.report.cables import cables_at, draw_cables
-from softsim.report.colours import MILLI, shown_values
+from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.section import walls_at
 from softsim.report.style import AZIMUTH, ELEVATION, GLOSS, INK, SHADE, WALL
 
@@ -81,10 +81,7 @@ class Surface:
         self.camera = CAMERA
         facets = boundary_facets(frames.cells, 3)
         owners = facet_owners(facets, frames.cells)
-        corners = [
-            (frames.points + frames.point_data["displacement"][index])[facets] * MILLI
-            for index in indices
-        ]
+        corners = [places_at(frames, index)[facets] for index in indices]
         values = shown_values(frames, indices, field, facets, owners)
         self.values = np.concatenate(values)
         self.shots = [visible_side(c, v, self.camera) for c, v in zip(corners, values, strict=True)]

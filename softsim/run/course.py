@@ -339,12 +339,17 @@ class Run:
         """End this run, and no other, with an error as its outcome."""
         log.error("%s", error)
         self.outcome = error
-        self.stop("aborted", str(error))
+        self.stop("aborted", str(error), error.element)
 
-    def stop(self, status: str, failure: str | None = None) -> None:
-        """Write the summary of a run that did not reach its end, and close the files."""
+    def stop(self, status: str, failure: str | None = None, element: int | None = None) -> None:
+        """Write the summary of a run that did not reach its end, and close the files; element:
+        that which failed.
+        """
         history = self.files.rows()
-        self._end(status, history, measures(self.model, history), failure)
+        found = measures(self.model, history)
+        if element is not None:
+            found["failed_element"] = element
+        self._end(status, history, found, failure)
 
     def _end(
         self,

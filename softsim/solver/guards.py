@@ -29,6 +29,7 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
 
     x: (n, d) [m]. Raises StabilityError naming the element, its place and the time, or the cable.
     """
+    first = 0  # element of a body, among those of all
     for body in model.bodies:
         with np.errstate(invalid="ignore", over="ignore"):
             J = np.linalg.det(body.joined(r.deformation(x[r.nodes]) for r in body.regions))
@@ -39,6 +40,7 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
                 "either it ran away, as a skin under a given pressure above its limit does (drive "
                 "it by added_volume, or lower the pressure), or the time step was too large for "
                 "what happened: lower solver.safety_factor or contact.penalty_stiffness",
+                first + int(broken[0]),
             )
         crushed, blown = int(np.argmin(J)), int(np.argmax(J))
         if J[crushed] < SMALLEST_J:
@@ -47,13 +49,16 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
                 f"{_where(body, crushed, time)} {kind}: volume ratio J = {J[crushed]:.3g}",
                 "a load that rises too fast, a contact that is too stiff or a mesh too coarse for "
                 "the bending there: slow the load, refine the mesh, or lower the pressure",
+                first + crushed,
             )
         if J[blown] > LARGEST_J:
             raise StabilityError(
                 f"{_where(body, blown, time)} is blown up: volume ratio J = {J[blown]:.3g}",
                 "the body balloons past what the law was fitted to, or the pressure is too high "
                 "for this skin: lower the pressure or check material.bulk_modulus",
+                first + blown,
             )
+        first += len(body.cells)
     for data in model.cables:
         if not np.isfinite(x[data.cable.nodes]).all():
             raise StabilityError(

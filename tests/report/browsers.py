@@ -40,7 +40,7 @@ class Browser:
         self.driver.get("about:blank")  # for a page that is open already is not awaited
         self.driver.get(page.as_uri())
         WebDriverWait(self.driver, PATIENCE).until(
-            lambda driver: driver.execute_script("return document.readyState") == "complete"
+            lambda driver: driver.execute_script("return 'ready' in document.body.dataset")
         )
 
     def run(self, script: str, *arguments: Any) -> Any:

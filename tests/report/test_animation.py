@@ -1,7 +1,6 @@
 """What the player gets: places and values survive the packing, and too many frames are thinned."""
 
 import shutil
-from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
@@ -14,34 +13,31 @@ from softsim.errors import OutputError
 from softsim.output.fields import FieldWriter, read_frames
 from softsim.output.folder import RESULTS
 from softsim.report.page.animation import (
+    FINENESS,
+    LEVELS,
     MOST_FRAMES,
     ROOM,
     animation,
     chosen_frames,
-    packed,
+    in_steps,
     skin_of,
 )
 from softsim.robots.box import box
 
 
-def unpacked(numbers: dict, kind: type) -> np.ndarray:
-    """Numbers as the player computes them."""
-    codes, most = np.frombuffer(b64decode(numbers["codes"]), kind), np.iinfo(kind).max - 1
-    low, high = numbers["low"], numbers["high"]
-    return np.where(codes > most, np.nan, low + codes / most * (high - low))
+def whole(numbers: dict) -> np.ndarray:
+    """Numbers as the player computes them, a row a frame."""
+    changes = np.array(numbers["changes"], dtype=float)
+    sums = np.nancumsum(changes, axis=0)
+    return numbers["low"] + numbers["step"] * np.where(np.isnan(changes), np.nan, sums)
 
 
 @settings(max_examples=40)
-@given(arrays(float, 8, elements=st.floats(-40.0, 40.0, width=32) | st.just(np.nan)))
+@given(arrays(float, (4, 3), elements=st.floats(-40.0, 40.0, width=32) | st.just(np.nan)))
 def test_numbers_come_back_within_half_a_step(given_numbers: np.ndarray) -> None:
-    back = unpacked(packed(given_numbers, -40.0, 40.0, np.uint16), np.uint16)
-    np.testing.assert_allclose(back, given_numbers, atol=0.51 * 80.0 / 65534)
-
-
-def test_numbers_stay_between_their_ends() -> None:
-    beyond = np.array([-9.0, 0.5, 9.0, np.inf])
-    back = unpacked(packed(beyond, 0.0, 1.0, np.uint8), np.uint8)
-    np.testing.assert_allclose(back, [0.0, 0.5, 1.0, np.nan], atol=0.003)
+    numbers = in_steps(given_numbers, 0.01)
+    np.testing.assert_allclose(whole(numbers), given_numbers, atol=0.00501)
+    assert all(isinstance(change, int | None) for row in numbers["changes"] for change in row)
 
 
 @settings(max_examples=40)
@@ -70,12 +66,13 @@ def test_places_are_those_of_the_results(run: str, request: pytest.FixtureReques
     frames = read_frames(request.getfixturevalue(run) / RESULTS)
     shown, d = animation(frames, "stretch"), frames.points.shape[1]
     at_end = (frames.points + frames.point_data["displacement"][-1][:, :d]) * 1e3
-    places = unpacked(shown["places"], np.uint16).reshape(len(frames), -1, d)[-1]
+    places = whole(shown["places"]).reshape(len(frames), -1, d)[-1]
     assert shown["times"].tolist() == frames.times.tolist()
     # Every node that is shown is where one is; in space there are nodes inside that none shows.
     away = np.linalg.norm(places[:, None] - at_end[None], axis=2).min(axis=1)
-    assert away.max() < 1e-3
-    assert np.ptp(places, axis=0) == pytest.approx(np.ptp(at_end, axis=0), abs=1e-3)
+    step = np.ptp(frames.points, axis=0).max() * 1e3 / FINENESS
+    assert away.max() < step  # half of it in each direction
+    assert np.ptp(places, axis=0) == pytest.approx(np.ptp(at_end, axis=0), abs=1.01 * step)
 
 
 def test_cells_of_a_plane_run_keep_their_order_and_value(strip_run: Path) -> None:
@@ -83,9 +80,9 @@ def test_cells_of_a_plane_run_keep_their_order_and_value(strip_run: Path) -> Non
     shown = animation(frames, "stretch")
     assert shown["faces"].tolist() == frames.cells.tolist()
     stretch = np.concatenate([frames.cell_data["stretch"][k] for k in range(len(frames))])
-    low, high = (shown["values"][end] for end in ("low", "high"))
-    found = unpacked(shown["values"], np.uint8)
-    np.testing.assert_allclose(found, stretch.clip(low, high), atol=0.51 * (high - low) / 254)
+    low, high = shown["scale"]
+    found = whole(shown["values"]).ravel()
+    np.testing.assert_allclose(found, stretch.clip(low, high), atol=0.51 * (high - low) / LEVELS)
     bar = shown["figure"]["layout"]["coloraxis"]
     assert (bar["cmin"], bar["cmax"]) == (low, high)
     assert bar["colorbar"]["title"]["text"] == "largest principal stretch [-]"
@@ -97,7 +94,8 @@ def test_walls_and_frame_are_there(strip_run: Path, ring_run: Path, box_run: Pat
     )
     faces = strip["figure"]["data"][1]["y"]
     assert set(faces[np.isfinite(faces)]) == {-15.0, 15.0}
-    travel = strip["outlines"][-1].mean(axis=(0, 1)) - strip["outlines"][0].mean(axis=(0, 1))
+    (outlines,) = strip["moving"].values()
+    travel = [np.nanmean(outlines[-1][axis]) - np.nanmean(outlines[0][axis]) for axis in "xy"]
     assert travel == pytest.approx([8.0, 0.0])
     across = ring["figure"]["data"][1]["x"]
     assert set(across[np.isfinite(across)]) == {-12.0, 12.0}
@@ -105,7 +103,7 @@ def test_walls_and_frame_are_there(strip_run: Path, ring_run: Path, box_run: Pat
     assert ring["near"][0][0] < -12.0 and ring["near"][1][0] > 12.0
     walls = box["figure"]["data"][0]
     assert len(walls["i"]) == 2 * 73  # triangles of the floor and the pipe
-    assert len(box["faces"]) * len(box["times"]) == len(unpacked(box["values"], np.uint8))
+    assert (len(box["times"]), len(box["faces"])) == whole(box["values"]).shape
     assert box["near"][0][1] < -3.0  # the floor is below the body, whose middle is at 2 mm
 
 
@@ -121,8 +119,47 @@ def test_frames_in_which_all_is_lost_are_left_out(tmp_path: Path) -> None:
     write_frames(tmp_path / RESULTS, [still, torn, np.full((3, 2), np.nan)])
     shown = animation(read_frames(tmp_path / RESULTS), "stretch")
     assert shown["times"].tolist() == [0.0, 1.0] and shown["frame_count"] == 3
-    places = unpacked(shown["places"], np.uint16).reshape(2, 3, 2)
+    places = whole(shown["places"]).reshape(2, 3, 2)
     assert np.isnan(places[1, 2]).all() and np.isfinite(places[0]).all()
+
+
+def test_a_ring_is_about_the_element_that_failed_where_it_was_last(tmp_path: Path) -> None:
+    shifted, torn = np.full((3, 2), 1e-3), np.zeros((3, 2))
+    torn[2] = np.nan
+    write_frames(tmp_path / RESULTS, [np.zeros((3, 2)), shifted, torn])
+    shown = animation(read_frames(tmp_path / RESULTS), "stretch", failed=0)
+    third = 1.0 / 3.0
+    expected = [[third, third], [1.0 + third, 1.0 + third], [1.0 + third, 1.0 + third]]
+    number = len(shown["figure"]["data"]) - 1
+    middles = [[place["x"][0], place["y"][0]] for place in shown["moving"][number]]
+    np.testing.assert_allclose(middles, expected, atol=1e-3)
+    assert shown["figure"]["data"][number]["marker"]["symbol"] == "circle-open"
+    assert number not in animation(read_frames(tmp_path / RESULTS), "stretch")["moving"]
+
+
+@pytest.mark.parametrize("element", [0, -1])
+def test_in_space_the_eye_is_on_the_side_of_what_failed(box_run: Path, element: int) -> None:
+    frames = read_frames(box_run / RESULTS)
+    number = element % len(frames.cells)
+    shown = animation(frames, "stretch", failed=number)
+    eye = shown["figure"]["layout"]["scene"]["camera"]["eye"]
+    middle = frames.points[frames.cells[number]].mean(axis=0) - frames.points.mean(axis=0)
+    assert sum(eye[name] * c for name, c in zip("xyz", middle, strict=True)) > 0.0
+    assert np.hypot(eye["x"], eye["z"]) > 0.5
+
+
+def test_cables_move_with_the_body(tmp_path: Path) -> None:
+    writer = FieldWriter(tmp_path / RESULTS, np.eye(3)[:, :2] * 1e-3, np.array([[0, 1, 2]]))
+    writer.describe(cable_starts=np.array([0, 2]))
+    cables = 1e-3 * np.arange(10.0).reshape(5, 2)
+    for time in (0.0, 1.0):
+        writer.append(
+            time, {"displacement": np.zeros((3, 2))}, {"stretch": np.ones(1)},
+            extra={"cables": cables + 1e-3 * time},
+        )  # fmt: skip
+    shown = animation(read_frames(tmp_path / RESULTS), "stretch")
+    x = next(places[1]["x"] for places in shown["moving"].values() if len(places[1]["x"]) > 6)
+    np.testing.assert_allclose(x, [np.nan, 1.0, 3.0, np.nan, 5.0, 7.0, 9.0, np.nan])
 
 
 def test_a_run_that_lost_everything_says_so(tmp_path: Path) -> None:

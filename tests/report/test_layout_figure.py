@@ -1,5 +1,6 @@
 """The picture of a robot in a layout: what it is made of, and that it is drawn."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,12 @@ from softsim.output.fields import read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history
 from softsim.report.along_pipe import Pipe, pipes_described
+from softsim.report.diagram import Stripe
 from softsim.report.figures import draw_all
-from softsim.report.layout import draw_layout, places, robots, spread
+from softsim.report.layout import draw_layout, places, robots
+from softsim.report.png import draw_stripes
+from softsim.report.style import drawing
+from softsim.report.way import stripes_of
 from softsim.robots.block import block
 from softsim.robots.box import box
 
@@ -76,8 +81,26 @@ def test_places_are_apart_and_cover_the_way():
     assert places(25.0, 26.0, [50.0, 150.0], 40.0) == [25.0]
 
 
-def test_texts_of_short_segments_do_not_overlap():
-    assert spread([10.0, 11.0, 12.0, 40.0], 5.0) == [10.0, 15.0, 20.0, 40.0]
+def test_texts_of_short_segments_do_not_overlap(tmp_path: Path):
+    tops = [9.5, 10.5, 11.5, 12.5, 67.5, 100.0]
+    stripes = [Stripe(a, b, f"{a:g}", shaded=False) for a, b in pairwise([0.0, *tops])]
+    with drawing(tmp_path / "stripes.png", height=3.0) as figure:
+        axes = figure.subplots()
+        draw_stripes(axes, stripes)
+        figure.draw_without_rendering()
+        boxes = [text.get_window_extent() for text in axes.texts]
+    assert all(lower.y1 <= upper.y0 for lower, upper in pairwise(boxes))
+
+
+def test_segments_end_where_the_next_begins_and_the_last_one_goes_on():
+    segments = [
+        {"segment": k, "what": "straight", "start": 0.1 * k, "end": 0.1 * k + 0.1} for k in range(3)
+    ]
+    found = list(stripes_of(segments, 50.0, 420.0))
+    assert [(s.low, s.high) for s in found] == [(50.0, 100.0), (100.0, 200.0), (200.0, 420.0)]
+    assert [s.shaded for s in found] == [True, False, True]
+    assert found[1].name == "1  straight"
+    assert [s.name[0] for s in stripes_of(segments, 120.0, 150.0)] == ["1"]
 
 
 def test_the_robot_at_its_end_is_always_there(tmp_path: Path):

@@ -24,13 +24,16 @@ def pages(strip_run: Path, box_run: Path, tmp_path_factory: pytest.TempPathFacto
     """Pages of a plane run with a nasty title, of one in space, and of one in a layout."""
     folder = tmp_path_factory.mktemp("pages")
     plane = shutil.copytree(strip_run, folder / "plane")
-    summary = {"title": TITLE, "status": "aborted", "failure": TITLE}
+    summary = {"title": TITLE, "status": "aborted", "failure": TITLE, "failed_element": 12}
     RunFolder(plane).write_json_atomic("summary.json", summary)
     (plane / SCENE).write_text("time:\n  end: 4 s  # scene.yaml:7\n", "utf-8")
     space = shutil.copytree(box_run, folder / "space")
+    failed = shutil.copytree(box_run, folder / "failed")
+    summary = {"status": "aborted", "failure": "crushed", "failed_element": 3}
+    RunFolder(failed).write_json_atomic("summary.json", summary)
     (folder / "layout").mkdir()
     write_layout_run(folder / "layout", block(30e-3, 8e-3, 8e-3), 0.151, wedged=True)
-    return {run.name: write_run_page(run) for run in (plane, space, folder / "layout")}
+    return {run.name: write_run_page(run) for run in (plane, space, failed, folder / "layout")}
 
 
 def robot(browser: Browser) -> WebElement:
@@ -85,11 +88,24 @@ def test_text_of_a_user_is_shown_as_it_is(browser: Browser, pages: dict):
     assert settings == "time:\n  end: 4 s  # scene.yaml:7\n"
 
 
+@pytest.mark.parametrize("name", ["plane", "failed"])
+def test_a_run_that_failed_opens_where_it_did(browser: Browser, pages: dict, name: str):
+    browser.open(pages[name])
+    assert browser.run("return current === end && end > 0")
+    away = "return robot.data.at(-1).x[0] - others.at(-1)[1][current].x[0]"
+    assert browser.run(away) == 0.0
+    picture(browser)
+    assert browser.complaints() == []
+    slide(browser, 0)
+    assert browser.run(away) == 0.0
+
+
 @pytest.mark.parametrize("name", ["plane", "space"])
 def test_the_slider_moves_the_body_and_the_marks_in_the_charts(
     browser: Browser, pages: dict, name: str
 ):
     browser.open(pages[name])
+    slide(browser, 0)
     mark = "return document.querySelector('.moment').getBoundingClientRect().left"
     before, place = picture(browser), browser.run(mark)
     assert before.std() > 0.02, "nothing is painted"
@@ -102,6 +118,7 @@ def test_the_slider_moves_the_body_and_the_marks_in_the_charts(
 
 def test_keys_step_and_the_button_plays(browser: Browser, pages: dict):
     browser.open(pages["plane"])
+    slide(browser, 0)
     robot(browser).send_keys(Keys.ARROW_RIGHT * 2, Keys.ARROW_LEFT)
     assert browser.run("return current") == 1
     browser.run("speed.value = '5'; play.click()")

@@ -30,7 +30,7 @@ def test_probes_are_what_the_solver_does_not_always_write(history) -> None:
 
 def test_lengths_are_in_mm_and_volumes_in_ml(history) -> None:
     curves = curves_of(history, UNITS)
-    ends = [curve.values[-1] for unit in ("m", "N", "m^3") for curve in curves[unit]]
+    ends = [curve.y[-1] for unit in ("m", "N", "m^3") for curve in curves[unit]]
     np.testing.assert_allclose(ends, [1.0, 2.0, -0.5, 3.0, 4.0])
 
 

@@ -1,7 +1,10 @@
 """What the page of a run says, before any browser sees it."""
 
+import gzip
 import json
+import re
 import shutil
+from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +14,6 @@ from layout_runs import write_layout_run
 from softsim.errors import OutputError
 from softsim.output.folder import HISTORY, SCENE, RunFolder
 from softsim.output.history import History
-from softsim.report.page.animation import ROOM
 from softsim.report.page.run import run_context, setting, write_run_page
 from softsim.report.page.verdicts import BAD, GOOD, OPEN, expectations, verdicts
 from softsim.report.table import cell
@@ -38,6 +40,18 @@ def test_numbers_are_those_of_the_summary_with_units_for_people(folder: Path) ->
     assert "peak pull" not in measures
 
 
+def test_what_a_run_is_not_about_is_not_said(ring_run: Path, folder: Path, tmp_path: Path) -> None:
+    ring = shutil.copytree(ring_run, tmp_path / "ring")
+    for run in (folder, ring):
+        write_summary(run, cycles_done=0, rows_in_contact=0.0, frame_displacement=0.0)
+        assert [name for name, _ in run_context(run)["measures"]] == [
+            "simulated time", "wall time", "frame displacement",
+        ]  # fmt: skip
+    assert run_context(folder)["animation"]["what"] == "robot"
+    assert run_context(ring)["animation"]["what"] == "body"
+    assert "robot" not in write_run_page(ring).read_text("utf-8").partition("<script")[0]
+
+
 def test_charts_are_those_that_the_history_has_something_for(folder: Path) -> None:
     charts = {chart.title: chart for chart in run_context(folder)["charts"]}
     assert list(charts) == ["Displacement and pressure", "Energies", "Contact with walls"]
@@ -48,10 +62,11 @@ def test_charts_are_those_that_the_history_has_something_for(folder: Path) -> No
 
 
 def test_a_vibrating_signal_is_thinned_to_its_mean_and_band(folder: Path) -> None:
-    low, high, mean = run_context(folder)["charts"][0].traces[:3]  # of 4001 rows
-    assert len(mean["x"]) == len(low["y"]) == 1000
-    assert np.all(np.array(low["y"]) <= high["y"])
-    swing = np.array(high["y"]) - low["y"]
+    band, mean = run_context(folder)["charts"][0].traces[:2]  # of 4001 rows
+    assert len(mean["x"]) == 1000
+    high, low = np.reshape(band["y"], (2, 1000))
+    swing = high - low[::-1]
+    assert np.all(swing >= 0.0)
     assert swing.max() > 0.05  # the vibration, 0.1 mm, seen in bins of four rows
     assert mean["y"][-1] == pytest.approx(8.0, abs=0.1)
 
@@ -107,14 +122,20 @@ def test_names_in_charts_are_escaped(tmp_path: Path) -> None:
         history.append({"time": time, "</script><b>": time})
     history.close()
     text = write_run_page(tmp_path).read_text("utf-8")
-    assert "</script><b>" not in text and r"\u003c/script\u003e\u003cb\u003e" in text
+    packed = re.findall("data-packed>([^<]*)<", text)
+    charts = "".join(gzip.decompress(b64decode(one)).decode("utf-8") for one in packed)
+    assert "</script><b>" not in text + charts
+    assert r"\u003c/script\u003e\u003cb\u003e" in charts
 
 
-def test_the_page_has_plotly_once_and_reads_nothing_else(folder: Path) -> None:
+def test_the_page_is_one_small_file_that_has_all_it_needs(folder: Path) -> None:
     text = write_run_page(folder).read_text("utf-8")
-    assert text.count("* plotly.js v") == 1
     assert '<link rel="stylesheet"' not in text and "<script src" not in text
-    assert len(text) + 4 / 3 * ROOM < 15e6  # with all the frames that it may hold, in base64
+    assert len(text) < 1e6
+    (packed,) = re.findall('id="plotly">([^<]*)<', text)
+    plotly = gzip.decompress(b64decode(packed)).decode("utf-8")
+    assert "* plotly.js (gl3d - minified) v" in plotly[:50]
+    assert "mesh3d" in plotly and "Licensed under the MIT license" in plotly[:200]
 
 
 EXPECT = {"expect": {"passes": None, "mean_speed": {"min": "1 mm/s", "max": None}}}

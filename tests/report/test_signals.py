@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from softsim.report.page.over_time import chart_of
-from softsim.report.panels import draw_curves
+from softsim.report.page.charts import chart_of
+from softsim.report.png import draw
 from softsim.report.signals import signals
 
 TIME = np.linspace(0.0, 1.0, 50)
@@ -33,22 +33,20 @@ def test_forces_of_rows_and_sides_over_the_last_fall_of_the_pressure(history) ->
     assert "deflation" not in signals(history, UNITS)
     pressed = {"row_force_skin.j1": 2.0 * TIME, "side_force_top": TIME, "side_force_left": -TIME}
     rows, sides, speed = signals(history | pressed | {"pressure": cycle}, UNITS)["deflation"].panels
-    assert [line.name for line in rows.left.lines] == ["skin.j1"]
-    assert [line.name for line in sides.left.lines] == ["top", "left"]
-    (drawn,) = speed.left.lines
-    np.testing.assert_allclose(drawn.values, 5.0)  # 5 mm in a second
+    assert [line.name for line in rows.left.series] == ["skin.j1"]
+    assert [line.name for line in sides.left.series] == ["top", "left"]
+    (drawn,) = speed.left.series
+    np.testing.assert_allclose(drawn.y, 5.0)  # 5 mm in a second
     assert drawn.x[[0, -1]] == pytest.approx([10.0, 2.0], abs=0.3)
     assert (np.diff(drawn.x) < 0.0).all()
     in_pipe = history | pressed | {"pressure": cycle, "arc_length": 7e-3 * TIME}
-    np.testing.assert_allclose(
-        signals(in_pipe, UNITS)["deflation"].panels[2].left.lines[0].values, 7.0
-    )
+    np.testing.assert_allclose(signals(in_pipe, UNITS)["deflation"].panels[2].left.series[0].y, 7.0)
 
 
 def test_pull_is_shown_where_a_tendon_holds_the_robot(history) -> None:
     (panel,) = signals(history, UNITS)["pull"].panels
-    assert [axis.title for axis in panel.axes] == [
-        "pull on the force gauge [N]", "air pressure [kPa]",
+    assert [axis.scale.title for axis in panel.axes] == [
+        "pull of the tendon [N]", "air pressure [kPa]",
     ]  # fmt: skip
     del history["pull"]
     assert "pull" not in signals(history, UNITS)
@@ -66,12 +64,12 @@ def test_every_figure_is_drawn_in_both_ways(history, tmp_path: Path) -> None:
         "displacement_pressure", "energies", "contact_rows", "pull", "probes", "pressure_probe",
     ]  # fmt: skip
     for name, curves in found.items():
-        draw_curves(curves, tmp_path / f"{name}.png")
+        draw(tmp_path / f"{name}.png", curves)
         assert imread(tmp_path / f"{name}.png")[..., :3].std() > 0.02
         chart = chart_of(curves).figure
         titles = [a["title"]["text"] for n, a in chart["layout"].items() if n.startswith("yaxis")]
-        assert titles == [axis.title for panel in curves.panels for axis in panel.axes]
-        lines = [line for panel in curves.panels for axis in panel.axes for line in axis.lines]
+        assert titles == [axis.scale.title for panel in curves.panels for axis in panel.axes]
+        lines = [line for panel in curves.panels for axis in panel.axes for line in axis.series]
         assert [trace["y"][-1] for trace in chart["data"]] == pytest.approx(
-            [line.values[-1] for line in lines]
+            [line.y[-1] for line in lines]
         )

@@ -22,12 +22,14 @@ from study_folders import (
 )
 
 from softsim.errors import OutputError
-from softsim.report.study.cells import Cells, edges, remark_on_cells
+from softsim.report.diagram import Scale
+from softsim.report.png import WIDE, along_x
+from softsim.report.study.cells import cells_of, edges, remark_on_cells
 from softsim.report.study.curve import BAND, lines, remark
 from softsim.report.study.figures import draw_study
 from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, SPREAD, Findings, best_in_words
 from softsim.report.study.plots import best_so_far, drawn_plots
-from softsim.report.study.scale import WIDE, Scale
+from softsim.report.study.scale import AxisScale
 from softsim.report.style import drawing
 from softsim.study.axes import Axis, Goal, Plot
 
@@ -98,13 +100,13 @@ def test_a_line_a_pipe_with_a_gap_where_a_case_failed(tmp_path):
     found = findings(tmp_path, [PIPE, RATE], rows[::-1])
     narrow = next(
         line
-        for line in lines(found, found.scale("rate"), found.scale("speed"), PIPE)
-        if line.level == "30 mm"
+        for level, line in lines(found, found.scale("rate"), found.scale("speed"), PIPE)
+        if level == "30 mm"
     )
     assert narrow.x == pytest.approx(RATES)
     expected = [speed(rate, pipe="30 mm") for rate in RATES]
     expected[2] = np.nan
-    assert narrow.mean == pytest.approx(expected, nan_ok=True)
+    assert narrow.y == pytest.approx(expected, nan_ok=True)
     assert np.isnan(narrow.band).all()
 
 
@@ -112,8 +114,8 @@ def test_what_else_varies_makes_lines_of_its_own(tmp_path):
     rows = grid(pipe=["30 mm", "36 mm"], friction=[0.4, 0.6, 0.8], rate=[1.0, 2.0])
     found = findings(tmp_path, [PIPE, FRICTION, RATE], rows)
     drawn = list(lines(found, found.scale("rate"), found.scale("speed"), PIPE))
-    assert [line.level for line in drawn] == ["30 mm"] * 3 + ["36 mm"] * 3
-    assert drawn[4].mean == pytest.approx([speed(1.0, 0.6), speed(2.0, 0.6)])
+    assert [level for level, _ in drawn] == ["30 mm"] * 3 + ["36 mm"] * 3
+    assert drawn[4][1].y == pytest.approx([speed(1.0, 0.6), speed(2.0, 0.6)])
 
 
 def test_a_band_is_three_standard_deviations(tmp_path):
@@ -122,9 +124,9 @@ def test_a_band_is_three_standard_deviations(tmp_path):
         tmp_path, [RATE], grid(rate=[1.0, 2.0], repeat=[1, 2]), lambda rate: next(values),
         noise=0.0, repeats=2,
     )  # fmt: skip
-    (line,) = lines(found, found.scale("rate"), found.scale("speed"), None)
+    ((_, line),) = lines(found, found.scale("rate"), found.scale("speed"), None)
     half = BAND * np.array([np.std([1, 2], ddof=1), np.std([3, 8], ddof=1)])
-    assert line.band == pytest.approx(np.stack([line.mean - half, line.mean + half]))
+    assert line.band == pytest.approx(np.stack([line.y - half, line.y + half]))
 
 
 def test_a_share_lies_in_its_interval(tmp_path):
@@ -134,8 +136,8 @@ def test_a_share_lies_in_its_interval(tmp_path):
         tmp_path, [RATE], grid(rate=[1.0, 2.0], repeat=[1, 2, 3, 4]), lambda rate: next(values),
         noise=0.0, repeats=4,
     )  # fmt: skip
-    (line,) = lines(found, found.scale("rate"), found.scale("speed"), None)
-    assert line.mean == pytest.approx([0.75, 0.0])
+    ((_, line),) = lines(found, found.scale("rate"), found.scale("speed"), None)
+    assert line.y == pytest.approx([0.75, 0.0])
     assert line.band == pytest.approx(np.array([[0.3006, 0.0], [0.9544, 0.4899]]), abs=1e-4)
     said = remark(found, found.axis("rate"), found.axis("speed"), None)
     assert said == "share and its 95 % interval (Wilson) of n = 4 repeats"
@@ -158,7 +160,7 @@ def test_levels_lie_in_their_cells(levels, logarithmic):
 def test_cells_are_means_over_what_else_varies(tmp_path):
     rows = grid(pipe=["30 mm", "36 mm"], friction=[0.2, 0.6, 0.65], rate=[1.0, 10.0])
     found = findings(tmp_path, [PIPE, FRICTION, RATE], failed(rows, 3, 9, 4))
-    cells = Cells.of(found, found.scale("friction"), found.scale("rate"), found.scale("speed"))
+    cells = cells_of(found, found.scale("friction"), found.scale("rate"), found.scale("speed"))
     assert cells.columns == pytest.approx([0.2, 0.6, 0.65])
     assert cells.values[0, 0] == pytest.approx(
         0.5 * (speed(1.0, 0.2, "30 mm") + speed(1.0, 0.2, "36 mm"))
@@ -172,7 +174,7 @@ def test_cells_are_means_over_what_else_varies(tmp_path):
 def test_labels_that_begin_with_numbers_are_in_their_order():
     axis = Axis("pipe", is_label=True)
     column = polars.Series(["36 mm", "9 mm", None, "30 mm"])
-    scale = Scale.of(axis, column)
+    scale = AxisScale.of(axis, column)
     assert scale.labels == ("9 mm", "30 mm", "36 mm")
     assert scale.places(column) == pytest.approx([2.0, 0.0, np.nan, 1.0], nan_ok=True)
 
@@ -242,11 +244,11 @@ def test_awkward_studies_are_drawn_too(tmp_path, factors, rows, plot):
 
 
 def test_titles_of_panels_side_by_side_do_not_overlap(tmp_path):
-    axis = Axis("rate", "kPa/s", about="average deflation rate of the middle chamber")
+    scale = Scale("average deflation rate of the middle chamber [kPa/s]")
     with drawing(tmp_path / "panels.png", height=3.0) as figure:
         panels = figure.subplots(1, 3)
         for axes in panels:
-            Scale(axis).along_x(axes, WIDE // 3)
+            along_x(axes, scale, WIDE // 3)
         figure.draw_without_rendering()
         boxes = [axes.xaxis.label.get_window_extent() for axes in panels]
     assert all(one.x1 < other.x0 for one, other in pairwise(boxes))

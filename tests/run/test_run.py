@@ -244,9 +244,11 @@ def test_a_crushed_element_stops_the_run(write_scene, tmp_path, run):
     assert caught.value.hint
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["status"] == "aborted"
-    assert "element" in summary["failure"]
+    number = summary["failed_element"]
+    assert summary["failure"].startswith(f"element {number} of body 'strip'")
     frames = read_frames(tmp_path / "out" / "results.vtkhdf")
     assert frames.times[-1] == pytest.approx(summary["simulated_time"])
+    assert 0 <= number < len(frames.cells)
 
 
 def test_the_energy_guard(write_scene, tmp_path, run):

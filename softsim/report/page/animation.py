@@ -1,6 +1,5 @@
 """The deformed robot frame by frame, small enough to travel inside a page."""
 
-from base64 import b64encode
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,12 +12,20 @@ from softsim.report.colours import (
     FIELDS,
     MILLI,
     colour_scale,
+    places_at,
     refuse_missing_field,
     shared_scale,
     shown_values,
 )
-from softsim.report.page.robot import moving_walls, plane_chart, space_chart
-from softsim.report.section import outlines_at
+from softsim.report.page.charts import Chart
+from softsim.report.page.robot import (
+    SHADES,
+    plane_layout,
+    plane_parts,
+    ring,
+    space_layout,
+    space_parts,
+)
 from softsim.report.snapshots import is_axisymmetric, pictures
 from softsim.report.surface import around, corners_of_box, seen_walls
 
@@ -26,7 +33,10 @@ MOST_FRAMES = 200
 """A slider has about as many places that a hand can find."""
 
 ROOM = 6 * 2**20
-"""For all frames [bytes], so that the page with its scripts stays below 15 MB."""
+"""For all frames [bytes], two a coordinate and one a face; compressed they take half of it."""
+
+FINENESS, LEVELS = 4000, 254
+"""Steps of places in the size of the body at rest, and of values from end to end of the scale."""
 
 
 @dataclass(frozen=True)
@@ -41,51 +51,61 @@ class Skin:
     rim: np.ndarray
 
 
-def animation(frames: Frames, field: str) -> dict[str, Any]:
+def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str, Any]:
     """The frames coloured by `field`, as player.js takes them; lengths in mm, times in s.
 
     figure: the robot between its walls, without places. origins: the middle of the robot in each
     frame (f, d); near: lowest and highest coordinates (2, d), from there, of what is shown around
-    it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image. walls: None, or in
-    each frame the outlines and faces of walls of which one moves.
+    it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image. moving: of traces
+    that are not made from the body's nodes their places in each frame. failed: an element that a
+    ring is about, where it was last, where it is lost.
     Frames are left out evenly where there are more than MOST_FRAMES or than fit in ROOM.
     Raises OutputError for a field that the frames do not have, or if no node has a place.
     """
     refuse_missing_field(frames, field)
     d, mirrored, skin = frames.points.shape[1], is_axisymmetric(frames), skin_of(frames)
     chosen = chosen_frames(len(frames), len(skin.nodes) * d, len(skin.faces))
-    places = _places(frames, chosen)[:, skin.nodes]
+    every = np.stack([places_at(frames, index) for index in chosen])
+    places = every[:, skin.nodes]
     kept = np.isfinite(places).all(axis=2).any(axis=1)
     if not kept.any():
         raise OutputError("the results hold no frame in which a node still has a place")
-    chosen, places = chosen[kept], places[kept]
+    chosen, places, every = chosen[kept], places[kept], every[kept]
     origins = np.nanmean(places, axis=1) * ([0.0, 1.0] if mirrored else 1.0)
     values = shown_values(frames, chosen, field, skin.faces, skin.owners)
     low, high = shared_scale(values.ravel())[0].get_clim()
     everywhere = box(places, mirrored)
+    size = float(np.ptp(frames.points, axis=0).max()) * MILLI
     around_it = box(places - origins[:, None], mirrored)
     near = with_surroundings(frames, field, around_it, origins[0])
-    colours = {
+    outward = np.zeros(d)
+    if failed is not None:
+        middles = last_known(every, frames.cells[failed])
+        outward = middles[-1] - origins[-1]
+    if d == 2:
+        parts = list(plane_parts(frames, chosen, field, everywhere))
+        layout = plane_layout(frames, field)
+    else:
+        parts, layout = list(space_parts(frames, chosen, everywhere)), space_layout(outward)
+    if failed is not None:
+        parts.append(ring(failed, middles))
+    layout["coloraxis"] = {
         "cmin": low, "cmax": high,
         "colorscale": colour_scale(),
         "colorbar": {"title": {"text": FIELDS[field].label, "side": "right"}, "thickness": 14},
     }  # fmt: skip
-    if d == 2:
-        chart = plane_chart(frames, field, everywhere, colours)
-        walls = moving_walls(frames, chosen, field, everywhere)
-    else:
-        chart, walls = space_chart(frames, everywhere, colours), None
     return {
         "times": frames.times[chosen],
         "frame_count": len(frames),
-        "figure": chart.figure,
+        "figure": Chart("", [part.first for part in parts], layout).figure,
+        "moving": {k: part.places for k, part in enumerate(parts) if len(part.places) > 1},
         "signs": [1, -1] if mirrored else [1],
         "faces": np.searchsorted(skin.nodes, skin.faces),
         "rim": np.searchsorted(skin.nodes, skin.rim),
-        "places": packed(places, np.nanmin(places), np.nanmax(places), np.uint16),
-        "values": packed(values, low, high, np.uint8),
-        "outlines": [outlines_of(frames, index).round(3) for index in chosen],
-        "walls": walls,
+        "places": in_steps(places.reshape(len(places), -1), size / FINENESS),
+        "values": in_steps(values.clip(low, high), (high - low) / LEVELS or 1.0),
+        "scale": [low, high],
+        "shades": SHADES,
         "origins": origins.round(4),
         "near": near,
         "everywhere": near + np.array([origins.min(axis=0), origins.max(axis=0)]),
@@ -111,15 +131,20 @@ def chosen_frames(count: int, coordinates: int, faces: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
-def packed(values: np.ndarray, low: float, high: float, kind: type[np.integer]) -> dict[str, Any]:
-    """Values as whole numbers of this kind in base64, row by row: from 0, which stands for `low`,
-    to the last but one of the kind for `high`; the last one stands for what is not finite.
+def in_steps(values: np.ndarray, step: float) -> dict[str, Any]:
+    """Values of frames (f, n) as whole numbers of steps from the lowest one: those of the first
+    frame, and of each further one its changes, which are small and take little room compressed.
+    None stands for what is not finite; the next change is from the frame before.
     """
-    most, finite = np.iinfo(kind).max - 1, np.isfinite(values)
-    share = (np.where(finite, values, low) - low) / ((high - low) or 1.0)
-    codes = np.where(finite, np.rint(share.clip(0.0, 1.0) * most), most + 1)
-    little_endian = codes.astype(np.dtype(kind).newbyteorder("<")).tobytes()
-    return {"low": low, "high": high, "codes": b64encode(little_endian).decode("ascii")}
+    low, known = float(np.nanmin(values, initial=np.inf)), np.isfinite(values)
+    if not known.any():
+        low = 0.0
+    last = np.maximum.accumulate(np.where(known, np.arange(len(values))[:, None], -1), axis=0)
+    filled = np.where(last < 0, low, np.take_along_axis(values, last.clip(0), axis=0))
+    numbers = np.rint((filled - low) / step).astype(int)
+    changes = np.diff(numbers, axis=0, prepend=0).astype(object)
+    changes[~known] = None
+    return {"low": low, "step": step, "changes": changes.tolist()}
 
 
 def box(places: np.ndarray, mirrored: bool) -> np.ndarray:
@@ -150,12 +175,10 @@ def with_surroundings(
     return box(np.concatenate([corners, walls.clip(low, high)]), False)
 
 
-def outlines_of(frames: Frames, index: int) -> np.ndarray:
-    """Corners (k, 4, 2) [mm] of the rigid outlines; none in space, where nothing shows them."""
-    return outlines_at(frames, index) if frames.points.shape[1] == 2 else np.zeros((0, 4, 2))
-
-
-def _places(frames: Frames, indices: np.ndarray) -> np.ndarray:
-    d = frames.points.shape[1]
-    displacements = np.array(frames.point_data["displacement"].at(indices))[..., :d]
-    return (frames.points + displacements) * MILLI
+def last_known(places: np.ndarray, cell: np.ndarray) -> np.ndarray:
+    """The middle (f, d) of a cell in frames that show places (f, n, d); of one without a place that
+    of the frame before.
+    """
+    middles = places[:, cell].mean(axis=1)
+    known = np.isfinite(middles).all(axis=1)
+    return middles[np.maximum.accumulate(np.where(known, np.arange(len(middles)), 0))]

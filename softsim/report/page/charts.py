@@ -1,10 +1,33 @@
-"""Interactive charts: what plotly.js is told to draw, in the look of the figures."""
+"""Interactive charts: a diagram as plotly.js is told to draw it, in the look of the figures.
+Whatever a user calls things is text to plotly.js, not markup.
+"""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from html import escape
+from textwrap import wrap
 from typing import Any
 
-from softsim.report.style import GRID, INK, QUIET
+import numpy as np
+from matplotlib.colors import to_hex
+
+from softsim.report.colours import colour_scale, colours_of
+from softsim.report.diagram import (
+    MOST_NUMBERS,
+    POINTS,
+    STEPS,
+    Axis,
+    Cells,
+    Diagram,
+    Edge,
+    Panel,
+    Scale,
+    Series,
+)
+from softsim.report.style import GRID, INK, QUIET, RED, SKY
+from softsim.report.thinning import thinned
+
+Trace = dict[str, Any]
 
 AXIS: Mapping[str, Any] = {
     "gridcolor": GRID, "linecolor": QUIET, "showline": True, "zeroline": False, "ticks": "outside",
@@ -21,6 +44,41 @@ LAYOUT: Mapping[str, Any] = {
     "hovermode": "closest",
 }
 """Of every chart."""
+
+BINS = 1000
+"""Of a signal that vibrates; one of up to twice as many rows is shown as it is."""
+
+DIGITS = 6
+"""Of the numbers in a page: more than a screen shows, and less than a history has."""
+
+CROWD = 2000
+"""Points from which on they are smaller, and the graphics card draws them."""
+
+WIDE, HIGH = 60, 30
+"""Characters of a title that fit along the horizontal and the vertical axis of a chart."""
+
+DASHES = {"-": "solid", "--": "dash", ":": "dot", STEPS: "solid"}
+"""Kind of a line -> the same of plotly."""
+
+BESIDE = {"side": "right", "showgrid": False, "tickmode": "auto"}
+"""Of a second axis, on the right."""
+
+EDGE = {"range": [0.0, 1.0], "visible": False, "fixedrange": True}
+"""Of an axis for marks along the lower edge."""
+
+SYMBOLS = {"x": "x-thin-open", "|": "line-ns-open"}
+
+STAR = {"symbol": "star", "size": 15, "color": RED, "line": {"color": "white", "width": 1}}
+
+PANEL, RIM, GAP = 210, 100, 0.06
+"""Heights of a panel and of what is around all of them [px]; between panels, of the whole."""
+
+DECADES = [float(f"{digit}e{decade}") for decade in range(-9, 10) for digit in (1, 2, 5)]
+"""Where a logarithmic axis may have its numbers; plotly.js would write 0.5 as a small 5."""
+
+BAR = {"x": [None], "y": [None], "mode": "markers", "showlegend": False, "hoverinfo": "skip",
+       "marker": {"color": [0.0], "coloraxis": "coloraxis"}}  # fmt: skip
+"""For the bar of colours, where no trace has it."""
 
 
 @dataclass(frozen=True)
@@ -46,3 +104,234 @@ class Chart:
             if name.startswith(("xaxis", "yaxis")):
                 layout[name] = {**AXIS, **layout[name]}
         return {"data": list(self.traces), "layout": layout}
+
+
+def chart_of(diagram: Diagram) -> Chart:
+    """A diagram in a page."""
+    shares = np.array([panel.height for panel in diagram.panels])
+    heights = shares / shares.sum() * (1.0 - GAP * (len(shares) - 1))
+    traces: list[Trace] = []
+    layout: dict[str, Any] = {"hovermode": "x" if diagram.over_time else "closest"}
+    numbers = map(str, ["", *range(2, 3 * len(shares) + 1)])  # plotly's names: y, y2, y3 ...
+    top = 1.0
+    for panel, height in zip(diagram.panels, heights, strict=True):
+        left = next(numbers)
+        layout[f"yaxis{left}"] = vertical(panel.left) | {"domain": [max(top - height, 0.0), top]}
+        axes = [(panel.left, left)]
+        if panel.right is not None:
+            axes.append((panel.right, next(numbers)))
+            above = {"overlaying": f"y{left}", **BESIDE}
+            layout[f"yaxis{axes[1][1]}"] = vertical(panel.right) | above
+        for axis, number in axes:
+            for series in axis.series:
+                traces += series_traces(series, f"y{number}", panel)
+        if panel.edges:
+            number = next(numbers)
+            layout[f"yaxis{number}"] = {"overlaying": f"y{left}", **EDGE}
+            traces += [edge_trace(edge, f"y{number}") for edge in panel.edges]
+        layout.setdefault("shapes", []).extend(stripe_shapes(panel, f"y{left}"))
+        layout.setdefault("annotations", []).extend(stripe_words(panel, f"y{left}"))
+        traces += marks(panel, f"y{left}")
+        if panel.colours is not None:
+            layout["coloraxis"] = colour_axis(*panel.colours)
+        top -= height + GAP
+    layout["xaxis"] = along(diagram.x, WIDE) | {"anchor": f"y{left}"} | span(diagram)
+    if (cells := diagram.panels[0].cells) is not None:
+        layout["xaxis"] |= {"range": _ends(diagram.x, cells.at_x), "showgrid": False}
+        up = _ends(diagram.panels[0].left.scale, cells.at_y)
+        layout["yaxis"] |= {"range": up, "showgrid": False}
+    height = int(RIM + PANEL * shares.sum())
+    title = f"{diagram.title}; {diagram.remark}" if diagram.remark else diagram.title
+    return Chart(title, traces, layout, height, over_time=diagram.over_time)
+
+
+def span(diagram: Diagram) -> Trace:
+    """The range of an axis of time."""
+    if not diagram.over_time or diagram.span[0] >= diagram.span[1]:
+        return {}
+    return {"range": list(diagram.span)}
+
+
+def along(scale: Scale, room: int) -> Trace:
+    """An axis of a chart, along which `room` characters fit: title, spacing, labels."""
+    axis: Trace = {"title": {"text": in_lines(scale.title, room)}}
+    if scale.logarithmic:
+        axis |= {"type": "log", "tickvals": DECADES, "ticktext": [f"{t:g}" for t in DECADES]}
+    if scale.labels is not None:
+        axis |= ticks(scale) | {"range": list(scale.limits())}
+    return axis
+
+
+def vertical(axis: Axis) -> Trace:
+    """A vertical axis."""
+    found = along(axis.scale, HIGH)
+    found["title"] |= {"font": {"color": axis.colour}}
+    return found | {"rangemode": "tozero" if axis.scale.from_zero else "normal"}
+
+
+def series_traces(series: Series, axis: str, panel: Panel) -> Iterator[Trace]:
+    """Single points, perhaps in the colours of the panel, or a line upon its band."""
+    named = {"name": escape(series.name), "showlegend": panel.has_legend and bool(series.name)}
+    crowded = len(series.x) > CROWD
+    marker: Trace = {"size": 4, "opacity": 0.5} if crowded else {"size": 7, "opacity": 0.75}
+    if series.kind == POINTS:
+        marker |= {"color": series.colour}
+        if series.shades is not None and panel.colours is not None:
+            shown = rounded(shades(panel.colours[0], series.shades))
+            marker |= {"color": shown, "coloraxis": "coloraxis"}
+        kind = {"type": "scattergl" if crowded else "scatter"}
+        yield at_cases(series) | named | {"marker": marker, "yaxis": axis} | kind
+        return
+    x, y, band = series.x, series.y, series.band
+    if band is None and series.kind != STEPS:
+        means = thinned(x, y, BINS)
+        x, y = means.time, means.mean
+        band = None if means.low is means.mean else np.stack([means.low, means.high])
+    if band is not None:
+        yield from band_traces(x, band, series, axis)
+    look = {"color": series.colour, "dash": DASHES[series.kind], "width": 1.6}
+    shape = {"shape": "hv" if series.kind == STEPS else "linear"}
+    mode = {"mode": "lines+markers" if series.has_markers else "lines"}
+    trace = at_cases(series) if len(series.cases) else {"x": rounded(x), "y": rounded(y)}
+    group = {"legendgroup": series.name} if series.name else {}
+    yield trace | named | mode | group | {"marker": marker, "line": look | shape, "yaxis": axis}
+
+
+def band_traces(x: np.ndarray, band: np.ndarray, series: Series, axis: str) -> Iterator[Trace]:
+    """The parts of a band (2, n) that are there, as areas."""
+    lowest, highest = band
+    for part in np.ma.clump_unmasked(np.ma.masked_invalid(lowest)):
+        yield {
+            "x": rounded(np.append(x[part], x[part][::-1])), "yaxis": axis,
+            "y": rounded(np.append(highest[part], lowest[part][::-1])), "mode": "lines",
+            "fill": "toself", "fillcolor": series.colour + "33", "line": {"width": 0},
+            "hoverinfo": "skip", "showlegend": False, "legendgroup": series.name,
+        }  # fmt: skip
+
+
+def at_cases(series: Series) -> Trace:
+    """The page shows the case under the cursor, `mean` of several where a point stands for them,
+    and leads to it at a click.
+    """
+    return {
+        "mode": "markers", "x": rounded(series.x), "y": rounded(series.y), "hoverinfo": "none",
+        "customdata": series.cases.tolist(), "meta": {"mean": series.mean},
+    }  # fmt: skip
+
+
+def edge_trace(edge: Edge, axis: str) -> Trace:
+    """Marks along the lower edge, upon an axis of their own."""
+    at = Series(edge.name, edge.x, np.full(len(edge.x), 0.02), cases=edge.cases)
+    marker = {"symbol": SYMBOLS[edge.marker], "size": 7, "color": edge.colour}
+    look = {"marker": marker, "opacity": 0.7, "cliponaxis": False, "showlegend": True}
+    return at_cases(at) | look | {"yaxis": axis, "name": edge.name}
+
+
+def stripe_shapes(panel: Panel, axis: str) -> list[Trace]:
+    """The stripes that are shaded."""
+    look = {
+        "type": "rect",
+        "layer": "below",
+        "fillcolor": SKY,
+        "opacity": 0.16,
+        "line": {"width": 0},
+    }
+    across = {"xref": "paper", "x0": 0.0, "x1": 1.0, "yref": axis}
+    return [look | across | {"y0": s.low, "y1": s.high} for s in panel.stripes if s.shaded]
+
+
+def stripe_words(panel: Panel, axis: str) -> list[Trace]:
+    """What is said of stripes, in them."""
+    look = {"showarrow": False, "xref": "paper", "x": 0.0, "xanchor": "left", "yref": axis,
+            "font": {"size": 11, "color": QUIET}}  # fmt: skip
+    return [look | {"y": 0.5 * (s.low + s.high), "text": escape(s.name)} for s in panel.stripes]
+
+
+def marks(panel: Panel, axis: str) -> Iterator[Trace]:
+    """The cells of a panel, its bar of colours, and its best place."""
+    if panel.cells is not None and panel.colours is not None:
+        yield from cell_traces(panel.cells, panel.colours[0])
+    elif panel.colours is not None:
+        yield BAR
+    for point in panel.best:
+        if panel.cells is not None:
+            yield frame(panel.cells, point)
+        else:
+            look = {"cliponaxis": False, "marker": STAR, "showlegend": True}
+            yield at_cases(point) | {"name": "best", "yaxis": axis} | look
+
+
+def cell_traces(cells: Cells, z: Scale) -> Iterator[Trace]:
+    """The cells, with their values where they are few, and marks on those that failed."""
+    mesh: Trace = {
+        "type": "heatmap", "x": cells.at_x.tolist(), "y": cells.at_y.tolist(),
+        "z": list(map(rounded, shades(z, cells.values))), "coloraxis": "coloraxis",
+        "customdata": cells.cases.tolist(), "hoverongaps": False, "hoverinfo": "none",
+        "text": [[z.text(value) for value in row] for row in cells.values],
+        "meta": {"mean": cells.mean},
+    }  # fmt: skip
+    yield mesh | ({"texttemplate": "%{text}"} if cells.values.size <= MOST_NUMBERS else {})
+    j, i = np.nonzero(cells.failed)
+    if len(i):
+        failed = Series("failed", cells.columns[i], cells.rows[j], cases=cells.cases[j, i])
+        marker = {"symbol": SYMBOLS["x"], "size": 9, "color": RED}
+        yield at_cases(failed) | {"name": "failed", "showlegend": True, "marker": marker}
+
+
+def frame(cells: Cells, point: Series) -> Trace:
+    """A frame around the cell of a point."""
+    left, bottom, width, height = cells.around(point.x[0], point.y[0])
+    across = [left, left + width, left + width, left, left]
+    up = [bottom, bottom, bottom + height, bottom + height, bottom]
+    return {"mode": "lines", "x": across, "y": up, "name": "best", "hoverinfo": "skip",
+            "line": {"color": RED, "width": 3}}  # fmt: skip
+
+
+def colour_axis(scale: Scale, places: np.ndarray) -> Trace:
+    """Colours of the values at `places`, as `shades` has them, and the bar beside the chart."""
+    title = {"text": in_lines(scale.title, HIGH), "side": "right"}
+    bar: Trace = {"title": title, "thickness": 14, "outlinewidth": 0}
+    low, high = scale.limits(places)
+    steps: Sequence[tuple[float, str]] = colour_scale()
+    if scale.labels is not None:
+        bar |= ticks(scale)
+        steps = label_colours(scale)
+    elif scale.logarithmic:
+        at = np.array([tick for tick in DECADES if low <= tick <= high])
+        bar |= {"tickvals": np.log10(at).tolist(), "ticktext": [f"{tick:g}" for tick in at]}
+    least, most = shades(scale, np.array([low, high]))
+    return {"colorscale": steps, "colorbar": bar, "cmin": least, "cmax": most}
+
+
+def label_colours(scale: Scale) -> list[tuple[float, str]]:
+    """A colour scale of steps, one each label."""
+    count = max(len(scale.labels or ()), 1)
+    colours = map(to_hex, colours_of(scale, np.arange(count)).to_rgba(np.arange(count)))
+    return [((k + end) / count, colour) for k, colour in enumerate(colours) for end in (0, 1)]
+
+
+def ticks(scale: Scale) -> Trace:
+    """Where the labels of a scale are written."""
+    places, texts = scale.ticks()
+    return {"tickvals": places, "ticktext": list(map(escape, texts))}
+
+
+def in_lines(text: str, room: int) -> str:
+    """A text in lines of `room` characters at most, where it has spaces."""
+    return "<br>".join(map(escape, wrap(text, room)))
+
+
+def shades(scale: Scale, places: np.ndarray) -> np.ndarray:
+    """What is coloured: the logarithm where the scale is logarithmic, which plotly.js is not."""
+    return np.log10(places) if scale.logarithmic else places
+
+
+def rounded(values: np.ndarray) -> list[float]:
+    """Values (n,) with DIGITS digits each."""
+    return [float(f"{value:.{DIGITS}g}") for value in values]
+
+
+def _ends(scale: Scale, edges: np.ndarray) -> list[float]:
+    """First and last edge, as an axis of plotly.js takes them."""
+    found: list[float] = shades(scale, edges[[0, -1]]).tolist()
+    return found

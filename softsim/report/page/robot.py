@@ -1,18 +1,20 @@
-"""The robot between its walls as a chart of plotly.js, still without the places of its nodes: in
-the plane its cells side by side, in space its surface, which a reader can turn.
+"""The robot between its walls in plotly's words, still without the places of its nodes: in the
+plane its cells side by side, in space its surface, which a reader can turn.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from softsim.output.fields import Frames
+from softsim.report.cables import cables_at
 from softsim.report.colours import shades
-from softsim.report.page.charts import Chart
-from softsim.report.section import Section
+from softsim.report.page.charts import BAR
+from softsim.report.section import Section, outlines_at
 from softsim.report.snapshots import is_axisymmetric, pictures
-from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, WALL
+from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, RED, WALL
 from softsim.report.surface import CAMERA, corners_of_box, seen_walls
 
 SHADES = 16
@@ -24,12 +26,22 @@ NO_VALUE = "#bbbbbb"
 SEE_THROUGH = 0.25
 """Opacity of walls in space: they stand on all sides of the body."""
 
+CABLE = 2.0
+"""Width of a cable [px]."""
+
+RING = 24
+"""Diameter of the ring about an element that failed [px]."""
+
 FAR = 1e5
 """Beyond all that is shown [mm]."""
 
 EYE = 2.5
 """How far the eye is from the middle of the axes, in their size. Plotly lights nothing where the
 view is parallel, as in the figures: its light asks how far away the eye is."""
+
+FROM_ASIDE = 3.0
+"""Weight of a side that the eye must see, beside that of where it else is: so it is never right
+above or below, where up has no meaning."""
 
 LIGHT = {
     "ambient": 0.7, "diffuse": 0.8, "specular": 0.1, "roughness": 0.9, "fresnel": 0.05,
@@ -51,58 +63,72 @@ MIRROR = (
 Trace = dict[str, Any]
 
 
-def plane_chart(frames: Frames, field: str, everywhere: np.ndarray, colours: Trace) -> Chart:
-    """Walls where they are at first, the lines that bodies follow, the colour bar; then the traces
-    that move: rigid outlines, the cells of each of the SHADES, those without a value, and the rim.
-
-    everywhere: lowest and highest coordinates (2, d) [mm] of the body in the whole run. colours:
-    what the bar shows, in plotly's words.
+@dataclass(frozen=True)
+class Part:
+    """A trace of plotly.js, and its places in each frame: one alone if it stands still, none if the
+    player makes them from those of the nodes.
     """
-    picture = pictures(frames, [0], field)
-    assert isinstance(picture, Section)
-    solids = picture.solids(everywhere.T.ravel(), 0)
-    bar = {"x": [None], "y": [None], "mode": "markers", "showlegend": False}
-    traces = [
-        filled(WALL, QUIET) | path(solid.outline for solid in solids),
-        line(INK) | path(solid.face for solid in solids),
-        line(QUIET) | path(picture.centre_lines),
-        bar | {"marker": {"color": [0.0], "coloraxis": "coloraxis"}},
-        filled(FRAME, INK),
-        *(filled(shade, shade) for shade in (*shades(SHADES), NO_VALUE)),
-        line(INK),
-    ]
-    layout = {
-        "xaxis": {"title": {"text": picture.labels[0]}},
-        "yaxis": {"title": {"text": picture.labels[1]}, "scaleanchor": "x"},
+
+    trace: Trace
+    places: Sequence[Trace] = ()
+
+    @property
+    def first(self) -> Trace:
+        """The trace as it is before the player shows a frame."""
+        return self.trace if len(self.places) == 0 else self.trace | self.places[0]
+
+
+def plane_parts(
+    frames: Frames, chosen: np.ndarray, field: str, everywhere: np.ndarray
+) -> Iterator[Part]:
+    """Walls, the lines that bodies follow, cables, rigid outlines, the bar of colours; then the
+    body: the cells of each of the SHADES, those without a value, and the rim.
+
+    everywhere: lowest and highest coordinates (2, d) [mm] of the body in the chosen frames.
+    """
+    picture = plane_picture(frames, list(chosen) if walls_move(frames, chosen) else [0], field)
+    solids = [picture.solids(everywhere.T.ravel(), n) for n in range(len(picture.shots))]
+    yield Part(filled(WALL, QUIET), [path(part.outline for part in parts) for parts in solids])
+    yield Part(line(INK), [path(part.face for part in parts) for parts in solids])
+    yield Part(line(QUIET), [path(picture.centre_lines)])
+    if "cables" in frames.extra:
+        yield Part(line(INK, CABLE), [path(cables_at(frames, index)) for index in chosen])
+    outlines = [outlines_at(frames, index) for index in chosen]
+    yield Part(filled(FRAME, INK), [path(o[[0, 1, 2, 3, 0]] for o in shown) for shown in outlines])
+    yield Part(BAR)
+    for shade in (*shades(SHADES), NO_VALUE):
+        yield Part(filled(shade, shade))
+    yield Part(line(INK))
+
+
+def plane_layout(frames: Frames, field: str) -> Trace:
+    """The axes of a plane picture, and the axis of a half section."""
+    labels = plane_picture(frames, [0], field).labels
+    return {
+        "xaxis": {"title": {"text": labels[0]}},
+        "yaxis": {"title": {"text": labels[1]}, "scaleanchor": "x"},
         "shapes": MIRROR if is_axisymmetric(frames) else (),
-        "coloraxis": colours,
         "dragmode": "pan",
     }
-    return Chart("The robot", traces, layout)
 
 
-def moving_walls(
-    frames: Frames, chosen: np.ndarray, field: str, everywhere: np.ndarray
-) -> list[list[list[np.ndarray]]] | None:
-    """Outlines and faces [mm] of what stands behind the walls of a section in the chosen frames:
-    the content of the first two traces of `plane_chart`. None where no wall moves.
-    """
-    if "wall_offset" not in frames.extra:
-        return None
-    if not any(frames.extra["wall_offset"][index].any() for index in chosen):
-        return None
-    picture = pictures(frames, list(chosen), field)
+def plane_picture(frames: Frames, indices: list[int], field: str) -> Section:
+    """The frames of a plane run."""
+    picture = pictures(frames, indices, field)
     assert isinstance(picture, Section)
-    solids = [picture.solids(everywhere.T.ravel(), number) for number in range(len(chosen))]
-    return [
-        [[part.outline.round(3) for part in parts], [part.face.round(3) for part in parts]]
-        for parts in solids
-    ]
+    return picture
 
 
-def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart:
-    """Walls where they are at first; then the traces that move: the faces of the surface, and those
-    without a value. They are seen from where the figures see them.
+def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
+    """Whether a wall is elsewhere in one of the chosen frames."""
+    if "wall_offset" not in frames.extra:
+        return False
+    return any(bool(frames.extra["wall_offset"][index].any()) for index in chosen)
+
+
+def space_parts(frames: Frames, chosen: np.ndarray, everywhere: np.ndarray) -> Iterator[Part]:
+    """Walls where they are at first, cables; then the body: the faces of its surface, and those
+    without a value.
     """
     flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
@@ -111,14 +137,25 @@ def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart
         "lighting": LIGHT, "lightposition": xyz(FAR * ABOVE),
     }  # fmt: skip
     first = np.arange(0, len(corners), 3)
-    walls = look | xyz(corners.T) | {"i": first, "j": first + 1, "k": first + 2}
-    body = look | {"intensitymode": "cell", "coloraxis": "coloraxis"}
-    traces = [walls | {"color": WALL, "opacity": SEE_THROUGH}, body, look | {"color": NO_VALUE}]
+    walls = {"i": first, "j": first + 1, "k": first + 2, "color": WALL, "opacity": SEE_THROUGH}
+    yield Part(look | walls, [xyz(corners.T)])
+    if "cables" in frames.extra:
+        cables = [path(cables_at(frames, index), 3) for index in chosen]
+        yield Part(line(INK, 2.0 * CABLE) | {"type": "scatter3d"}, cables)
+    yield Part(look | {"intensitymode": "cell", "coloraxis": "coloraxis"})
+    yield Part(look | {"color": NO_VALUE})
+
+
+def space_layout(outward: np.ndarray) -> Trace:
+    """The axes in space, seen from where the figures see them, or rather from the side `outward`
+    (3,): from the middle of the body to what must not be hidden behind it, zero where there is
+    nothing.
+    """
+    side = outward / (np.linalg.norm(outward) or 1.0)
+    towards = CAMERA.towards + FROM_ASIDE * side
+    eye = EYE * towards / np.linalg.norm(towards)
     scene = {
-        "camera": {
-            "up": xyz(np.array([0.0, 1.0, 0.0])),
-            "eye": xyz(EYE * CAMERA.towards),
-        },
+        "camera": {"up": xyz(np.array([0.0, 1.0, 0.0])), "eye": xyz(eye)},
         "aspectmode": "manual",
         "dragmode": "orbit",
     }
@@ -126,21 +163,30 @@ def space_chart(frames: Frames, everywhere: np.ndarray, colours: Trace) -> Chart
         f"{name}axis": {"title": {"text": f"{name} [mm]"}, "showspikes": False, "gridcolor": GRID}
         for name in "xyz"
     }
-    layout = {"scene": scene | axes, "coloraxis": colours, "margin": dict.fromkeys("lrtb", 0)}
-    return Chart("The robot", traces, layout)
+    return {"scene": scene | axes, "margin": dict.fromkeys("lrtb", 0)}
 
 
-def path(parts: Iterable[np.ndarray]) -> Trace:
-    """Polylines (n, 2) [mm] one after another, with gaps between them, as x and y of a trace."""
-    gap = np.full((1, 2), np.nan)
+def ring(element: int, middles: np.ndarray) -> Part:
+    """A ring about an element that failed, by its middle (f, d) [mm] in each frame."""
+    look = {
+        "type": "scatter" if middles.shape[1] == 2 else "scatter3d", "mode": "markers",
+        "marker": {"symbol": "circle-open", "size": RING, "color": RED, "line": {"width": 3}},
+        "hovertemplate": f"element {element}<extra></extra>", "showlegend": False,
+    }  # fmt: skip
+    return Part(look, [xyz(middle[:, None].round(3)) for middle in middles])
+
+
+def path(parts: Iterable[np.ndarray], d: int = 2) -> Trace:
+    """Polylines (n, d) [mm] one after another, with gaps between them, as places of a trace."""
+    gap = np.full((1, d), np.nan)
     joined = np.concatenate([gap, *(piece for part in parts for piece in (part, gap))])
-    return {"x": joined[:, 0].round(3), "y": joined[:, 1].round(3)}
+    return xyz(joined.T.round(3))
 
 
-def line(colour: str) -> Trace:
-    """A thin line without a word."""
+def line(colour: str, width: float = 1.0) -> Trace:
+    """A line without a word."""
     return {
-        "mode": "lines", "line": {"color": colour, "width": 1}, "hoverinfo": "skip",
+        "mode": "lines", "line": {"color": colour, "width": width}, "hoverinfo": "skip",
         "showlegend": False,
     }  # fmt: skip
 
@@ -151,8 +197,8 @@ def filled(colour: str, rim: str) -> Trace:
 
 
 def xyz(coordinates: np.ndarray) -> Trace:
-    """Coordinates (3, ...) by name."""
-    return dict(zip("xyz", coordinates, strict=True))
+    """Coordinates (d, ...) by name."""
+    return dict(zip("xyz", coordinates, strict=False))
 
 
 def triangles(faces: np.ndarray) -> np.ndarray:

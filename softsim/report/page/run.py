@@ -10,15 +10,16 @@ import yaml
 from softsim.errors import OutputError
 from softsim.output.folder import SCENE, WRITTEN_ANEW
 from softsim.report.colours import MILLI
-from softsim.report.curves import displacement, pressurised, travelling_column, travels
+from softsim.report.curves import displacement, has, pressurised, travelling_column, travels
 from softsim.report.page.animation import animation
-from softsim.report.page.over_time import chart_of
+from softsim.report.page.charts import chart_of
 from softsim.report.page.verdicts import verdicts
-from softsim.report.page.writing import PAGE, write_page
+from softsim.report.page.writing import PAGE, lines_and_meshes, write_page
 from softsim.report.readable import readable
 from softsim.report.recorded import Recorded, recorded
-from softsim.report.signals import signals, way
+from softsim.report.signals import signals
 from softsim.report.table import segments
+from softsim.report.way import way
 
 SAID_ABOVE = ("layout",)
 """What the verdicts at the top of the page say."""
@@ -31,7 +32,7 @@ def write_run_page(folder: Path) -> Path:
     scene colours by, a file is damaged, or the disk refuses.
     """
     page = folder / PAGE
-    write_page("run.html", run_context(folder), page)
+    write_page("run.html", lines_and_meshes(), run_context(folder), page)
     return page
 
 
@@ -72,11 +73,17 @@ def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
 
 
 def animation_of(run: Recorded) -> dict[str, Any] | None:
-    """The frames with what the history says of each, if the run has any."""
+    """The frames with what the history says of each, if the run has any; `opens_at`, which is shown
+    first: of a run that a guard stopped the one that it stopped at. what: a robot has a frame.
+    """
     if run.frames is None or len(run.frames) == 0:
         return None
-    shown = animation(run.frames, run.summary.get("snapshot_field", "stretch"))
-    return shown | {"readings": list(readings(run.history, shown["times"]))}
+    summary, field = run.summary, run.summary.get("snapshot_field", "stretch")
+    shown = animation(run.frames, field, summary.get("failed_element"))
+    opens_at = len(shown["times"]) - 1 if summary.get("status") == "aborted" else 0
+    said = list(readings(run.history, shown["times"]))
+    what = "robot" if has(run.history, "frame_x") else "body"
+    return shown | {"opens_at": opens_at, "readings": said, "what": what}
 
 
 def readings(history: Mapping[str, np.ndarray], times: np.ndarray) -> Iterator[dict[str, Any]]:

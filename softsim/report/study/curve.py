@@ -1,14 +1,16 @@
 """A measure over a factor: a line for each level of another one, in a band where cases repeat."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 import polars
 from matplotlib.colors import to_hex
 
+from softsim.report.colours import colours_of
+from softsim.report.diagram import Series, shortened
 from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings, written
-from softsim.report.study.scale import Scale, shortened
+from softsim.report.study.scale import AxisScale
 from softsim.report.style import BLUE, COLOURS
 from softsim.study.axes import Axis
 
@@ -19,22 +21,15 @@ CONFIDENCE = 0.95
 """Of the interval about a share of the cases."""
 
 
-@dataclass(frozen=True)
-class Line:
-    """Design points that differ in x alone, a row each: their places (n,), means (n,), and the band
-    from its lowest to its highest values (2, n), NaN where there is none. level: of the factor that
-    tells lines apart.
+Level = float | str | None
+
+
+def lines(
+    findings: Findings, x: AxisScale, y: AxisScale, by: Axis | None
+) -> Iterator[tuple[Level, Series]]:
+    """The lines in the order of the table, each with its level of `by`: design points that differ
+    in x alone. What else varies makes lines of its own.
     """
-
-    level: float | str | None
-    points: polars.DataFrame
-    x: np.ndarray
-    mean: np.ndarray
-    band: np.ndarray
-
-
-def lines(findings: Findings, x: Scale, y: Scale, by: Axis | None) -> Iterator[Line]:
-    """The lines, in the order of the table; what else varies makes lines of its own."""
     points, spread = findings.design_points, SPREAD + y.axis.column
     apart = [axis.column for axis in findings.factors if axis not in (x.axis, by)]
     first = [by.column] if by else []
@@ -43,15 +38,18 @@ def lines(findings: Findings, x: Scale, y: Scale, by: Axis | None) -> Iterator[L
     ]  # fmt: skip
     for key, group in groups:
         line = group[np.argsort(x.places(group[x.axis.column]), kind="stable")]
-        places, mean = x.places(line[x.axis.column]), y.places(line[y.axis.column])
+        mean = y.places(line[y.axis.column])
         if is_share(findings, y.axis):
             band = wilson_band(mean, line[DONE_COUNT].to_numpy())
         elif spread in line.columns:
             half = BAND * line[spread].to_numpy()
             band = np.stack([mean - half, mean + half])
         else:  # labels have none
-            band = np.full((2, len(places)), np.nan)
-        yield Line(key[0] if by else None, line, places, mean, band)
+            band = np.full((2, len(mean)), np.nan)
+        places, cases = x.places(line[x.axis.column]), line["case"].to_numpy()
+        several = bool((line[DONE_COUNT] > 1).any())
+        series = Series("", places, mean, band=band, cases=cases, mean=several)
+        yield key[0] if by else None, series
 
 
 def is_share(findings: Findings, y: Axis) -> bool:
@@ -90,29 +88,36 @@ def remark(findings: Findings, x: Axis, y: Axis, by: Axis | None) -> str:
     return "; ".join(said)
 
 
-def line_colours(findings: Findings, found: list[Line], by: Axis | None) -> list[str]:
-    """A colour for each line: told apart by level, or rising with it where there are many."""
+def curves(
+    findings: Findings, x: AxisScale, y: AxisScale, by: Axis | None
+) -> Iterator[Series]:  # fmt: skip
+    """The lines with their colours and names: told apart by level, or rising with it where a bar
+    says what they mean; a level has its name once.
+    """
+    found, named = list(lines(findings, x, y, by)), set()
+    for (level, series), colour in zip(found, line_colours(findings, found, by), strict=True):
+        name = ""
+        if by is not None and level not in named and not has_bar(findings, by):
+            name = f"{by.name} {shortened(written(by, level))}"
+        named.add(level)
+        yield replace(series, name=name, colour=colour)
+
+
+def line_colours(
+    findings: Findings, found: list[tuple[Level, Series]], by: Axis | None
+) -> list[str]:
+    """A colour for each line."""
     if by is None:
         return [BLUE] * len(found)
+    levels = [level for level, _ in found]
     if has_bar(findings, by):
         scale = findings.scale(by.name)
-        places = scale.places(polars.Series([line.level for line in found]))
-        return [to_hex(colour) for colour in scale.colours(places).to_rgba(places)]
-    levels = list(dict.fromkeys(line.level for line in found))
-    return [COLOURS[levels.index(line.level)] for line in found]
+        places = scale.places(polars.Series(levels))
+        return [to_hex(colour) for colour in colours_of(scale, places).to_rgba(places)]
+    unique = list(dict.fromkeys(levels))
+    return [COLOURS[unique.index(level)] for level in levels]
 
 
 def has_bar(findings: Findings, by: Axis | None) -> bool:
     """Whether a bar says what the colours of lines mean: there are too many for a legend."""
     return by is not None and findings.level_count(by) > len(COLOURS)
-
-
-def line_labels(findings: Findings, found: list[Line], by: Axis | None) -> list[str]:
-    """What the legend calls each line; nothing a second time, or where a bar says it."""
-    if by is None or has_bar(findings, by):
-        return [""] * len(found)
-    labels: list[str] = []
-    for line in found:
-        label = f"{by.name} {shortened(written(by, line.level))}"
-        labels.append("" if label in labels else label)
-    return labels

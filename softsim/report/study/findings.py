@@ -10,7 +10,7 @@ import polars
 
 from softsim.errors import OutputError
 from softsim.output.study_folder import StudyRecord, read_study, read_table
-from softsim.report.study.scale import Scale
+from softsim.report.study.scale import AxisScale
 from softsim.study.axes import Axis
 from softsim.study.cases import DONE, FAILED, LOST
 
@@ -71,10 +71,10 @@ class Findings:
             )
         return self.axes[name]
 
-    def scale(self, name: str) -> Scale:
+    def scale(self, name: str) -> AxisScale:
         """How a factor or measure is drawn. Raises OutputError unless one is called `name`."""
         axis = self.axis(name)
-        return Scale.of(axis, self.table[axis.column])
+        return AxisScale.of(axis, self.table[axis.column])
 
     def level_count(self, axis: Axis) -> int:
         """How many different values an axis has in the table."""

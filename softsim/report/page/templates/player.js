@@ -5,23 +5,17 @@ const movie = JSON.parse(document.getElementById("animation").textContent);
 const [player, play, slider, reading, speed, camera] =
   ["player", "play", "frame", "reading", "speed", "camera"].map((id) => document.getElementById(id));
 const robot = player.querySelector(".plot");
-const { times, faces, rim, signs, origins } = movie, end = times.length - 1, d = origins[0].length;
-const places = inFrames(unpacked(movie.places, Uint16Array)), values = inFrames(unpacked(movie.values, Uint8Array));
-const ofWalls = movie.walls ? 2 : 0; // walls are the first traces: what stands behind, and their faces
-const moving = movie.figure.data.flatMap((trace, k) => (k < ofWalls || trace.x === undefined ? [k] : []));
+const { times, faces, rim, signs, origins, shades } = movie, end = times.length - 1, d = origins[0].length;
+const places = inFrames(movie.places), values = inFrames(movie.values), [low, high] = movie.scale;
+const ofBody = movie.figure.data.flatMap((trace, k) => (trace.x === undefined ? [k] : []));
+const others = Object.entries(movie.moving), moving = [...ofBody, ...others.map(([k]) => Number(k))];
 let current = 0, playing = false;
 
-// Numbers from whole ones; NaN where there is none.
-function unpacked({ low, high, codes }, Kind) {
-  const bytes = Uint8Array.from(atob(codes), (letter) => letter.charCodeAt(0));
-  const most = 256 ** Kind.BYTES_PER_ELEMENT - 2;
-  return Float32Array.from(new Kind(bytes.buffer), (code) =>
-    code > most ? NaN : low + (code / most) * (high - low));
-}
-
-function inFrames(numbers) {
-  const size = numbers.length / times.length;
-  return times.map((_, frame) => numbers.subarray(frame * size, (frame + 1) * size));
+// Numbers of each frame from their changes, in steps; NaN where there is none.
+function inFrames({ low, step, changes }) {
+  const sums = new Int32Array(changes[0].length);
+  return changes.map((ofFrame) => Float32Array.from(ofFrame, (change, k) =>
+    change === null ? NaN : low + step * (sums[k] += change)));
 }
 
 // Polygons or lines of places [x, y] as one trace, with gaps between them.
@@ -37,22 +31,19 @@ class Path {
   }
 }
 
-// In the plane: walls that move, rigid outlines, the cells of each shade, those without a value, and the rim.
+// In the plane: the cells of each shade, those without a value, and the rim.
 function plane(frame) {
-  const all = moving.map(() => new Path()), paths = all.slice(ofWalls), shades = paths.length - 3;
-  for (let k = 0; k < ofWalls; k++) for (const part of movie.walls[frame][k]) all[k].add(part);
-  const outlines = paths[0], noValue = paths.at(-2), edges = paths.at(-1), { low, high } = movie.values;
-  for (const outline of movie.outlines[frame]) outlines.add([...outline, outline[0]]);
+  const paths = ofBody.map(() => new Path()), noValue = paths.at(-2), edges = paths.at(-1);
   for (const sign of signs) {
     const at = (node) => [sign * places[frame][d * node], places[frame][d * node + 1]];
     faces.forEach((face, number) => {
       const share = (values[frame][number] - low) / (high - low || 1);
-      const path = paths[1 + Math.round(share * (shades - 1))] ?? noValue;
+      const path = paths[Math.round(share * (shades - 1))] ?? noValue;
       path.add([...face, face[0]].map(at));
     });
     for (const edge of rim) edges.add(edge.map(at));
   }
-  return { x: all.map(({ x }) => x), y: all.map(({ y }) => y) };
+  return { x: paths.map(({ x }) => x), y: paths.map(({ y }) => y) };
 }
 
 // In space: the faces that have a value, and those that have none; not those that lost a node.
@@ -84,7 +75,11 @@ function view(frame) {
 }
 
 function paint(layout = camera.value === "follows" ? view(current) : {}) {
-  return Plotly.update(robot, d === 2 ? plane(current) : space(current), layout, moving);
+  const content = d === 2 ? plane(current) : space(current);
+  for (const name of Object.keys(content)) {
+    content[name].push(...others.map(([, frames]) => frames[current][name] ?? null));
+  }
+  return Plotly.update(robot, content, layout, moving);
 }
 
 function show(frame) {
@@ -115,7 +110,7 @@ async function start() {
   playing = true;
   play.textContent = "\u2016";
   play.setAttribute("aria-label", "Pause");
-  if (current === end) await show(0);
+  if (current === end) await show(movie.opens_at);
   let last = performance.now(), time = times[current];
   while (playing && current !== end) {
     const now = await new Promise(requestAnimationFrame);
@@ -162,4 +157,4 @@ camera.addEventListener("change", () => paint(view(current)));
 document.addEventListener("seek", (event) => goTo(frameAt(event.detail)));
 
 Plotly.newPlot(robot, movie.figure.data, movie.figure.layout, OPTIONS);
-show(0);
+show(movie.opens_at);

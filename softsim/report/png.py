@@ -1,0 +1,346 @@
+"""Diagrams as PNG."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import XAxis, YAxis
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+from softsim.report.colours import colours_of
+from softsim.report.diagram import (
+    MOST_NUMBERS,
+    POINTS,
+    STEPS,
+    Axis,
+    Cells,
+    Diagram,
+    Edge,
+    Panel,
+    Scale,
+    Series,
+    Stripe,
+)
+from softsim.report.style import INK, QUIET, RED, SKY, drawing
+from softsim.report.thinning import thinned
+
+PANEL_HEIGHT, SIDE_BY_SIDE = 2.1, 2.3
+"""Of an ordinary panel upon others, and of one of those side by side [inch]."""
+
+PANELS_IN_A_ROW = 3
+
+WIDE, HIGH = 80, 40
+"""Characters that fit along the horizontal and the vertical axis of a figure that is one panel."""
+
+CROWD, EDGE_CROWD = 400, 60.0
+"""Points, and marks along an edge, from which on they let others shine through."""
+
+LEGEND_ROOM = 100
+"""Characters of a line of a legend, with what stands before its entries."""
+
+LEGIBLE = 0.06, 0.045
+"""Least width and height of a cell with a number in it, as shares of the axes."""
+
+DENSE = 1e3
+"""Range of a logarithmic axis up to which 2 and 5 of each decade have room beside 1."""
+
+LINE = 0.075
+"""Height of a line of text beside a panel, as a share of it."""
+
+BRIGHT = 0.5
+"""Lightness of a colour above which what is written on it is dark."""
+
+
+def draw(path: Path, *diagrams: Diagram) -> None:
+    """Draw a diagram, or several of one panel each side by side, with the same quantity upwards and
+    one bar. Raises OutputError if the disk refuses.
+    """
+    if len(diagrams) == 1:
+        draw_one(path, diagrams[0])
+        return
+    columns = min(len(diagrams), PANELS_IN_A_ROW)
+    rows = -(-len(diagrams) // columns)
+    with drawing(path, 0.8 + SIDE_BY_SIDE * rows) as figure:
+        grid = figure.subplots(rows, columns, sharey=True, squeeze=False)
+        for axes in grid.flat[len(diagrams) :]:
+            axes.set_axis_off()
+        for number, (axes, diagram) in enumerate(zip(grid.flat, diagrams, strict=False)):
+            draw_panel(axes, diagram.panels[0], HIGH // min(rows, 2))
+            along_x(axes, diagram.x, WIDE // columns)
+            if number % columns:
+                axes.set_ylabel("")
+        add_bar(figure, diagrams[0].panels[0], grid)
+        add_legend(figure, diagrams[0].panels[0])
+
+
+def draw_one(path: Path, diagram: Diagram) -> None:
+    """The panels upon one another."""
+    heights = [panel.height for panel in diagram.panels]
+    with drawing(path, 0.9 + PANEL_HEIGHT * sum(heights)) as figure:
+        grid = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)
+        draw_panels(list(grid[:, 0]), diagram)
+        if len(heights) > 1:
+            figure.suptitle(diagram.remark, x=0.01, ha="left", fontsize=9.0)
+        else:
+            grid[0, 0].set_title(diagram.remark)
+            add_bar(figure, diagram.panels[0], grid)
+            add_legend(figure, diagram.panels[0])
+        figure.align_ylabels()
+
+
+def draw_panels(grid: Sequence[Axes], diagram: Diagram) -> None:
+    """The panels in axes upon one another; above each its legend, unless there is but one."""
+    for axes, panel in zip(grid, diagram.panels, strict=True):
+        sides = draw_panel(axes, panel, int(HIGH * panel.height))
+        if len(grid) > 1:
+            legend_above(axes, panel, sides)
+    along_x(grid[-1], diagram.x)
+    write_values(grid[0], diagram.panels[0])
+    if diagram.over_time and diagram.span[0] < diagram.span[1]:
+        grid[-1].set_xlim(diagram.span)
+
+
+def draw_panel(axes: Axes, panel: Panel, room: int = HIGH) -> list[Axes]:
+    """Series, cells and marks of a panel, and its titles, along which `room` characters fit; its
+    axes, one for each side.
+    """
+    sides = [axes]
+    if panel.right is not None:
+        sides.append(axes.twinx())
+        sides[1].spines["right"].set_visible(True)
+        sides[1].grid(False)
+    for side, axis in zip(sides, panel.axes, strict=True):
+        for series in axis.series:
+            draw_series(side, series, panel.colours)
+        along_y(side, axis, room)
+    if panel.cells is not None and panel.colours is not None:
+        draw_cells(axes, panel.cells, *panel.colours)
+    draw_stripes(axes, panel.stripes)
+    for edge in panel.edges:
+        draw_edge(axes, edge)
+    for point in panel.best:
+        mark_best(axes, point, panel.cells)
+    if panel.is_empty:
+        axes.set_yticks([])
+        axes.text(
+            0.5, 0.5, "no case has a result yet", transform=axes.transAxes, ha="center",
+            va="center", color=QUIET,
+        )  # fmt: skip
+    return sides
+
+
+def draw_series(
+    axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None = None
+) -> None:
+    """Points of a size that suits their number, or a line in its band."""
+    x, y, band = series.x, series.y, series.band
+    if series.kind == POINTS:
+        draw_points(axes, series, colours)
+        return
+    if band is None and series.kind != STEPS:
+        means = thinned(x, y)
+        x, y, band = means.time, means.mean, np.stack([means.low, means.high])
+    if band is not None:
+        axes.fill_between(x, *band, color=series.colour, alpha=0.25, linewidth=0)
+    axes.plot(
+        x, y, "-" if series.kind == STEPS else series.kind, color=series.colour, label=series.name,
+        marker="o" if series.has_markers else "", markersize=3.5,
+        drawstyle="steps-post" if series.kind == STEPS else "default",
+    )  # fmt: skip
+
+
+def draw_points(axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None) -> None:
+    """Single points, smaller where there are many."""
+    look: dict[str, Any] = {"color": series.colour}
+    if colours is not None and series.shades is not None:
+        map_ = colours_of(*colours)
+        look = {"c": series.shades, "cmap": map_.cmap, "norm": map_.norm}
+    crowded = len(series.x) > CROWD
+    axes.scatter(
+        series.x, series.y, s=7.0 if crowded else 18.0, alpha=0.6 if crowded else 0.9,
+        linewidths=0, clip_on=False, label=series.name, **look,
+    )  # fmt: skip
+
+
+def draw_stripes(axes: Axes, stripes: Sequence[Stripe]) -> None:
+    """Stripes that reach to the ends of the axis, and on their right what is said of them, one
+    above another where they are narrow.
+    """
+    if not stripes:
+        return
+    low, high = stripes[0].low, stripes[-1].high
+    axes.set_ylim(low, high)
+    at = -np.inf
+    for stripe in stripes:
+        if stripe.shaded:
+            axes.axhspan(stripe.low, stripe.high, color=SKY, alpha=0.16, linewidth=0)
+        at = max(0.5 * (stripe.low + stripe.high), at + LINE * (high - low))
+        axes.annotate(
+            stripe.name, (1.0, at), (8.0, -2.5), xycoords=("axes fraction", "data"),
+            textcoords="offset points", fontsize=7.5, color=INK, annotation_clip=False,
+        )  # fmt: skip
+
+
+def draw_edge(axes: Axes, edge: Edge) -> None:
+    """Small marks along the lower edge."""
+    places = edge.x[np.isfinite(edge.x)]
+    look: dict[str, Any] = {"marker": edge.marker, "color": edge.colour, "markersize": 4.5}
+    axes.plot(
+        places, np.full(len(places), 0.015), linestyle="", clip_on=False, zorder=5,
+        alpha=min(1.0, EDGE_CROWD / max(len(places), 1)), transform=axes.get_xaxis_transform(),
+        **look,
+    )  # fmt: skip
+    axes.plot([], [], linestyle="", label=edge.name, **look)
+
+
+def mark_best(axes: Axes, point: Series, cells: Cells | None) -> None:
+    """A star at the best place, or a frame around its cell."""
+    look: dict[str, Any] = {"zorder": 6, "clip_on": False, "label": point.name}
+    if cells is None:
+        look |= {"marker": "*", "markersize": 13.0, "color": RED, "markeredgecolor": "white"}
+        axes.plot(point.x, point.y, linestyle="", **look)
+        return
+    left, bottom, width, height = cells.around(point.x[0], point.y[0])
+    look |= {"facecolor": "none", "edgecolor": RED, "linewidth": 2.0}
+    axes.add_patch(Rectangle((left, bottom), width, height, **look))
+
+
+def draw_cells(axes: Axes, cells: Cells, z: Scale, places: np.ndarray) -> None:
+    """Cells in their colours, crossed where cases failed and none is done."""
+    colours = colours_of(z, places)
+    mesh = axes.pcolormesh(cells.at_x, cells.at_y, np.ma.masked_invalid(cells.values))
+    mesh.set(cmap=colours.cmap, norm=colours.norm)
+    j, i = np.nonzero(cells.failed)
+    if len(i):
+        axes.plot(cells.columns[i], cells.rows[j], "x", color=RED, label="failed")
+    axes.grid(False)
+
+
+def write_values(axes: Axes, panel: Panel) -> None:
+    """The value in the middle of each cell, where all have room for it; the axes have their spacing
+    and are made to end where the cells do.
+    """
+    if panel.cells is None or panel.colours is None:
+        return
+    cells, (z, places) = panel.cells, panel.colours
+    axes.set(xlim=cells.at_x[[0, -1]], ylim=cells.at_y[[0, -1]])
+    x, y = _shares(axes.xaxis, cells.at_x), _shares(axes.yaxis, cells.at_y)
+    narrow = np.diff(x).min() < LEGIBLE[0] or np.diff(y).min() < LEGIBLE[1]
+    if cells.values.size > MOST_NUMBERS or narrow:
+        return
+    colours = colours_of(z, places)
+    for j, i in np.argwhere(np.isfinite(cells.values)):
+        value = cells.values[j, i]
+        lightness = np.dot(colours.to_rgba(value)[:3], [0.299, 0.587, 0.114])
+        middle = x[i : i + 2].mean(), y[j : j + 2].mean()
+        axes.text(
+            *middle, z.text(value), transform=axes.transAxes, ha="center", va="center",
+            fontsize=7.5, color=INK if lightness > BRIGHT else "white",
+        )  # fmt: skip
+
+
+def along_x(axes: Axes, scale: Scale, room: int = WIDE) -> None:
+    """Give the horizontal axis, along which `room` characters fit, its title, its spacing and its
+    labels; those that do not fit side by side lean, or stand where they are many.
+    """
+    axes.set_xlabel(fill(scale.title, room))
+    space(axes.xaxis, scale)
+    if scale.labels is not None:
+        axes.set_xlim(scale.limits())
+        places, texts = scale.ticks()
+        axes.set_xticks(places, texts)
+        if sum(map(len, texts)) > room * 2 // 3:
+            if len(texts) > room // 4:
+                axes.tick_params(axis="x", labelrotation=90)
+            else:
+                axes.set_xticks(places, texts, rotation=35, ha="right", rotation_mode="anchor")
+
+
+def along_y(axes: Axes, axis: Axis, room: int) -> None:
+    """The same of a vertical axis."""
+    scale = axis.scale
+    axes.set_ylabel(fill(scale.title, room), color=axis.colour)
+    space(axes.yaxis, scale)
+    if scale.labels is not None:
+        axes.set_ylim(scale.limits())
+        axes.set_yticks(*scale.ticks())
+    if scale.from_zero:
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+
+
+def space(along: XAxis | YAxis, scale: Scale) -> None:
+    """Logarithmically with plain numbers, or with whole ones."""
+    if scale.logarithmic:
+        along.axes.set(**{f"{along.axis_name}scale": "log"})
+        low, high = along.get_view_interval()
+        along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < DENSE * low else (1.0,)))
+        along.set_major_formatter("{x:g}")
+        along.set_minor_formatter(NullFormatter())
+    elif scale.whole:
+        along.set_major_locator(MaxNLocator("auto", integer=True))
+
+
+def add_bar(figure: Figure, panel: Panel, grid: np.ndarray) -> None:
+    """The bar that says what the colours mean, beside all panels, if there are any."""
+    if panel.colours is None:
+        return
+    scale, places = panel.colours
+    colours = colours_of(scale, places)
+    bar = figure.colorbar(colours, ax=grid, label=scale.title, pad=0.02)
+    bar.outline.set_visible(False)
+    if scale.labels is not None:
+        at, texts = scale.ticks()
+        bar.set_ticks(at, labels=texts)
+        bar.minorticks_off()
+    elif scale.whole and not scale.logarithmic:
+        bar.locator = MaxNLocator(integer=True)
+
+
+def legend_above(axes: Axes, panel: Panel, sides: Sequence[Axes]) -> None:
+    """What the marks on both sides of a panel mean, if they do not say so."""
+    if panel.has_legend:
+        legend(axes, named(sides), loc="lower left", bbox_to_anchor=(0.0, 1.0))
+
+
+def add_legend(figure: Figure, panel: Panel) -> None:
+    """What the marks mean above the figure, the best below it."""
+    if panel.has_legend:
+        handles, best = named(figure.axes), {point.name for point in panel.best}
+        below = {name: handles.pop(name) for name in list(handles) if name in best}
+        legend(figure, handles, loc="outside upper center")
+        legend(figure, below, loc="outside lower center")
+
+
+def named(sides: Sequence[Axes]) -> dict[str, Any]:
+    """What has a name in axes, by it."""
+    pairs = [side.get_legend_handles_labels() for side in sides]
+    return {name: handle for pair in pairs for handle, name in zip(*pair, strict=True)}
+
+
+def legend(place: Axes | Figure, handles: dict[str, Any], **where: Any) -> None:
+    """What marks mean, if there are any, in as many columns as fit."""
+    if handles:
+        texts = [fill(name, LEGEND_ROOM - 10) for name in handles]
+        lengths = [8 + max(map(len, text.split("\n"))) for text in texts]
+        columns = fitting_columns(lengths)
+        place.legend(list(handles.values()), texts, ncols=columns, columnspacing=1.4, **where)
+
+
+def fitting_columns(lengths: Sequence[int]) -> int:
+    """In how many columns entries of these lengths [characters] fit into a legend."""
+    for columns in range(len(lengths), 1, -1):
+        if sum(part.max() for part in np.array_split(lengths, columns)) <= LEGEND_ROOM:
+            return columns
+    return 1
+
+
+def _shares(along: XAxis | YAxis, edges: np.ndarray) -> np.ndarray:
+    """Where edges (n,) lie, from 0 to 1 along an axis that ends at the outer ones."""
+    at = along.get_transform().transform(edges)
+    shares: np.ndarray = (at - at[0]) / (at[-1] - at[0])
+    return shares
