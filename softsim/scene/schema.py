@@ -23,6 +23,7 @@ from softsim.scene.quantities import (
     PositiveLength,
     PositiveTime,
     SetPattern,
+    SetReference,
     Text,
     WholeNumber,
 )
@@ -151,6 +152,20 @@ class Roles(Part):
     )
 
 
+class Tie(Part):
+    """Nodes that follow a surface whose mesh does not match theirs, as if they were glued to it.
+    They are moved onto its facets before the start. Where meshes differ in size, tie the nodes of
+    the finer one to the facets of the coarser one.
+    """
+
+    nodes: SetReference = Field(description='Node set that follows: "paper.top".')
+    facets: SetReference = Field(description='Facet set that it follows: "finger.bottom".')
+    tolerance: PositiveLength | None = Field(
+        default=None, description="How far a node may lie off the facets; by default 5 % of their "
+        "mean side."
+    )  # fmt: skip
+
+
 class Scene(Part):
     """One simulation."""
 
@@ -163,6 +178,7 @@ class Scene(Part):
         description="Deformable bodies by name; a layout without a robot is for softsim assess.",
     )
     cables: dict[Name, Cable] = Field(default={}, description="Cables by name.")
+    ties: dict[Name, Tie] = Field(default={}, description="Ties of nodes to surfaces by name.")
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")
     contact: Contact = Field(default_factory=Contact, description="Contact with the walls.")

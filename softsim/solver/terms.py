@@ -20,6 +20,7 @@ from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.wall import Obstacle, Wall
 from softsim.elements.cable import CableTerm
+from softsim.elements.ties import TieTerm
 from softsim.fields import Number
 from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
@@ -65,8 +66,11 @@ class Terms:
         self.supports = self._supports(models)
         self.cable_contacts = self._cable_contacts(models)
         self.self_contacts = self._self_contacts(models)
+        self.ties = [TieTerm(self.nodes, model.ties)] if len(model.ties.nodes) else []
         self.nodes.corner_forces.allocate(scenarios, int(self.nodes.count))
         self.rigid_bodies.allocate()
+        for tie in self.ties:
+            tie.find_slots()
 
     def _contact(
         self, data: ContactData, obstacle: Obstacle, frame: FixedFrame, friction: list[float]
@@ -151,8 +155,8 @@ class Terms:
 
     @property
     def everything(self) -> list[Term]:
-        """Whatever exerts force."""
-        return self.inner + self.touching
+        """Whatever exerts force, or hands it over."""
+        return [*self.inner, *self.touching, *self.ties]
 
     def drift_stages(self) -> list[Passes]:
         """Everything moves by dt times its half-step velocity."""

@@ -3,6 +3,10 @@
 Where masses are scaled (mass_scaling.py), the matrix is R M^-1/2 K M^-1/2 R with R the inverse root
 of M^-1/2 M' M^-1/2.
 
+Where nodes are tied to facets (elements/ties.py), u = T q, the stiffness of what moves is T^T K T.
+K is scaled by 1/sqrt(m) of each node, which of a tied one is the mass that a force on it has to
+move, and the whole is P^T (M^-1/2 K M^-1/2) P with P = M^1/2 T M^-1/2 the motion of each node.
+
 K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx, with their bulk
                                                 viscosity eta_a
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
@@ -37,7 +41,7 @@ class ScaledStiffness:
     rows [1/s] whose squares are added, of the elements that go around; M^-1/2 (shape and initial
     stress) M^-1/2 [1/s^2]. back (n d, p + r): the transpose of all but the last. bulk_stiffness
     (p,) [J]: V_a (kappa + 2 eta_a / dt). contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s]
-    whose squares are added. slowing (n d, n d): R, or None.
+    whose squares are added. slowing (n d, n d): R, or None. following (n d, n d): P, or None.
     """
 
     strain: sp.csr_matrix
@@ -46,14 +50,21 @@ class ScaledStiffness:
     contact: np.ndarray
     chambers: list[np.ndarray]
     slowing: sp.csr_matrix | None
+    following: sp.csr_matrix | None
 
     def product(self, v: np.ndarray) -> np.ndarray:
         """The matrix times a vector (n d,)."""
-        return self.slowed(self._product_of_own_masses(self.slowed(v)))
+        return self.reduced(self._product_of_own_masses(self.motion(v)))
 
-    def slowed(self, v: np.ndarray) -> np.ndarray:
-        """R v: the displacement of a vector of the matrix, times M^1/2."""
-        return v if self.slowing is None else self.slowing @ v
+    def motion(self, v: np.ndarray) -> np.ndarray:
+        """P R v: the displacement of a vector of the matrix, times M^1/2."""
+        slowed = v if self.slowing is None else self.slowing @ v
+        return slowed if self.following is None else self.following @ slowed
+
+    def reduced(self, f: np.ndarray) -> np.ndarray:
+        """R P^T f: forces, times M^-1/2, on what moves."""
+        gathered = f if self.following is None else self.following.T @ f
+        return gathered if self.slowing is None else self.slowing @ gathered
 
     def _product_of_own_masses(self, v: np.ndarray) -> np.ndarray:
         strained = self.strain @ v
@@ -72,13 +83,14 @@ class ScaledStiffness:
 
     def chamber_frequency(self) -> float:
         """Upper bound of omega^2 [1/s^2] of the chambers alone."""
-        return float(sum((self.slowed(c) ** 2).sum() for c in self.chambers))
+        return float(sum((self.reduced(c) ** 2).sum() for c in self.chambers))
 
 
 class ModelStiffness:
     """The stiffness of a model in any configuration: its pattern and its masses, once.
 
-    moving (n d,): which components move. inverse_sqrt_mass (n d,): 1/sqrt(m) of them, else 0.
+    moving (n d,): which components move by themselves. inverse_sqrt_mass (n d,): 1/sqrt(m) of all
+    that move, else 0.
     There are p pressures, pressures (k, m), of each region, numbers those of its elements.
     mobility (n,): how fast a force on one node alone sets it in motion, over 1/m [-].
     """
@@ -90,10 +102,13 @@ class ModelStiffness:
         self.contact = ContactStiffness(model)
         self.inverse_sqrt_mass = inverse_sqrt_mass(model).ravel()
         self.moving = self.inverse_sqrt_mass > 0.0
+        self.moving.reshape(n, d)[model.ties.nodes] = False
+        self.following = following(model, self.inverse_sqrt_mass)
         self.slowing, self.mobility = None, np.ones(n)
         if model.mass_scaling is not None:
             self.slowing = model.mass_scaling.scaled(model.mass, d, -0.5)
             self.mobility = model.mass_scaling.mobility(model.mass)
+            self.mobility[model.ties.nodes] = 1.0  # at most
         members = [np.unique(r.pressed) for r in self.regions]
         starts = np.cumsum([0, *map(len, members)])
         self.pressures = [
@@ -163,6 +178,7 @@ class ModelStiffness:
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
             self.slowing,
+            self.following,
         )
 
     def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
@@ -225,7 +241,7 @@ def with_values(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
 
 def inverse_sqrt_mass(model: Model) -> np.ndarray:
     """1/sqrt(m) (n, d) of the components that move, 0 of the others; where none does, as if all
-    did, for a step is wanted still.
+    did, for a step is wanted still. m of a tied node: what a force on it has to move.
     """
     own_mass = np.where(model.mass > 0.0, model.mass, np.inf)  # corners of outlines have none
     moves, mass = model.is_free.copy(), own_mass.copy()
@@ -234,7 +250,24 @@ def inverse_sqrt_mass(model: Model) -> np.ndarray:
         moves[tied] = True
         mass[tied] += tied_mass(body, model.points, tied)  # infinite if the body is held
     found = moves / np.sqrt(mass)[:, None]
+    found[model.ties.nodes] = np.sqrt(
+        np.einsum("kc,kcd->kd", model.ties.weights**2, found[model.ties.corners] ** 2)
+    )
     return found if found.any() else np.ones_like(found) / np.sqrt(own_mass)[:, None]
+
+
+def following(model: Model, inverse_sqrt_mass: np.ndarray) -> sp.csr_matrix | None:
+    """P = M^1/2 T M^-1/2 (n d, n d) of a model with tied nodes: of these each row has the length 1;
+    None of one without. inverse_sqrt_mass (n d,) as the function of this name has it.
+    """
+    if not len(model.ties.nodes):
+        return None
+    n, d = model.points.shape
+    T = sp.kron(model.ties.matrix(n), sp.identity(d))
+    root_mass = np.divide(
+        1.0, inverse_sqrt_mass, out=np.zeros(n * d), where=inverse_sqrt_mass > 0.0
+    )
+    return (sp.diags(root_mass) @ T @ sp.diags(inverse_sqrt_mass)).tocsr()
 
 
 def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:

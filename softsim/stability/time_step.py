@@ -131,7 +131,7 @@ class StableStepEstimator:
             guess = 2.0 / np.sqrt(slowed * of_all)
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, found = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
-        mode = matrix.slowed(found)
+        mode = matrix.motion(found)
         stable = 2.0 / np.sqrt(slowed * self._with_bodies(bound, x, guess))
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
