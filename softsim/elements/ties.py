@@ -44,6 +44,14 @@ class Ties:
     corners: np.ndarray
     weights: np.ndarray
 
+    def within(self, nodes: slice) -> "Ties":
+        """Those of some of the nodes, numbered from the first of these on."""
+        chosen = (self.nodes >= nodes.start) & (self.nodes < nodes.stop)
+        return Ties(
+            self.nodes[chosen] - nodes.start, self.corners[chosen] - nodes.start,
+            self.weights[chosen],
+        )  # fmt: skip
+
     def followed(self, values: np.ndarray) -> np.ndarray:
         """Values (n, ...) of all nodes, with those of tied nodes from the corners."""
         result = values.copy()
