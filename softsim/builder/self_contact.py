@@ -31,8 +31,8 @@ def self_contact(
 ) -> SelfContactData | None:
     """What contact.self_contact names, or None where it names nothing.
 
-    points (n, d) [m] of all nodes, mass (n,) [kg] that a force on each has to move. Raises SceneError for a name that does
-    not exist, and for bodies that start inside each other.
+    points (n, d) [m] of all nodes, mass (n,) [kg] that a force on each has to move. Raises
+    SceneError for a name that does not exist, and for bodies that start inside each other.
     """
     references = names.scene.contact.self_contact
     if not references:

@@ -22,8 +22,8 @@ NO_WEIGHT = 1e-9
 def placed_ties(names: Names) -> tuple[Names, Ties]:
     """The scene's bodies with tied nodes moved onto their facets, and all ties.
 
-    Raises SceneError for a tie of nothing, a node that lies too far from its facets, follows two of
-    them, itself or a node that is tied, or that cannot be moved.
+    Raises SceneError for a node that lies too far from its facets, follows two of them, its own or
+    a node that is tied, or cannot be moved.
     """
     tied, corners, weights = [], [], []
     points = np.concatenate([body.mesh.points for body in names.bodies.values()])
@@ -32,8 +32,6 @@ def placed_ties(names: Names) -> tuple[Names, Ties]:
         names.body(data.nodes, (*keys, "nodes"))  # nodes of a cable cannot be tied
         nodes = np.unique(names.node_set(data.nodes, (*keys, "nodes")))
         facets = names.facet_set(data.facets, (*keys, "facets"))
-        refuse_empty(names, data.nodes, nodes, (*keys, "nodes"))
-        refuse_empty(names, data.facets, facets, (*keys, "facets"))
         refuse_ring_section(names, keys)
         facet, shares = closest_on_facets(points[nodes], points, facets)
         followed = facets[facet]
@@ -76,14 +74,6 @@ def moved_body(
         ) from None
     remark = f"{len(shifted)} tied nodes moved onto facets, {way.max() * 1e3:.3g} mm at most"
     return replace(body, mesh=mesh, remarks=(*body.remarks, remark))
-
-
-def refuse_empty(names: Names, reference: str, members: np.ndarray, keys: Keys) -> None:
-    """Of a set that has no members nothing can be tied."""
-    if not len(members):
-        raise names.loaded.error(
-            keys, f"the set '{reference}' is empty", "name a set that has members"
-        )
 
 
 def refuse_ring_section(names: Names, keys: Keys) -> None:

@@ -16,10 +16,10 @@ round-off, and so are the whole mass and its centre. Summing the rows adds
 sum_j w_ij m_i |x_j - x_i|^2 to the inertia against turning.
 
 Linear fields pass a tie exactly, whatever the meshes. The forces of a uniform stress balance there
-to round-off where each facet of the tied side lies within one of the other side, so that its shape
-functions are linear on it and sum_i w_ij f_i integrates them exactly; that is where the tied side is
-a refinement of the other. Else they are off by how the sum over tied nodes integrates a kink
-(measured in tests/verification/test_ties.py): tie the finer side to the coarser one.
+to round-off where the tied side is a refinement of the other: each of its facets lies within one
+of the other side, whose shape functions are linear on it, so that sum_i w_ij f_i integrates them
+exactly. Else they are off by how that sum integrates a kink (measured in
+tests/verification/test_ties.py): tie the finer side to the coarser one.
 """
 
 from dataclasses import dataclass
@@ -43,6 +43,11 @@ class Ties:
     nodes: np.ndarray
     corners: np.ndarray
     weights: np.ndarray
+
+    def describe(self) -> str:
+        """How many nodes follow how many facets, for people."""
+        facets = len(np.unique(np.sort(self.corners, axis=1), axis=0))
+        return f"{len(self.nodes)} nodes follow {facets} facets"
 
     def within(self, nodes: slice) -> "Ties":
         """Those of some of the nodes, numbered from the first of these on."""
@@ -102,7 +107,9 @@ class TieTerm(Term):
 
     def find_slots(self) -> None:
         """Make the list of where the slots of each tied node are, once every term has its own."""
-        self.block_and_lane = index_field(self.nodes.corner_forces.of_node.place_of(self.ties.nodes))
+        self.block_and_lane = index_field(
+            self.nodes.corner_forces.of_node.place_of(self.ties.nodes)
+        )
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""

@@ -55,8 +55,8 @@ def joined(bodies: Sequence[Body]) -> Body:
         points=points,
         cells=np.concatenate([b.cells + s for b, s in zip(bodies, shifts, strict=True)]),
         regions=tuple(regions),
-        node_sets={f"{b.name}.{name}": nodes for b in bodies for name, nodes in b.node_sets.items()},
-        facet_sets={f"{b.name}.{name}": f for b in bodies for name, f in b.facet_sets.items()},
+        node_sets={f"{b.name}.{k}": nodes for b in bodies for k, nodes in b.node_sets.items()},
+        facet_sets={f"{b.name}.{k}": facets for b in bodies for k, facets in b.facet_sets.items()},
         cell_sets={
             f"{b.name}.{name}": cells + start
             for b, start in zip(bodies, before, strict=False)
