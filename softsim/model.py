@@ -17,6 +17,7 @@ from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
 from softsim.elements.geometry import Geometry, nodal_sums
+from softsim.elements.layer import Layer
 from softsim.elements.region import Region
 from softsim.elements.ties import Ties
 from softsim.loads.load import Load, of_kind
@@ -248,6 +249,7 @@ class Model:
 
     bodies: tuple[Body, ...]
     cables: tuple[CableData, ...]
+    layers: tuple[Layer, ...]
     points: np.ndarray
     velocity: Own[np.ndarray]
     mass: np.ndarray

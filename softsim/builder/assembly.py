@@ -5,6 +5,7 @@ import numpy as np
 from softsim.builder import (
     conditions,
     contact,
+    layers,
     loads,
     passage,
     rigid,
@@ -56,6 +57,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     points = np.concatenate([soft_points, corners])
 
     own_mass = conditions.lumped_mass(names, bodies, len(points))
+    own_mass += layers.layer_masses(names, len(points))
     held = conditions.held_components(names, bodies, points)
     held[soft_count:] = True
     fixed = held.copy()
@@ -107,6 +109,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     model = Model(
         bodies=bodies,
         cables=built_cables(names, is_free, stiffness, all_walls),
+        layers=layers.built_layers(names, points),
         points=points,
         velocity=velocity,
         mass=mass,

@@ -83,6 +83,10 @@ def model_table(model: Model) -> Table:
             f"{len(data.cable.nodes)} nodes, {data.cable.lengths.sum() * 1e3:.4g} mm, "
             f"{mass * 1e3:.4g} g",
         )
+    for layer in model.layers:
+        table.add_row(
+            f"layer '{layer.name}'", f"{len(layer.facets)} facets, {layer.mass * 1e3:.4g} g"
+        )
     if len(model.ties.nodes):
         table.add_row("ties", model.ties.describe())
     if model.mass_scaling is not None:

@@ -20,7 +20,9 @@ from softsim.scene.quantities import (
     AutoOrPositiveTime,
     Name,
     Number,
+    PositiveDensity,
     PositiveLength,
+    PositivePressure,
     PositiveTime,
     SetPattern,
     SetReference,
@@ -166,6 +168,21 @@ class Tie(Part):
     )  # fmt: skip
 
 
+class Layer(Part):
+    """A thin layer on the surface of a body, which it follows: paper, cloth, film. It resists
+    stretching and not bending, by St. Venant and Kirchhoff's law, and is meant for small strains.
+    Its thickness takes no room: what touches the body touches its facets.
+    """
+
+    facets: SetReference = Field(description='Facet set that it covers: "finger.bottom".')
+    thickness: PositiveLength = Field(description="At rest.")
+    youngs_modulus: PositivePressure = Field(description="Young's modulus.")
+    poisson_ratio: Number = Field(
+        default=0.3, ge=0.0, lt=0.5, description="Of strain across over strain along."
+    )
+    density: PositiveDensity = Field(description="Mass over volume.")
+
+
 class Scene(Part):
     """One simulation."""
 
@@ -178,6 +195,7 @@ class Scene(Part):
         description="Deformable bodies by name; a layout without a robot is for softsim assess.",
     )
     cables: dict[Name, Cable] = Field(default={}, description="Cables by name.")
+    layers: dict[Name, Layer] = Field(default={}, description="Layers on surfaces by name.")
     ties: dict[Name, Tie] = Field(default={}, description="Ties of nodes to surfaces by name.")
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")

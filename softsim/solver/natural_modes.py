@@ -13,7 +13,7 @@ change: the frequency is then too high, by the square of that (Rayleigh). And it
 that of shear: what of it compresses, mu / (3 kappa) in bending, does not grow.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -98,7 +98,8 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
     root, inverse_root = inertia_root(model, body)
     stiffness = [rest_stiffness(model, body, region) for region in body.regions]
     parts = [(inverse_root.T @ k.matrix[free][:, free] @ inverse_root).tocsc() for k in stiffness]
-    whole = sum(parts[1:], parts[0])
+    of_layers = layer_stiffness(model, body)[free][:, free]
+    whole = sum(parts, (inverse_root.T @ of_layers @ inverse_root).tocsc())
     follows = np.zeros(len(is_free), dtype=bool)
     follows[model.ties.within(body.nodes).nodes] = True
     rigid = rigid_motions(body, is_free, follows, whole, root)
@@ -122,6 +123,19 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
         )
     held_count = int((~is_free.all(axis=1)).sum())
     return NaturalModes(body, modes, held_count, rigid.shape[1], max(k.error for k in stiffness))
+
+
+def layer_stiffness(model: Model, body: Body) -> sp.csr_matrix:
+    """K (n d, n d) [N/m] at rest of the layers on a body, of what moves by itself."""
+    (n, d), ties = body.points.shape, model.ties.within(body.nodes)
+    T = sp.kron(ties.matrix(n), sp.identity(d))
+    result = sp.csr_matrix((n * d, n * d))
+    for layer in model.layers:
+        here = (layer.facets >= body.nodes.start) & (layer.facets < body.nodes.stop)
+        if here.all():
+            own = replace(layer, facets=layer.facets - body.first_node)
+            result += T.T @ own.rest_stiffness(body.points) @ T
+    return result
 
 
 def inertia_root(model: Model, body: Body) -> tuple[sp.csr_matrix, sp.csr_matrix]:
@@ -241,13 +255,15 @@ def dynamic_frequency(
     frequency: float, energy_shares: np.ndarray, materials: list[Material]
 ) -> float:
     """Frequency [Hz] of a mode with Maxwell branches, of that without them [Hz] and the shares
-    (k,) of its energy in parts of these materials.
+    (k,) of its energy in parts of these materials; what is left of it, layers store.
     """
 
     def excess(tried: float) -> float:
         """Of the frequency with the moduli at the frequency that is tried: falls once past 0."""
         grown = [m.storage_modulus(tried) / m.storage_modulus(0.0) for m in materials]
-        return frequency * float(np.sqrt(energy_shares @ grown)) - tried
+        return frequency * float(np.sqrt(energy_shares @ grown + unchanged)) - tried
+
+    unchanged = max(0.0, 1.0 - float(energy_shares.sum()))
 
     stiffest = max(m.instantaneous_shear_modulus / m.storage_modulus(0.0) for m in materials)
     return float(brentq(excess, 0.5 * frequency, 2.0 * frequency * np.sqrt(stiffest)))

@@ -20,6 +20,7 @@ from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.wall import Obstacle, Wall
 from softsim.elements.cable import CableTerm
+from softsim.elements.layer import LayerTerm
 from softsim.elements.ties import TieTerm
 from softsim.fields import Number
 from softsim.model import LOCAL_DAMPING, ContactData, Model
@@ -55,6 +56,7 @@ class Terms:
             r.geometry.elements(self.nodes, r, model.bulk_viscosity) for r in model.regions
         ]
         self.cables = [CableTerm(self.nodes, data.cable) for data in model.cables]
+        self.layers = [LayerTerm(self.nodes, layer) for layer in model.layers]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)
@@ -145,8 +147,8 @@ class Terms:
 
     @property
     def inner(self) -> list[Term]:
-        """Elements, cables and loads: what they store is internal energy."""
-        return [*self.elements, *self.cables, *self.loads]
+        """Elements, cables, layers and loads: what they store is internal energy."""
+        return [*self.elements, *self.cables, *self.layers, *self.loads]
 
     @property
     def touching(self) -> list[Term]:

@@ -11,7 +11,8 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx
                                                 viscosity eta_a
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
                                                 with d^2F_zz where elements go around
-  + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py
+  + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
+                                                facets of layers: layer_stiffness.py
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
 Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py); what
@@ -30,6 +31,7 @@ from softsim.model import Model
 from softsim.stability.cable_stiffness import CableStiffness
 from softsim.stability.contact_stiffness import ContactStiffness
 from softsim.stability.element_stiffness import ElementStiffness, RegionStiffness
+from softsim.stability.layer_stiffness import LayerStiffness
 from softsim.stability.rigid_bodies import tied_mass
 
 
@@ -124,9 +126,12 @@ class ModelStiffness:
             np.concatenate(parts) for parts in zip(*of_members, strict=True)
         )
 
-        self.cables = [CableStiffness(data.cable) for data in model.cables]
+        self.beside: list[CableStiffness | LayerStiffness] = [
+            *(CableStiffness(data.cable) for data in model.cables),
+            *(LayerStiffness(layer) for layer in model.layers),
+        ]
         movers = [r.movers + r.region.first_node for r in self.regions]
-        stencils = [*movers, *(s for cable in self.cables for s in cable.stencils)]
+        stencils = [*movers, *(s for part in self.beside for s in part.stencils)]
         pressed, strained, self.pair_of_volume = pairs(self.pressures, movers, n)
         pressed, strained = np.repeat(pressed, d), components(strained, d)
         first, second, self.pair_of_shape = pairs(stencils, stencils, n)
@@ -158,8 +163,8 @@ class ModelStiffness:
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
         """The matrix without damping, with all nodes at x, where the elements are like this."""
         d = x.shape[1]
-        of_cables = [stiffness for cable in self.cables for stiffness in cable.at(x)]
-        shape = flat([*(e.shape_stiffness for e in elements), *of_cables])
+        of_others = [stiffness for part in self.beside for stiffness in part.at(x)]
+        shape = flat([*(e.shape_stiffness for e in elements), *of_others])
         hoop = flat([e.hoop_root for e in elements])
         # dJ_a, V_a J_a being a sum of the elements' shares: that of all pressures of one alike.
         alike = [
