@@ -183,18 +183,20 @@ class LeafbotSectionMesh(_CurvedFin):
     )  # fmt: skip
 
 
-class PneunetSectionMesh(_Filled):
-    """A pneu-net's section along its length: a row of chambers on a common channel, from x = 0 on,
-    underside on y = 0; sets bottom, root, end, chamber (the inside), tip.
+class PneunetMesh(_Filled):
+    """Half of a pneu-net in space, a row of chambers on a common channel, from x = 0 on, underside
+    on y = 0, its plane of symmetry z = 0. Sets bottom, root, end, middle, chamber (the inside),
+    tip.
     """
 
-    generator: Literal["pneunet_section"] = Field(description="Which generator makes the mesh.")
-    cells: CellKind = Field(default="quad", description="quad: quadrilaterals; simplex: triangles.")
+    generator: Literal["pneunet"] = Field(description="Which generator makes the mesh.")
+    cells: CellKind = Field(default="quad", description="quad: hexahedra; simplex: tetrahedra.")
     chambers: WholeNumber = Field(default=6, ge=1, le=100, description="In a row.")
     chamber_length: PositiveLength = Field(default=written("5 mm"), description="Inside, along x.")
     wall_thickness: PositiveLength = Field(
-        default=written("1.5 mm"), description="Of the walls between chamber and gap."
+        default=written("1.5 mm"), description="Of the walls around the chambers."
     )
+    width: PositiveLength = Field(default=written("15 mm"), description="Of the whole, along z.")
     gap: PositiveLength = Field(default=written("1 mm"), description="Between two chambers.")
     height: PositiveLength = Field(default=written("14 mm"), description="Of all of it.")
     roof_thickness: PositiveLength = Field(default=written("2 mm"), description="Above chambers.")
@@ -206,7 +208,7 @@ class PneunetSectionMesh(_Filled):
         default=written("2 mm"), description="Over the channel, between two chambers."
     )
     element_size: PositiveLength = Field(
-        default=written("0.75 mm"), description="Longest side of the cells."
+        default=written("1.5 mm"), description="Longest side of the cells."
     )
 
 
@@ -236,7 +238,7 @@ MeshSource = Annotated[
     | Annotated[PfrSolidMesh, Tag("pfr_solid")]
     | Annotated[LeafbotSectionMesh, Tag("leafbot_section")]
     | Annotated[SpikePatchMesh, Tag("spike_patch")]
-    | Annotated[PneunetSectionMesh, Tag("pneunet_section")]
+    | Annotated[PneunetMesh, Tag("pneunet")]
     | Annotated[FileMesh, Tag("file")],
     Discriminator(_mesh_kind),
 ]
