@@ -15,6 +15,8 @@ from softsim.scene.tree import Keys
 
 # Of the mean side of the facets: how far off them a node may lie where the scene says nothing.
 USUAL_TOLERANCE = 0.05
+# Of the model's size: a node that is moved by less was there already.
+ROUND_OFF = 1e-12
 # A corner with less weight carries nothing.
 NO_WEIGHT = 1e-9
 
@@ -58,8 +60,7 @@ def moved_body(
     """A body whose nodes are moved from their `points` (n, d) [m] to `moved`."""
     nodes = slice(body.first_node, body.first_node + len(body.mesh.points))
     way = np.linalg.norm(moved[nodes] - points[nodes], axis=1)
-    shifted = np.flatnonzero(way > 0.0)
-    if not len(shifted):
+    if not way.any():
         return body
     mesh = replace(body.mesh, points=moved[nodes])
     try:
@@ -72,8 +73,9 @@ def moved_body(
             f"{error.message}",
             "let the nodes lie nearer to the facets, or lower the tolerance",
         ) from None
-    remark = f"{len(shifted)} tied nodes moved onto facets, {way.max() * 1e3:.3g} mm at most"
-    return replace(body, mesh=mesh, remarks=(*body.remarks, remark))
+    shifted = int((way > ROUND_OFF * np.ptp(points)).sum())
+    remark = f"{shifted} tied nodes moved onto facets, {way.max() * 1e3:.3g} mm at most"
+    return replace(body, mesh=mesh, remarks=(*body.remarks, *([remark] if shifted else [])))
 
 
 def refuse_ring_section(names: Names, keys: Keys) -> None:

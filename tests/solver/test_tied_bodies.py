@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from softsim import fields
 from softsim.solver.increments import Span
 from softsim.stability.time_step import stable_step
 
@@ -87,3 +88,33 @@ def test_a_prescribed_side_does_the_work_of_the_tied_one(build, start):
     (upper,) = (b for b in model.bodies if b.name == "upper")
     x = solver.positions()[0][upper.nodes]
     assert np.ptp(x[:, 1]) < 3.61e-3  # it is pressed
+
+
+FRAME = (
+    TIED.replace(", fixed: [bottom]", "")
+    + """
+rigid_bodies: {frame: {mass: 2 g, inertia: 20 g*mm^2, tied: [lower.top]}}
+environment: {gravity: 0 m/s^2}
+"""
+)
+
+
+def test_facets_that_a_rigid_body_holds_hand_on_to_it(build, start):
+    """The tied nodes follow the frame as it turns, and momentum is kept between body and frame."""
+    model = build(FRAME)
+    solver = start(model)
+    terms = solver.terms
+    free = model.is_free.all(axis=1)
+
+    def momentum():
+        v = fields.read(terms.nodes.velocity)[0][free]
+        frame = fields.read(terms.rigid_bodies.velocity)[0, 0]
+        return model.mass[free] @ v + fields.read(terms.rigid_bodies.mass)[0] * frame
+
+    before = momentum()
+    solver.advance(400)
+    np.testing.assert_allclose(momentum(), before, rtol=0.0, atol=1e-12 * np.abs(before).max())
+    x = solver.positions()[0]
+    top, tied = model.bodies[0].node_sets["top"], model.ties.nodes
+    assert np.abs(x[top] - model.points[top]).max() > 1e-5
+    np.testing.assert_allclose(model.ties.followed(x)[tied], x[tied], rtol=0.0, atol=1e-17)
