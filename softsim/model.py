@@ -17,7 +17,9 @@ from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
 from softsim.elements.geometry import Geometry, nodal_sums
+from softsim.elements.layer import Layer
 from softsim.elements.region import Region
+from softsim.elements.ties import Ties
 from softsim.loads.load import Load, of_kind
 from softsim.loads.pressure import FollowerPressure
 from softsim.mass_scaling import MassScaling
@@ -231,8 +233,9 @@ class Model:
     """One scenario. Arrays over all nodes: points, velocity (n, d), mass (n,), is_free (n, d).
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
-    rigid body. After the nodes of bodies come those of cables. The last nodes, without mass, are
-    the corners of rigid outlines. loads: whatever acts from outside, prescribed motions too.
+    rigid body or a facet. After the nodes of bodies come those of cables. The last nodes, without
+    mass, are the corners of rigid outlines. ties: of nodes to facets, whose corners have their
+    masses. loads: whatever acts from outside, prescribed motions too.
     gravity (d,) [m/s^2]: all of it; starting_gravity: at t = 0, where it rises over a profile.
     load_names: of the loads, as the scene calls what they come from. start_time [s]: 0, or where a
     step begins; end_time: the latest; cycles: of the pressure in the robot's chamber, with which
@@ -246,10 +249,12 @@ class Model:
 
     bodies: tuple[Body, ...]
     cables: tuple[CableData, ...]
+    layers: tuple[Layer, ...]
     points: np.ndarray
     velocity: Own[np.ndarray]
     mass: np.ndarray
     is_free: np.ndarray
+    ties: Ties
     rigid_bodies: tuple[RigidBodyData, ...]
     outlines: tuple[OutlineData, ...]
     walls: tuple[Wall, ...]

@@ -82,6 +82,14 @@ class CornerForces:
         return force
 
     @ti.func
+    def on_node(self, s, b, lane):
+        """Sum of the forces in the slots of one node, which is at this place (NodeLists)."""
+        force = ti.Vector.zero(backend.real, self.dimension)
+        for row in range(self.of_node.start[b], self.of_node.start[b + 1]):
+            force += self.read(s, self.of_node.entry[row, lane])
+        return force
+
+    @ti.func
     def write(self, s, slot, force):
         """Put a force into a slot."""
         for k in ti.static(range(self.dimension)):
@@ -136,6 +144,13 @@ class NodeLists:
                 part[lane] = values[s, self.entry[row, lane]]
             total += part
         return total
+
+    def place_of(self, nodes: np.ndarray) -> np.ndarray:
+        """Block and lane (k, 2) of each of these nodes (k,)."""
+        listed = self.member.ravel()
+        found = np.empty(listed.max() + 1, dtype=int)
+        found[listed[listed >= 0]] = np.flatnonzero(listed >= 0)
+        return np.stack(np.divmod(found[nodes], self.member.shape[1]), axis=1)
 
     def by_block(self, values: np.ndarray) -> np.ndarray:
         """Per-node values (n,) in the order of the blocks, zero in spare lanes."""

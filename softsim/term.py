@@ -22,13 +22,15 @@ class Stage(IntEnum):
     """
 
     STEER = 0  # velocities that are prescribed; then everything drifts
-    MEASURE = 1  # gravity of now, lengths that elements ask for
-    MOVE = 2  # deformation; forces that follow from places and velocities alone
-    PRESS = 3  # pressures, from volumes
-    STRESS = 4  # forces, from deformation and pressures
-    LIST = 5  # who touches whom among surfaces
-    GATHER = 6  # forces on facets, from the nodes that touch them
-    PULL = 7  # forces on what STRESS has strained beside the corners
+    FOLLOW = 1  # places and velocities of nodes that are tied to facets
+    MEASURE = 2  # gravity of now, lengths that elements ask for
+    MOVE = 3  # deformation; forces that follow from places and velocities alone
+    PRESS = 4  # pressures, from volumes
+    STRESS = 5  # forces, from deformation and pressures
+    LIST = 6  # who touches whom among surfaces
+    GATHER = 7  # forces on facets, from the nodes that touch them
+    PULL = 8  # forces on what STRESS has strained beside the corners
+    HAND_OVER = 9  # what acts on tied nodes, onto the corners of their facets
 
 
 @dataclass(frozen=True)

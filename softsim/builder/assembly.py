@@ -2,7 +2,18 @@
 
 import numpy as np
 
-from softsim.builder import conditions, contact, loads, passage, rigid, roles, self_contact, walls
+from softsim.builder import (
+    conditions,
+    contact,
+    layers,
+    loads,
+    passage,
+    rigid,
+    roles,
+    self_contact,
+    ties,
+    walls,
+)
 from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.cables import built_cables, cable_points, end_drags, placed_cables
 from softsim.builder.crossing import crossing
@@ -38,24 +49,30 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     """
     meshed, scene = meshed_bodies(loaded), loaded.scene
     names = Names(loaded, meshed, placed_cables(loaded, meshed), beginning)
+    names, all_ties = ties.placed_ties(names)
     bodies = built_bodies(names)
     soft_points = np.concatenate([*(b.points for b in bodies), cable_points(names)])
     soft_count = len(soft_points)
     corners, corner_owner = rigid.outline_points(names)
     points = np.concatenate([soft_points, corners])
 
-    mass = conditions.lumped_mass(names, bodies, len(points))
+    own_mass = conditions.lumped_mass(names, bodies, len(points))
+    own_mass += layers.layer_masses(names, len(points))
     held = conditions.held_components(names, bodies, points)
     held[soft_count:] = True
+    fixed = held.copy()
     motions = conditions.prescribed(names, held)
     for motion in motions.values():
         held[motion.nodes, motion.axis] = True
     tied = rigid.tied_nodes(names, ~held)
     for nodes in tied:
         held[nodes] = True
-    is_free = ~held
-    starting = conditions.initial_velocity(names, bodies, points, mass)
-    velocity = np.where(is_free, starting, 0.0)
+    ties.refuse_held_nodes(names, all_ties, points, fixed, held)
+    moves, mass = ~held, all_ties.handed_over(own_mass)
+    is_free = moves.copy()
+    is_free[all_ties.nodes] = False
+    starting = conditions.initial_velocity(names, bodies, points, own_mass)
+    velocity = all_ties.followed(np.where(moves, starting, 0.0))
     outline_nodes = [
         soft_count + np.flatnonzero(corner_owner == r) for r in range(len(scene.rigid_bodies))
     ]
@@ -71,14 +88,16 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     stiffness = contact.Stiffness(
         scene.contact,
         contact.penalty_stiffness(names, bodies, len(points)),
-        contact.contact_mass(points, mass, is_free, rigid_bodies),
+        all_ties.moved_mass(contact.contact_mass(points, mass, moves, rigid_bodies)),
     )
     surfaces = [b.node_sets["surface"] for b in bodies]
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
     all_walls = walls.walls(names)
     walls.refuse_penetration(names, all_walls, points[touching])
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
-    acting = loads.built_loads(loads.Loaded(names, bodies, points, mass, is_free, tied, total_mass))
+    acting = loads.built_loads(
+        loads.Loaded(names, bodies, points, own_mass, moves, tied, total_mass)
+    )
     chamber = roles.chamber(names, of_kind(acting.values(), FollowerPressure))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity
@@ -90,20 +109,24 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     model = Model(
         bodies=bodies,
         cables=built_cables(names, is_free, stiffness, all_walls),
+        layers=layers.built_layers(names, points),
         points=points,
         velocity=velocity,
         mass=mass,
         is_free=is_free,
+        ties=all_ties,
         rigid_bodies=rigid_bodies,
         outlines=rigid.outlines(names, points, stiffness, tied),
         walls=all_walls,
         contact=stiffness.contact(touching, scene.contact.friction_coefficient),
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
-        self_contact=self_contact.self_contact(names, bodies, points, mass, stiffness),
+        self_contact=self_contact.self_contact(
+            names, bodies, points, all_ties, all_ties.moved_mass(mass), stiffness
+        ),
         loads=tuple(acting.values()),
         load_names=tuple(acting),
-        probes=conditions.probes(names, points, is_free),
+        probes=conditions.probes(names, points, moves),
         gravity=full_gravity,
         starting_gravity=starting_gravity,
         robot=roles.robot(names, bodies, chamber, points),

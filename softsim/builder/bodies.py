@@ -25,6 +25,7 @@ from softsim.robots.leafbot import leafbot_section
 from softsim.robots.pfr import pfr_section
 from softsim.robots.pfr_meridian import pfr_meridian
 from softsim.robots.pfr_solid import pfr_solid
+from softsim.robots.pneunet import pneunet
 from softsim.robots.spike_patch import spike_patch
 from softsim.scene import bodies as scene_bodies
 from softsim.scene.loading import LoadedScene
@@ -38,6 +39,7 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     "pfr_solid": pfr_solid,
     "leafbot_section": leafbot_section,
     "spike_patch": spike_patch,
+    "pneunet": pneunet,
 }
 # Families of ABAQUS's element types -> the formulation that they mean.
 FORMULATIONS = {

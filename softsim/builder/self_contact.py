@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.elements.quadrature import simplex_gradients
+from softsim.elements.ties import Ties
 from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.mesh.mesh import SURFACE, simplex_facets, simplexes
 from softsim.model import Body, ContactData, SelfContactData
@@ -24,13 +25,14 @@ def self_contact(
     names: Names,
     bodies: Sequence[Body],
     points: np.ndarray,
+    ties: Ties,
     mass: np.ndarray,
     stiffness: Stiffness,
 ) -> SelfContactData | None:
     """What contact.self_contact names, or None where it names nothing.
 
-    points (n, d) [m] and lumped mass (n,) [kg] of all nodes. Raises SceneError for a name that does
-    not exist, and for bodies that start inside each other.
+    points (n, d) [m] of all nodes, mass (n,) [kg] that a force on each has to move. Raises
+    SceneError for a name that does not exist, and for bodies that start inside each other.
     """
     references = names.scene.contact.self_contact
     if not references:
@@ -38,7 +40,7 @@ def self_contact(
     named = [named_facets(names, r, k) for k, r in enumerate(references)]
     facets = np.unique(np.concatenate([simplex_facets(f)[0] for f in named]), axis=0)
     nodes = np.unique(facets)
-    part = connected_parts(bodies, len(points))
+    part = connected_parts(bodies, ties, len(points))
     refuse_overlap(names, bodies, points, part, nodes)
     sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
     facet_size = sides.max(axis=1)
@@ -97,13 +99,12 @@ def surface_against_surface(
     )
 
 
-def connected_parts(bodies: Sequence[Body], node_count: int) -> np.ndarray:
-    """Number of the part (n,) that each node is connected with through cells."""
+def connected_parts(bodies: Sequence[Body], ties: Ties, node_count: int) -> np.ndarray:
+    """Number of the part (n,) that each node is connected with through cells and ties."""
     cells = np.concatenate([b.cells + b.first_node for b in bodies])
     first = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel()
-    links = coo_array(
-        (np.ones(len(first)), (first, cells[:, 1:].ravel())), shape=(node_count, node_count)
-    )
+    first, second = np.append(first, ties.nodes), np.append(cells[:, 1:], ties.corners[:, 0])
+    links = coo_array((np.ones(len(first)), (first, second)), shape=(node_count, node_count))
     return connected_components(links, directed=False)[1]
 
 

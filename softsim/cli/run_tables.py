@@ -70,7 +70,7 @@ def model_table(model: Model) -> Table:
             part = "" if region.cell_set is None else f" of {region.cell_set}"
             table.add_row(f"  material{part}", region.material.describe())
         for remark in body.remarks:
-            table.add_row("  from its file", remark)
+            table.add_row("  changed", remark)
         kinds = {"node": body.node_sets, "facet": body.facet_sets, "cell": body.cell_sets}
         for kind, sets in kinds.items():
             if sets:
@@ -83,6 +83,12 @@ def model_table(model: Model) -> Table:
             f"{len(data.cable.nodes)} nodes, {data.cable.lengths.sum() * 1e3:.4g} mm, "
             f"{mass * 1e3:.4g} g",
         )
+    for layer in model.layers:
+        table.add_row(
+            f"layer '{layer.name}'", f"{len(layer.facets)} facets, {layer.mass * 1e3:.4g} g"
+        )
+    if len(model.ties.nodes):
+        table.add_row("ties", model.ties.describe())
     if model.mass_scaling is not None:
         unscaled = StableStepEstimator(replace(model, mass_scaling=None)).at_rest.value
         table.add_row(

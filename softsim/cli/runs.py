@@ -160,13 +160,14 @@ def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: 
     from softsim.cli.run_tables import modes_remarks, modes_table
     from softsim.output.folder import RunFolder
     from softsim.report.mode_shapes import draw_modes
+    from softsim.solver.joined_bodies import joined_bodies
     from softsim.solver.natural_modes import movable_bodies, natural_modes
 
     bodies = movable_bodies(model)
     figure = RunFolder(folder).path / "modes.png"
     backend.start(device)
     found = [natural_modes(model, body, count) for body in bodies]
-    for name in sorted({b.name for b in model.bodies} - {b.name for b in bodies}):
+    for name in sorted({b.name for b in joined_bodies(model)} - {b.name for b in bodies}):
         console.print(f"'{name}' is held at all its nodes: it has no natural modes")
     for modes in found:
         console.print(modes_remarks(modes), highlight=False)

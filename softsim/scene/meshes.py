@@ -183,6 +183,35 @@ class LeafbotSectionMesh(_CurvedFin):
     )  # fmt: skip
 
 
+class PneunetMesh(_Filled):
+    """Half of a pneu-net in space, a row of chambers on a common channel, from x = 0 on, underside
+    on y = 0, its plane of symmetry z = 0. Sets bottom, root, end, middle, chamber (the inside),
+    tip.
+    """
+
+    generator: Literal["pneunet"] = Field(description="Which generator makes the mesh.")
+    cells: CellKind = Field(default="quad", description="quad: hexahedra; simplex: tetrahedra.")
+    chambers: WholeNumber = Field(default=6, ge=1, le=100, description="In a row.")
+    chamber_length: PositiveLength = Field(default=written("5 mm"), description="Inside, along x.")
+    wall_thickness: PositiveLength = Field(
+        default=written("1.5 mm"), description="Of the walls around the chambers."
+    )
+    width: PositiveLength = Field(default=written("15 mm"), description="Of the whole, along z.")
+    gap: PositiveLength = Field(default=written("1 mm"), description="Between two chambers.")
+    height: PositiveLength = Field(default=written("14 mm"), description="Of all of it.")
+    roof_thickness: PositiveLength = Field(default=written("2 mm"), description="Above chambers.")
+    base_thickness: PositiveLength = Field(default=written("2 mm"), description="Below them.")
+    channel_height: PositiveLength = Field(
+        default=written("2 mm"), description="Of the channel that joins the chambers."
+    )
+    bridge_thickness: PositiveLength = Field(
+        default=written("2 mm"), description="Over the channel, between two chambers."
+    )
+    element_size: PositiveLength = Field(
+        default=written("1.5 mm"), description="Longest side of the cells."
+    )
+
+
 class FileMesh(Part):
     """A mesh of linear cells from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
 
@@ -209,6 +238,7 @@ MeshSource = Annotated[
     | Annotated[PfrSolidMesh, Tag("pfr_solid")]
     | Annotated[LeafbotSectionMesh, Tag("leafbot_section")]
     | Annotated[SpikePatchMesh, Tag("spike_patch")]
+    | Annotated[PneunetMesh, Tag("pneunet")]
     | Annotated[FileMesh, Tag("file")],
     Discriminator(_mesh_kind),
 ]

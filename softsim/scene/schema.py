@@ -20,9 +20,12 @@ from softsim.scene.quantities import (
     AutoOrPositiveTime,
     Name,
     Number,
+    PositiveDensity,
     PositiveLength,
+    PositivePressure,
     PositiveTime,
     SetPattern,
+    SetReference,
     Text,
     WholeNumber,
 )
@@ -151,6 +154,35 @@ class Roles(Part):
     )
 
 
+class Tie(Part):
+    """Nodes that follow a surface whose mesh does not match theirs, as if they were glued to it.
+    They are moved onto its facets before the start. Where meshes differ in size, tie the nodes of
+    the finer one to the facets of the coarser one.
+    """
+
+    nodes: SetReference = Field(description='Node set that follows: "paper.top".')
+    facets: SetReference = Field(description='Facet set that it follows: "finger.bottom".')
+    tolerance: PositiveLength | None = Field(
+        default=None, description="How far a node may lie off the facets; by default 5 % of their "
+        "mean side."
+    )  # fmt: skip
+
+
+class Layer(Part):
+    """A thin layer on the surface of a body, which it follows: paper, cloth, film. It resists
+    stretching and not bending, by St. Venant and Kirchhoff's law, and is meant for small strains.
+    Its thickness takes no room: what touches the body touches its facets.
+    """
+
+    facets: SetReference = Field(description='Facet set that it covers: "finger.bottom".')
+    thickness: PositiveLength = Field(description="At rest.")
+    youngs_modulus: PositivePressure = Field(description="Young's modulus.")
+    poisson_ratio: Number = Field(
+        default=0.3, ge=0.0, lt=0.5, description="Of strain across over strain along."
+    )
+    density: PositiveDensity = Field(description="Mass over volume.")
+
+
 class Scene(Part):
     """One simulation."""
 
@@ -163,6 +195,8 @@ class Scene(Part):
         description="Deformable bodies by name; a layout without a robot is for softsim assess.",
     )
     cables: dict[Name, Cable] = Field(default={}, description="Cables by name.")
+    layers: dict[Name, Layer] = Field(default={}, description="Layers on surfaces by name.")
+    ties: dict[Name, Tie] = Field(default={}, description="Ties of nodes to surfaces by name.")
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")
     contact: Contact = Field(default_factory=Contact, description="Contact with the walls.")

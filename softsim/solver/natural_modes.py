@@ -2,7 +2,8 @@
 
 K phi = omega^2 M phi with the stiffness of what is computed (rest_stiffness.py) and the masses of
 the nodes, scaled where the run scales them (mass_scaling.py). Motions as a whole, of a body or a
-piece of it that nothing holds, have no frequency: they are left out.
+piece of it that nothing holds, have no frequency: they are left out. Bodies that ties join vibrate
+as one; q, what moves by itself, then is what is not tied (elements/ties.py).
 
 A vibration is stiffened by Maxwell branches. Of a mode with the shares e_r of its elastic energy in
 the regions r, whose materials have the storage moduli mu_r', the frequency is where
@@ -12,7 +13,7 @@ change: the frequency is then too high, by the square of that (Rayleigh). And it
 that of shear: what of it compresses, mu / (3 kappa) in bending, does not grow.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,6 +24,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from softsim.errors import ModesError
 from softsim.materials.material import Material
 from softsim.model import Body, Model
+from softsim.solver.joined_bodies import joined_bodies
 from softsim.solver.rest_stiffness import incidence, rest_stiffness
 
 SHIFT = 1e-3
@@ -70,8 +72,11 @@ class NaturalModes:
 
 
 def movable_bodies(model: Model) -> list[Body]:
-    """Bodies that are not held at all their nodes. Raises ModesError where there is none."""
-    movable = [body for body in model.bodies if model.is_free[body.nodes].any()]
+    """Bodies, of those that ties join one each, that are not held at all their nodes.
+
+    Raises ModesError where there is none.
+    """
+    movable = [body for body in joined_bodies(model) if model.is_free[body.nodes].any()]
     if not movable:
         raise ModesError(
             "every node of every body is fixed, prescribed or tied: nothing has natural modes",
@@ -83,16 +88,21 @@ def movable_bodies(model: Model) -> list[Body]:
 def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
     """The first `count` modes of a movable body of the model.
 
-    Raises ModesError where the body cannot be strained in so many ways, or is too large.
+    Raises ModesError where the body is tied to another one beside it, cannot be strained in so many
+    ways, or is too large.
     """
+    refuse_other_half(model, body)
     is_free, mass = model.is_free[body.nodes], model.mass[body.nodes]
     free = is_free.ravel()
     free_mass = np.repeat(mass, model.dimension)[free]
     root, inverse_root = inertia_root(model, body)
     stiffness = [rest_stiffness(model, body, region) for region in body.regions]
     parts = [(inverse_root.T @ k.matrix[free][:, free] @ inverse_root).tocsc() for k in stiffness]
-    whole = sum(parts[1:], parts[0])
-    rigid = rigid_motions(body, is_free, whole, root)
+    of_layers = layer_stiffness(model, body)[free][:, free]
+    whole = sum(parts, (inverse_root.T @ of_layers @ inverse_root).tocsc())
+    follows = np.zeros(len(is_free), dtype=bool)
+    follows[model.ties.within(body.nodes).nodes] = True
+    rigid = rigid_motions(body, is_free, follows, whole, root)
     refuse_too_many(body, count, len(free_mass) - rigid.shape[1])
     shift = SHIFT * wave_frequency(body) ** 2
     modes = []
@@ -102,6 +112,7 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
         shape, momentum = np.zeros((2, *is_free.shape))
         shape[is_free] = inverse_root @ vector
         momentum[is_free] = free_mass * shape[is_free]
+        shape = model.ties.within(body.nodes).followed(shape)
         modes.append(
             NaturalMode(
                 frequency,
@@ -112,6 +123,19 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
         )
     held_count = int((~is_free.all(axis=1)).sum())
     return NaturalModes(body, modes, held_count, rigid.shape[1], max(k.error for k in stiffness))
+
+
+def layer_stiffness(model: Model, body: Body) -> sp.csr_matrix:
+    """K (n d, n d) [N/m] at rest of the layers on a body, of what moves by itself."""
+    (n, d), ties = body.points.shape, model.ties.within(body.nodes)
+    T = sp.kron(ties.matrix(n), sp.identity(d))
+    result = sp.csr_matrix((n * d, n * d))
+    for layer in model.layers:
+        here = (layer.facets >= body.nodes.start) & (layer.facets < body.nodes.stop)
+        if here.all():
+            own = replace(layer, facets=layer.facets - body.first_node)
+            result += T.T @ own.rest_stiffness(body.points) @ T
+    return result
 
 
 def inertia_root(model: Model, body: Body) -> tuple[sp.csr_matrix, sp.csr_matrix]:
@@ -129,6 +153,17 @@ def inertia_root(model: Model, body: Body) -> tuple[sp.csr_matrix, sp.csr_matrix
         for power in (0.5, -0.5)
     )
     return (slower @ root).tocsr(), (inverse_root @ faster).tocsr()
+
+
+def refuse_other_half(model: Model, body: Body) -> None:
+    """Raise ModesError where a tie leads out of the body: it does not vibrate alone."""
+    inside = np.zeros(len(model.points), dtype=bool)
+    inside[body.nodes] = True
+    if (inside[model.ties.nodes] != inside[model.ties.corners[:, 0]]).any():
+        raise ModesError(
+            f"body '{body.name}' is tied to another one and does not vibrate alone",
+            hint="ask for the modes of all that is joined (movable_bodies)",
+        )
 
 
 def refuse_too_many(body: Body, count: int, ways: int) -> None:
@@ -174,17 +209,21 @@ def wave_frequency(body: Body) -> float:
 
 
 def rigid_motions(
-    body: Body, is_free: np.ndarray, matrix: sp.csc_matrix, root: sp.csr_matrix
+    body: Body,
+    is_free: np.ndarray,
+    follows: np.ndarray,
+    matrix: sp.csc_matrix,
+    root: sp.csr_matrix,
 ) -> np.ndarray:
     """Motions of free components that strain nothing, times the root of their inertia: orthonormal
-    (size, k).
+    (size, k). follows (n,): which nodes are tied to others of the body, and so not held.
 
     They are sought among shifts and turns of each piece in which what is held rests. Where rings
     go around, some of these strain them.
     """
     tried = shifts_and_turns(body)
-    free = is_free.ravel()
-    at_held, combined = np.linalg.eigh(tried[~free].T @ tried[~free])
+    free, held = is_free.ravel(), (~is_free & ~follows[:, None]).ravel()
+    at_held, combined = np.linalg.eigh(tried[held].T @ tried[held])
     resting = tried[free] @ combined[:, at_held < 1e-9]
     basis, _ = np.linalg.qr(root @ resting)
     stiffness, turned = np.linalg.eigh(basis.T @ (matrix @ basis))
@@ -216,13 +255,15 @@ def dynamic_frequency(
     frequency: float, energy_shares: np.ndarray, materials: list[Material]
 ) -> float:
     """Frequency [Hz] of a mode with Maxwell branches, of that without them [Hz] and the shares
-    (k,) of its energy in parts of these materials.
+    (k,) of its energy in parts of these materials; what is left of it, layers store.
     """
 
     def excess(tried: float) -> float:
         """Of the frequency with the moduli at the frequency that is tried: falls once past 0."""
         grown = [m.storage_modulus(tried) / m.storage_modulus(0.0) for m in materials]
-        return frequency * float(np.sqrt(energy_shares @ grown)) - tried
+        return frequency * float(np.sqrt(energy_shares @ grown + unchanged)) - tried
+
+    unchanged = max(0.0, 1.0 - float(energy_shares.sum()))
 
     stiffest = max(m.instantaneous_shear_modulus / m.storage_modulus(0.0) for m in materials)
     return float(brentq(excess, 0.5 * frequency, 2.0 * frequency * np.sqrt(stiffest)))

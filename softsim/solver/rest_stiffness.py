@@ -16,6 +16,7 @@ from scipy.sparse.linalg import norm
 
 from softsim import fields
 from softsim.elements.region import Region
+from softsim.elements.ties import Ties
 from softsim.errors import ModesError
 from softsim.model import Body, Model
 from softsim.solver.explicit import ExplicitSolver
@@ -48,7 +49,8 @@ def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
     Raises ModesError where the matrix would have too many entries, or its error is too large.
     """
     is_free = model.is_free[body.nodes]
-    pairs = coupled_pairs(region, np.any(is_free, axis=1))
+    ties = model.ties.within(body.nodes)
+    pairs = coupled_pairs(region, ties, np.any(is_free, axis=1))
     refuse_too_large(body, pairs.nnz * model.dimension**2)
     if pairs.nnz == 0:  # the body moves, but nothing of this region
         return RestStiffness(sp.csr_matrix((is_free.size, is_free.size)), 0.0)
@@ -90,8 +92,8 @@ class ElasticForces:
         relaxed = replace(region, material=replace(region.material, branches=()))
         alone = replace(
             model, bodies=(replace(body, regions=(relaxed,)),), rigid_bodies=(), outlines=(),
-            walls=(), self_contact=None, cables=(), loads=(), bulk_viscosity=0.0, relaxation=None,
-            settling=None, passage=None,
+            walls=(), self_contact=None, cables=(), layers=(), loads=(), bulk_viscosity=0.0,
+            relaxation=None, settling=None, passage=None,
         )  # fmt: skip
         self.solver, self.nodes, self.rest = ExplicitSolver([alone]), body.nodes, model.points
 
@@ -108,11 +110,14 @@ class ElasticForces:
         return 0.5 * (self.at(-displacement) - self.at(displacement))
 
 
-def coupled_pairs(region: Region, moving: np.ndarray) -> sp.coo_matrix:
-    """Pairs of a body's nodes, of those that are `moving` (n,), that may act on each other."""
+def coupled_pairs(region: Region, ties: Ties, moving: np.ndarray) -> sp.coo_matrix:
+    """Pairs of a body's nodes, of those that are `moving` (n,), that may act on each other, by
+    elements or by nodes of these that are tied to them.
+    """
     hoop, cells = region.geometry.hoop, region.cells
     movers = cells if hoop is None else hoop.stencil(cells)
-    moves = incidence(movers, len(moving)) @ sp.diags(moving.astype(float))
+    count = len(moving)
+    moves = incidence(movers, count) @ ties.matrix(count) @ sp.diags(moving.astype(float))
     around_pressure = incidence(region.pressure_points, region.pressure_count).T @ moves
     pairs = (around_pressure.T @ around_pressure).tocsr()
     pairs.eliminate_zeros()
@@ -167,10 +172,12 @@ def differences(forces: ElasticForces, pairs: sp.coo_matrix, step: np.ndarray) -
 
 
 def shortest_edges(region: Region) -> np.ndarray:
-    """Shortest distance (n,) [m] of each node from the others of its elements; 1 beside them."""
+    """Shortest distance (n,) [m] of each node from the others of its elements; of all beside them,
+    which ties may move.
+    """
     corners = region.points[region.cells]
     apart = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)
     apart[apart == 0.0] = np.inf
     shortest = np.full(len(region.points), np.inf)
     np.minimum.at(shortest, region.cells, apart.min(axis=2))
-    return np.where(np.isfinite(shortest), shortest, 1.0)
+    return np.where(np.isfinite(shortest), shortest, shortest.min())

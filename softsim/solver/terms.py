@@ -20,6 +20,8 @@ from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.wall import Obstacle, Wall
 from softsim.elements.cable import CableTerm
+from softsim.elements.layer import LayerTerm
+from softsim.elements.ties import TieTerm
 from softsim.fields import Number
 from softsim.model import LOCAL_DAMPING, ContactData, Model
 from softsim.nodes import PARTS, Nodes
@@ -54,6 +56,7 @@ class Terms:
             r.geometry.elements(self.nodes, r, model.bulk_viscosity) for r in model.regions
         ]
         self.cables = [CableTerm(self.nodes, data.cable) for data in model.cables]
+        self.layers = [LayerTerm(self.nodes, layer) for layer in model.layers]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)
@@ -65,8 +68,11 @@ class Terms:
         self.supports = self._supports(models)
         self.cable_contacts = self._cable_contacts(models)
         self.self_contacts = self._self_contacts(models)
+        self.ties = [TieTerm(self.nodes, model.ties)] if len(model.ties.nodes) else []
         self.nodes.corner_forces.allocate(scenarios, int(self.nodes.count))
         self.rigid_bodies.allocate()
+        for tie in self.ties:
+            tie.find_slots()
 
     def _contact(
         self, data: ContactData, obstacle: Obstacle, frame: FixedFrame, friction: list[float]
@@ -141,8 +147,8 @@ class Terms:
 
     @property
     def inner(self) -> list[Term]:
-        """Elements, cables and loads: what they store is internal energy."""
-        return [*self.elements, *self.cables, *self.loads]
+        """Elements, cables, layers and loads: what they store is internal energy."""
+        return [*self.elements, *self.cables, *self.layers, *self.loads]
 
     @property
     def touching(self) -> list[Term]:
@@ -151,8 +157,8 @@ class Terms:
 
     @property
     def everything(self) -> list[Term]:
-        """Whatever exerts force."""
-        return self.inner + self.touching
+        """Whatever exerts force, or hands it over."""
+        return [*self.inner, *self.touching, *self.ties]
 
     def drift_stages(self) -> list[Passes]:
         """Everything moves by dt times its half-step velocity."""

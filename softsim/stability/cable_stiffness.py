@@ -21,7 +21,7 @@ class CableStiffness:
     """
 
     def __init__(self, cable: Cable) -> None:
-        self.cable = cable
+        self.cable, self.name = cable, f"cable '{cable.name}'"
         self.stencils = [cable.segments.T, cable.joints.T]
 
     def at(self, x: np.ndarray) -> list[np.ndarray]:
@@ -42,13 +42,6 @@ class CableStiffness:
         bend = after - before
         turning = B * (1.0 + T) * (1.0 + 3.0 * T) * squares(bend)
         return turning + 2.0 * B * np.sqrt(T) * (1.0 + T) * (squares(before) + squares(after))
-
-    def energy(self, u: np.ndarray, x: np.ndarray) -> float:
-        """Twice the energy [J] of nodes displaced by u (n, d) [m] from x (n, d) [m]."""
-        return sum(
-            float(np.einsum("abm,ami,bmi->", k, u[nodes], u[nodes]))
-            for nodes, k in zip(self.stencils, self.at(x), strict=True)
-        )
 
 
 def squares(b: np.ndarray) -> np.ndarray:

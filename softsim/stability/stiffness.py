@@ -3,11 +3,16 @@
 Where masses are scaled (mass_scaling.py), the matrix is R M^-1/2 K M^-1/2 R with R the inverse root
 of M^-1/2 M' M^-1/2.
 
+Where nodes are tied to facets (elements/ties.py), u = T q, the stiffness of what moves is T^T K T.
+K is scaled by 1/sqrt(m) of each node, which of a tied one is the mass that a force on it has to
+move, and the whole is P^T (M^-1/2 K M^-1/2) P with P = M^1/2 T M^-1/2 the motion of each node.
+
 K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx, with their bulk
                                                 viscosity eta_a
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
                                                 with d^2F_zz where elements go around
-  + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py
+  + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
+                                                facets of layers: layer_stiffness.py
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
 Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py); what
@@ -26,6 +31,7 @@ from softsim.model import Model
 from softsim.stability.cable_stiffness import CableStiffness
 from softsim.stability.contact_stiffness import ContactStiffness
 from softsim.stability.element_stiffness import ElementStiffness, RegionStiffness
+from softsim.stability.layer_stiffness import LayerStiffness
 from softsim.stability.rigid_bodies import tied_mass
 
 
@@ -37,7 +43,8 @@ class ScaledStiffness:
     elements that go around; back: its transpose, of the same numbers. volume_stiffness (p,)
     [N/m^5]: (kappa + 2 eta_a / dt) / V_a. shape (n, n) [N/m]: shape and initial stress, the same
     for every component. contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s] whose squares are
-    added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None.
+    added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None. following (n d, n d):
+    P, or None.
     """
 
     gradient: sp.csr_matrix
@@ -48,14 +55,21 @@ class ScaledStiffness:
     chambers: list[np.ndarray]
     inverse_sqrt_mass: np.ndarray
     slowing: sp.csr_matrix | None
+    following: sp.csr_matrix | None
 
     def product(self, v: np.ndarray) -> np.ndarray:
         """The matrix times a vector (n d,)."""
-        return self.slowed(self._product_of_own_masses(self.slowed(v)))
+        return self.reduced(self._product_of_own_masses(self.motion(v)))
 
-    def slowed(self, v: np.ndarray) -> np.ndarray:
-        """R v: the displacement of a vector of the matrix, times M^1/2."""
-        return v if self.slowing is None else self.slowing @ v
+    def motion(self, v: np.ndarray) -> np.ndarray:
+        """P R v: the displacement of a vector of the matrix, times M^1/2."""
+        slowed = v if self.slowing is None else self.slowing @ v
+        return slowed if self.following is None else self.following @ slowed
+
+    def reduced(self, f: np.ndarray) -> np.ndarray:
+        """R P^T f: forces, times M^-1/2, on what moves."""
+        gathered = f if self.following is None else self.following.T @ f
+        return gathered if self.slowing is None else self.slowing @ gathered
 
     def _product_of_own_masses(self, v: np.ndarray) -> np.ndarray:
         u = self.inverse_sqrt_mass * v
@@ -76,13 +90,14 @@ class ScaledStiffness:
 
     def chamber_frequency(self) -> float:
         """Upper bound of omega^2 [1/s^2] of the chambers alone."""
-        return float(sum((self.slowed(c) ** 2).sum() for c in self.chambers))
+        return float(sum((self.reduced(c) ** 2).sum() for c in self.chambers))
 
 
 class ModelStiffness:
     """The stiffness of a model in any configuration: its pattern and its masses, once.
 
-    moving (n d,): which components move. inverse_sqrt_mass (n d,): 1/sqrt(m) of them, else 0.
+    moving (n d,): which components move by themselves. inverse_sqrt_mass (n d,): 1/sqrt(m) of all
+    that move, else 0.
     There are p pressures, pressures (k, m), of each region, numbers those of its elements.
     mobility (n,): how fast a force on one node alone sets it in motion, over 1/m [-].
     """
@@ -94,10 +109,13 @@ class ModelStiffness:
         self.contact = ContactStiffness(model)
         self.inverse_sqrt_mass = inverse_sqrt_mass(model).ravel()
         self.moving = self.inverse_sqrt_mass > 0.0
+        self.moving.reshape(n, d)[model.ties.nodes] = False
+        self.following = following(model, self.inverse_sqrt_mass)
         self.slowing, self.mobility = None, np.ones(n)
         if model.mass_scaling is not None:
             self.slowing = model.mass_scaling.scaled(model.mass, d, -0.5)
             self.mobility = model.mass_scaling.mobility(model.mass)
+            self.mobility[model.ties.nodes] = 1.0  # at most
         members = [np.unique(r.pressed) for r in self.regions]
         starts = np.cumsum([0, *map(len, members)])
         self.pressures = [
@@ -113,9 +131,12 @@ class ModelStiffness:
             np.concatenate(parts) for parts in zip(*of_members, strict=True)
         )
 
-        self.cables = [CableStiffness(data.cable) for data in model.cables]
+        self.beside: list[CableStiffness | LayerStiffness] = [
+            *(CableStiffness(data.cable) for data in model.cables),
+            *(LayerStiffness(layer) for layer in model.layers),
+        ]
         movers = [r.movers + r.region.first_node for r in self.regions]
-        stencils = [*movers, *(s for cable in self.cables for s in cable.stencils)]
+        stencils = [*movers, *(s for part in self.beside for s in part.stencils)]
         of_volume, self.pair_of_volume = pairs(self.pressures, movers, (p, n))
         self.shape, self.pair_of_shape = pairs(stencils, stencils, (n, n))
 
@@ -130,8 +151,8 @@ class ModelStiffness:
     def at(self, elements: list[ElementStiffness], x: np.ndarray) -> ScaledStiffness:
         """The matrix without damping, with all nodes at x, where the elements are like this."""
         d = x.shape[1]
-        of_cables = [stiffness for cable in self.cables for stiffness in cable.at(x)]
-        shape = flat([*(e.shape_stiffness for e in elements), *of_cables])
+        of_others = [stiffness for part in self.beside for stiffness in part.at(x)]
+        shape = flat([*(e.shape_stiffness for e in elements), *of_others])
         # (r, movers, d), as the rows have them.
         hoop = flat([np.moveaxis(e.hoop_root, -1, 0) for e in elements])
         # dJ_a, V_a J_a being a sum of the elements' shares: that of all pressures of one alike.
@@ -152,6 +173,7 @@ class ModelStiffness:
             chamber_vectors(self.model, x),
             self.inverse_sqrt_mass,
             self.slowing,
+            self.following,
         )
 
     def damped(self, undamped: ScaledStiffness, x: np.ndarray, dt: float) -> ScaledStiffness:
@@ -236,7 +258,7 @@ def with_values(pattern: sp.csr_matrix, values: np.ndarray) -> sp.csr_matrix:
 
 def inverse_sqrt_mass(model: Model) -> np.ndarray:
     """1/sqrt(m) (n, d) of the components that move, 0 of the others; where none does, as if all
-    did, for a step is wanted still.
+    did, for a step is wanted still. m of a tied node: what a force on it has to move.
     """
     own_mass = np.where(model.mass > 0.0, model.mass, np.inf)  # corners of outlines have none
     moves, mass = model.is_free.copy(), own_mass.copy()
@@ -245,7 +267,24 @@ def inverse_sqrt_mass(model: Model) -> np.ndarray:
         moves[tied] = True
         mass[tied] += tied_mass(body, model.points, tied)  # infinite if the body is held
     found = moves / np.sqrt(mass)[:, None]
+    found[model.ties.nodes] = np.sqrt(
+        np.einsum("kc,kcd->kd", model.ties.weights**2, found[model.ties.corners] ** 2)
+    )
     return found if found.any() else np.ones_like(found) / np.sqrt(own_mass)[:, None]
+
+
+def following(model: Model, inverse_sqrt_mass: np.ndarray) -> sp.csr_matrix | None:
+    """P = M^1/2 T M^-1/2 (n d, n d) of a model with tied nodes: of these each row has the length 1;
+    None of one without. inverse_sqrt_mass (n d,) as the function of this name has it.
+    """
+    if not len(model.ties.nodes):
+        return None
+    n, d = model.points.shape
+    T = sp.kron(model.ties.matrix(n), sp.identity(d))
+    root_mass = np.divide(
+        1.0, inverse_sqrt_mass, out=np.zeros(n * d), where=inverse_sqrt_mass > 0.0
+    )
+    return (sp.diags(root_mass) @ T @ sp.diags(inverse_sqrt_mass)).tocsr()
 
 
 def chamber_vectors(model: Model, x: np.ndarray) -> list[np.ndarray]:

@@ -131,13 +131,13 @@ class StableStepEstimator:
             guess = 2.0 / np.sqrt(slowed * of_all)
         matrix = self.stiffness.damped(undamped, x, guess)
         bound, found = largest_eigenvalue_bound(matrix.product, self.stiffness.moving)
-        mode = matrix.slowed(found)
+        mode = matrix.motion(found)
         stable = 2.0 / np.sqrt(slowed * self._with_bodies(bound, x, guess))
         # lambda falls with dt, but no faster than 1/dt: it may be taken at a guess that is too
         # small, and from one that is too large dt <= 4 / (lambda guess) is stable.
         stable = min(stable, stable**2 / guess)
         region, element = self._stiffest(elements, matrix, mode)
-        shares = other_shares(matrix, mode) | self._cable_shares(mode, x)
+        shares = other_shares(matrix, mode) | self._other_shares(mode, x)
         name = element_name(region, element, x)
         shares[name] = bound - sum(shares.values())
         of_bodies = sum(self.stiffness.contact.of_bodies(x, guess))
@@ -172,10 +172,18 @@ class StableStepEstimator:
         bodies = at_walls + pressing + sum(self.springs.values())
         return with_bodies(nodes, bodies, self.stiffness.hardest_press(x, dt), pressing)
 
-    def _cable_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
-        """Shares of cables in omega^2 [1/s^2] of a unit mode (n d,), by name, all nodes at x."""
+    def _other_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
+        """Shares of cables and layers in omega^2 [1/s^2] of a unit mode (n d,), by name, all nodes
+        at x.
+        """
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(x.shape)
-        return {f"cable '{c.cable.name}'": c.energy(u, x) for c in self.stiffness.cables}
+        return {
+            part.name: sum(
+                float(np.einsum("abm,ami,bmi->", k, u[nodes], u[nodes]))
+                for nodes, k in zip(part.stencils, part.at(x), strict=True)
+            )
+            for part in self.stiffness.beside
+        }
 
     def _stiffest(
         self, elements: list[ElementStiffness], matrix: ScaledStiffness, mode: np.ndarray

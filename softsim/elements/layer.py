@@ -1,0 +1,177 @@
+"""A thin layer on the surface of a body: a membrane, which resists stretching and not bending.
+
+Of constant strain on each straight edge of a section or triangle in space. With the places x_c of
+its corners and the gradients G_c of its shape functions along it at rest,
+    F = sum_c x_c (x) G_c,   E = (F^T F - 1) / 2,
+and the stress across it is zero, so that of St. Venant and Kirchhoff's law is left, in the plane of
+the layer and with Young's modulus E_Y (Belytschko, Liu, Moran, Nonlinear Finite Elements, ch. 9),
+    S = E_Y / (1 + nu) (E + nu / (1 - nu) tr(E) 1),   W = S : E / 2,   f_c = -V F S G_c,
+V the volume at rest. A section has a second direction, around or across it, with the stretch 1 in
+plane strain and, revolved, mean radius over mean radius at rest, h = sum_c r_c / sum_c R_c.
+
+The law is linear in E, so it is one of small strains: paper, thread, cloth, film. Pressed to below
+0.58 of its length a strip of it would soften. It has no damping of its own.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import taichi as ti
+
+from softsim import backend
+from softsim.fields import Number, index_field, real_field, vector_field
+from softsim.nodes import Nodes
+from softsim.term import Pass, Stage, Term
+
+
+@dataclass(frozen=True)
+class Layer:
+    """facets (m, c): edges or triangles, numbered in the model. gradients (m, c, k) [1/m]: G_c, k
+    being 1 or 2. around (m,) [1/m]: of what goes around, 1 over the radius at rest, else 0.
+    volumes (m,) [m^3]. youngs_modulus [Pa], poisson_ratio [-], mass [kg].
+    """
+
+    name: str
+    facets: np.ndarray
+    gradients: np.ndarray
+    around: np.ndarray
+    volumes: np.ndarray
+    youngs_modulus: float
+    poisson_ratio: float
+    mass: float
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """S = lambda tr(E) 1 + 2 mu E: lambda, which is that of a plane stress, and mu [Pa]."""
+        E, nu = self.youngs_modulus, self.poisson_ratio
+        return E * nu / (1.0 - nu**2), 0.5 * E / (1.0 + nu)
+
+    @property
+    def stiffest(self) -> float:
+        """Largest S : E over E : E [Pa], of an edge that cannot strain across it its S over E."""
+        first, second = self.lame
+        alone = self.gradients.shape[2] == 1 and not self.around.any()
+        return first + 2.0 * second if alone else 2.0 * first + 2.0 * second
+
+    def deformation(self, x: np.ndarray) -> np.ndarray:
+        """F (m, d, k) with the model's nodes at x (n, d) [m]."""
+        return np.einsum("mci,mck->mik", x[self.facets], self.gradients)
+
+    def hoop(self, x: np.ndarray) -> np.ndarray:
+        """Stretch (m,) in the other direction of a section."""
+        return np.where(self.around > 0.0, self.around * x[self.facets][:, :, 0].mean(axis=1), 1.0)
+
+    def stress(self, x: np.ndarray) -> np.ndarray:
+        """S (m, 2, 2) [Pa]."""
+        F, C = self.deformation(x), np.zeros((len(self.facets), 2, 2))
+        C[:, 1, 1] = self.hoop(x) ** 2
+        k = F.shape[2]
+        C[:, :k, :k] = np.einsum("mip,miq->mpq", F, F)
+        strain = 0.5 * (C - np.eye(2))
+        first, second = self.lame
+        trace = np.trace(strain, axis1=1, axis2=2)
+        return first * trace[:, None, None] * np.eye(2) + 2.0 * second * strain
+
+    def rest_stiffness(self, points: np.ndarray) -> sp.csr_matrix:
+        """K (n d, n d) [N/m] at rest, with the nodes at points (n, d) [m]: without stress all of it
+        is B^T D B, E = B u.
+        """
+        (n, d), (m, c, k) = points.shape, self.gradients.shape
+        F = self.deformation(points)
+        B = np.zeros((m, 3, c, d))  # E_11, E_22, sqrt(2) E_12
+        for row, (p, q) in enumerate([(0, 0), (1, 1), (0, 1)][: 2 * k - 1]):
+            both = np.einsum("mi,mc->mci", F[:, :, p], self.gradients[:, :, q])
+            both += np.einsum("mi,mc->mci", F[:, :, q], self.gradients[:, :, p])
+            B[:, row] = both * (0.5 if p == q else np.sqrt(0.5))
+        B[:, 1, :, 0] += np.where(self.around > 0.0, self.around / c, 0.0)[:, None]
+        first, second = self.lame
+        D = first * np.outer([1, 1, 0], [1, 1, 0]) + 2.0 * second * np.eye(3)
+        blocks = np.einsum("m,mrai,rs,msbj->maibj", self.volumes, B, D, B)
+        numbers = (self.facets[:, :, None] * d + np.arange(d)).reshape(m, c * d)
+        rows, columns = np.broadcast_arrays(numbers[:, :, None], numbers[:, None, :])
+        entries = (blocks.ravel(), (rows.ravel(), columns.ravel()))
+        return sp.csr_matrix(entries, shape=(n * d, n * d))
+
+
+@ti.data_oriented
+class LayerTerm(Term):
+    """A layer in kernels."""
+
+    def __init__(self, nodes: Nodes, layer: Layer) -> None:
+        self.nodes, self.count = nodes, Number(len(layer.facets))
+        self.corner_count, self.directions = layer.gradients.shape[1:]
+        self.goes_around = bool(layer.around.any())
+        self.corner = index_field(layer.facets)
+        self.gradient = [vector_field(layer.gradients[:, c]) for c in range(self.corner_count)]
+        self.around, self.volume = real_field(layer.around), real_field(layer.volumes)
+        self.lame = real_field(np.array(layer.lame))
+        self.first_slot = nodes.corner_forces.reserve(layer.facets)
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {Stage.MOVE: [Pass("layers", int(self.count), (self.stretch,))]}
+
+    @ti.func
+    def deformation(self, s, i):
+        """F of facet i."""
+        F = ti.Matrix.zero(backend.real, self.nodes.dimension, self.directions)
+        for c in ti.static(range(self.corner_count)):
+            F += self.nodes.position[s, self.corner[i, c]].outer_product(self.gradient[c][i])
+        return F
+
+    @ti.func
+    def hoop(self, s, i):
+        """Stretch of facet i in the other direction of a section."""
+        h = ti.cast(1.0, backend.real)
+        if ti.static(self.goes_around):
+            h = 0.0
+            for c in ti.static(range(self.corner_count)):
+                share = self.around[i] / ti.static(float(self.corner_count))
+                h += share * self.nodes.position[s, self.corner[i, c]][0]
+        return h
+
+    @ti.func
+    def strain(self, F, h):
+        """E (2, 2)."""
+        E = ti.Matrix([[-0.5, 0.0], [0.0, 0.5 * (h * h - 1.0)]])
+        if ti.static(self.directions == 2):
+            E[1, 1] = -0.5
+        C = F.transpose() @ F
+        for p, q in ti.static(ti.ndrange(self.directions, self.directions)):
+            E[p, q] += 0.5 * C[p, q]
+        return E
+
+    @ti.func
+    def stress(self, E):
+        """S (2, 2) [Pa]."""
+        S = 2.0 * self.lame[1] * E
+        pressed = self.lame[0] * E.trace()
+        S[0, 0] += pressed
+        S[1, 1] += pressed
+        return S
+
+    @ti.func
+    def stretch(self, s, i, t, dt):
+        """Forces of facet i on its corners."""
+        F, h = self.deformation(s, i), self.hoop(s, i)
+        S, V = self.stress(self.strain(F, h)), self.volume[i]
+        for c in ti.static(range(self.corner_count)):
+            force = ti.Vector.zero(backend.real, self.nodes.dimension)
+            for p, q in ti.static(ti.ndrange(self.directions, self.directions)):
+                for k in ti.static(range(self.nodes.dimension)):
+                    force[k] -= V * F[k, p] * S[p, q] * self.gradient[c][i][q]
+            if ti.static(self.goes_around):
+                force[0] -= V * S[1, 1] * h * self.around[i] / ti.static(float(self.corner_count))
+            self.nodes.corner_forces.write(s, self.first_slot + self.corner_count * i + c, force)
+
+    @ti.func
+    def stored_energy(self, s):
+        """Of stretching [J]."""
+        energy = ti.cast(0.0, backend.real)
+        for i in range(self.count.read()):
+            E = self.strain(self.deformation(s, i), self.hoop(s, i))
+            S = self.stress(E)
+            for p, q in ti.static(ti.ndrange(2, 2)):
+                energy += 0.5 * self.volume[i] * S[p, q] * E[p, q]
+        return energy

@@ -1,0 +1,140 @@
+"""Ties: nodes that follow the facets of a surface whose mesh does not match theirs.
+
+A tied node i stays where it lies on its facet: with the facet's shape functions w_ij at that place,
+    x_i = sum_j w_ij x_j,   v_i = sum_j w_ij v_j   over the facet's corners j,
+and its force and its mass are handed to the corners with the same weights,
+    f_j += w_ij f_i,   m_j += w_ij m_i
+(Hallquist, LS-DYNA Theory Manual, "Tied contact"; ABAQUS calls the tied nodes the secondary
+surface, the facets the main one, and moves the nodes onto the facets as well). With u = T q, q the
+corners and all nodes that are not tied, that is f_q = T^T f, and M_q = T^T M T with the rows of its
+coupling w_ij m_i w_ik summed on the diagonal. There is no penalty and no unknown force.
+
+Momentum: sum_j w_ij = 1, so that no force and no mass is lost, and as the node lies at
+sum_j w_ij x_j, the forces on the corners have the torque of the one on the node,
+sum_j x_j x w_ij f_i = x_i x f_i: linear and angular momentum of the masses m_j are kept to
+round-off, and so are the whole mass and its centre. Summing the rows adds
+sum_j w_ij m_i |x_j - x_i|^2 to the inertia against turning.
+
+Linear fields pass a tie exactly, whatever the meshes. The forces of a uniform stress balance there
+to round-off where the tied side is a refinement of the other: each of its facets lies within one
+of the other side, whose shape functions are linear on it, so that sum_i w_ij f_i integrates them
+exactly. Else they are off by how that sum integrates a kink (measured in
+tests/verification/test_ties.py): tie the finer side to the coarser one.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import taichi as ti
+
+from softsim import backend
+from softsim.fields import Number, index_field, real_field
+from softsim.nodes import Nodes
+from softsim.term import Pass, Stage, Term
+
+
+@dataclass(frozen=True)
+class Ties:
+    """All ties of a model. nodes (k,): that are tied, numbered in the model; corners (k, c): of the
+    facet that each follows; weights (k, c): its shape functions there, which add up to 1.
+    """
+
+    nodes: np.ndarray
+    corners: np.ndarray
+    weights: np.ndarray
+
+    def describe(self) -> str:
+        """How many nodes follow how many facets, for people."""
+        facets = len(np.unique(np.sort(self.corners, axis=1), axis=0))
+        return f"{len(self.nodes)} nodes follow {facets} facets"
+
+    def within(self, nodes: slice) -> "Ties":
+        """Those of some of the nodes, numbered from the first of these on."""
+        chosen = (self.nodes >= nodes.start) & (self.nodes < nodes.stop)
+        return Ties(
+            self.nodes[chosen] - nodes.start, self.corners[chosen] - nodes.start,
+            self.weights[chosen],
+        )  # fmt: skip
+
+    def followed(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, ...) of all nodes, with those of tied nodes from the corners."""
+        result = values.copy()
+        result[self.nodes] = np.einsum("kc,kc...->k...", self.weights, values[self.corners])
+        return result
+
+    def handed_over(self, values: np.ndarray) -> np.ndarray:
+        """Values (n, ...) of all nodes, with those of tied nodes handed to the corners."""
+        result = values.copy()
+        result[self.nodes] = 0.0
+        of_corners = np.einsum("kc,k...->kc...", self.weights, values[self.nodes])
+        np.add.at(result, self.corners, of_corners)
+        return result
+
+    def moved_mass(self, mass: np.ndarray) -> np.ndarray:
+        """Mass (n,) [kg] that a force on each node has to move, of tied nodes
+        1 / sum_j (w_ij^2 / m_j); mass (n,) [kg]: of the others, infinite where it is held.
+        """
+        result = mass.copy()
+        corner_mass = np.where(self.weights > 0.0, mass[self.corners], np.inf)
+        mobility = (self.weights**2 / corner_mass).sum(axis=1)
+        result[self.nodes] = np.divide(
+            1.0, mobility, out=np.full(len(mobility), np.inf), where=mobility > 0.0
+        )
+        return result
+
+    def matrix(self, count: int) -> sp.csr_matrix:
+        """T (n, n) of a model of so many nodes: zero in the columns of tied nodes."""
+        others = np.setdiff1d(np.arange(count), self.nodes)
+        rows = np.concatenate([others, np.repeat(self.nodes, self.corners.shape[1])])
+        columns = np.concatenate([others, self.corners.ravel()])
+        values = np.concatenate([np.ones(len(others)), self.weights.ravel()])
+        return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
+
+
+@ti.data_oriented
+class TieTerm(Term):
+    """Ties in kernels: before forces are computed tied nodes are placed, after that their forces
+    are handed over.
+    """
+
+    def __init__(self, nodes: Nodes, ties: Ties) -> None:
+        self.nodes, self.ties = nodes, ties
+        self.count, self.corner_count = Number(len(ties.nodes)), ties.corners.shape[1]
+        self.tied, self.corner = index_field(ties.nodes), index_field(ties.corners)
+        self.weight = real_field(ties.weights)
+        self.first_slot = nodes.corner_forces.reserve(ties.corners)
+
+    def find_slots(self) -> None:
+        """Make the list of where the slots of each tied node are, once every term has its own."""
+        self.block_and_lane = index_field(
+            self.nodes.corner_forces.of_node.place_of(self.ties.nodes)
+        )
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {
+            Stage.FOLLOW: [Pass("ties", int(self.count), (self.follow,))],
+            Stage.HAND_OVER: [Pass("ties", int(self.count), (self.hand_over,))],
+        }
+
+    @ti.func
+    def follow(self, s, i, t, dt):
+        """Place tied node number i, and give it the velocity of that place."""
+        x = ti.Vector.zero(backend.real, self.nodes.dimension)
+        v = ti.Vector.zero(backend.real, self.nodes.dimension)
+        for c in ti.static(range(self.corner_count)):
+            x += self.weight[i, c] * self.nodes.position[s, self.corner[i, c]]
+            v += self.weight[i, c] * self.nodes.velocity[s, self.corner[i, c]]
+        self.nodes.position[s, self.tied[i]] = x
+        self.nodes.velocity[s, self.tied[i]] = v
+
+    @ti.func
+    def hand_over(self, s, i, t, dt):
+        """The force on tied node number i, onto the corners of its facet."""
+        force = self.nodes.corner_forces.on_node(
+            s, self.block_and_lane[i, 0], self.block_and_lane[i, 1]
+        )
+        for c in ti.static(range(self.corner_count)):
+            slot = self.first_slot + self.corner_count * i + c
+            self.nodes.corner_forces.write(s, slot, self.weight[i, c] * force)

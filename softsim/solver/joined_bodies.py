@@ -1,0 +1,66 @@
+"""Bodies that ties join, as one body: what vibrates as a whole."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from softsim.model import Body, Model
+
+
+def joined_bodies(model: Model) -> list[Body]:
+    """The bodies of a model, of those that ties join one each.
+
+    Nodes of a body are numbered without a gap: what lies between two joined bodies in the scene is
+    taken along.
+    """
+    starts = np.array([body.first_node for body in model.bodies])
+    first, second = (
+        np.searchsorted(starts, nodes, side="right") - 1
+        for nodes in (model.ties.nodes, model.ties.corners[:, 0])
+    )
+    count = len(starts)
+    between = [(k, b) for a, b in zip(first, second, strict=True)
+               for k in range(min(a, b), max(a, b) + 1)]  # fmt: skip
+    rows, columns = np.array(between, dtype=int).reshape(-1, 2).T
+    links = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+    _, group = connected_components(links, directed=False)
+    groups = [np.flatnonzero(group == g) for g in dict.fromkeys(group.tolist())]
+    return [joined([model.bodies[k] for k in members]) for members in groups]
+
+
+def joined(bodies: Sequence[Body]) -> Body:
+    """Bodies whose nodes follow each other, as one: a single one stays as it is. Its sets are
+    called "body.set".
+    """
+    first = bodies[0]
+    if len(bodies) == 1:
+        return first
+    points = np.concatenate([body.points for body in bodies])
+    shifts = [body.first_node - first.first_node for body in bodies]
+    before = np.cumsum([0, *(len(body.cells) for body in bodies)])
+    regions = [
+        replace(
+            region, first_node=first.first_node, points=points, cells=region.cells + shift,
+            numbers=region.numbers + cells,
+        )
+        for body, shift, cells in zip(bodies, shifts, before, strict=False)
+        for region in body.regions
+    ]  # fmt: skip
+    return Body(
+        name=" + ".join(body.name for body in bodies),
+        first_node=first.first_node,
+        points=points,
+        cells=np.concatenate([b.cells + s for b, s in zip(bodies, shifts, strict=True)]),
+        regions=tuple(regions),
+        node_sets={f"{b.name}.{k}": nodes for b in bodies for k, nodes in b.node_sets.items()},
+        facet_sets={f"{b.name}.{k}": facets for b in bodies for k, facets in b.facet_sets.items()},
+        cell_sets={
+            f"{b.name}.{name}": cells + start
+            for b, start in zip(bodies, before, strict=False)
+            for name, cells in b.cell_sets.items()
+        },
+        remarks=tuple(remark for body in bodies for remark in body.remarks),
+    )
