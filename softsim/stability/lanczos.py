@@ -76,7 +76,9 @@ def lanczos(
     values, shares = eigh_tridiagonal(
         diagonal[:steps], beside[: steps - 1], select="i", select_range=(steps - 1, steps - 1)
     )
-    return float(values[0]), np.einsum("k,ki", shares[:, 0], basis[:steps])
+    found = np.einsum("k,ki", shares[:, 0], basis[:steps])
+    # Of more steps than unknowns the basis repeats itself, and what is found is shorter than one.
+    return float(values[0]), found / length(found)
 
 
 def length(vector: np.ndarray) -> float:

@@ -46,3 +46,14 @@ def test_what_does_not_move_takes_no_part():
     bound, mode = largest_eigenvalue_bound(lambda v: values * v, moving)
     assert bound == pytest.approx(2.0 / (1.0 - shortfall(66, STEPS)), rel=1e-12)
     assert not mode[~moving].any()
+
+
+def test_of_more_steps_than_unknowns_the_vector_has_unit_length():
+    values = np.concatenate([np.geomspace(1e-3, 0.5, 19), [1.0]])
+    turn, _ = np.linalg.qr(np.random.default_rng(2).standard_normal((20, 20)))
+    matrix = turn @ np.diag(values) @ turn.T
+    assert len(values) < STEPS
+    bound, vector = largest_eigenvalue_bound(lambda v: matrix @ v, np.ones(20, dtype=bool))
+    assert bound >= 1.0
+    assert np.linalg.norm(vector) == pytest.approx(1.0, rel=1e-12)
+    assert vector @ matrix @ vector == pytest.approx(1.0, rel=1e-6)
