@@ -68,7 +68,7 @@ def test_an_unknown_chain():
 def test_the_head_stands_in_the_middle_of_its_rows(name, first_link, limbs):
     chain = build_chain(load_chain(name))
     assert chain.node_count == {"leafbot3": 3, "leafbot5": 4, "leafbot9": 7}[name]
-    assert chain.links.lengths[0] == pytest.approx(first_link * 1e-3)
+    assert chain.links.lattice.lengths[0] == pytest.approx(first_link * 1e-3)
     assert chain.stores["limbs"].stiffnesses[0] == pytest.approx(limbs * 250.0)
     assert name in chain_names()
 
