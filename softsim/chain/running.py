@@ -57,6 +57,7 @@ def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
             "scene": loaded.path,
             "title": loaded.scene.title,
             "node_count": chain.node_count,
+            "heads": (chain.heads + 1).tolist(),
             "motor_frequency": loaded.scene.motor.frequency,
             "time_increment": motion.times[1],
             "increments": len(motion.times) - 1,

@@ -235,6 +235,7 @@ OF_CHAINS = {
     "energy_error": NUMBER,
     "length_error": LENGTH,
     "node_count": NUMBER,
+    "heads": Measure(listed="motor"),
     "increments": NUMBER,
     "time_increment": TIME,
     "simulated_time": TIME,
