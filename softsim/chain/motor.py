@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +30,7 @@ class Motors:
         speeds = np.copysign(math.tau * frequency, self.angular_velocities)
         return replace(self, angular_velocities=speeds)
 
-    @property
+    @cached_property
     def forces(self) -> np.ndarray:
         """m_e e w^2 (n,) [N]."""
         return self.moments * self.angular_velocities**2
@@ -41,7 +42,7 @@ class Motors:
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(..., n, d) [N]: m_e e w^2 (sin wt ahead, -cos wt up)."""
-        angles = np.multiply.outer(t, self.angular_velocities)
+        angles = np.asarray(t)[..., None] * self.angular_velocities
         forces = (self.forces * np.sin(angles))[..., None] * self.heading.of_nodes(p)
         forces[..., -1] = -self.forces * np.cos(angles)
         return forces
