@@ -16,7 +16,7 @@ from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, QUIET, WALL,
 
 FIGURE = "chain.png"
 STRAIGHT = 1e-3
-"""By which angle a path turns that has no arc drawn [rad]."""
+"""Curvature below which a track is called straight: a circle of a kilometre [1/m]."""
 
 SIDES = ("left", "right")
 SHOWN_TURNS = 6
@@ -94,7 +94,7 @@ def _draw_tracks(axes: Axes, summary: Mapping[str, Any], history: Mapping[str, n
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm], to the left")
-    axes.legend(loc="best")
+    axes.legend(loc="lower left", ncols=4, bbox_to_anchor=(0.0, 1.0), columnspacing=1.0)
 
 
 def _draw_way(axes: Axes, t: np.ndarray, x: np.ndarray, speed: float | None) -> None:
@@ -112,10 +112,9 @@ def _draw_way(axes: Axes, t: np.ndarray, x: np.ndarray, speed: float | None) -> 
 
 def _arc(path: np.ndarray, curvature: float | None) -> np.ndarray:
     """Of the circle that fits a path, from its start to its end (points, 2) [m]; none where the
-    path is as good as straight, or too short.
+    path is straight, or too short.
     """
-    length = np.linalg.norm(np.diff(path, axis=0), axis=1).sum()
-    if curvature is None or abs(curvature) * length < STRAIGHT:
+    if curvature is None or abs(curvature) < STRAIGHT:
         return np.empty((0, 2))
     middle = centre_of_circle(path)
     angles = np.unwrap(np.arctan2(*(path - middle).T[::-1]))
@@ -176,6 +175,8 @@ def node_names(summary: Mapping[str, Any]) -> list[str]:
 def _turning(curvature: float | None) -> str:
     if curvature is None:
         return "too short a run for a circle"
+    if abs(curvature) < STRAIGHT:
+        return "straight"
     side = "left" if curvature > 0.0 else "right"
     return f"{abs(curvature) / MILLI:.3g} 1/mm to the {side}"
 
