@@ -75,6 +75,7 @@ KINDS = {
     "s": Kind("a duration", "24 s", ("us", "ms", "s")),
     "m^2": Kind("an area", "2 mm^2", ("mm^2", "cm^2", "m^2")),
     "m^3": Kind("a volume", "5 ml", ("ul", "ml", "l")),
+    "1/m": Kind("a curvature", "0.015 1/mm", ("1/m", "1/mm")),
     "m^3/s": Kind("a volume flow", "10 ml/s", ("ul/s", "ml/s", "l/s")),
     "Pa*s": Kind("a viscosity", "1.81e-5 Pa*s", ("Pa*s",)),
     "kg": Kind("a mass", "10 g", ("mg", "g", "kg")),

@@ -4,69 +4,60 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg.lapack import dpbsv
+from scipy.linalg.lapack import dposv
+
+from softsim.chain.lattice import Lattice
+from softsim.chain.vectors import dot, size, upwards
 
 
 @dataclass(frozen=True, eq=False)
 class Links:
-    """Massless links of constant length, from node to node.
+    """Massless links between nodes, of which lengths are kept.
 
-    lengths: (n - 1,) [m]. inverse_masses: of the nodes, (n,) [1/kg]. rate: alpha [1/s], at which
-    errors of the lengths die out.
+    lattice: what joins which. inverse_masses: of the nodes, (n,) [1/kg]. rate: alpha [1/s], at
+    which errors of the lengths die out.
     """
 
-    lengths: np.ndarray
+    lattice: Lattice
     inverse_masses: np.ndarray
     rate: float
 
     @cached_property
-    def diagonal(self) -> np.ndarray:
-        """Of C M^-1 C^T (n - 1,) [1/kg]."""
-        return self.inverse_masses[:-1] + self.inverse_masses[1:]
+    def mobility(self) -> np.ndarray:
+        """D M^-1 D^T, D the incidence of the bars: of two that share a node (b, b) [1/kg]."""
+        bars = self.lattice.bars
+        return (bars * self.inverse_masses) @ bars.T
 
     def accelerations(self, forces: np.ndarray, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Of the nodes at p, moving with v, under forces besides those in the links; all (n,).
+        """Of the nodes at p, moving with v, under forces besides those in the links; all (n, d).
 
-        Lagrange's equations with a multiplier for each length, m a = F + C^T lambda, C the unit
-        vectors u of the links, and Baumgarte's stabilisation of R = l - L (Baumgarte 1972; thesis
-        5.11 to 5.18):
+        Lagrange's equations with a multiplier for each length that is kept, m a = F + C^T lambda,
+        and Baumgarte's stabilisation of R = S l - L (Baumgarte 1972; thesis 5.11 to 5.18):
 
-            R'' + 2 alpha R' + alpha^2 R = 0,   R' = u.w,   R'' = u.w' + (|w|^2 - (u.w)^2) / l
+            R'' + 2 alpha R' + alpha^2 R = 0,   l' = u.w,   l'' = u.w' + (|w|^2 - (u.w)^2) / l
 
-        with w the relative velocity of a link's ends. Without the accelerations they are
-        C M^-1 C^T lambda = u.w' - C M^-1 F, tridiagonal.
+        with u along a bar, w the relative velocity of its ends, S which lengths are kept,
+        C = S u D. With these accelerations they are equations for lambda, of matrix C M^-1 C^T, in
+        which u D M^-1 D^T u^T is the mobility times the cosine of the angle between two bars.
         """
-        link, w = links(p), links(v)
-        length = np.abs(link)
-        u = link / length
-        stretching = (u.conj() * w).real
-        turning = np.abs(w) ** 2 - stretching**2
-        error = length - self.lengths
-        due = -turning / length - self.rate * (2.0 * stretching + self.rate * error)
-        free = forces * self.inverse_masses
-        missing = due - (u.conj() * links(free)).real
-        matrix = np.empty((2, len(u)))
-        matrix[0] = self.diagonal
-        matrix[1, :-1] = -(u[:-1].conj() * u[1:]).real * self.inverse_masses[1:-1]
-        _, tension, _ = dpbsv(matrix, missing, lower=1)
-        return free + couples(tension * u) * self.inverse_masses
+        bars, kept = self.lattice.bars, self.lattice.kept
+        bar, w = bars @ p, bars @ v
+        length = size(bar)
+        u = bar / length[:, None]
+        stretching = dot(u, w)
+        turning = dot(w, w) - stretching**2
+        error = kept @ length - self.lattice.lengths
+        free = forces * self.inverse_masses[:, None]
+        due = kept @ (-turning / length - 2.0 * self.rate * stretching - dot(u, bars @ free))
+        due -= self.rate**2 * error
+        matrix = kept @ (self.mobility * (u @ u.T)) @ kept.T
+        _, multipliers, _ = dposv(matrix, due)
+        tension = multipliers @ kept
+        return free + (bars.T @ (tension[:, None] * u)) * self.inverse_masses[:, None]
 
     def errors(self, p: np.ndarray) -> np.ndarray:
-        """R, by how much links are too long (..., n - 1) [m]."""
-        return np.abs(links(p)) - self.lengths
-
-
-def links(p: np.ndarray) -> np.ndarray:
-    """From the node behind to that in front (..., n - 1) [m]."""
-    return p[..., :-1] - p[..., 1:]
-
-
-def couples(forces: np.ndarray) -> np.ndarray:
-    """Forces of links (..., n - 1) on the nodes in front and, opposite, behind: (..., n) [N]."""
-    on_nodes = np.zeros((*forces.shape[:-1], forces.shape[-1] + 1), complex)
-    on_nodes[..., :-1] = forces
-    on_nodes[..., 1:] -= forces
-    return on_nodes
+        """R, by how much lengths are too long (..., c) [m]."""
+        return size(self.lattice.bars @ p) @ self.lattice.kept.T - self.lattice.lengths
 
 
 @dataclass(frozen=True)
@@ -78,69 +69,84 @@ class Tilt:
 
     stiffness: float
 
-    def moments(self, d: np.ndarray) -> np.ndarray:
-        """On the links d, turning them from x towards z (..., n - 1) [N m]."""
-        return -self.stiffness * np.arctan2(d.imag, d.real)
+    def pulls(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
+        """-dU/dd of links d (..., a, dim) [N]: a couple, across each link in its upright plane."""
+        along, up = d[..., :-1], d[..., -1]
+        level = size(along)
+        moment = -self.stiffness * np.arctan2(up, level)
+        pulls = np.empty(d.shape)
+        pulls[..., :-1] = -(moment * up / level)[..., None] * along
+        pulls[..., -1] = moment * level
+        return pulls / dot(d, d)[..., None]
 
-    def energy(self, p: np.ndarray) -> np.ndarray:
+    def energy(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
         """(...) [J]."""
-        return 0.5 * self.stiffness * (np.angle(links(p)) ** 2).sum(axis=-1)
+        tilt = np.arctan2(d[..., -1], size(d[..., :-1]))
+        return 0.5 * self.stiffness * (tilt**2).sum(axis=-1)
 
 
 @dataclass(frozen=True)
 class Joint:
-    """Each joint resists the angle between its links, U = sum k (psi_i - psi_(i+1))^2 / 2, as a
-    body does that bends: it does not know where the ground is.
+    """Each joint resists the angle theta between its links, U = sum k theta^2 / 2, as a body does
+    that bends: it does not know where the ground is.
 
     stiffness: k [N m/rad].
     """
 
     stiffness: float
 
-    def moments(self, d: np.ndarray) -> np.ndarray:
-        """On the links d, turning them from x towards z (..., n - 1) [N m]."""
-        moments = np.zeros(d.shape)
-        bend = -self.stiffness * _between(d)
-        moments[..., :-1] += bend
-        moments[..., 1:] -= bend
-        return moments
+    def pulls(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
+        """-dU/dd of links d (..., a, dim) [N]: k theta towards the other link's direction."""
+        length = size(d)[..., None]
+        u = d / length
+        pulls = np.zeros(d.shape)
+        for one, other in (joints.T, joints.T[::-1]):
+            across, angle = _between(u[..., one, :], u[..., other, :])
+            # theta / sin(theta), 1 where links are in line
+            share = self.stiffness / np.sinc(angle / np.pi)
+            pulls[..., one, :] += share[..., None] * across / length[..., one, :]
+        return pulls
 
-    def energy(self, p: np.ndarray) -> np.ndarray:
+    def energy(self, d: np.ndarray, joints: np.ndarray) -> np.ndarray:
         """(...) [J]."""
-        return 0.5 * self.stiffness * (_between(links(p)) ** 2).sum(axis=-1)
+        u = d / size(d)[..., None]
+        _, angle = _between(u[..., joints[:, 0], :], u[..., joints[:, 1], :])
+        return 0.5 * self.stiffness * (angle**2).sum(axis=-1)
 
 
-def _between(d: np.ndarray) -> np.ndarray:
-    """psi_i - psi_(i+1) of links (..., n - 1), at the joints (..., n - 2)."""
-    turn = d[..., :-1] * d[..., 1:].conj()
-    return np.arctan2(turn.imag, turn.real)
+def _between(u: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of two unit vectors: what the other has across u (..., j, dim); the angle (..., j)."""
+    cosine = dot(u, other)
+    across = other - cosine[..., None] * u
+    return across, np.arctan2(size(across), cosine)
 
 
 Bending = Tilt | Joint
 BENDINGS: dict[str, type[Bending]] = {"tilt": Tilt, "joint": Joint}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BendingForce:
-    """What the moments of bending do to the nodes: -dU/dp, a couple at the ends of each link.
+    """What bending does to the nodes: -dU/dp, a couple at the ends of each link along the chain.
 
     As the energy says it; the thesis's 5.19 and 5.20 print the couple with the opposite sign, which
     would drive links away from where their energy is least.
     """
 
     bending: Bending
+    lattice: Lattice
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]: M i d / l^2 on the node in front, its opposite on that behind."""
-        d = links(p)
-        return couples(1j * self.bending.moments(d) / d.conj())
+        """(..., n, dim) [N]."""
+        along = self.lattice.along
+        return along.T @ self.bending.pulls(along @ p, self.lattice.joints)
 
     def energy(self, p: np.ndarray) -> np.ndarray:
         """(...) [J]."""
-        return self.bending.energy(p)
+        return self.bending.energy(self.lattice.along @ p, self.lattice.joints)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class WaveForce:
     """A wave along the backbone pulls each node up where the one in front is higher, T sin(psi)
     (thesis 5.24). The thesis has no reaction on the node in front: momentum is not kept.
@@ -149,10 +155,15 @@ class WaveForce:
     """
 
     tension: float
+    lattice: Lattice
+
+    @cached_property
+    def behind(self) -> np.ndarray:
+        """Which node is behind each link (n, a)."""
+        return np.maximum(-self.lattice.along.T, 0.0)
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        d = links(p)
-        forces = np.zeros(p.shape, complex)
-        forces[..., 1:] = 1j * self.tension * d.imag / np.abs(d)
-        return forces
+        """(..., n, dim) [N]."""
+        d = self.lattice.along @ p
+        sines = d[..., -1] / size(d)
+        return upwards(self.tension * (sines @ self.behind.T), p)

@@ -1,6 +1,7 @@
 """What a chain's file says, as a chain: the numbers of its nodes."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from softsim.chain.ground import (
     Weight,
     WeightFriction,
 )
+from softsim.chain.heading import Heading
+from softsim.chain.lattice import Lattice, ladder, line
 from softsim.chain.loading import LoadedChain
-from softsim.chain.motor import TURNS, Motor
-from softsim.chain.refusals import refuse_masses, refuse_rows, refuse_steps
+from softsim.chain.motor import TURNS, Motors
+from softsim.chain.refusals import refuse_masses, refuse_motors, refuse_rows, refuse_steps
 from softsim.scene.chain import ChainScene
 
 
@@ -26,45 +29,78 @@ def build_chain(loaded: LoadedChain) -> Chain:
 
     Raises
     ------
-    SceneError: rows that do not fit, nodes lighter than their silicone, too long a step.
+    SceneError: rows that do not fit, a head without a place, nodes lighter than their silicone, too
+    long a step.
     """
     refuse_rows(loaded)
     refuse_masses(loaded)
+    refuse_motors(loaded)
     refuse_steps(loaded)
     s = loaded.scene
-    count = s.rows.count - s.rows.under_head + 1
-    on_head = np.eye(count)[0]
-    behind = 1.0 - on_head
-    masses = s.masses.head * on_head + s.masses.node * behind
-    rows = s.rows.under_head * on_head + behind
-    # The head stands in the middle of its rows.
-    lengths = np.full(count - 1, s.rows.pitch)
-    lengths[0] *= 0.5 * (s.rows.under_head + 1)
-    limbs = Limbs(s.rows.limbs * s.limbs.stiffness * rows)
-    pushing = {"head": on_head, "all": np.ones(count)}[s.limbs.thrust]
+    is_head = np.tile(_is_head(s), len(s.lines))
+    masses = np.where(is_head, s.masses.head, s.masses.node)
+    rows = np.where(is_head, s.rows.under_head, 1)
+    lattice = _lattice(s)
+    heading = Heading(lattice)
+    shares = _of_lines(s, [one.limb_share for one in s.lines])
+    limbs = Limbs(s.rows.limbs * s.limbs.stiffness * rows * shares)
+    pushing = {"head": is_head, "all": np.ones_like(is_head)}[s.limbs.thrust]
     added = {"in_head": 0.0, "added": s.motor.eccentric_mass}[s.motor.weight]
-    turning = TURNS[s.motor.rotation] * math.tau * s.motor.frequency
     return Chain(
         masses,
-        Links(lengths, 1.0 / masses, 1.0 / s.constraint_time),
+        np.flatnonzero(is_head),
+        Links(lattice, 1.0 / masses, 1.0 / s.constraint_time),
         stores={
-            "weight": Weight(s.gravity * (masses + added * on_head), s.slope),
+            "weight": Weight(s.gravity * (masses + added * is_head), s.slope),
             "limbs": limbs,
-            "bending": BendingForce(BENDINGS[s.backbone.bending](s.backbone.bending_stiffness)),
+            "bending": BendingForce(
+                BENDINGS[s.backbone.bending](s.backbone.bending_stiffness), lattice
+            ),
         },
-        motor=Motor(s.motor.eccentric_mass * s.motor.eccentricity, turning, on_head),
+        motors=_motors(s, heading),
         others={
-            "thrust": Thrust(limbs, s.limbs.thrust_ratio * pushing),
-            "wave": WaveForce(s.wave_tension),
+            "thrust": Thrust(limbs, s.limbs.thrust_ratio * pushing, heading),
+            "wave": WaveForce(s.wave_tension, lattice),
             "damping": DAMPERS[s.limbs.damped](s.limbs.damping),
-            "drag": Drag(s.drag * on_head),
+            "drag": Drag(s.drag * is_head),
             "friction": _friction(s, masses, limbs),
         },
     )
 
 
+def _of_lines(s: ChainScene, values: Sequence[float]) -> np.ndarray:
+    """A value of each line, at all nodes (n,)."""
+    return np.repeat(values, s.node_count)
+
+
+def _is_head(s: ChainScene) -> np.ndarray:
+    """Which node of a line carries the motor (n,)."""
+    last = s.node_count - 1
+    at = {"front": 0, "middle": last // 2, "rear": last}[s.motor.place]
+    return np.arange(s.node_count) == at
+
+
+def _lattice(s: ChainScene) -> Lattice:
+    """The head stands in the middle of its rows."""
+    head = _is_head(s)
+    gaps = np.where(head[:-1] | head[1:], 0.5 * (s.rows.under_head + 1), 1.0) * s.rows.pitch
+    return line(gaps) if s.sides is None else ladder(gaps, s.sides.distance)
+
+
+def _motors(s: ChainScene, heading: Heading) -> Motors:
+    shares = [runs * one.motor_share for runs, one in zip(s.running, s.lines, strict=True)]
+    frequencies = [one.frequency or s.motor.frequency for one in s.lines]
+    is_head = np.tile(_is_head(s), len(s.lines))
+    return Motors(
+        s.motor.eccentric_mass * s.motor.eccentricity * _of_lines(s, shares) * is_head,
+        TURNS[s.motor.rotation] * math.tau * _of_lines(s, frequencies),
+        heading,
+    )
+
+
 def _friction(s: ChainScene, masses: np.ndarray, limbs: Limbs) -> Force:
-    mu, speed = s.friction.coefficient, s.friction.full_speed
+    mu = s.friction.coefficient * _of_lines(s, [one.friction_share for one in s.lines])
     if s.friction.load == "normal_force":
-        return NormalFriction(limbs, mu, speed)
-    return WeightFriction(mu * s.gravity * math.cos(s.slope) * masses, speed)
+        return NormalFriction(limbs, mu, s.friction.full_speed)
+    weights = s.gravity * math.cos(s.slope) * masses
+    return WeightFriction(mu * weights, s.friction.full_speed)

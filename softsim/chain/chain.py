@@ -8,14 +8,15 @@ from typing import Protocol
 import numpy as np
 
 from softsim.chain.backbone import Links
-from softsim.chain.motor import Motor
+from softsim.chain.motor import Motors
+from softsim.chain.vectors import dot
 
 
 class Force(Protocol):
-    """Acts on the nodes at time t [s], which are at p [m] and move with v [m/s], (..., n) each."""
+    """Acts on nodes at time t [s], which are at p [m] and move with v [m/s], (..., n, d) each."""
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Force on each node (..., n) [N]."""
+        """Force on each node (..., n, d) [N]."""
         ...
 
 
@@ -29,16 +30,18 @@ class Conservative(Force, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Nodes from the head to the rear.
+    """Nodes from the front to the rear, of one line or of two.
 
-    masses: (n,) [kg]. links: between them. stores: forces with an energy, by name. motor: on the
-    head. others: the rest, which do work on the chain or take it away.
+    masses: (n,) [kg]. heads: those that carry motors. links: between them. stores: forces with an
+    energy, by name. motors: on the heads. others: the rest, which do work on the chain or take it
+    away.
     """
 
     masses: np.ndarray
+    heads: np.ndarray
     links: Links
     stores: Mapping[str, Conservative]
-    motor: Motor
+    motors: Motors
     others: Mapping[str, Force]
 
     @property
@@ -47,37 +50,37 @@ class Chain:
         return len(self.masses)
 
     def driven_at(self, frequency: float) -> "Chain":
-        """The chain with its motor at another frequency [Hz]."""
-        return replace(self, motor=self.motor.at(frequency))
+        """The chain with its motors at another frequency [Hz]."""
+        return replace(self, motors=self.motors.at(frequency))
 
     @cached_property
     def workers(self) -> dict[str, Force]:
-        """The motor and the others, by name."""
-        return {"motor": self.motor, **self.others}
+        """The motors and the others, by name."""
+        return {"motor": self.motors, **self.others}
 
     @cached_property
     def _forces(self) -> list[Force]:
         return [*self.stores.values(), *self.workers.values()]
 
     def at_rest(self) -> np.ndarray:
-        """The state, places and velocities (2, n), in which all limbs just touch the ground and the
-        head stands at x = 0.
+        """The state, places and velocities (2, n, d), in which all limbs just touch the ground and
+        the front is at x = 0.
         """
-        behind = np.concatenate([[0.0], np.cumsum(self.links.lengths)])
-        return np.stack([-behind, np.zeros(self.node_count)]).astype(complex)
+        places = self.links.lattice.places
+        return np.stack([places, np.zeros_like(places)])
 
     def rates(self, t: float, state: np.ndarray) -> np.ndarray:
-        """How places and velocities (2, n) change in time."""
+        """How places and velocities (2, n, d) change in time."""
         p, v = state
-        forces = np.zeros(self.node_count, complex)
+        forces = np.zeros_like(p)
         for force in self._forces:
             forces += force.on_nodes(t, p, v)
         return np.array([v, self.links.accelerations(forces, p, v)])
 
     def kinetic_energy(self, v: np.ndarray) -> np.ndarray:
         """(...) [J]."""
-        return 0.5 * ((v * v.conj()).real @ self.masses)
+        return 0.5 * (dot(v, v) @ self.masses)
 
     def power(self, name: str, t: np.ndarray, p: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What one of the workers does (...) [W]."""
-        return (self.workers[name].on_nodes(t, p, v).conj() * v).real.sum(axis=-1)
+        return dot(self.workers[name].on_nodes(t, p, v), v).sum(axis=-1)

@@ -4,6 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from softsim.chain.heading import Heading
+from softsim.chain.vectors import level, size, upwards
+
+LEAST_RATIO = 1e-100
+"""Of a speed to that at which friction is full: below it tanh(r) / r is 1."""
+
 
 @dataclass(frozen=True, eq=False)
 class Weight:
@@ -16,14 +22,18 @@ class Weight:
     slope: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(n,) [N]: m g (-sin, -cos). It acts in contact too, where the thesis's 5.6 takes it away
-        and its 5.20 does not.
+        """(..., n, d) [N]: m g (-sin, -cos). It acts in contact too, where the thesis's 5.6 takes
+        it away and its 5.20 does not.
         """
-        return -1j * np.exp(-1j * self.slope) * self.weights
+        forces = np.zeros(p.shape)
+        forces[..., 0] = -np.sin(self.slope) * self.weights
+        forces[..., -1] = -np.cos(self.slope) * self.weights
+        return forces
 
     def energy(self, p: np.ndarray) -> np.ndarray:
         """(...) [J]."""
-        return (p * np.exp(1j * self.slope)).imag @ self.weights
+        height = np.sin(self.slope) * p[..., 0] + np.cos(self.slope) * p[..., -1]
+        return height @ self.weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +47,15 @@ class Limbs:
 
     def pressing(self, p: np.ndarray) -> np.ndarray:
         """The force of the springs (..., n) [N]."""
-        return self.stiffnesses * np.maximum(-p.imag, 0.0)
+        return self.stiffnesses * np.maximum(-p[..., -1], 0.0)
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        return 1j * self.pressing(p)
+        """(..., n, d) [N]."""
+        return upwards(self.pressing(p), p)
 
     def energy(self, p: np.ndarray) -> np.ndarray:
         """(...) [J]."""
-        return 0.5 * (np.minimum(p.imag, 0.0) ** 2 @ self.stiffnesses)
+        return 0.5 * (np.minimum(p[..., -1], 0.0) ** 2 @ self.stiffnesses)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +67,11 @@ class Thrust:
 
     limbs: Limbs
     ratios: np.ndarray
+    heading: Heading
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        return self.ratios * self.limbs.pressing(p)
+        """(..., n, d) [N]."""
+        return (self.ratios * self.limbs.pressing(p))[..., None] * self.heading.of_nodes(p)
 
 
 @dataclass(frozen=True)
@@ -73,8 +84,8 @@ class Damper:
     coefficient: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        return -1j * self.coefficient * v.imag
+        """(..., n, d) [N]."""
+        return upwards(-self.coefficient * v[..., -1], v)
 
 
 @dataclass(frozen=True)
@@ -82,8 +93,8 @@ class ContactDamper(Damper):
     """-b z' on nodes that touch the ground (thesis, text of Fig 5.7)."""
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        return super().on_nodes(t, p, v) * touching(p)
+        """(..., n, d) [N]."""
+        return super().on_nodes(t, p, v) * touching(p)[..., None]
 
 
 DAMPERS = {"always": Damper, "contact": ContactDamper}
@@ -91,7 +102,7 @@ DAMPERS = {"always": Damper, "contact": ContactDamper}
 
 @dataclass(frozen=True, eq=False)
 class Drag:
-    """-b x' on the nodes (thesis 5.19, of the head alone).
+    """-b times the velocity along the ground (thesis 5.19, of the head alone).
 
     coefficients: b of the nodes (n,) [N s/m].
     """
@@ -99,16 +110,15 @@ class Drag:
     coefficients: np.ndarray
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        return -self.coefficients * v.real
+        """(..., n, d) [N]."""
+        return -self.coefficients[:, None] * level(v)
 
 
 @dataclass(frozen=True, eq=False)
 class WeightFriction:
-    """Coulomb's friction on nodes that touch, of their weight: -mu m g cos(slope) tanh(x' / v0).
+    """Coulomb's friction on nodes that touch, of their weight, mu m g cos(slope).
 
-    The thesis's 5.21 has the size, mu m g, and no direction: it must be against the motion. tanh
-    makes the sign a smooth one.
+    The thesis's 5.21 has the size, mu m g, and no direction: it must be against the motion.
     limits: mu m g cos(slope) of the nodes, (n,) [N]. full_speed: v0 [m/s].
     """
 
@@ -116,26 +126,36 @@ class WeightFriction:
     full_speed: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        return -self.limits * touching(p) * np.tanh(v.real / self.full_speed)
+        """(..., n, d) [N]."""
+        return (self.limits * touching(p))[..., None] * against(v, self.full_speed)
 
 
 @dataclass(frozen=True, eq=False)
 class NormalFriction:
-    """Coulomb's friction of what presses on the ground: -mu N tanh(x' / v0), N of the springs.
+    """Coulomb's friction of what presses on the ground, mu N against the motion, N of the springs.
 
-    full_speed: v0 [m/s].
+    coefficients: mu of the nodes (n,). full_speed: v0 [m/s].
     """
 
     limbs: Limbs
-    coefficient: float
+    coefficients: np.ndarray
     full_speed: float
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]."""
-        return -self.coefficient * self.limbs.pressing(p) * np.tanh(v.real / self.full_speed)
+        """(..., n, d) [N]."""
+        pressing = self.coefficients * self.limbs.pressing(p)
+        return pressing[..., None] * against(v, self.full_speed)
+
+
+def against(v: np.ndarray, full_speed: float) -> np.ndarray:
+    """-tanh(|v| / v0) v / |v|, v the velocity along the ground (..., n, d): Coulomb's direction
+    where nodes slide, made smooth about rest; in the plane -tanh(v / v0).
+    """
+    sliding = level(v) / full_speed
+    ratio = np.maximum(size(sliding), LEAST_RATIO)
+    return -(np.tanh(ratio) / ratio)[..., None] * sliding
 
 
 def touching(p: np.ndarray) -> np.ndarray:
     """Which nodes touch the ground (..., n)."""
-    return p.imag <= 0.0
+    return p[..., -1] <= 0.0

@@ -10,6 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from softsim.chain.chain import Chain
 from softsim.chain.ground import touching
 from softsim.chain.integrators import INTEGRATORS
+from softsim.chain.vectors import dot, size
 from softsim.scene.chain import Time
 
 UNSETTLED = 0.1
@@ -28,7 +29,7 @@ STEADY = ("speed", "least_speed", "greatest_speed", "settling_time", "contact_sh
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """times: (rows,) [s], evenly spaced. p, v: places and velocities of the nodes, (rows, n)."""
+    """times: (rows,) [s], evenly spaced. p, v: places and velocities of the nodes, (rows, n, d)."""
 
     chain: Chain
     times: np.ndarray
@@ -68,19 +69,41 @@ class Motion:
         """The rows of the second half."""
         return slice(len(self.times) // 2, None)
 
+    @cached_property
+    def centre(self) -> np.ndarray:
+        """Of the heads (rows, d) [m]: in space it is between both motors."""
+        return self.p[:, self.chain.heads].mean(axis=1)
+
+    @cached_property
+    def heading(self) -> np.ndarray:
+        """Where the heads look, on the whole (rows, d)."""
+        ahead = self.chain.motors.heading.of_nodes(self.p)[:, self.chain.heads].mean(axis=1)
+        return ahead / size(ahead)[:, None]
+
+    @cached_property
+    def way(self) -> np.ndarray:
+        """How far the centre has come ahead, backwards subtracted (rows,) [m]: x in the plane."""
+        mean = 0.5 * (self.heading[1:] + self.heading[:-1])
+        steps = dot(np.diff(self.centre, axis=0), mean)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @property
+    def forward_velocity(self) -> np.ndarray:
+        """Of the centre, ahead (rows,) [m/s]."""
+        return dot(self.v[:, self.chain.heads].mean(axis=1), self.heading)
+
     @property
     def speed(self) -> float:
-        """Mean speed of the head in the second half [m/s]."""
-        t, x = self.times[self.late], self.p[self.late, 0].real
-        return float((x[-1] - x[0]) / (t[-1] - t[0]))
+        """Mean speed of the centre ahead in the second half [m/s]."""
+        t, way = self.times[self.late], self.way[self.late]
+        return float((way[-1] - way[0]) / (t[-1] - t[0]))
 
     def settling_time(self, turn: float) -> float:
-        """From when on the head's mean speed over one turn of the motor [s] is within UNSETTLED of
-        the speed; NaN where that is not before the second half.
+        """From when on the mean speed over one turn of the motor [s] is within UNSETTLED of the
+        speed; NaN where that is not before the second half.
         """
         rows = max(round(turn / self.times[1]), 1)
-        x = self.p[:, 0].real
-        means = (x[rows:] - x[:-rows]) / self.times[rows]
+        means = (self.way[rows:] - self.way[:-rows]) / self.times[rows]
         off = np.flatnonzero(np.abs(means - self.speed) > UNSETTLED * abs(self.speed))
         settled = rows + off[-1] + 1 if len(off) else 0
         return float(self.times[settled]) if settled < self.late.start else np.nan
@@ -93,7 +116,7 @@ class Motion:
     @property
     def dominant_frequencies(self) -> np.ndarray:
         """The strongest of the motion of each node up and down, in the second half (n,) [Hz]."""
-        z = self.p[self.late].imag
+        z = self.p[self.late][..., -1]
         swing = (z - z.mean(axis=0)) * np.hanning(len(z))[:, None]
         padded = OVERSAMPLING * len(z)
         power = np.abs(np.fft.rfft(swing, padded, axis=0))
@@ -110,12 +133,12 @@ def simulate(chain: Chain, time: Time) -> Motion:
 
 def measures(motion: Motion) -> dict[str, Any]:
     """What a summary tells of a motion, SI units; NaN where nothing can be told."""
-    motor = motion.chain.motor
-    turn = 2.0 * np.pi / abs(motor.angular_velocity)
-    x, z = motion.p[:, 0].real, motion.p[:, 0].imag
+    chain = motion.chain
+    turn = chain.motors.longest_turn
+    z = motion.p[:, chain.heads, -1]
     steady: dict[str, Any] = dict.fromkeys(STEADY, np.nan)
     if motion.times[-1] >= 2.0 * LEAST_TURNS * turn:
-        velocity = motion.v[motion.late, 0].real
+        velocity = motion.forward_velocity[motion.late]
         steady = {
             "speed": motion.speed,
             "least_speed": float(velocity.min()),
@@ -125,11 +148,11 @@ def measures(motion: Motion) -> dict[str, Any]:
             "dominant_frequencies": motion.dominant_frequencies,
         }
     return {
-        "motor_force": motor.force,
-        "head_displacement": float(x[-1] - x[0]),
+        "motor_force": float(chain.motors.forces.max()),
+        "head_displacement": float(motion.way[-1]),
         **steady,
         "head_height": float(z.max()),
         "head_depth": float(-z.min()),
         "energy_error": motion.energy_error,
-        "length_error": float(np.abs(motion.chain.links.errors(motion.p)).max()),
+        "length_error": float(np.abs(chain.links.errors(motion.p)).max()),
     }

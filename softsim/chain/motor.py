@@ -1,38 +1,48 @@
-"""A motor that turns an eccentric mass in the x-z plane."""
+"""Motors that turn eccentric masses in the upright planes in which their nodes look ahead."""
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from softsim.chain.heading import Heading
+
 TURNS = {"counterclockwise": 1, "clockwise": -1}
-"""Sense of rotation, seen with x to the right and z up."""
+"""Sense of rotation, seen with forward to the right and z up."""
 
 
 @dataclass(frozen=True, eq=False)
-class Motor:
-    """The centripetal force of its mass, from the lowest point on (thesis 3.1, 3.2).
+class Motors:
+    """The centripetal forces of their masses, from the lowest point on (thesis 3.1, 3.2).
 
-    The mass itself, and its weight, are part of the head's.
-    moment: m_e e [kg m]. angular_velocity: w, negative where it turns clockwise [rad/s]. shares:
-    of the force on the nodes (n,), 1 on the head.
+    The masses themselves, and their weights, are part of their nodes'. moments: m_e e, zero where
+    no motor runs, (n,) [kg m]. angular_velocities: w, negative where they turn clockwise, (n,)
+    [rad/s].
     """
 
-    moment: float
-    angular_velocity: float
-    shares: np.ndarray
+    moments: np.ndarray
+    angular_velocities: np.ndarray
+    heading: Heading
 
-    def at(self, frequency: float) -> "Motor":
-        """The motor at another frequency [Hz], the same way round."""
-        speed = math.copysign(math.tau * frequency, self.angular_velocity)
-        return replace(self, angular_velocity=speed)
+    def at(self, frequency: float) -> "Motors":
+        """All of them at another frequency [Hz], the same way round."""
+        speeds = np.copysign(math.tau * frequency, self.angular_velocities)
+        return replace(self, angular_velocities=speeds)
+
+    @cached_property
+    def forces(self) -> np.ndarray:
+        """m_e e w^2 (n,) [N]."""
+        return self.moments * self.angular_velocities**2
 
     @property
-    def force(self) -> float:
-        """m_e e w^2 [N]."""
-        return self.moment * self.angular_velocity**2
+    def longest_turn(self) -> float:
+        """Of the slowest of them [s]."""
+        return float(math.tau / np.abs(self.angular_velocities).min())
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """(..., n) [N]: m_e e w^2 (sin wt, -cos wt) on the head."""
-        turning = np.exp(1j * self.angular_velocity * t)
-        return np.multiply.outer(-1j * self.force * turning, self.shares)
+        """(..., n, d) [N]: m_e e w^2 (sin wt ahead, -cos wt up)."""
+        angles = np.asarray(t)[..., None] * self.angular_velocities
+        forces = (self.forces * np.sin(angles))[..., None] * self.heading.of_nodes(p)
+        forces[..., -1] = -self.forces * np.cos(angles)
+        return forces

@@ -54,12 +54,33 @@ def refuse_masses(loaded: LoadedChain) -> None:
         )
 
 
+def refuse_motors(loaded: LoadedChain) -> None:
+    """A head in the middle has as many nodes before it as behind; a further frequency is that of
+    all motors. SceneError.
+    """
+    s = loaded.scene
+    if s.motor.place == "middle" and s.node_count % 2 == 0:
+        others = s.node_count - 1
+        raise loaded.error(
+            ("motor", "place"),
+            f"place: {others} nodes beside the head leave it no place in the middle",
+            f"rows.under_head: {s.rows.under_head + 1}, or another number of rows",
+        )
+    if s.motor.further and any(one.frequency is not None for one in s.lines):
+        raise loaded.error(
+            ("motor", "further"),
+            "further: the sides' motors have frequencies of their own",
+            "leave out motor.further, or frequency in sides",
+        )
+
+
 def refuse_steps(loaded: LoadedChain) -> None:
     """There are some steps and not too many; they follow the motor, fixed ones also what is
     fastest. SceneError.
     """
     s = loaded.scene
-    fastest = max(s.motor.frequency, *s.motor.further.values(), 0.0)
+    own = [one.frequency or 0.0 for one in s.lines]
+    fastest = max(s.motor.frequency, *s.motor.further.values(), *own)
     h, turn = s.time.increment, 1.0 / fastest
     if not h < s.time.end <= h * MOST_STEPS:
         raise loaded.error(
@@ -94,10 +115,12 @@ def _fastest_rate(s: ChainScene) -> float:
     """
     shortest = s.rows.pitch
     bending = 16.0 * s.backbone.bending_stiffness / shortest**2 + 4.0 * s.wave_tension / shortest
-    along = s.friction.coefficient * s.gravity / s.friction.full_speed
+    roughest = s.friction.coefficient * max(one.friction_share for one in s.lines)
+    along = roughest * s.gravity / s.friction.full_speed
+    limb = s.limbs.stiffness * max(one.limb_share for one in s.lines)
     nodes = ((s.masses.head, s.rows.under_head), (s.masses.node, 1))
     rates = [1.0 / s.constraint_time, along + s.drag / s.masses.head]
     for mass, rows in nodes:
-        stiffness = rows * s.rows.limbs * s.limbs.stiffness + bending
+        stiffness = rows * s.rows.limbs * limb + bending
         rates.append(s.limbs.damping / mass + math.sqrt(stiffness / mass))
     return max(rates)

@@ -10,12 +10,17 @@ import numpy as np
 from softsim.chain.building import build_chain
 from softsim.chain.loading import LoadedChain
 from softsim.chain.motion import Motion, measures, simulate
+from softsim.chain.track import track_measures, yaw
 from softsim.output.claim import claimed
 from softsim.output.folder import HISTORY, SCENE, SUMMARY, RunFolder
 from softsim.output.history import History
 
 MODEL = "chain"
 """What the summary says that the folder is of."""
+
+
+AXES = {2: "xz", 3: "xyz"}
+"""Names of a vector's components, by how many there are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +57,14 @@ def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
             "scene": loaded.path,
             "title": loaded.scene.title,
             "node_count": chain.node_count,
+            "heads": (chain.heads + 1).tolist(),
             "motor_frequency": loaded.scene.motor.frequency,
             "time_increment": motion.times[1],
             "increments": len(motion.times) - 1,
             "simulated_time": motion.times[-1],
             "wall_time": time.monotonic() - began,
             **told,
+            **(track_measures(motion) if loaded.scene.sides is not None else {}),
             "further_speeds": further,
         }
         _write_history(motion, loaded.scene.time.row_interval, folder / HISTORY)
@@ -68,12 +75,18 @@ def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
 def _write_history(motion: Motion, interval: float, path: Path) -> None:
     """Rows about `interval` [s] apart: places and speeds, energies and works."""
     stride = max(round(interval / motion.times[1]), 1)
+    axes = AXES[motion.p.shape[-1]]
     columns: dict[str, tuple[str, np.ndarray]] = {"time": ("s", motion.times)}
     for node in range(motion.chain.node_count):
-        columns[f"x{node + 1}"] = ("m", motion.p[:, node].real)
-        columns[f"z{node + 1}"] = ("m", motion.p[:, node].imag)
-    columns["head_velocity_x"] = ("m/s", motion.v[:, 0].real)
-    columns["head_velocity_z"] = ("m/s", motion.v[:, 0].imag)
+        for axis, name in enumerate(axes):
+            columns[f"{name}{node + 1}"] = ("m", motion.p[:, node, axis])
+    head = motion.chain.heads[0]
+    for axis, name in enumerate(axes):
+        columns[f"head_velocity_{name}"] = ("m/s", motion.v[:, head, axis])
+    if "y" in axes:
+        columns["centre_x"] = ("m", motion.centre[:, 0])
+        columns["centre_y"] = ("m", motion.centre[:, 1])
+        columns["yaw"] = ("rad", yaw(motion))
     columns |= {f"{name}_energy": ("J", energy) for name, energy in motion.energies.items()}
     columns |= {f"{name}_work": ("J", work) for name, work in motion.works.items()}
     history = History(path, {name: unit for name, (unit, _) in columns.items()})

@@ -12,7 +12,8 @@ def chain(
     robot: Annotated[
         str,
         typer.Argument(
-            help="leafbot3, leafbot5, leafbot9, or a chain's file (YAML).", show_default=False
+            help="leafbot3, leafbot5, leafbot9, leafbot_x5, or a chain's file (YAML).",
+            show_default=False,
         ),
     ],
     frequency: Annotated[

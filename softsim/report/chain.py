@@ -8,34 +8,93 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
+from softsim.chain.track import centre_of_circle
 from softsim.output.folder import HISTORY, read_summary
 from softsim.output.history import read_history
 from softsim.report.colours import MILLI
-from softsim.report.style import BLUE, COLOURS, INK, ORANGE, QUIET, WALL, drawing
+from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, QUIET, WALL, drawing
 
 FIGURE = "chain.png"
+STRAIGHT = 1e-3
+"""Curvature below which a track is called straight: a circle of a kilometre [1/m]."""
+
+SIDES = ("left", "right")
 SHOWN_TURNS = 6
 """Turns of the motor at the end of the run, in which single steps are seen."""
 
 
 def draw_chain(folder: Path) -> Path:
-    """Draw, as PNG, the head's way and its mean speed; some steps at the end, in x and in z; how
-    long each node touches the ground. Returns the file.
+    """Draw, as PNG, the head's way and its mean speed, of two sides the tracks; some steps at the
+    end, in x and in z; how long each node touches the ground. Returns the file.
 
     Raises OutputError if the folder has no chain's results, or the disk refuses.
     """
     summary, history = read_summary(folder), read_history(folder / HISTORY)
-    t, count = history["time"], summary["node_count"]
-    last = t >= t[-1] - SHOWN_TURNS / summary["motor_frequency"]
-    z = np.column_stack([history[f"z{node + 1}"] for node in range(count)])
-    with drawing(folder / FIGURE, height=7.2) as figure:
-        way, steps, heights, contact = figure.subplots(4, height_ratios=[3, 3, 3, 1.8])
-        _draw_way(way, t, history["x1"] * MILLI, summary["speed"])
-        _draw_steps(steps, {name: column[last] for name, column in history.items()})
-        _draw_heights(heights, t[last] * MILLI, z[last] * MILLI)
-        _draw_contact(contact, summary["contact_shares"] or [0.0] * count)
-        figure.align_ylabels()
+    draw = _draw_in_space if "curvature" in summary else _draw_in_plane
+    draw(folder / FIGURE, summary, history)
     return folder / FIGURE
+
+
+def _draw_in_plane(
+    path: Path, summary: Mapping[str, Any], history: Mapping[str, np.ndarray]
+) -> None:
+    t, (head,) = history["time"], summary["heads"]
+    last = _last_turns(t, summary)
+    with drawing(path, height=7.2) as figure:
+        way, steps, heights, contact = figure.subplots(4, height_ratios=[3, 3, 3, 1.8])
+        _draw_way(way, t, history[f"x{head}"] * MILLI, summary["speed"])
+        _draw_steps(steps, head, {name: column[last] for name, column in history.items()})
+        z = _columns(history, "z", range(1, summary["node_count"] + 1))
+        _draw_heights(heights, t[last] * MILLI, z[last] * MILLI, node_names(summary))
+        _draw_contact(contact, summary)
+        figure.align_ylabels()
+
+
+def _draw_in_space(
+    path: Path, summary: Mapping[str, Any], history: Mapping[str, np.ndarray]
+) -> None:
+    t, heads = history["time"], summary["heads"]
+    last = _last_turns(t, summary)
+    with drawing(path, height=8.6) as figure:
+        tracks, heights, contact = figure.subplots(3, height_ratios=[5, 2.2, 2.6])
+        _draw_tracks(tracks, summary, history)
+        z = _columns(history, "z", heads)
+        _draw_heights(heights, t[last] * MILLI, z[last] * MILLI, SIDES)
+        _draw_contact(contact, summary)
+
+
+def _last_turns(t: np.ndarray, summary: Mapping[str, Any]) -> np.ndarray:
+    """Which rows are shown in which single steps are seen."""
+    return t >= t[-1] - SHOWN_TURNS / summary["motor_frequency"]
+
+
+def _columns(
+    history: Mapping[str, np.ndarray], axis: str, nodes: Sequence[int] | range
+) -> np.ndarray:
+    """Places of some nodes along an axis (rows, nodes) [m]."""
+    return np.column_stack([history[f"{axis}{node}"] for node in nodes])
+
+
+def _draw_tracks(axes: Axes, summary: Mapping[str, Any], history: Mapping[str, np.ndarray]) -> None:
+    """Both motors' and the middle's, seen from above; the robot at its start and its end; the
+    circle along the second half.
+    """
+    count = summary["node_count"]
+    x, y = (_columns(history, axis, range(1, count + 1)) * MILLI for axis in "xy")
+    for head, name, colour in zip(summary["heads"], SIDES, (BLUE, ORANGE), strict=True):
+        axes.plot(x[:, head - 1], y[:, head - 1], color=colour, linewidth=0.9,
+                  label=f"{name} motor")  # fmt: skip
+    centre = np.column_stack([history["centre_x"], history["centre_y"]])
+    axes.plot(*(centre * MILLI).T, color=INK, label="between them")
+    outline = [*range(count // 2), *range(count - 1, count // 2 - 1, -1), 0]
+    for row, style in ((0, ":"), (-1, "-")):
+        axes.plot(x[row, outline], y[row, outline], style, color=QUIET, linewidth=1.1)
+    arc = _arc(centre[len(centre) // 2 :], summary["curvature"])
+    axes.plot(*(arc * MILLI).T, "--", color=GREEN, label=_turning(summary["curvature"]))
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("x [mm]")
+    axes.set_ylabel("y [mm], to the left")
+    axes.legend(loc="lower left", ncols=4, bbox_to_anchor=(0.0, 1.0), columnspacing=1.0)
 
 
 def _draw_way(axes: Axes, t: np.ndarray, x: np.ndarray, speed: float | None) -> None:
@@ -51,9 +110,21 @@ def _draw_way(axes: Axes, t: np.ndarray, x: np.ndarray, speed: float | None) -> 
     axes.legend(loc="lower right" if x[-1] >= 0.0 else "upper right")
 
 
-def _draw_steps(axes: Axes, shown: Mapping[str, np.ndarray]) -> None:
+def _arc(path: np.ndarray, curvature: float | None) -> np.ndarray:
+    """Of the circle that fits a path, from its start to its end (points, 2) [m]; none where the
+    path is straight, or too short.
+    """
+    if curvature is None or abs(curvature) < STRAIGHT:
+        return np.empty((0, 2))
+    middle = centre_of_circle(path)
+    angles = np.unwrap(np.arctan2(*(path - middle).T[::-1]))
+    shown = np.linspace(angles[0], angles[-1], 181)
+    return middle + np.column_stack([np.cos(shown), np.sin(shown)]) / abs(curvature)
+
+
+def _draw_steps(axes: Axes, head: int, shown: Mapping[str, np.ndarray]) -> None:
     t = shown["time"] * MILLI
-    axes.plot(t, shown["x1"] * MILLI, color=BLUE)
+    axes.plot(t, shown[f"x{head}"] * MILLI, color=BLUE)
     axes.set_xlim(t[0], t[-1])
     axes.set_ylabel("x of the head [mm]", color=BLUE)
     axes.tick_params(labelbottom=False)
@@ -63,9 +134,9 @@ def _draw_steps(axes: Axes, shown: Mapping[str, np.ndarray]) -> None:
     speeds.grid(visible=False)
 
 
-def _draw_heights(axes: Axes, t: np.ndarray, z: np.ndarray) -> None:
+def _draw_heights(axes: Axes, t: np.ndarray, z: np.ndarray, names: Sequence[str]) -> None:
     axes.axhspan(min(float(z.min()), 0.0) * 1.1, 0.0, color=WALL, alpha=0.5, lw=0)
-    for node, name in enumerate(node_names(z.shape[1])):
+    for node, name in enumerate(names):
         axes.plot(t, z[:, node], color=COLOURS[node % len(COLOURS)], label=name,
                   linestyle="-" if node < len(COLOURS) else "--")  # fmt: skip
     axes.set_xlim(t[0], t[-1])
@@ -76,9 +147,11 @@ def _draw_heights(axes: Axes, t: np.ndarray, z: np.ndarray) -> None:
                 columnspacing=1.0)  # fmt: skip
 
 
-def _draw_contact(axes: Axes, shares: Sequence[float]) -> None:
-    names = node_names(len(shares))
-    colours = [COLOURS[node % len(COLOURS)] for node in range(len(shares))]
+def _draw_contact(axes: Axes, summary: Mapping[str, Any]) -> None:
+    names = node_names(summary)
+    shares = summary["contact_shares"] or [0.0] * len(names)
+    count = len(names) // len(summary["heads"])
+    colours = [COLOURS[node % count % len(COLOURS)] for node in range(len(names))]
     axes.barh(names, [100.0 * share for share in shares], color=colours, height=0.6)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 100.0)
@@ -87,9 +160,25 @@ def _draw_contact(axes: Axes, shares: Sequence[float]) -> None:
     axes.tick_params(axis="y", labelcolor=QUIET)
 
 
-def node_names(count: int) -> list[str]:
-    """What nodes are called, from the head on."""
-    return ["head", *(f"node {number}" for number in range(2, count + 1))]
+def node_names(summary: Mapping[str, Any]) -> list[str]:
+    """What nodes are called, line by line from the front on."""
+    heads = summary["heads"]
+    count = summary["node_count"] // len(heads)
+    sides = [""] if len(heads) == 1 else [f"{side} " for side in SIDES]
+    return [
+        f"{side}head" if line * count + number in heads else f"{side}node {number}"
+        for line, side in enumerate(sides)
+        for number in range(1, count + 1)
+    ]
+
+
+def _turning(curvature: float | None) -> str:
+    if curvature is None:
+        return "too short a run for a circle"
+    if abs(curvature) < STRAIGHT:
+        return "straight"
+    side = "left" if curvature > 0.0 else "right"
+    return f"{abs(curvature) / MILLI:.3g} 1/mm to the {side}"
 
 
 def _settled(seconds: float) -> str:
@@ -117,8 +206,20 @@ def chain_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     return [
         ("motor", f"{summary['motor_force']:.4g} N"),
         *steady,
+        *_track_rows(summary),
         ("head", f"up to {mm('head_height')}, down to -{mm('head_depth')}"),
         ("energy error", f"{summary['energy_error']:.2g}"),
         ("increments", f"{summary['increments']:,} of {summary['time_increment'] * MILLI:.3g} ms"),
         ("wall time", f"{summary['wall_time']:.3g} s"),
+    ]
+
+
+def _track_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What two sides tell besides; nothing of a chain in the plane, or of too short a run."""
+    if math.isnan(summary.get("curvature", math.nan)):
+        return []
+    forward, sideways = (summary[f"{way}_displacement"] * MILLI for way in ("forward", "sideways"))
+    return [
+        ("turns", f"{_turning(summary['curvature'])}, {summary['turning_rate']:.3g} rad/s"),
+        ("came", f"{forward:.4g} mm forward, {sideways:.4g} mm to the left"),
     ]

@@ -102,6 +102,10 @@ class Friction(Part):
 class Motor(Part):
     """An eccentric mass on the head."""
 
+    place: Literal["front", "middle", "rear"] = Field(
+        default="front", description="Where along the robot the head is: the node with the motor "
+        "and the rows under it."
+    )  # fmt: skip
     eccentric_mass: PositiveMass = Field(description="That turns.")
     eccentricity: NotNegativeLength = Field(
         description="Its distance from the axis; 0 mm where the motor is off."
@@ -118,6 +122,35 @@ class Motor(Part):
         default="in_head", description="Of the eccentric mass: part of the head's mass, or once "
         "more beside it, as the thesis's 3.2 prints it."
     )  # fmt: skip
+
+
+class Side(Part):
+    """What one side has of its own."""
+
+    frequency: PositiveFrequency | None = Field(
+        default=None, description="Of its motor; default: that of the file."
+    )
+    motor_share: Number = Field(
+        default=1.0, ge=0.0, description="Its motor's force over that of the file's motor at its "
+        "frequency."
+    )  # fmt: skip
+    limb_share: Number = Field(
+        default=1.0, gt=0.0, description="Stiffness of its limbs over the file's."
+    )
+    friction_share: Number = Field(
+        default=1.0, ge=0.0, description="Its friction coefficient over the file's."
+    )
+
+
+class Sides(Part):
+    """Two such chains side by side, a motor on each, in space."""
+
+    distance: PositiveLength = Field(description="Of the left nodes, with theirs, from the right.")
+    running: Literal["both", "left", "right"] = Field(
+        default="both", description="Which motors run."
+    )
+    left: Side = Field(default_factory=Side, description="What the left side has of its own.")
+    right: Side = Field(default_factory=Side, description="What the right side has of its own.")
 
 
 class Time(Part):
@@ -147,6 +180,10 @@ class ChainScene(Part):
     limbs: Limbs = Field(description="What a limb does on the ground.")
     friction: Friction = Field(description="Between limbs and ground.")
     motor: Motor = Field(description="An eccentric mass on the head.")
+    sides: Sides | None = Field(
+        default=None, description="Two such chains side by side, in space: all else in the file is "
+        "of one of them. Default: one chain, in the plane."
+    )  # fmt: skip
     drag: NotNegativeDamping = Field(
         default=written("0 N*s/m"), description="Of the head's motion along the ground."
     )
@@ -165,6 +202,23 @@ class ChainScene(Part):
     )
     time: Time = Field(default_factory=Time, description="How long, in which steps.")
 
+    @property
+    def node_count(self) -> int:
+        """Of one line, from the front to the rear: the head and the rows not under it."""
+        return self.rows.count - self.rows.under_head + 1
+
+    @property
+    def lines(self) -> tuple[Side, ...]:
+        """The sides; one where the chain moves in the plane."""
+        return (Side(),) if self.sides is None else (self.sides.left, self.sides.right)
+
+    @property
+    def running(self) -> tuple[bool, ...]:
+        """Whether the motor of each line runs."""
+        if self.sides is None:
+            return (True,)
+        return self.sides.running != "right", self.sides.running != "left"
+
 
 OF_CHAINS = {
     "speed": SPEED,
@@ -181,6 +235,7 @@ OF_CHAINS = {
     "energy_error": NUMBER,
     "length_error": LENGTH,
     "node_count": NUMBER,
+    "heads": Measure(listed="motor"),
     "increments": NUMBER,
     "time_increment": TIME,
     "simulated_time": TIME,
@@ -188,9 +243,19 @@ OF_CHAINS = {
 }
 
 
+OF_TRACKS = {
+    "curvature": Measure("1/m"),
+    "turning_rate": Measure("rad/s"),
+    "forward_displacement": LENGTH,
+    "sideways_displacement": LENGTH,
+}
+"""What two sides tell besides."""
+
+
 def produced_by_chain(scene: ChainScene) -> dict[str, Measure]:
     """What a run of a chain tells, by name, dotted into mappings: "further_speeds.fast"."""
-    return OF_CHAINS | {f"further_speeds.{name}": SPEED for name in scene.motor.further}
+    further = {f"further_speeds.{name}": SPEED for name in scene.motor.further}
+    return OF_CHAINS | (OF_TRACKS if scene.sides is not None else {}) | further
 
 
 def chain_json_schema() -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from softsim.chain.building import build_chain
@@ -68,14 +69,56 @@ def test_an_unknown_chain():
 def test_the_head_stands_in_the_middle_of_its_rows(name, first_link, limbs):
     chain = build_chain(load_chain(name))
     assert chain.node_count == {"leafbot3": 3, "leafbot5": 4, "leafbot9": 7}[name]
-    assert chain.links.lengths[0] == pytest.approx(first_link * 1e-3)
+    assert chain.links.lattice.lengths[0] == pytest.approx(first_link * 1e-3)
     assert chain.stores["limbs"].stiffnesses[0] == pytest.approx(limbs * 250.0)
     assert name in chain_names()
 
 
 @pytest.mark.parametrize("file", sorted(Path(examples_folder(), "chains").glob("*.yaml")))
 def test_shipped_chains_are_built(file):
-    assert build_chain(load_chain(file)).node_count == 4
+    robot, _ = file.stem.rsplit("_", 1)
+    assert build_chain(load_chain(file)).node_count == {"leafbot5": 4, "leafbot_x5": 10}[robot]
+
+
+@pytest.mark.parametrize(
+    ("place", "head", "first", "last"),
+    [("front", 0, 21, 14), ("rear", 3, 14, 21)],
+)
+def test_the_head_stands_where_it_is_told(place, head, first, last):
+    chain = build_chain(load_chain("leafbot5", [f"motor.place={place}"]))
+    assert chain.heads.tolist() == [head]
+    assert chain.masses[head] == pytest.approx(2.6e-3) and chain.motors.forces[head] > 0.0
+    gaps = 1e3 * chain.links.lattice.lengths
+    assert (gaps[0], gaps[-1]) == pytest.approx((first, last))
+
+
+def test_sides_have_their_own():
+    overrides = ["sides.running=right", "sides.right={motor_share: 0.9, frequency: 100 Hz}",
+                 "sides.left={limb_share: 1.1, friction_share: 0.5}"]  # fmt: skip
+    chain = build_chain(load_chain("leafbot_x5", overrides))
+    assert chain.heads.tolist() == [2, 7]
+    force = 0.9 * 0.082e-3 * 3.4e-3 * (2.0 * np.pi * 100.0) ** 2
+    assert chain.motors.forces == pytest.approx(force * np.eye(10)[7])
+    assert chain.stores["limbs"].stiffnesses == pytest.approx(5 * [550.0] + 5 * [500.0])
+    assert chain.others["friction"].coefficients == pytest.approx(5 * [0.35] + 5 * [0.7])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message", "hint"),
+    [
+        (["rows.under_head=2"], "3 nodes beside the head leave it no place in the middle",
+         "rows.under_head: 3"),
+        (["motor.further={fast: 150 Hz}", "sides.left.frequency=95 Hz"],
+         "the sides' motors have frequencies of their own", "leave out motor.further"),
+        (["sides.right.frequency=900 Hz"], "less than 10 steps to a turn of the motor",
+         "at most 111.1"),
+        (["sides.distance=0 mm"], "must be greater than 0 mm", ""),
+        (["sides.running=none"], "'none' is not one of: both, left, right", ""),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_sides(overrides, message, hint):
+    told = refused("leafbot_x5", *overrides)
+    assert message in told and hint in told
 
 
 def test_what_was_resolved_loads_again(tmp_path):

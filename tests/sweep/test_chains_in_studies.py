@@ -58,6 +58,22 @@ def test_constants_are_fitted(here):
     assert best["mismatch"] == pytest.approx(sum(part**2 for part in parts))
 
 
+def test_two_sides_are_swept_and_scattered(here):
+    """The left motor turns the robot to the right; sides that are drawn differ from run to run."""
+    keys = {
+        **KEYS,
+        "scene": str(CHAIN.with_name("leafbot_x5_drag.yaml")),
+        "factors": {"running": {"key": "sides.running", "values": ["left", "right"]}},
+        "measures": {"curvature": {"of": "curvature", "unit": "1/mm"}},
+        "repeats": {"count": 2, "perturb": {"sides.left.motor_share": "5 %"}},
+    }
+    table = softsim.Study(**keys).run("swept")
+    found = table["curvature [1/mm]"].to_list()
+    signs = [value > 0.0 for value in found]
+    assert signs == [running == "right" for running in table["running"]]
+    assert len(set(found)) == 3  # the left motor's share means nothing where the right one runs
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
