@@ -4,6 +4,8 @@ import ast
 import re
 import shlex
 import shutil
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
 
 import pytest
 import yaml
@@ -173,6 +175,19 @@ def test_the_api_page_names_what_there_is():
 
     names = CALLABLE.findall((ROOT / "docs" / "api.md").read_text())
     assert names and all(resolve_name(name) for name in names)
+
+
+def test_the_gallery_has_the_pictures_that_its_command_makes():
+    """Each of a section with its command and figure, none besides, all small."""
+    path = ROOT / "docs" / "site" / "gallery.py"
+    spec = spec_from_file_location("gallery", path)
+    sys.modules["gallery"] = gallery = module_from_spec(spec)
+    spec.loader.exec_module(gallery)
+    found = [entry.picture for entry in gallery.entries(gallery.PAGE.read_text())]
+    assert sorted(found) == sorted((ROOT / "docs" / "gallery").iterdir())
+    assert max(picture.stat().st_size for picture in found) <= gallery.LARGEST
+    with pytest.raises(ValueError, match="'Second' has not one picture, one command and one"):
+        gallery.entries("# Gallery\n\n## Second\n\nnothing\n")
 
 
 def test_every_page_is_in_the_site():
