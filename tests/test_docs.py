@@ -4,32 +4,28 @@ import ast
 import re
 import shlex
 import shutil
-from pathlib import Path
+import sys
+from importlib.util import module_from_spec, spec_from_file_location
 
 import pytest
 import yaml
+from pages import BLOCK, PAGES, ROOT, blocks, first_scene, inline_fragments
 from typer.main import get_command
 
+from softsim.builder import build_model
 from softsim.chain.loading import load_chain
 from softsim.cli import app
 from softsim.cli.examples import examples_folder
 from softsim.scene.assessment import load_layout
 from softsim.scene.loading import load_scene
+from softsim.scene.schema import Scene
 from softsim.scene.steps import load_steps
 from softsim.study.loading import load_study
 
-ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#+ (.*)", re.MULTILINE)
 CALLABLE = re.compile(r"^::: (\S+)", re.MULTILINE)
 OF_ARGUMENT = {"N": "4", "X": "0.5", "...": "auto"}  # of a word in a table of commands
-
-
-def blocks(page, language):
-    """The fenced blocks of a page in a language; "" for those that a shell takes."""
-    return [body for name, body in BLOCK.findall(page.read_text()) if name == language]
 
 
 def command_lines(page):
@@ -101,7 +97,7 @@ YAML_BLOCKS = [(page.name, text) for page in PAGES for text in blocks(page, "yam
 
 @pytest.mark.parametrize("page, text", YAML_BLOCKS)
 def test_whole_files_load(page, text, tmp_path):
-    """Scenes, layouts and studies; of the rest that it is YAML."""
+    """Scenes, layouts and studies."""
     scenes = tmp_path / "scenes"
     shutil.copytree(examples_folder(), scenes)
     keys = set(yaml.safe_load(text))
@@ -115,6 +111,51 @@ def test_whole_files_load(page, text, tmp_path):
         load_steps(written(scenes / "here.yaml", text))
     elif {"bodies", "time"} <= keys:
         load_scene(written(scenes / "here.yaml", text))
+
+
+HOW_TO = ["from_abaqus.md", "from_sofa.md"]
+FRAGMENTS = [
+    (page.name, text)
+    for page in PAGES
+    for text in [*blocks(page, "yaml"), *inline_fragments(page)]
+    if yaml.safe_load(text).keys() <= {*Scene.model_fields, "include", "steps"}
+]
+COMPLETED = """
+bodies: {skin: {mesh: {generator: pfr_solid}, formulation: solid, material: dragon_skin_10}}
+rigid_bodies: {frame: {mass: 10 g, inertia: 1 g*mm^2}}
+time: {end: 1 s}
+"""
+
+
+@pytest.mark.parametrize("page, text", [f for f in FRAGMENTS if f[0] not in HOW_TO])
+def test_parts_of_scenes_fit_the_schema(page, text, tmp_path):
+    """Beside a robot and the first whole scene of their page."""
+    written(tmp_path / "robot.yaml", COMPLETED)
+    written(tmp_path / "example.yaml", first_scene(named(page)) or COMPLETED)
+    said = yaml.safe_load(text)
+    include = said.get("include", [])
+    own = [include] if isinstance(include, str) else include
+    said["include"] = ["robot.yaml", "example.yaml", *own]
+    path = written(tmp_path / "here.yaml", yaml.safe_dump(said))
+    load_steps(path, []) or load_scene(path)
+
+
+@pytest.mark.parametrize("page, text", [f for f in FRAGMENTS if f[0] in HOW_TO])
+def test_parts_of_scenes_are_accepted_beside_the_example_of_their_page(page, text, tmp_path):
+    """With all names of sets, bodies, walls that they use."""
+    for deck in (body for body in blocks(named(page), "text") if "*NODE" in body):
+        written(tmp_path / "ring.inp", deck)
+    example = first_scene(named(page))
+    written(tmp_path / "example.yaml", example)
+    path = tmp_path / "here.yaml"
+    written(path, text if text == example else f"include: example.yaml\n{text}")
+    steps = load_steps(path, [])
+    build_model(steps[0].loaded if steps else load_scene(path))
+
+
+def named(page):
+    """The page of that file name."""
+    return next(path for path in PAGES if path.name == page)
 
 
 def written(path, text):
@@ -134,6 +175,19 @@ def test_the_api_page_names_what_there_is():
 
     names = CALLABLE.findall((ROOT / "docs" / "api.md").read_text())
     assert names and all(resolve_name(name) for name in names)
+
+
+def test_the_gallery_has_the_pictures_that_its_command_makes():
+    """Each of a section with its command and figure, none besides, all small."""
+    path = ROOT / "docs" / "site" / "gallery.py"
+    spec = spec_from_file_location("gallery", path)
+    sys.modules["gallery"] = gallery = module_from_spec(spec)
+    spec.loader.exec_module(gallery)
+    found = [entry.picture for entry in gallery.entries(gallery.PAGE.read_text())]
+    assert sorted(found) == sorted((ROOT / "docs" / "gallery").iterdir())
+    assert max(picture.stat().st_size for picture in found) <= gallery.LARGEST
+    with pytest.raises(ValueError, match="'Second' has not one picture, one command and one"):
+        gallery.entries("# Gallery\n\n## Second\n\nnothing\n")
 
 
 def test_every_page_is_in_the_site():
