@@ -30,10 +30,21 @@ def load_layout(path: Path, robot: str, overrides: Sequence[str]) -> LoadedScene
 
 def layout_tree(path: Path, robot: str) -> Tree:
     """What a layout file and a robot in it say together. SceneError: no such robot or file."""
+    question = said(QUESTION, Option("softsim assess"))
+    return merged(merged(question, robot_tree(path.parent, robot)), read_scene(path))
+
+
+def robot_tree(folder: Path, robot: str) -> Tree:
+    """What a standard robot says that is put into a layout in `folder`. SceneError: no such robot.
+    """
     option = Option(f"--robot {robot}")
     if robot not in robot_names():
         raise SceneError(f"there is no robot {robot!r}", did_you_mean(robot, robot_names()), option)
-    question = read_text(QUESTION, lambda line, column: Option("softsim assess"))
-    assert question is not None
-    lower = merged(question, read_part(path.parent, Tree(PREFIX + robot, option, option)))
-    return merged(lower, read_scene(path))
+    return read_part(folder, Tree(PREFIX + robot, option, option))
+
+
+def said(text: str, option: Option) -> Tree:
+    """What a command says of its own, as YAML."""
+    tree = read_text(text, lambda line, column: option)
+    assert tree is not None
+    return tree

@@ -1,0 +1,154 @@
+"""Trials on the workers, one after the other for each pipe; what they found, kept in a folder.
+
+reach.json          the answer, and all trials
+reach.png           the answer in a picture
+PIPE.yaml           the scene of the trials in a pipe, to be run with softsim run
+cases/KEY/          what the run of a trial leaves, thinned
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rich.console import Console
+
+from softsim.errors import StabilityError
+from softsim.output.claim import claimed
+from softsim.output.folder import RunFolder
+from softsim.output.motion import LEAST_PROGRESS
+from softsim.output.study_folder import CASES
+from softsim.reach.pull import Bracket, bracket, next_drag, trials_left
+from softsim.reach.trials import Puller, TrialPipe, drag_override
+from softsim.scene.loading import LoadedScene
+from softsim.study.cases import DONE, Case, Source, case_key, load_source
+from softsim.sweep.engine import completed
+from softsim.sweep.job import Job, Outcome, known_outcome
+from softsim.sweep.work import Simulate, simulate
+from softsim.sweep.worker_pool import WorkerPool
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A drag [N] on the robot, its way in the last pressure cycle [m], its mean speed [m/s], the run.
+
+    It got on if that way is longer than what the recoil of its spikes explains.
+    """
+
+    drag: float
+    progress: float
+    speed: float
+    key: str
+    wall_time: float
+
+    @property
+    def got_on(self) -> bool:
+        """Whether it moved forward."""
+        return self.progress > LEAST_PROGRESS
+
+
+@dataclass
+class Search:
+    """For what the robot can pull in a pipe: its trials so far, their scene in `file`."""
+
+    pipe: TrialPipe
+    file: Path
+    puller: Puller
+    ratio: float
+    trials: list[Trial] = field(default_factory=list)
+
+    @property
+    def seen(self) -> dict[float, bool]:
+        """Drag -> whether the robot got on with it."""
+        return {trial.drag: trial.got_on for trial in self.trials}
+
+    @property
+    def bracket(self) -> Bracket:
+        """What is known of the pull."""
+        return bracket(self.seen)
+
+    @property
+    def left(self) -> int:
+        """Trials at most that are left."""
+        return trials_left(self.seen, self.ratio)
+
+    def next_job(self, device: str) -> Job | None:
+        """The next trial; None at the end."""
+        drag = next_drag(self.seen, self.ratio)
+        if drag is None:
+            return None
+        override = drag_override(self.puller, self.pipe, drag)
+        case = Case(len(self.trials) + 1, Source(self.file), (override,), {"drag": drag})
+        key = case_key(load_source(case.source, case.overrides))
+        return Job(case, key, self.file.parent / CASES / key, device)
+
+    def note(self, job: Job, outcome: Outcome) -> Trial:
+        """What came of a trial. StabilityError: its run has failed."""
+        drag = float(job.case.values["drag"])
+        if outcome.status != DONE:
+            raise StabilityError(
+                f"the trial in {self.pipe.name} with {1e3 * drag:.3g} mN has failed: "
+                f"{outcome.reason}",
+                hint=f"its run: {job.folder}",
+            )
+        ways = outcome.summary["displacement_per_cycle"]
+        speed = outcome.summary["mean_speed"]
+        self.trials.append(Trial(drag, ways[-1], speed, job.key, outcome.wall_time))
+        return self.trials[-1]
+
+    def take_stored(self, device: str) -> None:
+        """Take over the trials that the folder holds."""
+        while (job := self.next_job(device)) is not None:
+            known = known_outcome(job, ())
+            if known is None:
+                return
+            self.note(job, known)
+
+
+def searches(
+    scenes: Mapping[TrialPipe, LoadedScene], puller: Puller, folder: Path, ratio: float
+) -> list[Search]:
+    """One a pipe; its scene is written into the folder. OutputError: the disk refuses."""
+    home = RunFolder(folder.resolve())
+    RunFolder(home.path / CASES)
+    found = []
+    for pipe, loaded in scenes.items():
+        name = f"{pipe.name}.yaml"
+        home.write_text_atomic(name, loaded.resolved())
+        found.append(Search(pipe, home.path / name, puller, ratio))
+    return found
+
+
+def seek(
+    asked: Sequence[Search], folder: Path, pool: AbstractContextManager[WorkerPool], device: str,
+    console: Console, simulate: Simulate = simulate,
+) -> None:  # fmt: skip
+    """Run trials until all pulls are known; those that are stored are not run again.
+
+    Raises StabilityError: a trial's run has failed. Interrupted: SIGINT or SIGTERM came; the same
+    call goes on. OutputError: another one works in the folder, or the disk refuses.
+    """
+    with claimed(folder):
+        for search in asked:
+            search.take_stored(device)
+        if not any(search.left for search in asked):
+            return
+        with pool as workers:
+            while jobs := {job.key: (search, job) for search in asked
+                           if (job := search.next_job(device)) is not None}:  # fmt: skip
+                for job, outcome in completed(
+                    [job for _, job in jobs.values()], workers, simulate=simulate
+                ):
+                    search = jobs[job.key][0]
+                    trial = search.note(job, outcome)
+                    left = sum(each.left for each in asked)
+                    console.print(told(search.pipe, trial, left), highlight=False)
+
+
+def told(pipe: TrialPipe, trial: Trial, left: int) -> str:
+    """A trial in a line."""
+    got_on = "gets on" if trial.got_on else "does not get on"
+    return (
+        f"{pipe.name}, {1e3 * trial.drag:.3g} mN: {got_on}, {1e3 * trial.progress:+.1f} mm a "
+        f"cycle, {1e3 * trial.speed:+.1f} mm/s; at most {left} trials left"
+    )

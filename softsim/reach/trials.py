@@ -1,0 +1,211 @@
+"""The scenes of trials: the robot in a straight pipe, level or upright, pulls with a steady drag.
+
+Level, the drag is friction: the robot's own load `tether` with another `drag`, which holds at rest
+but does not pull back. Upright it is weight: a force on the frame against the way, at rest too, that
+rises when the first inflation is over; the robot starts on a floor. A section that stands for a part
+of the robot along its axis (`axial_relief`) is given that part of the drag.
+
+The pressure cycle is the robot's own, with the deflation rate and the lowest pressure that serve its
+pipe best: Table 6.2 of the thesis, linear between its diameters.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+
+from softsim.errors import Option
+from softsim.scene.assessment import robot_tree, said
+from softsim.scene.bodies import BallOutline
+from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
+from softsim.scene.loads import AxialRelief, FollowerPressure, Pneumatic, Tether
+from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
+from softsim.scene.tree import Tree, merged
+
+COMMAND = Option("softsim reach")
+
+DIAMETERS = (30e-3, 36e-3, 41e-3)  # m
+DEFLATION_RATES = (1.4e3, 1.3e3, 1.3e3)  # Pa/s
+LOWEST = (9e3, 11e3, 12.5e3)  # Pa
+"""The most effective parameters of the PufferFace Robot (Table 6.2), by the pipe's diameter."""
+
+CYCLES = 2  # of a trial: the first also tells how it started
+GAP = 1.5e-3  # m, between robot and floor at the start
+RISE = 0.2  # s, in which a weight comes onto the robot
+SETTLE = "2 s"  # at most, before a level trial
+
+QUESTION = """
+layout: {}
+trailed: {}
+time: {end: 60 s}
+"""
+"""What is asked of a layout, that does not say it itself."""
+
+NOT_OF_A_TRIAL = ("layout", "trailed", "expect", "time")
+NOT_OF_ITS_SURROUNDINGS = ("walls", "inclination", "roll", "gravity")
+"""Keys of a layout, and of its environment, that a trial does not take over."""
+
+
+class Heading(Enum):
+    """Where the pipe of a trial leads."""
+
+    level = "level"
+    upright = "upright"
+
+
+@dataclass(frozen=True, order=True)
+class TrialPipe:
+    """A straight pipe: diameter [m]."""
+
+    diameter: float
+    heading: Heading
+
+    @property
+    def name(self) -> str:
+        """Of its scene."""
+        return f"{1e3 * self.diameter:g}mm_{self.heading.value}"
+
+
+@dataclass(frozen=True)
+class Puller:
+    """What of a robot's scene a trial refers to: frame and loads by name; half of its length [m]; the
+    share of the robot that it stands for along its axis.
+    """
+
+    frame: str
+    tether: str
+    chamber: str
+    half_length: float
+    share: float
+    profile: CyclesProfile | EventCyclesProfile
+
+    @classmethod
+    def of(cls, loaded: LoadedScene) -> "Puller":
+        """Found in a scene. SceneError where it lacks what a trial needs."""
+        scene = loaded.scene
+        loads = scene.loads.items()
+        frame = scene.robot.frame or next(iter(scene.rigid_bodies), "")
+        outline = scene.rigid_bodies[frame].outline if frame in scene.rigid_bodies else None
+        if outline is None or isinstance(outline, BallOutline):
+            raise loaded.error(
+                ("rigid_bodies",),
+                "the robot has no frame of a given length, behind which a tether begins",
+                "give its rigid body an outline, such as {length: 33 mm, height: 15 mm}",
+            )
+        tethers = [n for n, load in loads if isinstance(load, Tether) and load.acts_on == frame]
+        if not tethers:
+            raise loaded.error(
+                ("loads",),
+                f"nothing trails behind '{frame}': there is no load of kind tether on it",
+                "include robot:pfr/tether, or robot:pfr/solid_tether in space",
+            )
+        chambers = [n for n, load in loads if isinstance(load, FollowerPressure | Pneumatic)]
+        chamber = scene.robot.chamber or next(iter(chambers), "")
+        profile = getattr(scene.loads.get(chamber), "profile", None)
+        if not isinstance(profile, CyclesProfile | EventCyclesProfile):
+            raise loaded.error(
+                ("loads", chamber, "profile") if chamber else ("loads",),
+                "a robot's pull is sought at its pressure cycle, and it has none",
+                "give its pressure a profile of kind cycles or event_cycles",
+            )
+        relief = [load.share for _, load in loads if isinstance(load, AxialRelief)]
+        return cls(
+            frame, tethers[0], chamber, 0.5 * outline.length, 1.0 - sum(relief), profile
+        )  # fmt: skip
+
+
+def reach_scene(layout: Path, robot: str, overrides: list[str]) -> LoadedScene:
+    """A layout with a robot in it and the question how far that gets. SceneError as load_layout."""
+    tree = merged(said(QUESTION, COMMAND), robot_tree(layout.parent, robot))
+    return validated(merged(tree, read_scene(layout)), layout, overrides)
+
+
+def trial_scene(
+    layout: Path, robot: str, overrides: list[str], puller: Puller, pipe: TrialPipe, gravity: float
+) -> LoadedScene:
+    """The scene of the trials in a pipe, under `gravity` [m/s^2], without a drag.
+
+    What the layout and the overrides say of the robot, its contact and the solver wins over the
+    robot's standard and Table 6.2.
+    """
+    lower = merged(robot_tree(layout.parent, robot), said(best_cycle(puller, pipe), COMMAND))
+    tree = merged(merged(said(QUESTION, COMMAND), lower), read_scene(layout))
+    for override in overrides:
+        tree = overridden(tree, override)
+    tree = without(tree, NOT_OF_A_TRIAL)
+    assert isinstance(tree.value, dict)
+    tree.value["environment"] = without(tree.value["environment"], NOT_OF_ITS_SURROUNDINGS)
+    for text in surroundings(puller, pipe, gravity):
+        tree = merged(tree, said(text, COMMAND))
+    return validated(tree, layout, [])
+
+
+def without(tree: Tree, keys: tuple[str, ...]) -> Tree:
+    """A mapping without some of its keys."""
+    assert isinstance(tree.value, dict)
+    kept = {key: value for key, value in tree.value.items() if key not in keys}
+    return Tree(kept, tree.origin, tree.key_origin)
+
+
+def best_cycle(puller: Puller, pipe: TrialPipe) -> str:
+    """The pressure cycle that serves a pipe best, as YAML."""
+    rate = np.interp(pipe.diameter, DIAMETERS, DEFLATION_RATES)
+    lowest = np.interp(pipe.diameter, DIAMETERS, LOWEST)
+    return f"""
+loads:
+  {puller.chamber}:
+    profile: {{deflation_rate: {rate:.6g} Pa/s, lowest: {lowest:.6g} Pa}}
+"""
+
+
+def surroundings(puller: Puller, pipe: TrialPipe, gravity: float) -> tuple[str, str]:
+    """The pipe of a trial and how long it lasts; what its heading adds, as YAML."""
+    profile = puller.profile
+    inflated = profile.start + profile.highest / profile.inflation_rate
+    fall = profile.highest / float(np.interp(pipe.diameter, DIAMETERS, DEFLATION_RATES))
+    longest = inflated + CYCLES * (profile.highest / profile.inflation_rate + profile.hold + fall)
+    common = f"""
+environment:
+  gravity: {gravity:.6g} m/s^2
+  walls:
+    pipe: {{kind: pipe, diameter: {1e3 * pipe.diameter:.6g} mm}}
+time: {{end: {longest:.4g} s, cycles: {CYCLES}}}
+output: {{history_interval: 5 ms, frame_interval: {longest:.4g} s}}
+"""
+    added = ADDED[pipe.heading].format(
+        robot=puller, floor=-1e3 * (puller.half_length + GAP), settle=SETTLE, inflated=inflated,
+        risen=inflated + RISE,
+    )  # fmt: skip
+    return common, added
+
+
+ADDED = {
+    Heading.level: """
+title: How hard the robot pulls against friction
+time: {{settle: {settle}}}
+""",
+    Heading.upright: """
+title: How hard the robot pulls against a weight
+environment:
+  inclination: 90 deg
+  walls:
+    floor: {{kind: plane, point: [{floor:.6g} mm, 0 mm], normal: [1, 0]}}
+loads:
+  {robot.tether}: {{drag: 0 N, weight: 0 N}}
+  trailed:
+    kind: rigid_force
+    acts_on: {robot.frame}
+    force: [0 N, 0 N]
+    profile: {{kind: table, points: [[0 s, 0], [{inflated:.6g} s, 0], [{risen:.6g} s, 1]]}}
+""",
+}
+"""What a heading adds, as YAML."""
+
+
+def drag_override(puller: Puller, pipe: TrialPipe, drag: float) -> str:
+    """What gives a trial its drag [N] on the robot."""
+    own = puller.share * drag
+    if pipe.heading is Heading.upright:
+        return f"loads.trailed.force=[{-own:.9g} N, 0 N]"
+    return f"loads.{puller.tether}.drag={own:.9g} N"
