@@ -6,5 +6,7 @@ To be read in this order:
     pull       what a robot can pull: where trials are to go, and the bracket that they leave
     trials     the scenes of trials, and what one of them says
     answer     metres, from both
-    running    trials on the workers, folder and files
+    plan       what a layout asks for
+    running    trials on the workers
+    writing    the answer in the folder
 """

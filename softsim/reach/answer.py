@@ -40,6 +40,16 @@ class Distance:
     most: float
     length: float
 
+    @property
+    def sentence(self) -> str:
+        """In words."""
+        to = f"of {self.length:.3g} m to the exit '{self.exit}'"
+        if self.least >= self.length:
+            return f"it gets all the way {to}"
+        if self.most >= self.length:
+            return f"it gets {self.least:.3g} m {to} at least, and perhaps all the way"
+        return f"it gets {self.least:.3g} to {self.most:.3g} m {to}"
+
 
 def load_of(way: Way, tether: Tether, down: np.ndarray) -> Load:
     """What a way asks of a robot with a tether."""

@@ -1,4 +1,4 @@
-"""Trials on the workers, one after the other for each pipe; what they found, kept in a folder.
+"""Trials on the workers, one after the other for each pipe; what they leave in a folder.
 
 reach.json          the answer, and all trials
 reach.png           the answer in a picture
@@ -15,11 +15,12 @@ from rich.console import Console
 
 from softsim.errors import StabilityError
 from softsim.output.claim import claimed
-from softsim.output.folder import RunFolder
+from softsim.output.folder import HISTORY, RunFolder
+from softsim.output.history import read_history
 from softsim.output.motion import LEAST_PROGRESS
 from softsim.output.study_folder import CASES
 from softsim.reach.pull import Bracket, bracket, next_drag, trials_left
-from softsim.reach.trials import Puller, TrialPipe, drag_override
+from softsim.reach.trials import Puller, TrialPipe, drag_override, progress
 from softsim.scene.loading import LoadedScene
 from softsim.study.cases import DONE, Case, Source, case_key, load_source
 from softsim.sweep.engine import completed
@@ -30,7 +31,7 @@ from softsim.sweep.worker_pool import WorkerPool
 
 @dataclass(frozen=True)
 class Trial:
-    """A drag [N] on the robot, its way in the last pressure cycle [m], its mean speed [m/s], the run.
+    """A drag [N] on the robot, its way in a pressure cycle [m], mean speed [m/s], its run.
 
     It got on if that way is longer than what the recoil of its spikes explains.
     """
@@ -91,9 +92,8 @@ class Search:
                 f"{outcome.reason}",
                 hint=f"its run: {job.folder}",
             )
-        ways = outcome.summary["displacement_per_cycle"]
-        speed = outcome.summary["mean_speed"]
-        self.trials.append(Trial(drag, ways[-1], speed, job.key, outcome.wall_time))
+        way, time = progress(read_history(job.folder / HISTORY))
+        self.trials.append(Trial(drag, way, way / time, job.key, outcome.wall_time))
         return self.trials[-1]
 
     def take_stored(self, device: str) -> None:

@@ -9,8 +9,8 @@ down, kappa n: curvature towards the centre of the bend):
     dR/ds = -w g.t - mu |p(R)|     when it is about to slide back
 
 T is what the robot must pull, R what keeps the tether from sliding back: what of T is weight that
-hangs, and pulls on a robot at rest too. Where it enters nothing holds it: T = R = 0. A tether cannot
-push: neither falls below 0, on ways down that are steeper than its angle of friction.
+hangs, and pulls on a robot at rest too. Where it enters nothing holds it: T = R = 0. A tether
+cannot push: neither falls below 0, on ways down that are steeper than its angle of friction.
 
 Of a straight way p is w cos(beta), and T grows by w (sin(beta) + mu cos(beta)) per length. Without
 weight a bend by theta gives T exp(mu theta), Euler and Eytelwein's. In general the equation is
@@ -77,12 +77,11 @@ def ways(network: PipeNetwork) -> list[Way]:
         leaves = network.ways_to(number)
         parts: list[tuple[Segment, float]] = []
         corners = []
-        for branch in sorted(
-            leaves, key=lambda each: network.branches[each].path.segments[0].start
-        ):
+        paths = {branch: network.branches[branch].path for branch in leaves}
+        for branch in sorted(leaves, key=lambda each: paths[each].segments[0].start):
             if parts:
                 corners.append(len(parts))
-            parts += until(network.branches[branch].path, leaves[branch])
+            parts += until(paths[branch], leaves[branch])
         found.append(Way(name, tuple(parts), frozenset(corners)))
     return found
 

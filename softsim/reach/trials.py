@@ -1,21 +1,27 @@
 """The scenes of trials: the robot in a straight pipe, level or upright, pulls with a steady drag.
 
 Level, the drag is friction: the robot's own load `tether` with another `drag`, which holds at rest
-but does not pull back. Upright it is weight: a force on the frame against the way, at rest too, that
-rises when the first inflation is over; the robot starts on a floor. A section that stands for a part
-of the robot along its axis (`axial_relief`) is given that part of the drag.
+but does not pull back. Upright it is weight: a force on the frame against the way, at rest too,
+which comes on with the first inflation; the robot starts on a floor. A section that stands for a
+part of the robot along its axis (`axial_relief`) is given that part of the drag.
 
-The pressure cycle is the robot's own, with the deflation rate and the lowest pressure that serve its
-pipe best: Table 6.2 of the thesis, linear between its diameters.
+A trial lasts from the start to where the pressure begins to fall for the second time: its answer is
+how far the robot is then from where it was when it began to fall for the first time, at the same
+place of the cycle.
+
+The pressure cycle is the robot's own, with the deflation rate and the lowest pressure that serve
+its pipe best: Table 6.2 of the thesis, linear between its diameters.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
 import numpy as np
 
-from softsim.errors import Option
+from softsim.errors import Option, StabilityError
+from softsim.output.motion import fall_begins
 from softsim.scene.assessment import robot_tree, said
 from softsim.scene.bodies import BallOutline
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
@@ -30,9 +36,9 @@ DEFLATION_RATES = (1.4e3, 1.3e3, 1.3e3)  # Pa/s
 LOWEST = (9e3, 11e3, 12.5e3)  # Pa
 """The most effective parameters of the PufferFace Robot (Table 6.2), by the pipe's diameter."""
 
-CYCLES = 2  # of a trial: the first also tells how it started
+CYCLES = 2  # of a trial at most: from where the first begins to fall to where the second does
 GAP = 1.5e-3  # m, between robot and floor at the start
-RISE = 0.2  # s, in which a weight comes onto the robot
+SPARE = 0.1  # s, for rows of the history, and a controlled pressure that waits
 SETTLE = "2 s"  # at most, before a level trial
 
 QUESTION = """
@@ -69,8 +75,8 @@ class TrialPipe:
 
 @dataclass(frozen=True)
 class Puller:
-    """What of a robot's scene a trial refers to: frame and loads by name; half of its length [m]; the
-    share of the robot that it stands for along its axis.
+    """What of a robot's scene a trial refers to: frame and loads by name; half of its length [m];
+    the share of the robot that it stands for along its axis; its pressure cycle.
     """
 
     frame: str
@@ -133,10 +139,11 @@ def trial_scene(
     tree = merged(merged(said(QUESTION, COMMAND), lower), read_scene(layout))
     for override in overrides:
         tree = overridden(tree, override)
+    own = Puller.of(validated(tree, layout, []))
     tree = without(tree, NOT_OF_A_TRIAL)
     assert isinstance(tree.value, dict)
     tree.value["environment"] = without(tree.value["environment"], NOT_OF_ITS_SURROUNDINGS)
-    for text in surroundings(puller, pipe, gravity):
+    for text in surroundings(own, pipe, gravity):
         tree = merged(tree, said(text, COMMAND))
     return validated(tree, layout, [])
 
@@ -163,8 +170,9 @@ def surroundings(puller: Puller, pipe: TrialPipe, gravity: float) -> tuple[str, 
     """The pipe of a trial and how long it lasts; what its heading adds, as YAML."""
     profile = puller.profile
     inflated = profile.start + profile.highest / profile.inflation_rate
-    fall = profile.highest / float(np.interp(pipe.diameter, DIAMETERS, DEFLATION_RATES))
-    longest = inflated + CYCLES * (profile.highest / profile.inflation_rate + profile.hold + fall)
+    swing = profile.highest - profile.lowest
+    longest = inflated + swing / profile.deflation_rate + swing / profile.inflation_rate
+    longest += CYCLES * (profile.hold + SPARE)
     common = f"""
 environment:
   gravity: {gravity:.6g} m/s^2
@@ -174,8 +182,7 @@ time: {{end: {longest:.4g} s, cycles: {CYCLES}}}
 output: {{history_interval: 5 ms, frame_interval: {longest:.4g} s}}
 """
     added = ADDED[pipe.heading].format(
-        robot=puller, floor=-1e3 * (puller.half_length + GAP), settle=SETTLE, inflated=inflated,
-        risen=inflated + RISE,
+        robot=puller, floor=-1e3 * (puller.half_length + GAP), settle=SETTLE, inflated=inflated
     )  # fmt: skip
     return common, added
 
@@ -197,7 +204,7 @@ loads:
     kind: rigid_force
     acts_on: {robot.frame}
     force: [0 N, 0 N]
-    profile: {{kind: table, points: [[0 s, 0], [{inflated:.6g} s, 0], [{risen:.6g} s, 1]]}}
+    profile: {{kind: ramp, duration: {inflated:.6g} s}}
 """,
 }
 """What a heading adds, as YAML."""
@@ -209,3 +216,19 @@ def drag_override(puller: Puller, pipe: TrialPipe, drag: float) -> str:
     if pipe.heading is Heading.upright:
         return f"loads.trailed.force=[{-own:.9g} N, 0 N]"
     return f"loads.{puller.tether}.drag={own:.9g} N"
+
+
+def progress(history: Mapping[str, np.ndarray]) -> tuple[float, float]:
+    """Way [m] and time [s] of a trial, from where the pressure begins to fall to where it does again.
+
+    Raises StabilityError: the history has no two.
+    """
+    begins = fall_begins(history["pressure"])
+    if len(begins) < CYCLES:
+        raise StabilityError(
+            "the pressure of a trial does not fall twice",
+            hint="its cycle is slower than it says: leave its profile to the robot",
+        )
+    first, second = begins[:CYCLES]
+    x, t = history["frame_x"], history["time"]
+    return float(x[second] - x[first]), float(t[second] - t[first])

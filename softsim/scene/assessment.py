@@ -35,8 +35,7 @@ def layout_tree(path: Path, robot: str) -> Tree:
 
 
 def robot_tree(folder: Path, robot: str) -> Tree:
-    """What a standard robot says that is put into a layout in `folder`. SceneError: no such robot.
-    """
+    """What a standard robot says, put into a layout in `folder`. SceneError: no such robot."""
     option = Option(f"--robot {robot}")
     if robot not in robot_names():
         raise SceneError(f"there is no robot {robot!r}", did_you_mean(robot, robot_names()), option)
