@@ -16,6 +16,7 @@ from validation import (
     materials,
     mode1_speed,
     mode2_speed,
+    motor,
     propulsion_force,
     prototypes,
     sensing,
@@ -48,6 +49,7 @@ SCRIPTS = [
     leafbot_chain.SCRIPT,
     leafbot_ramps.SCRIPT,
     leafbot_terrain.SCRIPT,
+    motor.SCRIPT,
     convergence.SCRIPT,
 ]
 
