@@ -1,6 +1,7 @@
 """How far a robot gets through a layout, trailing its tether."""
 
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -41,22 +42,28 @@ def reach(
     layout tells of the tether. The same command goes on where it was stopped.
     """
     with explained() as console:
-        # Taichi is imported from here on, not for --help.
+        from softsim.scene.assessment import REACH, load_layout
+
+        loaded = load_layout(layout, robot, overrides or [], REACH)
+        # Taichi is imported from here on: an error before is told at once.
         from softsim.reach.plan import plan_for
         from softsim.reach.running import searches, seek
         from softsim.reach.writing import write_answer
         from softsim.report.reach import draw_reach
         from softsim.sweep.worker_pool import pool_for
 
-        plan = plan_for(layout, robot, overrides or [])
+        plan = plan_for(loaded, robot, overrides or [])
         folder = out or Path("runs") / f"{layout.stem}_{robot}_reach"
-        asked = searches(plan.scenes, plan.puller, folder, ratio)
-        for search in asked:
-            search.take_stored(device.value)
-        _tell_plan(asked, console)
         if dry_run:
-            _tell_cost(plan, asked, device.value, console)
+            with TemporaryDirectory() as written:
+                asked = searches(
+                    plan.scenes, plan.puller, Path(written), folder, ratio, device.value
+                )
+                _tell_plan(asked, console)
+                _tell_cost(plan, asked, device.value, console)
             return
+        asked = searches(plan.scenes, plan.puller, folder, folder, ratio, device.value)
+        _tell_plan(asked, console)
         pool = pool_for(folder, device.value, workers, scheduler)
         seek(asked, folder, pool, device.value, console)
         write_answer(plan, robot, asked, folder)

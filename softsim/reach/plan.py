@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from softsim.contact.pipe_segment import Segment
 from softsim.errors import SceneError
 from softsim.reach.answer import Load, diameter, load_of, needed
 from softsim.reach.tension import Tether, Way, ways
-from softsim.reach.trials import DIAMETERS, Puller, TrialPipe, reach_scene, trial_scene
+from softsim.reach.trials import DIAMETERS, Puller, TrialPipe, trial_scene
 from softsim.scene.loading import LoadedScene
 from softsim.scene.surroundings import PipePathWall
 
@@ -38,15 +37,14 @@ class Plan:
         return trailed_friction(self.loaded)
 
 
-def plan_for(layout: Path, robot: str, overrides: Sequence[str]) -> Plan:
-    """What a layout file, a standard robot and overrides ask for.
+def plan_for(loaded: LoadedScene, robot: str, overrides: Sequence[str]) -> Plan:
+    """What a layout with a standard robot in it asks for, both as overrides have changed them.
 
     Raises
     ------
     SceneError, MeshError: the layout has no end, the robot does not fit, it pulls no tether, there
     is no gravity, no cycle is known for a pipe of that diameter.
     """
-    loaded = reach_scene(layout, robot, list(overrides))
     puller = Puller.of(loaded)
     gravity = gravity_in_space(loaded.scene.environment)
     strength = float(np.linalg.norm(gravity))
@@ -67,7 +65,7 @@ def plan_for(layout: Path, robot: str, overrides: Sequence[str]) -> Plan:
     loads = [tuple(load_of(way, tether, gravity / strength) for tether in tethers) for way in found]
     pipes = set[TrialPipe]().union(*map(needed, found, loads))
     scenes = {
-        pipe: trial_scene(layout, robot, list(overrides), puller, pipe, strength)
+        pipe: trial_scene(loaded.path, robot, list(overrides), puller, pipe, strength)
         for pipe in sorted(pipes, key=lambda one: (one.diameter, one.heading.value))
     }
     both = tuple((least, most) for least, most in loads)

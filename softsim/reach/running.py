@@ -22,11 +22,13 @@ from softsim.output.study_folder import CASES
 from softsim.reach.pull import Bracket, bracket, next_drag, trials_left
 from softsim.reach.trials import Puller, TrialPipe, drag_override, progress
 from softsim.scene.loading import LoadedScene
-from softsim.study.cases import DONE, Case, Source, case_key, load_source
+from softsim.study.cases import DONE, FAILED, LOST, Case, Source, case_key, load_source
 from softsim.sweep.engine import completed
 from softsim.sweep.job import Job, Outcome, known_outcome
 from softsim.sweep.work import Simulate, simulate
 from softsim.sweep.worker_pool import WorkerPool
+
+AGAIN = (FAILED, LOST)  # without them there is no answer
 
 
 @dataclass(frozen=True)
@@ -50,10 +52,13 @@ class Trial:
 
 @dataclass
 class Search:
-    """For what the robot can pull in a pipe: its trials so far, their scene in `file`."""
+    """For what the robot can pull in a pipe: its trials so far, their scene in `file`, the folder
+    of their runs.
+    """
 
     pipe: TrialPipe
     file: Path
+    cases: Path
     puller: Puller
     ratio: float
     trials: list[Trial] = field(default_factory=list)
@@ -81,7 +86,7 @@ class Search:
         override = drag_override(self.puller, self.pipe, drag)
         case = Case(len(self.trials) + 1, Source(self.file), (override,), {"drag": drag})
         key = case_key(load_source(case.source, case.overrides))
-        return Job(case, key, self.file.parent / CASES / key, device)
+        return Job(case, key, self.cases / key, device)
 
     def note(self, job: Job, outcome: Outcome) -> Trial:
         """What came of a trial. StabilityError: its run has failed."""
@@ -99,23 +104,26 @@ class Search:
     def take_stored(self, device: str) -> None:
         """Take over the trials that the folder holds."""
         while (job := self.next_job(device)) is not None:
-            known = known_outcome(job, ())
+            known = known_outcome(job, AGAIN)
             if known is None:
                 return
             self.note(job, known)
 
 
 def searches(
-    scenes: Mapping[TrialPipe, LoadedScene], puller: Puller, folder: Path, ratio: float
-) -> list[Search]:
-    """One a pipe; its scene is written into the folder. OutputError: the disk refuses."""
-    home = RunFolder(folder.resolve())
-    RunFolder(home.path / CASES)
-    found = []
+    scenes: Mapping[TrialPipe, LoadedScene], puller: Puller, written: Path, folder: Path,
+    ratio: float, device: str,
+) -> list[Search]:  # fmt: skip
+    """One a pipe, with the trials that the folder holds already; its scene is written into the
+    folder `written`. Raises as `seek` does.
+    """
+    home, found = RunFolder(written.resolve()), []
     for pipe, loaded in scenes.items():
         name = f"{pipe.name}.yaml"
         home.write_text_atomic(name, loaded.resolved())
-        found.append(Search(pipe, home.path / name, puller, ratio))
+        cases = folder.resolve() / CASES
+        found.append(Search(pipe, home.path / name, cases, puller, ratio))
+        found[-1].take_stored(device)
     return found
 
 
@@ -128,21 +136,19 @@ def seek(
     Raises StabilityError: a trial's run has failed. Interrupted: SIGINT or SIGTERM came; the same
     call goes on. OutputError: another one works in the folder, or the disk refuses.
     """
-    with claimed(folder):
-        for search in asked:
-            search.take_stored(device)
-        if not any(search.left for search in asked):
-            return
-        with pool as workers:
-            while jobs := {job.key: (search, job) for search in asked
-                           if (job := search.next_job(device)) is not None}:  # fmt: skip
-                for job, outcome in completed(
-                    [job for _, job in jobs.values()], workers, simulate=simulate
-                ):
-                    search = jobs[job.key][0]
-                    trial = search.note(job, outcome)
-                    left = sum(each.left for each in asked)
-                    console.print(told(search.pipe, trial, left), highlight=False)
+    if not any(search.left for search in asked):
+        return
+    RunFolder(folder / CASES)  # is made here, or refused
+    with claimed(folder), pool as workers:
+        while jobs := {job.key: (search, job) for search in asked
+                       if (job := search.next_job(device)) is not None}:  # fmt: skip
+            for job, outcome in completed(
+                [job for _, job in jobs.values()], workers, AGAIN, simulate=simulate
+            ):
+                search = jobs[job.key][0]
+                trial = search.note(job, outcome)
+                left = sum(each.left for each in asked)
+                console.print(told(search.pipe, trial, left), highlight=False, soft_wrap=True)
 
 
 def told(pipe: TrialPipe, trial: Trial, left: int) -> str:

@@ -20,33 +20,25 @@ from pathlib import Path
 
 import numpy as np
 
-from softsim.errors import Option, StabilityError
+from softsim.errors import StabilityError
 from softsim.output.motion import fall_begins
-from softsim.scene.assessment import robot_tree, said
+from softsim.scene.assessment import QUESTIONS, REACH, robot_tree, said
 from softsim.scene.bodies import BallOutline
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
 from softsim.scene.loads import AxialRelief, FollowerPressure, Pneumatic, Tether
 from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
 from softsim.scene.tree import Tree, merged
 
-COMMAND = Option("softsim reach")
-
-DIAMETERS = (30e-3, 36e-3, 41e-3)  # m
-DEFLATION_RATES = (1.4e3, 1.3e3, 1.3e3)  # Pa/s
-LOWEST = (9e3, 11e3, 12.5e3)  # Pa
-"""The most effective parameters of the PufferFace Robot (Table 6.2), by the pipe's diameter."""
+BEST = ((30e-3, 1.4e3, 9e3), (36e-3, 1.3e3, 11e3), (41e-3, 1.3e3, 12.5e3))
+"""Diameter of the pipe [m], deflation rate [Pa/s], lowest pressure [Pa]: those that serve the
+PufferFace Robot best (Table 6.2).
+"""
+DIAMETERS, DEFLATION_RATES, LOWEST = zip(*BEST, strict=True)
 
 CYCLES = 2  # of a trial at most: from where the first begins to fall to where the second does
 GAP = 1.5e-3  # m, between robot and floor at the start
 SPARE = 0.1  # s, for rows of the history, and a controlled pressure that waits
 SETTLE = "2 s"  # at most, before a level trial
-
-QUESTION = """
-layout: {}
-trailed: {}
-time: {end: 60 s}
-"""
-"""What is asked of a layout, that does not say it itself."""
 
 NOT_OF_A_TRIAL = ("layout", "trailed", "expect", "time")
 NOT_OF_ITS_SURROUNDINGS = ("walls", "inclination", "roll", "gravity")
@@ -121,12 +113,6 @@ class Puller:
         )  # fmt: skip
 
 
-def reach_scene(layout: Path, robot: str, overrides: list[str]) -> LoadedScene:
-    """A layout with a robot in it and the question how far that gets. SceneError as load_layout."""
-    tree = merged(said(QUESTION, COMMAND), robot_tree(layout.parent, robot))
-    return validated(merged(tree, read_scene(layout)), layout, overrides)
-
-
 def trial_scene(
     layout: Path, robot: str, overrides: list[str], puller: Puller, pipe: TrialPipe, gravity: float
 ) -> LoadedScene:
@@ -135,8 +121,8 @@ def trial_scene(
     What the layout and the overrides say of the robot, its contact and the solver wins over the
     robot's standard and Table 6.2.
     """
-    lower = merged(robot_tree(layout.parent, robot), said(best_cycle(puller, pipe), COMMAND))
-    tree = merged(merged(said(QUESTION, COMMAND), lower), read_scene(layout))
+    lower = merged(robot_tree(layout.parent, robot), said(best_cycle(puller, pipe), REACH))
+    tree = merged(merged(said(QUESTIONS[REACH], REACH), lower), read_scene(layout))
     for override in overrides:
         tree = overridden(tree, override)
     own = Puller.of(validated(tree, layout, []))
@@ -144,7 +130,7 @@ def trial_scene(
     assert isinstance(tree.value, dict)
     tree.value["environment"] = without(tree.value["environment"], NOT_OF_ITS_SURROUNDINGS)
     for text in surroundings(own, pipe, gravity):
-        tree = merged(tree, said(text, COMMAND))
+        tree = merged(tree, said(text, REACH))
     return validated(tree, layout, [])
 
 
@@ -219,7 +205,7 @@ def drag_override(puller: Puller, pipe: TrialPipe, drag: float) -> str:
 
 
 def progress(history: Mapping[str, np.ndarray]) -> tuple[float, float]:
-    """Way [m] and time [s] of a trial, from where the pressure begins to fall to where it does again.
+    """Way [m] and time [s] of a trial, from a first begin of a fall of the pressure to the next.
 
     Raises StabilityError: the history has no two.
     """

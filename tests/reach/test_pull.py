@@ -31,7 +31,7 @@ def test_a_pull_lies_in_its_bracket(pull: float) -> None:
 
 
 def test_a_pull_out_of_range() -> None:
-    """Stronger than what is tried: no upper end. Weaker: it walks without a drag, or it does not."""
+    """Stronger than what is tried: no upper end. Weaker: it walks without a drag, or not."""
     strong, _ = sought(10.0 * MOST)
     assert math.isinf(strong.high)
     assert strong.low == pytest.approx(MOST, rel=0.2)
