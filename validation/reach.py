@@ -258,7 +258,6 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
                 axes.plot(drags, MILLI * np.array(way), label=f"{pipe} mm pipe", **look)
             axes.set_title(heading)
             axes.set(xlabel="drag on the robot [mN]", ylabel="way of a cycle [mm]")
-            axes.set_yscale("symlog", linthresh=10.0)
         figure.axes[0].legend()
 
 

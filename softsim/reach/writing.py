@@ -14,7 +14,7 @@ from softsim.report.reach import ANSWER
 
 ASSUMED = (
     "what stops the robot stops it with any larger drag too",
-    "between level and upright the pull changes linearly; it is no longer than a point in bends",
+    "between level and upright the pull changes linearly; what bends ask of the robot is left out",
     "where it enters, nothing holds the tether back; it has no stiffness",
 )
 

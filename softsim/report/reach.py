@@ -46,7 +46,6 @@ def _draw_trials(axes: Axes, pulls: list[Content]) -> None:
         if pull["high"] is not None:
             axes.axvspan(MILLI * pull["low"], MILLI * pull["high"], color=colour, alpha=0.2, lw=0)
     axes.set_xscale("symlog", linthresh=10.0)
-    axes.set_yscale("symlog", linthresh=10.0)
     axes.set_xlim(left=0.0)
     axes.set_title("What it can pull lies in the shaded bracket")
     axes.set(xlabel="drag on the robot [mN]", ylabel="way of a cycle [mm]")
