@@ -15,7 +15,8 @@ from softsim.report.reach import ANSWER
 ASSUMED = (
     "what stops the robot stops it with any larger drag too",
     "between level and upright the pull changes linearly; what bends ask of the robot is left out",
-    "where it enters, nothing holds the tether back; it has no stiffness",
+    "where it enters, nothing holds the tether back",
+    "the tether neither bends stiffly nor stretches: level, it does not draw a robot back",
 )
 
 
