@@ -161,16 +161,6 @@ def friction_rows() -> Iterator[Row]:
     yield row(NAME, claim, reference, positive(text, k, cubic, off))
 
 
-def remarks(outcomes: Outcomes) -> Iterator[str]:
-    """What would make a motor of them."""
-    yield (
-        "The data do not suffice for a motor with one constant and one resistance: over resistance "
-        "and current the voltage leaves nothing for the speed. A drop in brushes or in a driver "
-        "makes it worse. A winding that is warmer at 5 V makes it possible, and then any k fits, "
-        "for the thesis gives no temperature: see the table. So frequency stays an input."
-    )
-
-
 def listings(outcomes: Outcomes) -> Iterator[Listing]:
     """k and R by what the winding warms up."""
     found = [(warmer, *constants(ON_DISC, CURRENT, warmer)) for warmer in WARMER]
@@ -222,13 +212,15 @@ SCRIPT = Script(
         "Whether voltages, frequencies on the disc and currents make a direct current motor with "
         "one constant and one resistance, whatever its friction: then the frequency on a robot "
         "could be foretold. A row agrees where the constants are positive; where one is not there "
-        "is no such motor, and nothing can be told. Nothing is simulated."
+        "is no such motor, and nothing can be told. None is: over resistance and current the "
+        "voltage leaves nothing for the speed. A drop in brushes or in a driver makes it worse; a winding "
+        "that is warmer at 5 V makes it possible, with any k, for no temperature is told (table). "
+        "So frequency stays an input. Nothing is simulated."
     ),
     cases=no_cases,
     rows=rows,
     draw=draw,
     columns=(),
-    remarks=remarks,
     listings=listings,
 )
 
