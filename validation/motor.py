@@ -213,9 +213,9 @@ SCRIPT = Script(
         "one constant and one resistance, whatever its friction: then the frequency on a robot "
         "could be foretold. A row agrees where the constants are positive; where one is not there "
         "is no such motor, and nothing can be told. None is: over resistance and current the "
-        "voltage leaves nothing for the speed. A drop in brushes or in a driver makes it worse; a winding "
-        "that is warmer at 5 V makes it possible, with any k, for no temperature is told (table). "
-        "So frequency stays an input. Nothing is simulated."
+        "voltage leaves nothing for the speed. A drop in brushes or in a driver makes it worse; a "
+        "winding that is warmer at 5 V makes it possible, with any k, for no temperature is told "
+        "(table). So frequency stays an input. Nothing is simulated."
     ),
     cases=no_cases,
     rows=rows,

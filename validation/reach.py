@@ -130,8 +130,8 @@ class Pull:
 def pull(outcomes: Outcomes, pipe: int, heading: str) -> Pull:
     """From the trials of a pipe that are there, of which there are two at least; else NaN.
 
-    Where it does not get on with the least drag it is zero at least, where it does with the largest
-    there is no upper end.
+    Where it does not get on with the least drag, it is zero at least, and at most if that was none;
+    where it does with the largest there is no upper end.
     """
     names = {drag: label(pipe, heading, drag) for drag in DRAGS[heading]}
     tried = np.array([1e-3 * drag for drag in names])
@@ -215,9 +215,11 @@ def carried() -> str:
 
 def in_proportion(narrow: Pull, wide: Pull, proportion: float, spread: float) -> Finding:
     """The estimates are in a proportion within a spread; told with the band of the brackets."""
-    ratio = wide.estimate / narrow.estimate
-    if math.isnan(ratio):
+    if math.isnan(wide.estimate + narrow.estimate):
         return Finding(shown(NAN), UNKNOWN)
+    if narrow.high == 0.0:
+        return Finding("it does not get on in the narrow pipe, without any weight", DISAGREES)
+    ratio = wide.estimate / narrow.estimate
     least, most = wide.low / narrow.high, wide.high / max(narrow.low, 1e-9)
     text = f"{ratio:.3g} ({least:.3g} to {most:.3g})"
     allowed = proportion * (1.0 - spread), proportion * (1.0 + spread)

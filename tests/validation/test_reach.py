@@ -57,6 +57,15 @@ def test_proportions_and_speeds():
     assert verdicts(apart, "36 mm over 30 mm") == [DISAGREES]
 
 
+def test_a_robot_that_does_not_climb_by_itself_pulls_nothing():
+    found = outcomes({(30, reach.UPRIGHT): -1.0, (36, reach.UPRIGHT): 12.0})
+    for drag in reach.DRAGS[reach.UPRIGHT]:
+        name = reach.label(30, reach.UPRIGHT, drag)
+        found[name] = trial(name, 0.5e-3)
+    assert reach.pull(found, 30, reach.UPRIGHT) == reach.Pull(0.0, 0.0, 0.0)
+    assert verdicts(found, "36 mm over 30 mm") == [DISAGREES]
+
+
 @pytest.mark.parametrize(("pull", "verdict"), [(450.0, DISAGREES), (100.0, AGREES)])
 def test_level_distance(pull, verdict):
     """300 to 600 mN are 13.6 m and more, 0 to 300 mN up to 20 m."""
