@@ -173,6 +173,8 @@ def rows(outcomes: Outcomes, points: Points | None) -> Iterator[Row]:
             f"slower the more it carries, {carried()} mN, until it stands; upright {pipe} mm pipe"
         )
         slower = decreases(speeds, "mm/s")
+        if len(speeds) == 1:
+            slower = Finding("it does not get on without any weight", UNKNOWN)
         yield row(NAME, claim, "falls", slower, behind(outcomes, pipe))
     for pipe in PIPES:
         metres = within(found[pipe].estimate / TETHER, UP[pipe], HIGH_SPREAD, "m")

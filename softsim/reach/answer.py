@@ -10,6 +10,7 @@ which is what trials found at both ends, and an assumption between them. Where t
 widens the lower of the pulls at both ends of that segment counts.
 """
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -128,6 +129,11 @@ def straight_distance(
     """The same in a long straight pipe [m]: P / w upright, P / (mu w) level."""
     if pipe.heading is Heading.upright:
         return pull.low / weight, pull.high / weight
-    with np.errstate(divide="ignore"):
-        most, least = np.divide(1.0, np.multiply(weight, friction))
-    return float(pull.low * least), float(pull.high * most)
+    return carried(pull.low, weight * friction[1]), carried(pull.high, weight * friction[0])
+
+
+def carried(pull: float, rate: float) -> float:
+    """Length [m] at which a tension that grows by `rate` [N/m] reaches a pull [N]."""
+    if pull == 0.0:
+        return 0.0
+    return pull / rate if rate > 0.0 else math.inf

@@ -83,9 +83,10 @@ def pull_rows(found: Content) -> list[tuple[str, str, str]]:
 
 
 def in_words(band: list[float | None], factor: float, unit: str) -> str:
-    """A band of numbers, of which the second may be missing: there was no end to be found."""
+    """A band of numbers; one that is missing is infinite."""
     low, high = band
-    assert low is not None
+    if low is None:
+        return "without end"
     if high is None:
         return f"at least {factor * low:.3g} {unit}"
     return f"{factor * low:.3g} to {factor * high:.3g} {unit}"

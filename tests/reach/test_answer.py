@@ -49,6 +49,7 @@ def test_an_open_bracket_and_a_tether_that_does_not_rub() -> None:
     assert straight_distance(LEVEL, Bracket(0.3, math.inf), WEIGHT, (0.0, 0.5)) == pytest.approx(
         (0.3 / (0.5 * WEIGHT), math.inf)
     )
+    assert straight_distance(LEVEL, Bracket(0.0, 0.0), WEIGHT, (0.0, 0.0)) == (0.0, 0.0)
 
 
 def test_a_short_layout_is_passed() -> None:

@@ -148,3 +148,4 @@ def test_layouts_that_say_too_little_are_refused(override, said):
 def test_bands_in_words():
     assert in_words([0.1, 0.12], 1e3, "mN") == "100 to 120 mN"
     assert in_words([0.1, None], 1e3, "mN") == "at least 100 mN"
+    assert in_words([None, None], 1.0, "m") == "without end"

@@ -64,6 +64,7 @@ def test_a_robot_that_does_not_climb_by_itself_pulls_nothing():
         found[name] = trial(name, 0.5e-3)
     assert reach.pull(found, 30, reach.UPRIGHT) == reach.Pull(0.0, 0.0, 0.0)
     assert verdicts(found, "36 mm over 30 mm") == [DISAGREES]
+    assert verdicts(found, "slower the more")[0] == UNKNOWN
 
 
 @pytest.mark.parametrize(("pull", "verdict"), [(450.0, DISAGREES), (100.0, AGREES)])
