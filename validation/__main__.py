@@ -17,8 +17,10 @@ from validation import (
     materials,
     mode1_speed,
     mode2_speed,
+    motor,
     propulsion_force,
     prototypes,
+    reach,
     sensing,
     sleeve_hypotheses,
     sleeve_stiffness,
@@ -41,6 +43,7 @@ SCRIPTS = [
     inclination.SCRIPT,
     prototypes.SCRIPT,
     critical_zones.SCRIPT,
+    reach.SCRIPT,
     sensing.SCRIPT,
     space.SCRIPT,
     spike_patches.SCRIPT,
@@ -50,6 +53,7 @@ SCRIPTS = [
     leafbot_x5.SCRIPT,
     leafbot_ramps.SCRIPT,
     leafbot_terrain.SCRIPT,
+    motor.SCRIPT,
     convergence.SCRIPT,
 ]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.output.motion import LEAST_PROGRESS, Walk, forward_walk
+from softsim.output.motion import LEAST_PROGRESS, Walk, fall_begins, forward_walk
 
 NAN = float("nan")
 MILLI = 1e3
@@ -88,10 +88,9 @@ def falls(history: History) -> list[Fall]:
         return []
     t, p, x = history["time"], history["pressure"], history["frame_x"]
     change = np.sign(np.diff(p)).astype(int)
-    # A fall begins where a pressure that rose or rested falls, and ends where it no longer does.
-    begins = np.flatnonzero((change[1:] < 0) & (change[:-1] >= 0)) + 1
     found, first = [], 0
-    for begin in begins:
+    for begin in fall_begins(p):
+        # It ends where the pressure no longer falls.
         after = np.flatnonzero(change[begin:] >= 0)
         end = begin + int(after[0]) if len(after) else len(p) - 1
         whole = slice(first, end + 1)

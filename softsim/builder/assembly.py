@@ -30,6 +30,7 @@ from softsim.loads.profile import Profile
 from softsim.model import Model, Relaxation
 from softsim.scene.loading import LoadedScene
 from softsim.scene.steps import AT_THE_START, Beginning
+from softsim.scene.surroundings import Environment
 from softsim.stability.time_step import estimator
 
 RELAXING_VISCOSITY = 0.06
@@ -158,16 +159,23 @@ def gravity(names: Names) -> np.ndarray:
     environment = names.scene.environment
     if isinstance(environment.gravity, tuple):
         return gravity_vector(names, environment.gravity)
-    slope, roll = environment.inclination, environment.roll
-    for key, angle in (("inclination", slope), ("roll", roll)):
+    for key, angle in (("inclination", environment.inclination), ("roll", environment.roll)):
         if isinstance(names.geometry, Axisymmetric) and angle != 0.0 and environment.gravity > 0.0:
             raise names.loaded.error(
                 ("environment", key), ALONG_ITS_AXIS,
                 f"leave the {key} out: gravity points down the axis y",
             )  # fmt: skip
+    return gravity_in_space(environment)[: names.dimension]
+
+
+def gravity_in_space(environment: Environment) -> np.ndarray:
+    """The same (3,), of a section too, which has its part across it left out."""
+    if isinstance(environment.gravity, tuple):
+        return np.pad(environment.gravity, (0, 3 - len(environment.gravity)))
+    slope, roll = environment.inclination, environment.roll
     across = np.cos(slope)
     down = np.array([-np.sin(slope), -across * np.cos(roll), across * np.sin(roll)])
-    return environment.gravity * down[: names.dimension]
+    return np.asarray(environment.gravity * down)
 
 
 def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:

@@ -8,6 +8,7 @@ from softsim.cli.about import devices, print_version, schema
 from softsim.cli.chain import chain
 from softsim.cli.examples import examples
 from softsim.cli.materials import fit_material, spectrum
+from softsim.cli.reach import reach
 from softsim.cli.reporting import render, report
 from softsim.cli.runs import assess, check, run
 from softsim.cli.section import calibrate_section
@@ -27,7 +28,7 @@ def softsim(
 
 
 for command in (
-    examples, run, check, assess, sweep, optimize, report, render, fit_material, spectrum,
+    examples, run, check, assess, reach, sweep, optimize, report, render, fit_material, spectrum,
     calibrate_section, chain, schema, devices,
 ):  # fmt: skip
     app.command()(command)

@@ -83,6 +83,8 @@ def command_for(example: Path, target: Path) -> str:
 
     if example.parent.name == "layouts":
         return f"softsim assess {target} --robot pfr"
+    if example.parent.name == "reach":
+        return f"softsim reach {target} --robot pfr"
     if example.parent.name == "chains":
         return f"softsim chain {target}"
     if example.parent.name == "studies":

@@ -15,21 +15,24 @@ from softsim.errors import OutputError, RunError
 
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
     """Draw the figures of a run's or a study's folder again, and write its page report.html; of a
-    chain's the figure."""
+    chain's, or of how far a robot gets, the figure."""
     with explained() as console:
         from softsim.output.study_folder import is_study
+        from softsim.report.reach import ANSWER, draw_reach
 
         if is_study(folder):
             report_study(folder, console)
         elif is_chain(folder):
             report_chain(folder, console)
+        elif (folder / ANSWER).is_file():
+            console.print(f"figure  {draw_reach(folder)}", highlight=False)
         elif runs := [of_run for of_run in run_folders(folder) if has_run(of_run)]:
             for of_run in runs:
                 report_run(of_run, console)
         else:
             raise OutputError(
                 f"{folder} is the folder of neither a run nor a study",
-                hint="name one that softsim run, assess, chain, sweep or optimize has written",
+                hint="name one that softsim run, assess, reach, chain, sweep, optimize has written",
             )
 
 

@@ -43,6 +43,12 @@ def controlled_cycles(history: Mapping[str, np.ndarray]) -> list[Cycle]:
     return cycles
 
 
+def fall_begins(pressure: np.ndarray) -> np.ndarray:
+    """Rows at which a pressure (rows,) that rose or rested begins to fall."""
+    change = np.sign(np.diff(pressure))
+    return np.flatnonzero((change[1:] < 0) & (change[:-1] >= 0)) + 1
+
+
 @dataclass(frozen=True)
 class Walk:
     """Rows of a history at which a robot that moved forward set off and had arrived."""

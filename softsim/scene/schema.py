@@ -31,6 +31,7 @@ from softsim.scene.quantities import (
 )
 from softsim.scene.surroundings import Contact, Environment
 from softsim.scene.terrain import Crossing
+from softsim.scene.trailed import Trailed
 
 
 class SteadyProbe(Part):
@@ -210,6 +211,9 @@ class Scene(Part):
     layout: Layout | None = Field(
         default=None,
         description="Whether the robot gets through a pipe_path; no question by default.",
+    )
+    trailed: Trailed | None = Field(
+        default=None, description="What softsim reach lets the robot trail; no part of a run."
     )
     crossing: Crossing | None = Field(
         default=None, description="Whether a body gets over its ground; no question by default."

@@ -327,6 +327,23 @@ def test_assess_refuses(write_scene, tmp_path, robot, layout, said):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    "tether, said",
+    [
+        ("mass_per_length: 0 g/m", [":6:30", "must be greater than 0 g/m"]),
+        ("friction_coefficient: [-0.5, 0.75]", [":6:36", "-0.5 must be at least 0"]),
+    ],
+)
+def test_reach_refuses(write_scene, tmp_path, tether, said):
+    layout = write_scene(PIPE + f"trailed:\n            {tether}\n")
+    done = softsim("reach", layout, "--out", tmp_path / "out")
+    assert done.returncode == 2
+    for words in said:
+        assert words in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 def test_sweep_lists_its_cases_without_running_them(write_scene, tmp_path):
     write_scene(SCENE)
     study, out = write_scene(STUDY, "study.yaml"), tmp_path / "out"

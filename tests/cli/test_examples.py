@@ -26,7 +26,13 @@ def test_every_example_has_a_title_and_a_name_of_its_own():
 
 @pytest.mark.parametrize(
     "name, command",
-    [("first_look", "run"), ("c_bend", "assess"), ("tether", "sweep"), ("best_cycle", "optimize")],
+    [
+        ("first_look", "run"),
+        ("c_bend", "assess"),
+        ("riser_36mm", "reach"),
+        ("tether", "sweep"),
+        ("best_cycle", "optimize"),
+    ],
 )
 def test_the_command_that_takes_it(name, command):
     example = find_example(ROOT, name)

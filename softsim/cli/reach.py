@@ -1,0 +1,114 @@
+"""How far a robot gets through a layout, trailing its tether."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from softsim.cli.options import DeviceName, Overrides, Scheduler, Workers, explained, unheaded
+
+if TYPE_CHECKING:  # Taichi is for those who compute forces
+    from softsim.reach.plan import Plan
+    from softsim.reach.running import Search
+
+
+def reach(
+    layout: Annotated[
+        Path, typer.Argument(help="Scene file of a pipe_path, without a robot.", show_default=False)
+    ],
+    robot: Annotated[str, typer.Option(help="Standard robot that goes through it.")] = "pfr",
+    overrides: Overrides = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder; default: runs/LAYOUT_ROBOT_reach.")
+    ] = None,
+    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    ratio: Annotated[
+        float,
+        typer.Option(min=1.01, help="Trials go on until the bracket's ends differ by this factor."),
+    ] = 1.2,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only tell how many trials, how long they take.")
+    ] = False,
+) -> None:
+    """Ask how far a robot gets through a layout of pipes, trailing its tether, in metres.
+
+    What it can pull is found by trials, level against friction and upright against weight; from it
+    and the tension of the tether along the layout follows how far it gets. The key `trailed` of the
+    layout tells of the tether. The same command goes on where it was stopped.
+    """
+    with explained() as console:
+        from softsim.scene.assessment import REACH, load_layout
+
+        loaded = load_layout(layout, robot, overrides or [], REACH)
+        # Taichi is imported from here on: an error before is told at once.
+        from softsim.reach.plan import plan_for
+        from softsim.reach.running import searches, seek
+        from softsim.reach.writing import write_answer
+        from softsim.report.reach import draw_reach
+        from softsim.sweep.worker_pool import pool_for
+
+        plan = plan_for(loaded, robot, overrides or [])
+        folder = out or Path("runs") / f"{layout.stem}_{robot}_reach"
+        if dry_run:
+            with TemporaryDirectory() as written:
+                asked = searches(
+                    plan.scenes, plan.puller, Path(written), folder, ratio, device.value
+                )
+                _tell_plan(asked, console)
+                _tell_cost(plan, asked, device.value, console)
+            return
+        asked = searches(plan.scenes, plan.puller, folder, folder, ratio, device.value)
+        _tell_plan(asked, console)
+        pool = pool_for(folder, device.value, workers, scheduler)
+        seek(asked, folder, pool, device.value, console)
+        write_answer(plan, robot, asked, folder)
+        _tell_answer(folder, console)
+        console.print(f"figure  {draw_reach(folder)}", highlight=False)
+        console.print(f"results in {folder}", highlight=False)
+
+
+def _tell_plan(asked: "list[Search]", console: Console) -> None:
+    """The pipes in which the robot's pull is sought, and how many trials that takes."""
+    table = Table("pulls in", "trials stored", "left, at most", box=None)
+    for search in asked:
+        table.add_row(search.pipe.name, str(len(search.trials)), str(search.left))
+    console.print(table)
+
+
+def _tell_cost(plan: "Plan", asked: "list[Search]", device: str, console: Console) -> None:
+    """How long what is left takes at most, foretold by a pilot of one trial of each pipe.
+
+    At most, because a trial ends with its last pressure cycle, which most end before their time.
+    """
+    from softsim.machine import choose
+    from softsim.report.readable import duration
+    from softsim.run.pilot import predicted_duration
+    from softsim.run.scenes import ready_model
+
+    choice, total = choose(device, "1"), 0.0
+    for search in asked:
+        loaded = plan.scenes[search.pipe]
+        if search.left:
+            each = predicted_duration(loaded, ready_model(loaded, choice), choice).total
+            total += search.left * each
+            console.print(f"a trial in {search.pipe.name}: at most {duration(each)} of one core")
+    console.print(f"in all at most {duration(total)} of one core", style="bold", highlight=False)
+
+
+def _tell_answer(folder: Path, console: Console) -> None:
+    """Pulls, lengths of straight pipes, and how far it gets."""
+    from softsim.report.reach import pull_rows, read_reach
+
+    found = read_reach(folder)
+    table = Table("in a pipe", "it pulls", "alone in such a pipe", box=None)
+    for row in pull_rows(found):
+        table.add_row(*row)
+    console.print(table)
+    for way in found["exits"]:
+        console.print(way["sentence"], style="bold", highlight=False, soft_wrap=True)
+    console.print(unheaded([("assumed", text) for text in found["assumptions"]]), highlight=False)

@@ -1,0 +1,106 @@
+"""What is to be found out of a layout: its ways, what they ask of a robot, the trials they need."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.builder import build_model
+from softsim.builder.assembly import gravity_in_space
+from softsim.builder.pipe_path import key_of_item
+from softsim.contact.pipe_network import PipeNetwork
+from softsim.contact.pipe_segment import Segment
+from softsim.errors import SceneError
+from softsim.reach.answer import Load, diameter, load_of, needed
+from softsim.reach.tension import Tether, Way, ways
+from softsim.reach.trials import DIAMETERS, Puller, TrialPipe, trial_scene
+from softsim.scene.loading import LoadedScene
+from softsim.scene.surroundings import PipePathWall
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The ways of a layout, each with what it asks of the robot for the least and the most friction
+    of the tether, whose weight is in N/m; the scenes of trials, by pipe.
+    """
+
+    loaded: LoadedScene
+    puller: Puller
+    weight: float
+    ways: tuple[Way, ...]
+    loads: tuple[tuple[Load, Load], ...]
+    scenes: Mapping[TrialPipe, LoadedScene]
+
+    @property
+    def friction(self) -> tuple[float, float]:
+        """Of the tether, at least and at most."""
+        return trailed_friction(self.loaded)
+
+
+def plan_for(loaded: LoadedScene, robot: str, overrides: Sequence[str]) -> Plan:
+    """What a layout with a standard robot in it asks for, both as overrides have changed them.
+
+    Raises
+    ------
+    SceneError, MeshError: the layout has no end, the robot does not fit, it pulls no tether, there
+    is no gravity, no cycle is known for a pipe of that diameter.
+    """
+    puller = Puller.of(loaded)
+    gravity = gravity_in_space(loaded.scene.environment)
+    strength = float(np.linalg.norm(gravity))
+    if strength == 0.0:
+        raise loaded.error(
+            ("environment", "gravity"),
+            "without gravity a tether neither weighs nor rubs: nothing limits how far it goes",
+            "leave gravity out, it is 9.81 m/s^2 then",
+        )
+    model = build_model(loaded)
+    assert model.passage is not None  # the question asks for it
+    network = model.passage.network
+    assert loaded.scene.trailed is not None
+    weight = loaded.scene.trailed.mass_per_length * strength
+    tethers = [Tether(weight, friction) for friction in trailed_friction(loaded)]
+    found = tuple(ways(network))
+    refuse_unknown_diameters(loaded, network, found)
+    loads = [tuple(load_of(way, tether, gravity / strength) for tether in tethers) for way in found]
+    pipes = set[TrialPipe]().union(*map(needed, found, loads))
+    scenes = {
+        pipe: trial_scene(loaded.path, robot, list(overrides), puller, pipe, strength)
+        for pipe in sorted(pipes, key=lambda one: (one.diameter, one.heading.value))
+    }
+    both = tuple((least, most) for least, most in loads)
+    return Plan(loaded, puller, weight, found, both, scenes)
+
+
+def trailed_friction(loaded: LoadedScene) -> tuple[float, float]:
+    """Friction coefficients of the tether, at least and at most."""
+    assert loaded.scene.trailed is not None  # the question has it
+    return loaded.scene.trailed.friction_coefficient
+
+
+def refuse_unknown_diameters(
+    loaded: LoadedScene, network: PipeNetwork, found: Sequence[Way]
+) -> None:
+    """The pressure cycle is known for some diameters and what lies between them."""
+    for way in found:
+        for segment, _ in way.parts:
+            for radius in segment.radii:
+                wide = diameter(radius)
+                if not DIAMETERS[0] - 1e-9 <= wide <= DIAMETERS[-1] + 1e-9:
+                    raise wrong_diameter(loaded, network, segment, wide)
+
+
+def wrong_diameter(
+    loaded: LoadedScene, network: PipeNetwork, segment: Segment, wide: float
+) -> SceneError:
+    """No cycle is known for a segment with this diameter [m]."""
+    keys = ("environment", "walls", str(network.name))
+    wall = loaded.scene.environment.walls[str(network.name)]
+    assert isinstance(wall, PipePathWall)
+    at = key_of_item(wall, segment.item) if wide != diameter(0.5 * wall.diameter) else ("diameter",)
+    least, most = 1e3 * DIAMETERS[0], 1e3 * DIAMETERS[-1]
+    return loaded.error(
+        (*keys, *at),
+        f"no pressure cycle is known that serves a pipe of {1e3 * wide:g} mm best",
+        f"the thesis's Table 6.2 goes from {least:g} to {most:g} mm",
+    )

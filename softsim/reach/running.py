@@ -1,0 +1,160 @@
+"""Trials on the workers, one after the other for each pipe; what they leave in a folder.
+
+reach.json          the answer, and all trials
+reach.png           the answer in a picture
+PIPE.yaml           the scene of the trials in a pipe, to be run with softsim run
+cases/KEY/          what the run of a trial leaves, thinned
+"""
+
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from rich.console import Console
+
+from softsim.errors import StabilityError
+from softsim.output.claim import claimed
+from softsim.output.folder import HISTORY, RunFolder
+from softsim.output.history import read_history
+from softsim.output.motion import LEAST_PROGRESS
+from softsim.output.study_folder import CASES
+from softsim.reach.pull import Bracket, bracket, next_drag, trials_left
+from softsim.reach.trials import Puller, TrialPipe, drag_override, progress
+from softsim.scene.loading import LoadedScene
+from softsim.study.cases import DONE, FAILED, LOST, Case, Source, case_key, load_source
+from softsim.sweep.engine import completed
+from softsim.sweep.job import Job, Outcome, known_outcome
+from softsim.sweep.work import Simulate, simulate
+from softsim.sweep.worker_pool import WorkerPool
+
+AGAIN = (FAILED, LOST)  # without them there is no answer
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A drag [N] on the robot, its way in a pressure cycle [m], mean speed [m/s], its run.
+
+    It got on if that way is longer than what the recoil of its spikes explains.
+    """
+
+    drag: float
+    progress: float
+    speed: float
+    key: str
+    wall_time: float
+
+    @property
+    def got_on(self) -> bool:
+        """Whether it moved forward."""
+        return self.progress > LEAST_PROGRESS
+
+
+@dataclass
+class Search:
+    """For what the robot can pull in a pipe: its trials so far, their scene in `file`, the folder
+    of their runs.
+    """
+
+    pipe: TrialPipe
+    file: Path
+    cases: Path
+    puller: Puller
+    ratio: float
+    trials: list[Trial] = field(default_factory=list)
+
+    @property
+    def seen(self) -> dict[float, bool]:
+        """Drag -> whether the robot got on with it."""
+        return {trial.drag: trial.got_on for trial in self.trials}
+
+    @property
+    def bracket(self) -> Bracket:
+        """What is known of the pull."""
+        return bracket(self.seen)
+
+    @property
+    def left(self) -> int:
+        """Trials at most that are left."""
+        return trials_left(self.seen, self.ratio)
+
+    def next_job(self, device: str) -> Job | None:
+        """The next trial; None at the end."""
+        drag = next_drag(self.seen, self.ratio)
+        if drag is None:
+            return None
+        override = drag_override(self.puller, self.pipe, drag)
+        case = Case(len(self.trials) + 1, Source(self.file), (override,), {"drag": drag})
+        key = case_key(load_source(case.source, case.overrides))
+        return Job(case, key, self.cases / key, device)
+
+    def note(self, job: Job, outcome: Outcome) -> Trial:
+        """What came of a trial. StabilityError: its run has failed."""
+        drag = float(job.case.values["drag"])
+        if outcome.status != DONE:
+            raise StabilityError(
+                f"the trial in {self.pipe.name} with {1e3 * drag:.3g} mN has failed: "
+                f"{outcome.reason}",
+                hint=f"its run: {job.folder}",
+            )
+        way, time = progress(read_history(job.folder / HISTORY))
+        self.trials.append(Trial(drag, way, way / time, job.key, outcome.wall_time))
+        return self.trials[-1]
+
+    def take_stored(self, device: str) -> None:
+        """Take over the trials that the folder holds."""
+        while (job := self.next_job(device)) is not None:
+            known = known_outcome(job, AGAIN)
+            if known is None:
+                return
+            self.note(job, known)
+
+
+def searches(
+    scenes: Mapping[TrialPipe, LoadedScene], puller: Puller, written: Path, folder: Path,
+    ratio: float, device: str,
+) -> list[Search]:  # fmt: skip
+    """One a pipe, with the trials that the folder holds already; its scene is written into the
+    folder `written`. Raises as `seek` does.
+    """
+    home, found = RunFolder(written.resolve()), []
+    for pipe, loaded in scenes.items():
+        name = f"{pipe.name}.yaml"
+        home.write_text_atomic(name, loaded.resolved())
+        cases = folder.resolve() / CASES
+        found.append(Search(pipe, home.path / name, cases, puller, ratio))
+        found[-1].take_stored(device)
+    return found
+
+
+def seek(
+    asked: Sequence[Search], folder: Path, pool: AbstractContextManager[WorkerPool], device: str,
+    console: Console, simulate: Simulate = simulate,
+) -> None:  # fmt: skip
+    """Run trials until all pulls are known; those that are stored are not run again.
+
+    Raises StabilityError: a trial's run has failed. Interrupted: SIGINT or SIGTERM came; the same
+    call goes on. OutputError: another one works in the folder, or the disk refuses.
+    """
+    if not any(search.left for search in asked):
+        return
+    RunFolder(folder / CASES)  # is made here, or refused
+    with claimed(folder), pool as workers:
+        while jobs := {job.key: (search, job) for search in asked
+                       if (job := search.next_job(device)) is not None}:  # fmt: skip
+            for job, outcome in completed(
+                [job for _, job in jobs.values()], workers, AGAIN, simulate=simulate
+            ):
+                search = jobs[job.key][0]
+                trial = search.note(job, outcome)
+                left = sum(each.left for each in asked)
+                console.print(told(search.pipe, trial, left), highlight=False, soft_wrap=True)
+
+
+def told(pipe: TrialPipe, trial: Trial, left: int) -> str:
+    """A trial in a line."""
+    got_on = "gets on" if trial.got_on else "does not get on"
+    return (
+        f"{pipe.name}, {1e3 * trial.drag:.3g} mN: {got_on}, {1e3 * trial.progress:+.1f} mm a "
+        f"cycle, {1e3 * trial.speed:+.1f} mm/s; at most {left} trials left"
+    )

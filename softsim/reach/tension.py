@@ -1,0 +1,183 @@
+"""Tension of a tether that is drawn through pipes, from where it enters to the robot at its end.
+
+A tether of weight w [N/m] lies on the wall with the force p per length that balances its weight
+across the pipe and, in a bend, its tension (t: unit tangent the way the robot goes, g: unit vector
+down, kappa n: curvature towards the centre of the bend):
+
+    p = T kappa n + w (g - (g.t) t)
+    dT/ds = -w g.t + mu |p|        while it is drawn forward
+    dR/ds = -w g.t - mu |p(R)|     when it is about to slide back
+
+T is what the robot must pull, R what keeps the tether from sliding back: what of T is weight that
+hangs, and pulls on a robot at rest too. Where it enters nothing holds it: T = R = 0. A tether
+cannot push: neither falls below 0, on ways down that are steeper than its angle of friction.
+
+Of a straight way p is w cos(beta), and T grows by w (sin(beta) + mu cos(beta)) per length. Without
+weight a bend by theta gives T exp(mu theta), Euler and Eytelwein's. In general the equation is
+integrated. The corner where pipes branch has no length: exp(mu theta) alone. Friction is Coulomb's,
+bending stiffness and the tether's diameter are neglected.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from softsim.contact.pipe_network import PipeNetwork
+from softsim.contact.pipe_path import PipePath
+from softsim.contact.pipe_segment import BEND, Segment
+
+CORNER = 0.5 * np.pi  # rad: pipes leave each other at right angles
+PLACES = 41  # at which the tension within a segment is told
+ACCURACY = 1e-9  # of the integration, relative
+
+
+@dataclass(frozen=True)
+class Tether:
+    """Weight [N/m] and friction coefficient [-] of what is trailed."""
+
+    weight: float
+    friction: float
+
+
+@dataclass(frozen=True, eq=False)
+class Tension:
+    """Along a way: arc lengths (n,) [m], rising but for corners, where two are the same; the
+    tension that draws the tether on, and the least that holds it (n,) [N].
+    """
+
+    arc_length: np.ndarray
+    drawing: np.ndarray
+    holding: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """From the start of a layout to an exit: segments, and how far [m] along each the way goes.
+
+    Where it leaves a pipe for a branch, at the end of such a part, it turns a corner.
+    """
+
+    exit: str
+    parts: tuple[tuple[Segment, float], ...]
+    corners: frozenset[int]
+
+    @property
+    def length(self) -> float:
+        """Arc length [m] of its end."""
+        segment, length = self.parts[-1]
+        return segment.start + length
+
+
+def ways(network: PipeNetwork) -> list[Way]:
+    """The way to each exit of a layout."""
+    found = []
+    for name, number in network.exits.items():
+        leaves = network.ways_to(number)
+        parts: list[tuple[Segment, float]] = []
+        corners = []
+        paths = {branch: network.branches[branch].path for branch in leaves}
+        for branch in sorted(leaves, key=lambda each: paths[each].segments[0].start):
+            if parts:
+                corners.append(len(parts))
+            parts += until(paths[branch], leaves[branch])
+        found.append(Way(name, tuple(parts), frozenset(corners)))
+    return found
+
+
+def until(path: PipePath, end: float) -> list[tuple[Segment, float]]:
+    """The segments of a path and their lengths up to an arc length [m]."""
+    return [(s, min(s.end, end) - s.start) for s in path.segments if s.start < end]
+
+
+def tension_along(way: Way, tether: Tether, down: np.ndarray) -> Tension:
+    """Tensions of a tether along a way; down: unit vector of gravity (3,)."""
+    drawing, holding = Drawn(tether, 1.0), Drawn(tether, -1.0)
+    arcs, both = [], []
+    last = np.zeros(2)
+    for number, (segment, length) in enumerate(way.parts):
+        if number in way.corners:
+            last = last * np.exp(tether.friction * CORNER * np.array([1.0, -1.0]))
+        along = np.linspace(0.0, length, PLACES)
+        tensions = np.stack(
+            [each.along(segment, down, along, start)
+             for each, start in zip((drawing, holding), last, strict=True)]
+        )  # fmt: skip
+        arcs.append(segment.start + along)
+        both.append(tensions)
+        last = tensions[:, -1]
+    drawn, held = np.concatenate(both, axis=1)
+    return Tension(np.concatenate(arcs), drawn, held)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A tether on which friction acts backward, `sense` 1: it is drawn on; or forward, -1."""
+
+    tether: Tether
+    sense: float
+
+    def along(
+        self, segment: Segment, down: np.ndarray, along: np.ndarray, first: float
+    ) -> np.ndarray:
+        """Tension (n,) [N] at lengths (n,) [m] after the start of a segment, `first` there."""
+        if segment.kind != BEND:
+            return self.along_straight(in_space(segment.tangent), down, along, first)
+        return self.along_bend(segment, down, along, first)
+
+    def along_straight(
+        self, tangent: np.ndarray, down: np.ndarray, along: np.ndarray, first: float
+    ) -> np.ndarray:
+        """The same on a straight way, in closed form."""
+        rate = self.rate(tangent, np.zeros(3), down, first)
+        return np.asarray(np.maximum(first + rate * along, 0.0))
+
+    def along_bend(
+        self, segment: Segment, down: np.ndarray, along: np.ndarray, first: float
+    ) -> np.ndarray:
+        """The same in a bend, integrated."""
+        forward, side = in_space(segment.tangent), in_space(segment.side)
+
+        def change(s: float, tension: np.ndarray) -> list[float]:
+            angle = s / segment.bend_radius
+            tangent = np.cos(angle) * forward + np.sin(angle) * side
+            curvature = (np.cos(angle) * side - np.sin(angle) * forward) / segment.bend_radius
+            now = max(float(tension[0]), 0.0)
+            rate = self.rate(tangent, curvature, down, now)
+            return [rate if now > 0.0 else max(rate, 0.0)]
+
+        found = solve_ivp(
+            change, (0.0, along[-1]), [first], t_eval=along, rtol=ACCURACY,
+            atol=ACCURACY * self.tether.weight * along[-1],
+            max_step=along[-1] / (PLACES - 1),
+        )  # fmt: skip
+        return np.asarray(np.maximum(found.y[0], 0.0))
+
+    def rate(
+        self, tangent: np.ndarray, curvature: np.ndarray, down: np.ndarray, tension: float
+    ) -> float:
+        """dT/ds [N/m] where the way has this tangent and curvature [1/m] (3,)."""
+        weight, falling = self.tether.weight, float(down @ tangent)
+        pressing = tension * curvature + weight * (down - falling * tangent)
+        friction = self.tether.friction * float(np.linalg.norm(pressing))
+        return -weight * falling + self.sense * friction
+
+
+def in_space(vector: np.ndarray) -> np.ndarray:
+    """A vector of a section or of space (3,)."""
+    return np.pad(vector, (0, 3 - len(vector)))
+
+
+def rises(way: Way, down: np.ndarray) -> np.ndarray:
+    """Sine of the inclination (n,) at the places of `tension_along`."""
+    found = []
+    for segment, length in way.parts:
+        _, tangents = segment.axis_place(np.linspace(0.0, length, PLACES))
+        found.append([-float(down @ in_space(tangent)) for tangent in tangents])
+    return np.concatenate(found)
+
+
+def radii(way: Way) -> Sequence[tuple[float, float]]:
+    """Of the pipe at both ends of the segment [m], for each place of `tension_along`."""
+    return [segment.radii for segment, _ in way.parts for _ in range(PLACES)]

@@ -1,0 +1,88 @@
+"""reach.json: the pulls with their trials, how far they reach, and the curves behind that."""
+
+from pathlib import Path
+from typing import Any
+
+from softsim.output.folder import RunFolder
+from softsim.reach.answer import Distance, Load, distance, pulls_along, straight_distance
+from softsim.reach.plan import Plan
+from softsim.reach.pull import Bracket
+from softsim.reach.running import Search
+from softsim.reach.tension import Way
+from softsim.reach.trials import TrialPipe
+from softsim.report.reach import ANSWER
+
+ASSUMED = (
+    "what stops the robot stops it with any larger drag too",
+    "between level and upright the pull changes linearly; what bends ask of the robot is left out",
+    "where it enters, nothing holds the tether back",
+    "the tether neither bends stiffly nor stretches: level, it does not draw a robot back",
+)
+
+
+def write_answer(plan: Plan, robot: str, asked: list[Search], folder: Path) -> list[Distance]:
+    """Write what trials and layout say together; how far the robot gets on each way.
+
+    Raises OutputError: the disk refuses.
+    """
+    brackets = {search.pipe: search.bracket for search in asked}
+    distances = [
+        distance(way, loads, brackets) for way, loads in zip(plan.ways, plan.loads, strict=True)
+    ]
+    content = {
+        "layout": plan.loaded.path,
+        "robot": robot,
+        "tether": {"weight": plan.weight, "friction_coefficient": plan.friction},
+        "pulls": [pull_content(plan, search) for search in asked],
+        "exits": [
+            way_content(way, loads, brackets, found)
+            for way, loads, found in zip(plan.ways, plan.loads, distances, strict=True)
+        ],
+        "assumptions": ASSUMED,
+    }
+    RunFolder(folder).write_json_atomic(ANSWER, content)
+    return distances
+
+
+def pull_content(plan: Plan, search: Search) -> dict[str, Any]:
+    """Of a pipe of trials."""
+    found = search.bracket
+    return {
+        "pipe": search.pipe.name,
+        "diameter": search.pipe.diameter,
+        "heading": search.pipe.heading.value,
+        "low": found.low,
+        "high": found.high,
+        "straight_distance": straight_distance(search.pipe, found, plan.weight, plan.friction),
+        "trials": [
+            {
+                "drag": trial.drag,
+                "got_on": trial.got_on,
+                "progress": trial.progress,
+                "speed": trial.speed,
+                "wall_time": trial.wall_time,
+                "key": trial.key,
+            }
+            for trial in search.trials
+        ],
+    }
+
+
+def way_content(
+    way: Way, loads: tuple[Load, Load], brackets: dict[TrialPipe, Bracket], found: Distance
+) -> dict[str, Any]:
+    """Of the way to an exit; of tension and pull two curves each, the lower one first."""
+    ends = ({p: b.low for p, b in brackets.items()}, {p: b.high for p, b in brackets.items()})
+    return {
+        "exit": way.exit,
+        "length": way.length,
+        "least": found.least,
+        "most": found.most,
+        "sentence": found.sentence,
+        "arc_length": loads[0].tension.arc_length,
+        "tension": [load.tension.drawing for load in loads],
+        "pull": [
+            pulls_along(way, load, pulls)
+            for load, pulls in zip(reversed(loads), ends, strict=True)
+        ],
+    }  # fmt: skip
