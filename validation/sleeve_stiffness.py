@@ -59,7 +59,7 @@ STATED = (36.0, 0.25, 0.023)  # kPa, C10, C20, C30 (4.2.3)
 SHOWN = (1.8, 2.0, 2.2, 2.4, 2.6, 2.8, 3.0, 3.2)  # factors in the table
 TRIED = np.round(np.arange(1.0, 4.001, 0.02), 2)  # factors among which ranges are sought
 
-VOLUME = {30: 4.5, 36: 8.6, 41: 13.2}
+VOLUME = {30: 4.5, 36: 8.6, 41: 16.5}
 """Pipe [mm] -> air pumped in [ml]: further, elements of the spikes that touch are crushed."""
 
 LEFT = {30: 0.8, 36: 2.8, 41: 3.0}
