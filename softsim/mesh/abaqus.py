@@ -25,6 +25,7 @@ _REFUSED = {
     "INCLUDE": "put the text of the included file in its place",
     "IMPORT": "write the nodes and elements into this file",
     "PARAMETER": "write the values in the place of their names",
+    "IMPERFECTION": "move the nodes themselves",
     "SYSTEM": "give the coordinates of the nodes in the global system",
     **dict.fromkeys(["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"], _GENERATED),
 }

@@ -141,6 +141,12 @@ REFUSALS = {
     "no number": (SQUARE.replace("1.D1", "<y>"), 7, "'<y>' is no number", ""),
     "no label": (SQUARE.replace("20, 10.,", "b, 10.,"), 6, "'b' is no node number", ""),
     "include": ("*INCLUDE, INPUT=mesh.inp\n", 1, r"\*INCLUDE is not supported", "in its place"),
+    "moved nodes": (
+        SQUARE + "*IMPERFECTION, FILE=modes, STEP=1\n",
+        12,
+        r"\*IMPERFECTION is not supported",
+        "move the nodes",
+    ),
     "generated nodes": (SQUARE + "*NGEN\n", 12, r"\*NGEN is not supported", "write the nodes"),
     "node system": (
         SQUARE.replace("*Node", "*Node, system=C"),
