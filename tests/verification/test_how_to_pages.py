@@ -11,6 +11,7 @@ A, B = 10e-3, 14e-3  # [m]
 PRESSURE = 10e3  # [Pa]
 
 
+@pytest.mark.slow
 def test_the_ring_of_the_page_opens_as_a_tube(
     tmp_path, kernel_cache, monkeypatch, record_verification
 ):

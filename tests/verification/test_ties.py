@@ -144,6 +144,7 @@ def test_a_constant_stress_passes_a_refinement(build, start, kind, cells):
     assert unbalanced_at_the_tie(build, start, kind, 2.0, 1.0, cells) < 1e-9
 
 
+@pytest.mark.slow
 def test_a_constant_stress_nearly_passes_other_meshes(build, start, record_verification):
     """Where a facet of the tied side has a kink of the other side's shape functions inside, the
     sum of w f misses some (h / H)^2 / 4 at most: with 5 against 4 facets a few percent, and the
@@ -179,6 +180,7 @@ time: {{end: 1 s}}
 """
 
 
+@pytest.mark.slow
 def test_a_tied_bar_swings_as_one_of_one_mesh(build, start, cpu, record_verification):
     """First modes in bending and along; released from the first one, it swings with its period."""
     from softsim.solver.natural_modes import movable_bodies, natural_modes
