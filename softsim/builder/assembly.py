@@ -81,7 +81,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         rigid.rigid_body(
             names,
             name,
-            rigid.own_mass(names, name, bodies),
+            rigid.own_mass(names, name, bodies, own_mass),
             np.concatenate([tied[r], outline_nodes[r]]),
         )
         for r, name in enumerate(scene.rigid_bodies)
@@ -127,7 +127,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         ),
         loads=tuple(acting.values()),
         load_names=tuple(acting),
-        probes=conditions.probes(names, points, moves),
+        probes=conditions.probes(names, points, moves, all_ties),
         gravity=full_gravity,
         starting_gravity=starting_gravity,
         robot=roles.robot(names, bodies, chamber, points),

@@ -4,13 +4,14 @@ import numpy as np
 
 from softsim.builder.cables import cable_mass
 from softsim.builder.closure import joined_facets, lids, refuse_open_chamber
-from softsim.builder.names import Names
+from softsim.builder.names import Names, in_mm
 from softsim.builder.profiles import displacement
 from softsim.builder.regions import common_geometry
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.geometry import nodal_sums
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.ring_section import RingSection
+from softsim.elements.ties import Ties
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.mass_scaling import MassScaling, edges_of, grouped
 from softsim.mesh.mesh import SURFACE
@@ -171,7 +172,7 @@ def angular_velocity(names: Names, given: float | tuple[float, ...], keys: Keys)
     return np.array(given)
 
 
-def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe, ...]:
+def probes(names: Names, points: np.ndarray, is_free: np.ndarray, ties: Ties) -> tuple[Probe, ...]:
     """What the history records beside its own columns."""
     result = []
     for name, probe in names.scene.output.probes.items():
@@ -188,8 +189,23 @@ def probes(names: Names, points: np.ndarray, is_free: np.ndarray) -> tuple[Probe
             members = names.node_set(probe.nodes, (*keys, "nodes"))
             geometry = names.geometry
             refuse_radius_without_axis(names, probe.kind, keys)
+            refuse_reaction_of_tied(names, probe.kind, members, points, ties, keys)
         result.append(Probe(name, probe.kind, members, geometry))
     return tuple(result)
+
+
+def refuse_reaction_of_tied(
+    names: Names, kind: str, members: np.ndarray, points: np.ndarray, ties: Ties, keys: Keys
+) -> None:
+    """The force on a tied node is handed to its facet, whose nodes tell it."""
+    tied = np.intersect1d(members, ties.nodes)
+    if kind == "reaction" and len(tied):
+        raise names.loaded.error(
+            (*keys, "nodes"),
+            f"the node at {in_mm(points[tied[0]])} is tied to a facet, to which its force is "
+            "handed",
+            "leave tied nodes out of the set: the reaction is told of the facet's nodes",
+        )
 
 
 def refuse_radius_without_axis(names: Names, kind: str, keys: Keys) -> None:

@@ -15,7 +15,7 @@ from softsim.scene.tree import Keys
 def built_layers(names: Names, points: np.ndarray) -> tuple[Layer, ...]:
     """All layers of a scene, in its order, with the nodes at points (n, d) [m].
 
-    Raises SceneError for a facet that is in a layer twice, and in a ring section.
+    Layers on the same facets add up. Raises SceneError in a ring section, and on the axis.
     """
     return tuple(layer(names, name, points) for name in names.scene.layers)
 

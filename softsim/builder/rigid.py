@@ -113,8 +113,9 @@ def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
     return result
 
 
-def own_mass(names: Names, name: str, bodies: tuple[Body, ...]) -> float:
-    """Mass of a rigid body without the nodes tied to it [kg].
+def own_mass(names: Names, name: str, bodies: tuple[Body, ...], lumped: np.ndarray) -> float:
+    """Mass of a rigid body without the deformable bodies tied to it [kg]; lumped (n,) [kg]: of all
+    nodes, with layers and point masses.
 
     Raises SceneError where its total mass leaves nothing for itself, or where one of its deformable
     bodies is tied to another rigid body too.
@@ -132,7 +133,7 @@ def own_mass(names: Names, name: str, bodies: tuple[Body, ...]) -> float:
                 f"'{body}' is tied to {' and '.join(holders)}: whose mass it is cannot be told",
                 f"give rigid_bodies.{name}.mass, without the nodes tied to it",
             )
-    carried = sum(body.mass for body in bodies if body.name in held[name])
+    carried = sum(float(lumped[b.nodes].sum()) for b in bodies if b.name in held[name])
     if data.total_mass <= carried:
         raise names.loaded.error(
             keys,

@@ -8,6 +8,7 @@ from scipy.linalg.lapack import dposv
 
 from softsim.chain.lattice import Lattice
 from softsim.chain.vectors import dot, size, upwards
+from softsim.errors import StabilityError
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,8 @@ class Links:
         with u along a bar, w the relative velocity of its ends, S which lengths are kept,
         C = S u D. With these accelerations they are equations for lambda, of matrix C M^-1 C^T, in
         which u D M^-1 D^T u^T is the mobility times the cosine of the angle between two bars.
+
+        Raises StabilityError where they have no solution.
         """
         bars, kept = self.lattice.bars, self.lattice.kept
         bar, w = bars @ p, bars @ v
@@ -51,7 +54,12 @@ class Links:
         due = kept @ (-turning / length - 2.0 * self.rate * stretching - dot(u, bars @ free))
         due -= self.rate**2 * error
         matrix = kept @ (self.mobility * (u @ u.T)) @ kept.T
-        _, multipliers, _ = dposv(matrix, due)
+        _, multipliers, failed = dposv(matrix, due)
+        if failed and np.isfinite(due).all():
+            raise StabilityError(
+                "the chain's links cannot keep their lengths: it has folded or twisted upon itself",
+                "shorten time.increment, or lessen what drives it",
+            )
         tension = multipliers @ kept
         return free + (bars.T @ (tension[:, None] * u)) * self.inverse_masses[:, None]
 

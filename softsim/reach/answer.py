@@ -106,21 +106,28 @@ def farthest(arc: np.ndarray, tension: np.ndarray, pull: np.ndarray) -> float:
     k = beyond[0]
     if k == 0:
         return float(arc[0])
+    if np.isinf(left[k - 1]):  # up to there it can pull whatever is asked
+        return float(arc[k])
     share = left[k - 1] / (left[k - 1] - left[k])
     return float(arc[k - 1] + share * (arc[k] - arc[k - 1]))
 
 
 def distance(way: Way, loads: tuple[Load, Load], pulls: Pulls) -> Distance:
-    """Along a way. loads: with the least and with the most friction."""
+    """Along a way, at least with the lower and at most with the higher pulls. loads: with the least
+    and with the most friction. More of it asks for more, but hangs less: either may be the worse.
+    """
     least, most = (
-        farthest(
-            load.tension.arc_length,
-            load.tension.drawing,
-            pulls_along(way, load, {pipe: getattr(b, end) for pipe, b in pulls.items()}),
-        )
-        for load, end in zip(reversed(loads), ("low", "high"), strict=True)
+        [
+            farthest(
+                load.tension.arc_length,
+                load.tension.drawing,
+                pulls_along(way, load, {pipe: getattr(b, end) for pipe, b in pulls.items()}),
+            )
+            for load in loads
+        ]
+        for end in ("low", "high")
     )
-    return Distance(way.exit, least, most, way.length)
+    return Distance(way.exit, min(least), max(most), way.length)
 
 
 def straight_distance(

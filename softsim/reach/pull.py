@@ -16,7 +16,8 @@ what it pulls on a force gauge."""
 
 @dataclass(frozen=True)
 class Bracket:
-    """The pull lies between low and high [N]; high is infinite where it got on with MOST.
+    """The pull lies between low and high [N]; high is infinite where it got on with all that was
+    tried, the largest of which lies below MOST by less than the ratio asked for.
 
     Both are zero where it does not get on without any drag.
     """

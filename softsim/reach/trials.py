@@ -158,7 +158,7 @@ def surroundings(puller: Puller, pipe: TrialPipe, gravity: float) -> tuple[str, 
     inflated = profile.start + profile.highest / profile.inflation_rate
     swing = profile.highest - profile.lowest
     longest = inflated + swing / profile.deflation_rate + swing / profile.inflation_rate
-    longest += CYCLES * (profile.hold + SPARE)
+    longest += CYCLES * (profile.hold + getattr(profile, "rest", 0.0) + SPARE)
     common = f"""
 environment:
   gravity: {gravity:.6g} m/s^2
@@ -205,11 +205,12 @@ def drag_override(puller: Puller, pipe: TrialPipe, drag: float) -> str:
 
 
 def progress(history: Mapping[str, np.ndarray]) -> tuple[float, float]:
-    """Way [m] and time [s] of a trial, from a first begin of a fall of the pressure to the next.
+    """Way [m] and time [s] of a trial, from a first begin of a fall of the pressure to the next: of
+    an air line the one that is wanted, for at its sensor it falls with each stroke of the pump.
 
     Raises StabilityError: the history has no two.
     """
-    begins = fall_begins(history["pressure"])
+    begins = fall_begins(history.get("wanted_pressure", history["pressure"]))
     if len(begins) < CYCLES:
         raise StabilityError(
             "the pressure of a trial does not fall twice",

@@ -7,6 +7,7 @@ overlooked.
 from collections.abc import Iterator
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from softsim.loads.air_line import LAMINAR, AirLine, Course
 from softsim.loads.drive import ControlledPressure, GivenPressure
@@ -29,6 +30,8 @@ LARGEST_PRESSURE_RATIO = 100.0
 STRETCHES = 0.6, 2.0
 # Central differences show a sine of so many increments a period with an error of 1 %.
 LEAST_INCREMENTS = 20
+# Tied nodes so many sides of their facets apart leave corners between them without a partner.
+FARTHEST_TIED = 1.5
 # A run that nobody waits for [days], at so many element updates a second: of a fast processor.
 MOST_DAYS, FAST = 30.0, 50e6
 
@@ -38,7 +41,7 @@ def doubts(model: Model) -> dict[str, str]:
 
     Looked at: the size of bodies, shear moduli, densities and stability of their materials, how
     high pressures, what air lines let through, how fast motors and motions are, how many increments
-    there are to do.
+    there are to do, which side of a tie is the finer one.
     """
     return {
         **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
@@ -51,6 +54,7 @@ def doubts(model: Model) -> dict[str, str]:
         **air_line_doubts(model),
         **pace_doubts(model),
         **length_doubts(model),
+        **tie_doubts(model),
     }
 
 
@@ -217,4 +221,22 @@ def length_doubts(model: Model) -> dict[str, str]:
         "length": f"{increments:.3g} increments of {1e6 * dt:.3g} us are to be done, which takes "
         f"some {days:.2g} days at {FAST / 1e6:g} million element updates a second: shorten "
         "time.end, coarsen the mesh where its altitude is smallest, or play the loads faster"
+    }
+
+
+def tie_doubts(model: Model) -> dict[str, str]:
+    """Of ties of a coarse side to a finer one, whose nodes in between have no partner."""
+    ties = model.ties
+    if len(ties.nodes) < 2:
+        return {}
+    places, corners = model.points[ties.nodes], model.points[ties.corners]
+    apart = cKDTree(places).query(places, k=2)[0][:, 1]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    coarse = int((apart > FARTHEST_TIED * longest).sum())
+    if 2 * coarse <= len(places):
+        return {}
+    return {
+        "sides of ties": f"{coarse} of {len(places)} tied nodes lie more than {FARTHEST_TIED:g} "
+        "sides of their facets apart: nodes of the facets between them are free, and gaps open; "
+        "exchange nodes and facets of the tie, so that the finer side follows the coarser one"
     }

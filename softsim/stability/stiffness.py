@@ -192,8 +192,8 @@ class ModelStiffness:
         return float((pressed[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2).max())
 
     def hardest_hit(self, x: np.ndarray, dt: float) -> float:
-        """Largest omega^2 [1/s^2] of a node on what it may hit."""
-        hits = self.contact.of_hits(x, dt)
+        """Largest omega^2 [1/s^2] of a node on what it may hit, for all that are tied to it too."""
+        hits = self.model.ties.handed_over(self.contact.of_hits(x, dt))
         moved = self.mobility[:, None] * self.inverse_sqrt_mass.reshape(x.shape) ** 2
         return float((hits[:, None] * moved).max())
 
@@ -275,7 +275,8 @@ def inverse_sqrt_mass(model: Model) -> np.ndarray:
 
 def following(model: Model, inverse_sqrt_mass: np.ndarray) -> sp.csr_matrix | None:
     """P = M^1/2 T M^-1/2 (n d, n d) of a model with tied nodes: of these each row has the length 1;
-    None of one without. inverse_sqrt_mass (n d,) as the function of this name has it.
+    None of one without. inverse_sqrt_mass (n d,) as the function of this name has it, of a
+    tied node with the mass that a force on it has to move.
     """
     if not len(model.ties.nodes):
         return None

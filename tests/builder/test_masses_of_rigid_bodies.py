@@ -35,3 +35,12 @@ def test_a_body_that_two_hold_is_nobodys(build):
         build(SCENE.replace("OTHER", "b.right"))
     assert caught.value.location.line == 6
     assert "give rigid_bodies.hand.mass" in caught.value.hint
+
+
+def test_layers_are_part_of_the_bodies(build):
+    """Paper of 20 x 10 mm and 0.1 mm, 1 g/cm^3: 20 mg."""
+    paper = """
+layers:
+  paper: {facets: b.bottom, thickness: 0.1 mm, youngs_modulus: 2 GPa, density: 1 g/cm^3}
+"""
+    assert build(FREE + paper).rigid_bodies[0].mass == pytest.approx(3e-3 - 20e-6)

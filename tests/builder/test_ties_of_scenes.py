@@ -95,3 +95,12 @@ def test_tied_bodies_are_one_part_for_contact(build):
     """What lies side by side at rest, at the rim of a tie, does not touch."""
     model = build(SCENE, "contact.self_contact=['lower', 'upper']")
     assert len(np.unique(model.self_contact.node_part)) == 1
+
+
+def test_the_reaction_of_tied_nodes_is_refused(build):
+    probe = "output: {probes: {held: {kind: reaction, nodes: upper.bottom}}}\n"
+    with pytest.raises(
+        SceneError, match="is tied to a facet, to which its force is handed"
+    ) as told:
+        build(SCENE + probe)
+    assert (told.value.location.line, told.value.location.column) == (10, 49)

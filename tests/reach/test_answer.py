@@ -52,6 +52,24 @@ def test_an_open_bracket_and_a_tether_that_does_not_rub() -> None:
     assert straight_distance(LEVEL, Bracket(0.0, 0.0), WEIGHT, (0.0, 0.0)) == (0.0, 0.0)
 
 
+def test_a_pull_without_end_up_to_a_bend() -> None:
+    """Level it pulls whatever is asked, upright next to nothing: it gets to the riser."""
+    way = way_of(Straight(2.0), Bend(math.pi / 2, 60e-3, 0.0), Straight(5.0))
+    loads = tuple(load_of(way, Tether(WEIGHT, friction), DOWN) for friction in FRICTION)
+    pulls = {LEVEL: Bracket(1.69, math.inf), UPRIGHT: Bracket(0.0, 0.012)}
+    answer = distance(way, loads, pulls)
+    assert 2.0 < answer.least <= answer.most < 2.1
+
+
+def test_the_worse_of_both_frictions_counts() -> None:
+    """With little friction most of the tether hangs, and the lower pull counts."""
+    down = np.array([-math.sin(math.pi / 3), -math.cos(math.pi / 3), 0.0])
+    way = way_of(Straight(100.0))
+    loads = tuple(load_of(way, Tether(WEIGHT, friction), down) for friction in (0.05, 0.3))
+    answer = distance(way, loads, {LEVEL: Bracket(0.55, 0.6), UPRIGHT: Bracket(0.05, 0.06)})
+    assert answer.least < answer.most
+
+
 def test_a_short_layout_is_passed() -> None:
     short = found(Straight(1.0))
     assert short.least == short.most == short.length == 1.0

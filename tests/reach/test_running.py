@@ -122,6 +122,9 @@ def test_progress_is_that_of_a_whole_cycle():
     x = np.array([0.0, 3.0, 3.0, 4.0, 3.5, 3.2, 9.0])
     history = {"pressure": pressure, "frame_x": x, "time": 2.0 * np.arange(7)}
     assert progress(history) == pytest.approx((0.2, 6.0))
+    rippled = pressure + 0.01 * (-1.0) ** np.arange(7)
+    of_air_line = history | {"pressure": rippled, "wanted_pressure": pressure}
+    assert progress(of_air_line) == pytest.approx((0.2, 6.0))
     with pytest.raises(StabilityError, match="does not fall twice"):
         progress({name: column[:5] for name, column in history.items()})
 

@@ -97,3 +97,22 @@ def test_air_lines_that_do_not_follow_are_told(build, before, after, kind, told)
 
 def test_an_air_line_that_follows_is_not_doubted(build):
     assert doubts(build(LINE)) == {}
+
+
+def test_a_coarse_side_tied_to_a_finer_one(build):
+    scene = """
+bodies:
+  lower: {mesh: {generator: block, length: 8 mm, height: 4 mm, element_size: 2 mm},
+          formulation: plane_strain, thickness: 3 mm, material: dragon_skin_10}
+  upper: {mesh: {generator: block, length: 8 mm, height: 4 mm, element_size: 1 mm},
+          formulation: plane_strain, thickness: 3 mm, material: dragon_skin_10,
+          position: [0 mm, 4 mm]}
+time: {end: 1 s}
+ties: {glue: {nodes: FINER, facets: COARSER}}
+"""
+    sides = {"FINER": "upper.bottom", "COARSER": "lower.top"}
+    right, wrong = scene, scene
+    for side, other in zip(sides, reversed(sides), strict=True):
+        right, wrong = right.replace(side, sides[side]), wrong.replace(side, sides[other])
+    assert doubts(build(right)) == {}
+    assert "exchange nodes and facets" in doubts(build(wrong))["sides of ties"]
