@@ -17,6 +17,10 @@ SHARPEST_TIP = np.radians(15)
 
 EQUILATERAL = np.radians(60)
 
+FLATTEST_MEETING = np.radians(30)
+"""Smallest angle [rad] at which the line of the tip face may meet the front edge: below it the
+cells beside the tip's front corner are slivers."""
+
 
 @dataclass(frozen=True)
 class Arc:
@@ -101,10 +105,12 @@ def grid_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray
 def _neck(shape: Spike) -> float:
     """How far up the rear edge, as a fraction of it, the lines stand that reach the front edge.
 
-    A tip with a sharp rear corner is capped by lines that shrink to that corner, which keeps its
-    cells in shape.
+    A tip with a sharp rear corner, or with a front edge that runs flatly into its face, is capped
+    by lines that shrink to the rear corner, which keeps its cells in shape.
     """
-    if np.pi / 2 - shape.rear.end >= EQUILATERAL:
+    sharp = np.pi / 2 - shape.rear.end < EQUILATERAL
+    flat = np.pi / 2 - shape.front.end < FLATTEST_MEETING
+    if not (sharp or flat):
         return 1.0
     tip_length = float(np.linalg.norm(shape.front.at(1.0) - shape.rear.at(1.0)))
     return 1.0 - tip_length / shape.rear.length

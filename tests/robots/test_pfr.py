@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -219,6 +219,18 @@ def test_parameters_out_of_range_are_named_with_their_limit(change, said):
     tip_thickness=st.floats(0.6e-3, 2e-3),
     lean=st.floats(0, 3.5e-3),
     element_size=st.floats(0.2e-3, 0.5e-3),
+)
+# The front edge runs flatly into the tip's face while the rear corner is blunt.
+@example(
+    skin=2e-3,
+    count=1,
+    spike_height=5.86e-3,
+    front_radius=4e-3,
+    rear_radius=15.6e-3,
+    root_thickness=3.9e-3,
+    tip_thickness=1.95e-3,
+    lean=2.26e-3,
+    element_size=0.26e-3,
 )
 def test_any_sensible_section_has_sound_cells(skin, count, **dimensions):
     try:
