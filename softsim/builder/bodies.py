@@ -15,7 +15,7 @@ from softsim.elements.ring_section import RingSection
 from softsim.elements.solid import Solid
 from softsim.errors import MeshError
 from softsim.mesh.abaqus_elements import family, plane_stress_advice
-from softsim.mesh.mesh import Mesh, of_corners, transformed
+from softsim.mesh.mesh import Mesh, mirrored, of_corners, transformed
 from softsim.mesh.quality import check
 from softsim.mesh.reading import read_mesh
 from softsim.model import Body
@@ -175,6 +175,11 @@ def placed_mesh(
         raise loaded.error(
             ("bodies", name, "position"), "a section has two coordinates", "leave z out"
         )
+    if data.mirror is not None:
+        axis = "xyz".index(data.mirror)
+        if axis >= dimension:
+            raise loaded.error(("bodies", name, "mirror"), "a section has no z", "write x or y")
+        mesh = mirrored(mesh, axis)
     shift = np.zeros(dimension)
     shift[: len(data.position)] = data.position
     mesh = transformed(mesh, data.rotation, shift)

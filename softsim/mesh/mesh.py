@@ -41,8 +41,9 @@ _COLLAPSED = {
     (3, 6): [0, 1, 2, 2, 3, 4, 5, 5],
 }
 
-# Order of corners that turns a cell inside out, collapsed ones too.
+# Order of corners that turns a cell inside out, collapsed ones and facets too.
 _TURNED = {
+    (1, 2): [1, 0],
     (2, 3): [2, 1, 0],
     (2, 4): [1, 0, 3, 2],
     (3, 4): [1, 0, 2, 3],
@@ -326,6 +327,21 @@ def transformed(mesh: Mesh, rotation: float, shift: np.ndarray) -> Mesh:
     turn = np.eye(mesh.dimension)
     turn[:2, :2] = [[cosine, -sine], [sine, cosine]]
     return replace(mesh, points=mesh.points @ turn.T + np.asarray(shift, dtype=np.float64))
+
+
+def mirrored(mesh: Mesh, axis: int) -> Mesh:
+    """The mirror image of the mesh across the plane through the origin at right angles to an axis.
+
+    Cells and facets are turned round, which the mirror turns back.
+    """
+    sign = np.ones(mesh.dimension)
+    sign[axis] = -1.0
+    return replace(
+        mesh,
+        points=mesh.points * sign,
+        cells=turned(mesh.cells, mesh.dimension),
+        facet_sets={n: turned(f, mesh.dimension - 1) for n, f in mesh.facet_sets.items()},
+    )
 
 
 def renumbered(mesh: Mesh) -> Mesh:

@@ -4,7 +4,7 @@ import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
-from softsim.mesh.mesh import Mesh, renumbered, turned
+from softsim.mesh.mesh import Mesh, mirrored, renumbered, transformed
 from softsim.mesh.quality import check
 from softsim.robots.limits import (
     check_counts,
@@ -84,20 +84,21 @@ def _on_its_limbs(strip: Mesh, height: float, under_head: np.ndarray) -> Mesh:
 
     under_head: from where to where along x the head stands on top (2,) [m].
     """
-    nodes, facets = strip.node_sets, strip.facet_sets["chamber"]
+    section = transformed(mirrored(strip, 1), 0.0, np.array([0.0, height]))
+    nodes, cells = section.node_sets, section.cell_sets
     top = nodes["chamber"]
     slack = 1e-9 * height * np.array([-1.0, 1.0])
-    rear, front = np.searchsorted(strip.points[top, 0], under_head + slack)
+    rear, front = np.searchsorted(section.points[top, 0], under_head + slack)
     limbs = {name: s for name, s in nodes.items() if name.startswith("j")}
     return Mesh(
-        points=strip.points * np.array([1.0, -1.0]) + np.array([0.0, height]),
-        cells=turned(strip.cells, 2),
+        points=section.points,
+        cells=section.cells,
         node_sets={
             "top": top,
             "head": top[rear:front],
             "tips": nodes["tips"],
             **{f"limb{name[1:]}": limb for name, limb in limbs.items()},
         },
-        facet_sets={"top": facets[:, ::-1]},
-        cell_sets={"backbone": strip.cell_sets["skin"], "limbs": strip.cell_sets["spikes"]},
+        facet_sets={"top": section.facet_sets["chamber"]},
+        cell_sets={"backbone": cells["skin"], "limbs": cells["spikes"]},
     )

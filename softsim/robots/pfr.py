@@ -3,7 +3,7 @@
 import numpy as np
 
 from softsim.mesh.band import CellKind
-from softsim.mesh.mesh import SURFACE, Mesh, renumbered, turned
+from softsim.mesh.mesh import SURFACE, Mesh, mirrored, renumbered, transformed
 from softsim.mesh.quality import check
 from softsim.robots.limits import (
     check_counts,
@@ -94,16 +94,16 @@ def pfr_section(
 
 def _mirrored_pair(strip: Mesh, distance: float) -> Mesh:
     """The strip moved outward to y = distance, and its mirror image below the axis."""
-    top = strip.points + np.array([0, distance])
-    nodes = {name: s for name, s in strip.node_sets.items() if name != SURFACE}
-    facets = {name: s for name, s in strip.facet_sets.items() if name != SURFACE}
-    node_count, cell_count = len(strip.points), len(strip.cells)
-    # A mirror turns cells and facets round; listing them backwards turns them back.
+    top = transformed(strip, 0.0, np.array([0.0, distance]))
+    bottom = mirrored(top, 1)
+    nodes = {name: s for name, s in top.node_sets.items() if name != SURFACE}
+    facets = {name: s for name, s in top.facet_sets.items() if name != SURFACE}
+    node_count, cell_count = len(top.points), len(top.cells)
     return Mesh(
-        points=np.concatenate([top, top * np.array([1, -1])]),
-        cells=np.concatenate([strip.cells, turned(strip.cells, 2) + node_count]),
+        points=np.concatenate([top.points, bottom.points]),
+        cells=np.concatenate([top.cells, bottom.cells + node_count]),
         node_sets=_sided(nodes, {name: s + node_count for name, s in nodes.items()}),
-        facet_sets=_sided(facets, {name: s[:, ::-1] + node_count for name, s in facets.items()}),
+        facet_sets=_sided(facets, {name: bottom.facet_sets[name] + node_count for name in facets}),
         cell_sets=_sided(
             strip.cell_sets, {name: s + cell_count for name, s in strip.cell_sets.items()}
         ),

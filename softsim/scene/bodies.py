@@ -10,6 +10,7 @@ from softsim.scene.part import AT_REST, ORIGIN, Part
 from softsim.scene.quantities import (
     Angle,
     AngularVelocity,
+    Axis,
     Inertia,
     Name,
     Number,
@@ -82,6 +83,11 @@ class Body(Part):
     position: Point = Field(default=ORIGIN, description="Where the mesh's origin is placed.")
     rotation: Angle = Field(
         default=written("0 deg"), description="Turn about the mesh's origin, before that."
+    )
+    mirror: Axis | None = Field(
+        default=None,
+        description="Mirrored across the plane through the mesh's origin at right angles to this "
+        "axis, before it is turned.",
     )
     initial_velocity: VelocityVector = Field(default=AT_REST, description="Of all its nodes.")
     sets: dict[Name, SetDefinition] = Field(

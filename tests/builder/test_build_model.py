@@ -139,6 +139,7 @@ SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
          "belongs to no ring cell, the one opposite it does: half a ring", "both strips"),
         (RINGS.replace("rings: skin", "rings: skin\n    rotation: 5 deg"), "5 deg",
          "the mesh of a ring_section cannot be turned", "environment.inclination"),
+        (CUBE.replace("mesh:", "mirror: z\n    mesh:"), "z", "a section has no z", "write x or y"),
         (RINGS + CHAMBER % "skin.surface", "[skin.surface]",
          "that belongs to no ring, so they enclose nothing", "facets of the rings alone"),
         (RINGS.replace("tied", "free: [rotation, z], tied"), "z]",

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -9,8 +10,10 @@ from softsim.errors import MeshError
 from softsim.mesh.mesh import (
     Mesh,
     boundary_facets,
+    facet_keys,
     facet_owners,
     find_rows,
+    mirrored,
     of_corners,
     of_one_kind,
     open_rim,
@@ -229,6 +232,31 @@ def test_transformed_turns_first_and_counter_clockwise():
     corner = transformed(block(2.0, 1.0, 1.0), np.pi / 2, np.array([5.0, 0.0]))
     np.testing.assert_allclose(corner.points.min(axis=0), [4, -1], atol=1e-12)
     np.testing.assert_allclose(corner.points.max(axis=0), [5, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize(("kind", "axis"), [(k, a) for k in SINGLE for a in (0, 1)])
+def test_a_mirror_image_is_as_sound_as_the_mesh(kind, axis):
+    mesh = one_cell(kind)
+    image = mirrored(replace(mesh, facet_sets={"all": mesh.facet_sets["surface"]}), axis)
+    check(image)
+    assert quality(image).volume == pytest.approx(quality(mesh).volume)
+    np.testing.assert_array_equal(image.points[:, axis], -mesh.points[:, axis])
+    # As cells list them, but for the corner that comes first: material is on the same side.
+    along = find_rows(facet_keys(image.facet_sets["all"]), facet_keys(image.facet_sets["surface"]))
+    assert sorted(along) == list(range(len(along)))
+    np.testing.assert_allclose(
+        outward_areas(image, "all"), outward_areas(image, "surface")[along], atol=1e-15
+    )
+
+
+def outward_areas(mesh: Mesh, name: str) -> np.ndarray:
+    """Of each facet its size, out of the body."""
+    corners = mesh.points[mesh.facet_sets[name]]
+    if mesh.dimension == 2:
+        along = corners[:, 1] - corners[:, 0]
+        return np.column_stack([along[:, 1], -along[:, 0]])
+    ends = np.roll(corners, -1, axis=1)
+    return 0.5 * np.cross(corners, ends).sum(axis=1)
 
 
 def shuffled(mesh: Mesh, seed: int) -> Mesh:
