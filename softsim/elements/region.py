@@ -1,6 +1,7 @@
 """A region: elements of a body that are of one material and one geometry."""
 
-from dataclasses import dataclass
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -95,3 +96,30 @@ class Region:
     def deformation(self, x: np.ndarray) -> np.ndarray:
         """F (m, 3, 3) with the body's nodes now at x (n, d) [m]."""
         return self.geometry.deformation(self.points, self.cells, x)
+
+
+def joined_regions(regions: Sequence[Region], points: np.ndarray) -> list[Region]:
+    """The regions of a model, those of several bodies as one that are of one material, one geometry
+    and one cell set: a kernel then meets in one pass what would be compiled once for each body.
+
+    points (n, d) [m]: of all nodes. Nodes that lie between those of joined bodies belong to no
+    element of the region, as do a body's nodes beside one of its regions.
+    """
+    kinds: dict[Hashable, list[Region]] = {}
+    for region in regions:
+        kind = (region.geometry, region.material, region.cell_set)
+        kinds.setdefault(kind, []).append(region)
+    return [_joined(alike, points) for alike in kinds.values()]
+
+
+def _joined(alike: Sequence[Region], points: np.ndarray) -> Region:
+    first = alike[0]
+    if len(alike) == 1:
+        return first
+    return replace(
+        first,
+        body=" + ".join(r.body for r in alike),
+        points=points[first.nodes.start : alike[-1].nodes.stop],
+        cells=np.concatenate([r.cells + r.first_node - first.first_node for r in alike]),
+        numbers=np.concatenate([r.numbers for r in alike]),
+    )

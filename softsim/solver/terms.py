@@ -21,6 +21,7 @@ from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.wall import Obstacle, Wall
 from softsim.elements.cable import CableTerm
 from softsim.elements.layer import LayerTerm
+from softsim.elements.region import joined_regions
 from softsim.elements.ties import TieTerm
 from softsim.fields import Number
 from softsim.model import LOCAL_DAMPING, ContactData, Model
@@ -53,7 +54,8 @@ class Terms:
         self.meshed_count = Number(model.meshed_count)
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.elements = [
-            r.geometry.elements(self.nodes, r, model.bulk_viscosity) for r in model.regions
+            r.geometry.elements(self.nodes, r, model.bulk_viscosity)
+            for r in joined_regions(model.regions, model.points)
         ]
         self.cables = [CableTerm(self.nodes, data.cable) for data in model.cables]
         self.layers = [LayerTerm(self.nodes, layer) for layer in model.layers]
