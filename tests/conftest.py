@@ -8,8 +8,9 @@ from hypothesis import settings
 
 from softsim import backend
 
-# How long an example takes is the machine's matter, which may be busy: no test is timed. A change is
-# judged by the same examples wherever it is tested; `--hypothesis-profile explore` draws new ones.
+# How long an example takes is the machine's matter, which may be busy: no test is timed. A change
+# is judged by the same examples wherever it is tested; `--hypothesis-profile explore` draws new
+# ones.
 settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None)
 settings.load_profile("repeatable")

@@ -25,6 +25,23 @@ def foot_weights(X, gradients, x):
 
 
 @ti.func
+def is_farther(X, x, square):
+    """True only if no point of a facet is closer to x than the root of `square` [m^2].
+
+    All its points lie within r, the arm of its farthest corner, of its centroid c, and
+    (r + d)^2 <= 2 (r^2 + d^2), so |x - c|^2 > 2 (r^2 + d^2) says so without a root. Most facets
+    that are near, but not the closest, are told by this from few numbers.
+    """
+    centre = ti.Vector([0.0 for _ in ti.static(range(X.m))])
+    for c in ti.static(range(X.n)):
+        centre += corner(X, c) / ti.static(float(X.n))
+    farthest = ti.cast(0.0, backend.real)
+    for c in ti.static(range(X.n)):
+        farthest = ti.max(farthest, (corner(X, c) - centre).norm_sqr())
+    return (x - centre).norm_sqr() > 2.0 * (farthest + square)
+
+
+@ti.func
 def velocity_beside(V, gradients, n, W, z):
     """Velocity [m/s] at the place W, z beside a facet that moves and turns with it, its corners
     with the velocities V (rows): sum_c W_c v_c + z dn/dt, with dn/dt = -sum_c dW_c/dx (n . v_c).

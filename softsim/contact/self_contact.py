@@ -14,7 +14,13 @@ import taichi as ti
 from softsim import backend, fields
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
 from softsim.contact.dissipation import Dissipation
-from softsim.contact.facet_shapes import corner, corner_forces, foot_weights, velocity_beside
+from softsim.contact.facet_shapes import (
+    corner,
+    corner_forces,
+    foot_weights,
+    is_farther,
+    velocity_beside,
+)
 from softsim.contact.friction import shear_force, slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.penalty import normal_force
@@ -145,11 +151,13 @@ class SelfContact(Dissipation):
         for k in range(self.lists.near_facet_count[s, i]):
             f = self.lists.near_facet[s, i, k]
             X = self.surface.corners(s, f)
-            weights = self.surface.shape.closest_weights(X, x)
-            square = (x - X.transpose() @ weights).norm_sqr()
             deepest = DEPTH * self.surface.length(i, f)
-            if square < nearest and square < deepest * deepest:
-                closest, nearest, w = f, square, weights
+            limit = ti.min(nearest, deepest * deepest)
+            if not is_farther(X, x, limit):
+                weights = self.surface.shape.closest_weights(X, x)
+                square = (x - X.transpose() @ weights).norm_sqr()
+                if square < limit:
+                    closest, nearest, w = f, square, weights
         return closest, w
 
     @ti.func
