@@ -1,4 +1,4 @@
-"""The site of docs/, built strictly: all pages with the API's, every link inside it leads somewhere."""
+"""The site of docs/, built strictly: all pages, the API, and links that lead somewhere."""
 
 import json
 import shutil
