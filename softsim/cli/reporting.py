@@ -29,6 +29,7 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
         elif runs := [of_run for of_run in run_folders(folder) if has_run(of_run)]:
             for of_run in runs:
                 report_run(of_run, console)
+            report_steps(folder, console)
         else:
             raise OutputError(
                 f"{folder} is the folder of neither a run nor a study",
@@ -80,6 +81,30 @@ def report_what_there_is(folder: Path, console: Console) -> None:
         report_run(folder, console)
 
 
+def report_runs(folder: Path, console: Console) -> None:
+    """The report of a run, or of each of its steps and of all together."""
+    for of_run in run_folders(folder):
+        report_what_there_is(of_run, console)
+    report_steps(folder, console)
+
+
+def report_steps(folder: Path, console: Console) -> None:
+    """The figure and the page of all steps in a folder, if it has any."""
+    from softsim.report.page.steps import write_steps_page
+    from softsim.report.steps import draw_steps
+
+    if is_of_steps(folder):
+        if figure := draw_steps(folder):
+            console.print(f"figure  {figure}", highlight=False)
+        console.print(f"page    {write_steps_page(folder)}", highlight=False)
+
+
+def put_off_reports(folder: Path, console: Console) -> None:
+    """Say of a run, or of each of its steps, how figures and page are drawn later."""
+    for of_run in run_folders(folder):
+        put_off_report(of_run, console)
+
+
 def put_off_report(folder: Path, console: Console) -> None:
     """Say on the console and in the log how figures and page of a run are drawn later."""
     from softsim.output.folder import LOG
@@ -95,8 +120,16 @@ def run_folders(folder: Path) -> list[Path]:
     """The folder of a run, or those of its steps."""
     from softsim.output.folder import read_summary
 
-    steps = read_summary(folder).get("steps")
-    return [folder] if steps is None else [folder / step["folder"] for step in steps]
+    if not is_of_steps(folder):
+        return [folder]
+    return [folder / step["folder"] for step in read_summary(folder)["steps"]]
+
+
+def is_of_steps(folder: Path) -> bool:
+    """Whether `folder` has the folders of a run's steps."""
+    from softsim.output.folder import read_summary
+
+    return "steps" in read_summary(folder)
 
 
 def has_run(folder: Path) -> bool:

@@ -1,7 +1,6 @@
 """One scene: run it, check it, ask whether a robot gets through a layout."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +10,8 @@ from rich.console import Console
 from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
 from softsim.cli.reporting import (
     ended_by,
-    put_off_report,
+    put_off_reports,
+    report_runs,
     report_what_there_is,
     run_folders,
 )
@@ -50,10 +50,10 @@ def run(
         from softsim.run import run as run_scene
 
         folder = out or Path("runs") / scene.stem
-        end_with = report_what_there_is if report else put_off_report
+        end_with = report_runs if report else put_off_reports
         after = 0.0 if profile else PROFILE_AFTER
         try:
-            with ended_by(lambda: _end_with(end_with, folder, console)):
+            with ended_by(lambda: end_with(folder, console)):
                 if steps:
                     found = run_steps(steps, folder, device.value, resume, console, threads, after)
                     done = list(found.values())
@@ -69,12 +69,6 @@ def run(
         for results in done:
             console.print(summary_table(results.summary))
             console.print(f"results in {results.folder}", highlight=False)
-
-
-def _end_with(report: Callable[[Path, Console], None], folder: Path, console: Console) -> None:
-    """The report of a run, or of each of its steps."""
-    for of_run in run_folders(folder):
-        report(of_run, console)
 
 
 def _show_profiles(folder: Path, asked: bool, console: Console) -> None:

@@ -196,7 +196,7 @@ class Panel:
 @dataclass(frozen=True)
 class Diagram:
     """Panels upon one another over one quantity x. remark: what a reader must know of them.
-    over_time: x is the time of the run [s].
+    over_time: x is the time of the run [s]. bounds: places of x that are marked in all panels.
     """
 
     title: str
@@ -204,6 +204,7 @@ class Diagram:
     panels: Sequence[Panel]
     remark: str = ""
     over_time: bool = False
+    bounds: Sequence[float] = ()
 
     @property
     def span(self) -> tuple[float, float]:

@@ -97,6 +97,8 @@ def draw_panels(grid: Sequence[Axes], diagram: Diagram) -> None:
     """The panels in axes upon one another; above each its legend, unless there is but one."""
     for axes, panel in zip(grid, diagram.panels, strict=True):
         sides = draw_panel(axes, panel, int(HIGH * panel.height))
+        for place in diagram.bounds:
+            axes.axvline(place, color=QUIET, linestyle=":", linewidth=0.9)
         if len(grid) > 1:
             legend_above(axes, panel, sides)
     along_x(grid[-1], diagram.x)

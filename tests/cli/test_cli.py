@@ -53,8 +53,8 @@ def test_each_step_has_a_folder_with_its_report(write_scene, tmp_path):
     done = softsim("run", scene, "--out", out, "--device", "cpu", "--no-report")
     assert done.returncode == 0, done.stderr
     assert softsim("report", out).returncode == 0
-    pages = [out / folder / "report.html" for folder in ("1_first", "2_then")]
-    assert all(page.stat().st_size > 5000 for page in pages)
+    pages = [out / folder / "report.html" for folder in ("1_first", "2_then", ".")]
+    assert all(page.stat().st_size > 5000 for page in [*pages, out / "steps.png"])
     refused = softsim("sweep", write_scene(STUDY, "study.yaml"), "--out", tmp_path / "study")
     assert refused.returncode == 2 and "here one scene is due" in refused.stderr
 

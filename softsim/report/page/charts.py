@@ -135,6 +135,7 @@ def chart_of(diagram: Diagram) -> Chart:
         if panel.colours is not None:
             layout["coloraxis"] = colour_axis(*panel.colours)
         top -= height + GAP
+    layout["shapes"] += [bound(place) for place in diagram.bounds]
     layout["xaxis"] = along(diagram.x, WIDE) | {"anchor": f"y{left}"} | span(diagram)
     if (cells := diagram.panels[0].cells) is not None:
         layout["xaxis"] |= {"range": _ends(diagram.x, cells.at_x), "showgrid": False}
@@ -238,6 +239,12 @@ def stripe_shapes(panel: Panel, axis: str) -> list[Trace]:
     }
     across = {"xref": "paper", "x0": 0.0, "x1": 1.0, "yref": axis}
     return [look | across | {"y0": s.low, "y1": s.high} for s in panel.stripes if s.shaded]
+
+
+def bound(place: float) -> Trace:
+    """A line through all panels at a place of x."""
+    up = {"x0": place, "x1": place, "yref": "paper", "y0": 0.0, "y1": 1.0}
+    return {"type": "line", "line": {"color": QUIET, "dash": "dot", "width": 1}} | up
 
 
 def stripe_words(panel: Panel, axis: str) -> list[Trace]:
