@@ -15,7 +15,7 @@ from softsim.cli.reporting import (
     report_what_there_is,
     run_folders,
 )
-from softsim.errors import ExpectationError
+from softsim.errors import ExpectationError, Option, SceneError
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.model import Model
@@ -29,6 +29,10 @@ def run(
     threads: Threads = "auto",
     precision: Annotated[Precision, typer.Option(help="Number format.")] = Precision.f64,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+    source: Annotated[
+        Path | None,
+        typer.Option("--from", help="Folder of another run, for steps that are the same."),
+    ] = None,
     profile: Annotated[
         bool,
         typer.Option(
@@ -44,6 +48,12 @@ def run(
         from softsim.scene.steps import load_steps
 
         steps = load_steps(scene, overrides or [])
+        if source is not None and not steps:
+            raise SceneError(
+                f"{scene} has no steps, so none can be taken from another run",
+                "leave it out, or write steps",
+                Option(f"--from {source}"),
+            )
         # Taichi is imported from here on, not for --help.
         from softsim.cli.run_tables import summary_table
         from softsim.run import PROFILE_AFTER, run_steps
@@ -55,7 +65,9 @@ def run(
         try:
             with ended_by(lambda: end_with(folder, console)):
                 if steps:
-                    found = run_steps(steps, folder, device.value, resume, console, threads, after)
+                    found = run_steps(
+                        steps, folder, device.value, resume, console, threads, after, source
+                    )
                     done = list(found.values())
                 else:
                     done = [run_scene(

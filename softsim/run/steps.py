@@ -24,6 +24,7 @@ from softsim.run.course import Results
 from softsim.run.files import RunFiles
 from softsim.run.handover import EarlierStep
 from softsim.run.scenes import PROFILE_AFTER, outcome_of, ready_model, resumed
+from softsim.run.taken_steps import fitting_steps, refuse_source, take_step
 from softsim.scene.steps import AT_THE_START, Step, following
 
 
@@ -35,21 +36,38 @@ def run_steps(
     console: Console | None = None,
     threads: int | str = AUTO,
     profile_after: float = PROFILE_AFTER,
+    source: Path | None = None,
 ) -> dict[str, Results]:
     """Run the steps of a scene, `load_steps("scene.yaml")`, to the end of the last; returns the
     results of each by its name.
 
     out: folder of the steps' folders, `runs/<scene's name>` by default. resume: keep the steps that
     are done as they are asked for now, go on in the one that was stopped; a step that is asked for
-    otherwise begins anew, and all after it. The rest as `run`, what is raised, too: the folder
-    keeps the steps before.
+    otherwise begins anew, and all after it. source: the folder of another run, of which the first
+    steps are copied, as many as are done there as they are asked for now. The rest as `run`, what
+    is raised, too: the folder keeps the steps before.
     """
     choice, console = choose(device, threads), console or Console()
     foreseen_models(steps, choice)
-    folder = RunFolder(out or Path("runs") / steps[0].loaded.path.stem)
-    work = Work(folder, tuple(steps), choice, console, profile_after)
-    with claimed(folder.path):
-        return work.run(resume)
+    path = out or Path("runs") / steps[0].loaded.path.stem
+    taken: list[Path] = []
+    if source is not None:
+        refuse_source(source, path, resume)
+        named = {folder_name(number, step): step for number, step in enumerate(steps, 1)}
+        taken, reason = fitting_steps(source, named, choice.device)
+        names = ", ".join(one.name for one in taken)
+        said = f"taken from {source}: {names}" + (f"; no more: {reason}" if reason else "")
+        console.print(said, highlight=False)
+    work = Work(RunFolder(path), tuple(steps), choice, console, profile_after)
+    with claimed(path):
+        if taken:
+            work.take(taken)
+        return work.run(len(steps) if resume else len(taken))
+
+
+def folder_name(number: int, step: Step) -> str:
+    """How the folder of a step is called; numbers count from 1."""
+    return f"{number}_{step.name}"
 
 
 def foreseen_models(steps: Sequence[Step], choice: Choice) -> list[Model]:
@@ -80,14 +98,22 @@ class Work:
 
     def path(self, number: int) -> Path:
         """The folder of a step; numbers count from 1."""
-        return self.folder.path / f"{number}_{self.steps[number - 1].name}"
+        return self.folder.path / folder_name(number, self.steps[number - 1])
 
-    def run(self, resume: bool) -> dict[str, Results]:
-        """Run the steps that are not done; without `resume` all of them."""
+    def take(self, taken: Sequence[Path]) -> None:
+        """Begin with copies of the first steps, from these folders of theirs."""
+        self._forget_from(1)
+        for number, source in enumerate(taken, 1):
+            target = RunFolder(self.path(number))
+            with claimed(target.path):
+                take_step(source, target)
+
+    def run(self, kept: int) -> dict[str, Results]:
+        """Run the steps, but for those that are done among the first `kept`."""
         results: dict[str, Results] = {}
         status = "aborted"
         try:
-            self._run(resume, results)
+            self._run(kept, results)
             status = "done"
         except Interrupted:
             status = "interrupted"
@@ -96,7 +122,7 @@ class Work:
             self.write_summary(status)
         return results
 
-    def _run(self, resume: bool, results: dict[str, Results]) -> None:
+    def _run(self, kept: int, results: dict[str, Results]) -> None:
         beginning, earlier, before = AT_THE_START, None, None
         for number, step in enumerate(self.steps, 1):
             scene = step.loaded.scene
@@ -104,17 +130,16 @@ class Work:
                 beginning = following(before, beginning, scene, earlier.end)
             model = ready_model(step.loaded, self.choice, beginning)
             path = self.path(number)
-            found = self._found(step, path) if resume else None
+            found = self._found(step, path) if number <= kept else None
             if found is not None and read_summary(path).get("status") == "done":
                 self.console.print(f"step '{step.name}' is done: {path}", highlight=False)
                 results[step.name] = Results(path, read_summary(path), read_history(path / HISTORY))
             else:
-                resume = found is not None
-                if not resume:
+                if found is None:
                     self._forget_from(number)
                 self.write_summary("running")
                 self.console.rule(f"step {number} of {len(self.steps)}: {step.name}")
-                results[step.name] = self._run_step(step, model, path, resume, earlier)
+                results[step.name] = self._run_step(step, model, path, found is not None, earlier)
             earlier, before = EarlierStep(model, read_checkpoint(path / CHECKPOINT)), scene
 
     def _found(self, step: Step, path: Path) -> Checkpoint | None:

@@ -59,6 +59,13 @@ def test_each_step_has_a_folder_with_its_report(write_scene, tmp_path):
     assert refused.returncode == 2 and "here one scene is due" in refused.stderr
 
 
+def test_steps_are_taken_only_by_a_scene_that_has_some(write_scene, tmp_path):
+    done = softsim("run", write_scene(SCENE), "--from", tmp_path, "--out", tmp_path / "out")
+    assert done.returncode == 2 and "Traceback" not in done.stderr
+    assert f"--from {tmp_path}" in done.stderr.replace("\n", "") and "has no steps" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """The scene and the folder of a run."""

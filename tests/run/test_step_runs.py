@@ -9,7 +9,9 @@ import pytest
 from batches import PRESSED_BLOCK
 from rich.console import Console
 
-from softsim.errors import SceneError, StabilityError
+from softsim.errors import OutputError, SceneError, StabilityError
+from softsim.output.checkpoint import read_checkpoint
+from softsim.run.taken_steps import fitting_steps
 from softsim.scene.steps import load_steps
 
 # With a branch, which remembers; the block lies on the floor and rubs on it.
@@ -63,10 +65,10 @@ def run_steps(write_scene, kernel_cache, monkeypatch, tmp_path):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.run import run_steps as run_them
 
-    def quiet(text, *overrides, **options):
-        console = Console(file=io.StringIO(), width=200)
+    def quiet(text, *overrides, out="out", **options):
+        console = Console(file=io.StringIO(), width=500)
         steps = load_steps(write_scene(text, "steps.yaml"), overrides)
-        found = run_them(steps, tmp_path / "out", "cpu", console=console, threads=1, **options)
+        found = run_them(steps, tmp_path / out, "cpu", console=console, threads=1, **options)
         return SimpleNamespace(of=found, told=console.file.getvalue())
 
     return quiet
@@ -141,3 +143,57 @@ def test_resume_keeps_what_is_done_and_begins_a_changed_step_anew(run_steps, tmp
     whole = json.loads((out / "summary.json").read_text())
     assert whole["status"] == "aborted"
     assert [step["status"] for step in whole["steps"]] == ["done", "aborted", "not begun"]
+
+
+SLOWER = "steps.let_go.loads.motor.frequency=50 Hz"
+
+
+def test_steps_taken_from_another_run_give_the_bits_of_a_run_made_whole(run_steps, tmp_path):
+    run_steps(PRESSED_AT_REST, out="source")
+    run_steps(PRESSED_AT_REST, SLOWER, out="whole")
+    source, whole, out = (tmp_path / name for name in ("source", "whole", "out"))
+    (out / "1_press").mkdir(parents=True)
+    (out / "1_press" / "checkpoint.h5").write_text("of an earlier course")
+    found = run_steps(PRESSED_AT_REST, SLOWER, source=source)
+    assert "1_press, 2_hold; no more: 3_let_go was computed with another" in found.told
+    assert "loads.motor.frequency" in found.told
+    assert list(found.of) == ["press", "hold", "let_go"]
+    for step in ("1_press", "2_hold", "3_let_go"):
+        histories = [(folder / step / "history.csv").read_bytes() for folder in (whole, out)]
+        assert histories[0] == histories[1], step
+        ends = [read_checkpoint(folder / step / "checkpoint.h5").state for folder in (whole, out)]
+        assert ends[0].keys() == ends[1].keys()
+        assert all(np.array_equal(ends[0][name], ends[1][name]) for name in ends[0]), step
+    assert (out / "3_let_go" / "history.csv").read_bytes() != (
+        source / "3_let_go" / "history.csv"
+    ).read_bytes()
+    assert found.of["hold"].summary["taken_from"] == str(source / "2_hold")
+    assert "taken_from" not in found.of["let_go"].summary
+    whole_summary = json.loads((out / "summary.json").read_text())
+    assert [step["status"] for step in whole_summary["steps"]] == ["done"] * 3
+
+    # It is a run as any other: it is kept, and steps are taken from it.
+    assert run_steps(PRESSED_AT_REST, SLOWER, resume=True).told.count("is done") == 3
+    third = run_steps(PRESSED_AT_REST, SLOWER, out="third", source=out)
+    assert "1_press, 2_hold, 3_let_go\n" in third.told
+
+    def refused(*overrides, **options):
+        with pytest.raises(OutputError) as caught:
+            run_steps(PRESSED_AT_REST, *overrides, **{"source": source, "out": "new"} | options)
+        assert not (tmp_path / "new").exists()
+        return str(caught.value)
+
+    assert "1_press was computed with another time.end" in refused("steps.press.time.end=6 ms")
+    assert "is not the folder of a run in steps" in refused(source=source / "1_press")
+    assert "--resume keeps its steps" in refused(out="source")
+    assert "--resume alone goes on with it" in refused(resume=True)
+    first = load_steps(tmp_path / "steps.yaml")[0]
+    for named, device, told in (
+        ({"1_press": first}, "cuda", "1_press was computed on cpu, this is cuda"),
+        ({"1_inflate": first}, "cpu", "there is no 1_inflate, but 1_press, 2_hold, 3_let_go"),
+    ):
+        with pytest.raises(OutputError, match=told):
+            fitting_steps(source, named, device)
+    summary = source / "1_press" / "summary.json"
+    summary.write_text(summary.read_text().replace('"done"', '"interrupted"'))
+    assert "1_press is not done there, but interrupted" in refused()

@@ -1,0 +1,106 @@
+"""Steps that a run takes from another run's folder in place of computing them anew."""
+
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from softsim.errors import OutputError
+from softsim.output.checkpoint import read_checkpoint
+from softsim.output.folder import (
+    CHECKPOINT,
+    HISTORY,
+    LOG,
+    RESULTS,
+    SCENE,
+    SUMMARY,
+    RunFolder,
+    read_summary,
+    replacing,
+)
+from softsim.scene.steps import Step
+
+FILES = (SCENE, HISTORY, RESULTS, CHECKPOINT, LOG)
+"""Of a step, beside its summary, which is written last."""
+
+
+def refuse_source(source: Path, folder: Path, resume: bool) -> None:
+    """Raise OutputError where a run in `folder` cannot take steps from `source`."""
+    if resume:
+        raise OutputError(
+            "steps are either taken by --from or kept by --resume",
+            "a run that has taken steps has them in its folder: --resume alone goes on with it",
+        )
+    if source.resolve() == folder.resolve():
+        raise OutputError(
+            f"{source} is the folder of this run",
+            "--resume keeps its steps; or choose another one with --out",
+        )
+
+
+def fitting_steps(source: Path, named: Mapping[str, Step], device: str) -> tuple[list[Path], str]:
+    """The folders of the first steps in `source`, as many as are done there as they are asked for
+    now; and why the one after them is not taken, "" where there is no other. named: the steps by
+    what their folders are called.
+
+    Raises OutputError where that is not even the first one.
+    """
+    told = read_summary(source).get("steps")
+    if told is None:
+        raise OutputError(
+            f"{source} is not the folder of a run in steps",
+            "name one that softsim run has written of a scene with steps",
+        )
+    found: list[Path] = []
+    for name, step in named.items():
+        if name in [one["folder"] for one in told]:
+            reason = why_not(source / name, step, device)
+        else:
+            reason = f"there is no {name}, but {', '.join(one['folder'] for one in told)}"
+        if reason and not found:
+            raise OutputError(
+                f"no step can be taken from {source}: {reason}",
+                "name a run that has begun with the same step, or leave out --from",
+            )
+        if reason:
+            return found, reason
+        found.append(source / name)
+    return found, ""
+
+
+def why_not(path: Path, step: Step, device: str) -> str:
+    """Why a step's folder is not the step that is asked for now, done; "" where it is."""
+    status = read_summary(path).get("status", "not begun")
+    if status != "done":
+        return f"{path.name} is not done there, but {status}"
+    if not (path / CHECKPOINT).is_file():
+        return f"{path.name} has lost its {CHECKPOINT}"
+    checkpoint = read_checkpoint(path / CHECKPOINT)
+    there, here = checkpoint.scene, step.loaded.scene.model_dump_json()
+    if there != here:
+        key = ".".join(first_difference(json.loads(there), json.loads(here)))
+        return f"{path.name} was computed with another {key}"
+    if checkpoint.device != device:
+        return f"{path.name} was computed on {checkpoint.device}, this is {device}"
+    return ""
+
+
+def first_difference(there: object, here: object) -> list[str]:
+    """The keys that lead to the first value in which two scenes differ."""
+    if not (isinstance(there, dict) and isinstance(here, dict)):
+        return []
+    key = next(k for k in [*there, *here] if k not in there or k not in here or there[k] != here[k])
+    return [key, *first_difference(there.get(key), here.get(key))]
+
+
+def take_step(source: Path, target: RunFolder) -> None:
+    """Copy the files of a step that is done; its summary tells where it is from.
+
+    Raises OutputError if it cannot be read, or the disk refuses.
+    """
+    summary = read_summary(source) | {"taken_from": str(source)}
+    for name in FILES:
+        if (source / name).is_file():
+            with replacing(target.path / name) as partial:
+                shutil.copyfile(source / name, partial)
+    target.write_json_atomic(SUMMARY, summary)
