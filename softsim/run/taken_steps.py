@@ -86,11 +86,15 @@ def why_not(path: Path, step: Step, device: str) -> str:
 
 
 def first_difference(there: object, here: object) -> list[str]:
-    """The keys that lead to the first value in which two scenes differ."""
+    """The keys that lead to the first value in which two scenes differ; where it is but their
+    order, which numbers loads, that.
+    """
     if not (isinstance(there, dict) and isinstance(here, dict)):
         return []
-    key = next(k for k in [*there, *here] if k not in there or k not in here or there[k] != here[k])
-    return [key, *first_difference(there.get(key), here.get(key))]
+    for key in [*there, *here]:
+        if key not in there or key not in here or there[key] != here[key]:
+            return [key, *first_difference(there.get(key), here.get(key))]
+    return ["order of keys"]
 
 
 def take_step(source: Path, target: RunFolder) -> None:
