@@ -16,6 +16,7 @@ from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
+from softsim.elements.fibre import Fibre
 from softsim.elements.geometry import Geometry, nodal_sums
 from softsim.elements.layer import Layer
 from softsim.elements.region import Region
@@ -250,6 +251,7 @@ class Model:
     bodies: tuple[Body, ...]
     cables: tuple[CableData, ...]
     layers: tuple[Layer, ...]
+    fibres: tuple[Fibre, ...]
     points: np.ndarray
     velocity: Own[np.ndarray]
     mass: np.ndarray

@@ -5,6 +5,7 @@ import numpy as np
 from softsim.builder import (
     conditions,
     contact,
+    fibres,
     layers,
     loads,
     passage,
@@ -59,6 +60,8 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
 
     own_mass = conditions.lumped_mass(names, bodies, len(points))
     own_mass += layers.layer_masses(names, len(points))
+    all_fibres = fibres.built_fibres(names)
+    own_mass += fibres.fibre_masses(all_fibres, len(points))
     held = conditions.held_components(names, bodies, points)
     held[soft_count:] = True
     fixed = held.copy()
@@ -111,6 +114,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         bodies=bodies,
         cables=built_cables(names, is_free, stiffness, all_walls),
         layers=layers.built_layers(names, points),
+        fibres=all_fibres,
         points=points,
         velocity=velocity,
         mass=mass,

@@ -115,7 +115,7 @@ def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
 
 def own_mass(names: Names, name: str, bodies: tuple[Body, ...], lumped: np.ndarray) -> float:
     """Mass of a rigid body without the deformable bodies tied to it [kg]; lumped (n,) [kg]: of all
-    nodes, with layers and point masses.
+    nodes, with layers, fibres and point masses.
 
     Raises SceneError where its total mass leaves nothing for itself, or where one of its deformable
     bodies is tied to another rigid body too.

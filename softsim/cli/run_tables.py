@@ -87,6 +87,12 @@ def model_table(model: Model) -> Table:
         table.add_row(
             f"layer '{layer.name}'", f"{len(layer.facets)} facets, {layer.mass * 1e3:.4g} g"
         )
+    for fibre in model.fibres:
+        table.add_row(
+            f"fibre '{fibre.name}'",
+            f"{len(fibre.lengths)} bars, {fibre.lengths.sum() * 1e3:.4g} mm, "
+            f"{fibre.mass * 1e3:.4g} g",
+        )
     if len(model.ties.nodes):
         table.add_row("ties", model.ties.describe())
     if model.mass_scaling is not None:

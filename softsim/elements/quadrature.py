@@ -111,14 +111,21 @@ def altitude(corners: np.ndarray) -> float:
 
 def _of_cubes(points: np.ndarray, cells: np.ndarray) -> Quadrature:
     """By Gauss's two points along each xi_i: exact up to xi_i^3."""
-    at_corner = PARENT_CORNERS[cells.shape[1]]
-    d = at_corner.shape[1]
-    xi = at_corner / np.sqrt(3.0)
-    factors = 0.5 * (1.0 + xi[:, None] * at_corner)  # (g, corners, d): along each xi_i
-    by_xi = np.empty_like(factors)
-    for i in range(d):
-        others = np.delete(factors, i, axis=2)
-        by_xi[:, :, i] = 0.5 * at_corner[:, i] * others.prod(axis=2)
+    corners = cells.shape[1]
+    values, by_xi = cube_functions(PARENT_CORNERS[corners] / np.sqrt(3.0), corners)
     jacobian = by_xi.swapaxes(1, 2) @ points[cells][:, None]  # dx_j / dxi_i
     gradients = by_xi @ np.linalg.inv(jacobian).swapaxes(2, 3)
-    return Quadrature(factors.prod(axis=2), gradients, np.linalg.det(jacobian))
+    return Quadrature(values, gradients, np.linalg.det(jacobian))
+
+
+def cube_functions(xi: np.ndarray, corners: int) -> tuple[np.ndarray, np.ndarray]:
+    """N_a (g, corners) of a quadrilateral or hexahedron at the points xi (g, d), and dN_a / dxi_i
+    (g, corners, d).
+    """
+    at_corner = PARENT_CORNERS[corners]
+    factors = 0.5 * (1.0 + xi[:, None] * at_corner)  # (g, corners, d): along each xi_i
+    by_xi = np.empty_like(factors)
+    for i in range(at_corner.shape[1]):
+        others = np.delete(factors, i, axis=2)
+        by_xi[:, :, i] = 0.5 * at_corner[:, i] * others.prod(axis=2)
+    return factors.prod(axis=2), by_xi

@@ -12,6 +12,7 @@ import numpy as np
 from softsim.contact.cylinder import Cylinder
 from softsim.contact.wall import Wall
 from softsim.elements.cable import Cable
+from softsim.elements.fibre import Fibre
 from softsim.elements.measures import cauchy_stress, measure_elements
 from softsim.loads.air_line import AirLine
 from softsim.loads.drive import ControlledPressure, GivenPressure
@@ -48,7 +49,9 @@ def columns(model: Model) -> dict[str, str]:
     if model.robot.frame is not None:
         first |= frame_columns(axes)
     cables = [data.cable for data in model.cables]
-    owners: list[Load | Wall | Cable] = [*model.loads, *model.walls, *cables]
+    owners: list[Load | Wall | Cable | Fibre] = [
+        *model.loads, *model.walls, *cables, *model.fibres
+    ]  # fmt: skip
     of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
     last = {
         **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
@@ -60,7 +63,7 @@ def columns(model: Model) -> dict[str, str]:
         **dict.fromkeys(parts_pressed(model), "N"),  # the same of each row of spikes, and each side
         "slip_share": "-",  # of the normal impulse of the interval that slipping nodes carried
         **of_terms,  # what their terms read
-        "internal_energy": "J",  # ALLSE: law, Maxwell springs, cables, tendons, tethers
+        "internal_energy": "J",  # ALLSE: law, Maxwell springs, cables, fibres, tendons ...
         **hourglass_columns(model),
         "kinetic_energy": "J",  # ALLKE
         "external_work": "J",  # ALLWK: pressure, motor, forces, gravity
@@ -317,7 +320,7 @@ def frame(scenario: Scenario, further: Sequence[str]) -> Frame:
         of_points,
         of_cells,
         ({"frame_pose": pose_rows} if poses else {})
-        | cable_places(model, x)
+        | line_places(model, x)
         | wall_offsets(model, scenario.time),
     )
 
@@ -330,9 +333,12 @@ def wall_forces(scenario: Scenario) -> np.ndarray:
     return found
 
 
-def cable_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
-    """Nodes (k, d) [m] of all cables, if there are any; all nodes are at x (n, d) [m]."""
+def line_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
+    """Nodes of all cables, then places of all fibres (k, d) [m], if there are any; all nodes are at
+    x (n, d) [m].
+    """
     places = [x[data.cable.nodes] for data in model.cables]
+    places += [fibre.places(x) for fibre in model.fibres]
     return {"cables": np.concatenate(places)} if places else {}
 
 
@@ -359,7 +365,13 @@ def description(model: Model, title: str) -> dict:
         "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
-        "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
+        "cable_starts": np.cumsum(
+            [
+                0,
+                *(len(data.cable.nodes) for data in model.cables),
+                *(len(fibre.corners) for fibre in model.fibres),
+            ]
+        )[:-1],
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,

@@ -1,4 +1,4 @@
-"""Cables in figures: lines, as wide as they are drawn anywhere."""
+"""Cables and fibres in figures: lines, as wide as they are drawn anywhere."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +12,7 @@ WIDTH = 1.6
 
 
 def cables_at(frames: Frames, index: int) -> list[np.ndarray]:
-    """Nodes (k, d) [mm] of each cable in a frame."""
+    """Nodes (k, d) [mm] of each cable, and places of each fibre, in a frame."""
     if "cables" not in frames.extra:
         return []
     starts = frames.described["cable_starts"].astype(int)

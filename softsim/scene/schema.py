@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 from softsim.scene.bodies import Body, RigidBody
 from softsim.scene.cables import Cable
 from softsim.scene.conditions import Condition
+from softsim.scene.fibres import Fibre
 from softsim.scene.layout import Layout
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
@@ -197,6 +198,7 @@ class Scene(Part):
     )
     cables: dict[Name, Cable] = Field(default={}, description="Cables by name.")
     layers: dict[Name, Layer] = Field(default={}, description="Layers on surfaces by name.")
+    fibres: dict[Name, Fibre] = Field(default={}, description="Fibres in bodies by name.")
     ties: dict[Name, Tie] = Field(default={}, description="Ties of nodes to surfaces by name.")
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")

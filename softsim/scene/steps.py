@@ -30,8 +30,8 @@ from softsim.scene.tree import Keys, Tree, child, entries, merged
 OF_A_STEP = ("time", "expect")
 ENDED = ("loads", "conditions")
 THE_SAME = (
-    ("bodies",), ("materials",), ("cables",), ("layers",), ("ties",), ("rigid_bodies",),
-    ("environment", "walls"),
+    ("bodies",), ("materials",), ("cables",), ("layers",), ("fibres",), ("ties",),
+    ("rigid_bodies",), ("environment", "walls"),
 )  # fmt: skip
 # What they hold counts from the rest shape and place on.
 FROM_REST = (AddedVolume, AddedGas, Pneumatic, Tendon, Tether)

@@ -1,10 +1,11 @@
 """The energy books: what was put in must be stored, moving, or dissipated.
 
-internal (ALLSE of ABAQUS: law, Maxwell springs, cables, tendons, tethers), of which a part is that
-of the elements' hourglass modes (ALLAE there), kinetic (ALLKE), contact springs (ALLPW), friction
-(ALLFD: contact, tethers, ends of cables), viscous (ALLVD + ALLCD: Maxwell dashpots, bulk viscosity,
-contact dashpots), external work (ALLWK: pressure, motor, nodal forces, gravity). The balance
-(ETOTAL) is their sum less the external work and less what was there at the start.
+internal (ALLSE of ABAQUS: law, Maxwell springs, cables, layers, fibres, tendons, tethers), of which
+a part is that of the elements' hourglass modes (ALLAE there), kinetic (ALLKE), contact springs
+(ALLPW), friction (ALLFD: contact, tethers, ends of cables), viscous (ALLVD + ALLCD: Maxwell
+dashpots, bulk viscosity, contact dashpots), external work (ALLWK: pressure, motor, nodal forces,
+gravity). The balance (ETOTAL) is their sum less the external work and less what was there at the
+start.
 """
 
 from dataclasses import dataclass

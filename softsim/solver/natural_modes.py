@@ -13,7 +13,7 @@ change: the frequency is then too high, by the square of that (Rayleigh). And it
 that of shear: what of it compresses, mu / (3 kappa) in bending, does not grow.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +21,8 @@ from scipy.optimize import brentq
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
+from softsim.elements.fibre import Fibre
+from softsim.elements.layer import Layer
 from softsim.errors import ModesError
 from softsim.materials.material import Material
 from softsim.model import Body, Model
@@ -98,8 +100,8 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
     root, inverse_root = inertia_root(model, body)
     stiffness = [rest_stiffness(model, body, region) for region in body.regions]
     parts = [(inverse_root.T @ k.matrix[free][:, free] @ inverse_root).tocsc() for k in stiffness]
-    of_layers = layer_stiffness(model, body)[free][:, free]
-    whole = sum(parts, (inverse_root.T @ of_layers @ inverse_root).tocsc())
+    reinforcement = layer_and_fibre_stiffness(model, body)[free][:, free]
+    whole = sum(parts, (inverse_root.T @ reinforcement @ inverse_root).tocsc())
     follows = np.zeros(len(is_free), dtype=bool)
     follows[model.ties.within(body.nodes).nodes] = True
     rigid = rigid_motions(body, is_free, follows, whole, root)
@@ -125,16 +127,17 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
     return NaturalModes(body, modes, held_count, rigid.shape[1], max(k.error for k in stiffness))
 
 
-def layer_stiffness(model: Model, body: Body) -> sp.csr_matrix:
-    """K (n d, n d) [N/m] at rest of the layers on a body, of what moves by itself."""
+def layer_and_fibre_stiffness(model: Model, body: Body) -> sp.csr_matrix:
+    """K (n d, n d) [N/m] at rest of the layers on a body and the fibres in it, taut, of what moves
+    by itself.
+    """
     (n, d), ties = body.points.shape, model.ties.within(body.nodes)
     T = sp.kron(ties.matrix(n), sp.identity(d))
+    own = slice(d * body.nodes.start, d * body.nodes.stop)
     result = sp.csr_matrix((n * d, n * d))
-    for layer in model.layers:
-        here = (layer.facets >= body.nodes.start) & (layer.facets < body.nodes.stop)
-        if here.all():
-            own = replace(layer, facets=layer.facets - body.first_node)
-            result += T.T @ own.rest_stiffness(body.points) @ T
+    parts: tuple[Layer | Fibre, ...] = (*model.layers, *model.fibres)
+    for part in parts:
+        result += T.T @ part.rest_stiffness(model.points)[own, own] @ T
     return result
 
 
@@ -255,7 +258,7 @@ def dynamic_frequency(
     frequency: float, energy_shares: np.ndarray, materials: list[Material]
 ) -> float:
     """Frequency [Hz] of a mode with Maxwell branches, of that without them [Hz] and the shares
-    (k,) of its energy in parts of these materials; what is left of it, layers store.
+    (k,) of its energy in parts of these materials; what is left of it, layers and fibres store.
     """
 
     def excess(tried: float) -> float:

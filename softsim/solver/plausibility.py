@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.spatial import cKDTree
 
+from softsim.elements.fibre import Fibre
 from softsim.loads.air_line import LAMINAR, AirLine, Course
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.prescribed import PrescribedMotion
@@ -32,6 +33,9 @@ STRETCHES = 0.6, 2.0
 LEAST_INCREMENTS = 20
 # Tied nodes so many sides of their facets apart leave corners between them without a partner.
 FARTHEST_TIED = 1.5
+# Bars of a fibre, over the elements around them: longer ones pass over elements on their way, shorter
+# ones cost time and tell no more.
+BAR_LENGTHS = 0.1, 2.0
 # A run that nobody waits for [days], at so many element updates a second: of a fast processor.
 MOST_DAYS, FAST = 30.0, 50e6
 
@@ -41,7 +45,7 @@ def doubts(model: Model) -> dict[str, str]:
 
     Looked at: the size of bodies, shear moduli, densities and stability of their materials, how
     high pressures, what air lines let through, how fast motors and motions are, how many increments
-    there are to do, which side of a tie is the finer one.
+    there are to do, which side of a tie is the finer one, how long the bars of fibres are.
     """
     return {
         **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
@@ -55,6 +59,7 @@ def doubts(model: Model) -> dict[str, str]:
         **pace_doubts(model),
         **length_doubts(model),
         **tie_doubts(model),
+        **{f"bars of {f.name}": text for f in model.fibres for text in fibre_doubts(model, f)},
     }
 
 
@@ -240,3 +245,16 @@ def tie_doubts(model: Model) -> dict[str, str]:
         "sides of their facets apart: nodes of the facets between them are free, and gaps open; "
         "exchange nodes and facets of the tie, so that the finer side follows the coarser one"
     }
+
+
+def fibre_doubts(model: Model, fibre: Fibre) -> Iterator[str]:
+    """Of a fibre whose bars are much longer or shorter than the elements around them."""
+    around = model.points[fibre.corners]
+    size = float(np.ptp(around, axis=1).max(axis=1).mean())
+    bar = float(fibre.lengths.mean())
+    if not BAR_LENGTHS[0] * size <= bar <= BAR_LENGTHS[1] * size:
+        which = "pass over elements on their way" if bar > size else "cost time and tell no more"
+        yield (
+            f"fibre '{fibre.name}' has bars of {1e3 * bar:.3g} mm in elements of "
+            f"{1e3 * size:.3g} mm, which {which}: give a spacing of about {0.5e3 * size:.2g} mm"
+        )

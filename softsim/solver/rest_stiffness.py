@@ -92,8 +92,8 @@ class ElasticForces:
         relaxed = replace(region, material=replace(region.material, branches=()))
         alone = replace(
             model, bodies=(replace(body, regions=(relaxed,)),), rigid_bodies=(), outlines=(),
-            walls=(), self_contact=None, cables=(), layers=(), loads=(), bulk_viscosity=0.0,
-            relaxation=None, settling=None, passage=None,
+            walls=(), self_contact=None, cables=(), layers=(), fibres=(), loads=(),
+            bulk_viscosity=0.0, relaxation=None, settling=None, passage=None,
         )  # fmt: skip
         self.solver, self.nodes, self.rest = ExplicitSolver([alone]), body.nodes, model.points
 

@@ -20,6 +20,7 @@ from softsim.contact.self_contact import SelfContact
 from softsim.contact.surface_contact import SurfaceContact
 from softsim.contact.wall import Obstacle, Wall
 from softsim.elements.cable import CableTerm
+from softsim.elements.fibre import FibreTerm
 from softsim.elements.layer import LayerTerm
 from softsim.elements.region import joined_regions
 from softsim.elements.ties import TieTerm
@@ -59,6 +60,7 @@ class Terms:
         ]
         self.cables = [CableTerm(self.nodes, data.cable) for data in model.cables]
         self.layers = [LayerTerm(self.nodes, layer) for layer in model.layers]
+        self.fibres = [FibreTerm(self.nodes, fibre) for fibre in model.fibres]
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)
@@ -149,8 +151,8 @@ class Terms:
 
     @property
     def inner(self) -> list[Term]:
-        """Elements, cables, layers and loads: what they store is internal energy."""
-        return [*self.elements, *self.cables, *self.layers, *self.loads]
+        """Elements, cables, layers, fibres and loads: what they store is internal energy."""
+        return [*self.elements, *self.cables, *self.layers, *self.fibres, *self.loads]
 
     @property
     def touching(self) -> list[Term]:
@@ -208,7 +210,7 @@ class Terms:
     def state_fields(self) -> dict[str, ti.Field]:
         """Every field that a checkpoint keeps, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
-        for name in ("elements", "cables", "loads", "contacts", "self_contacts"):
+        for name in ("elements", "cables", "fibres", "loads", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
         return {
             f"{owner}/{name}": field

@@ -12,7 +12,8 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx
   + sum_e V_e (material |Grad u|^2 + spatial |grad u|^2)     shape and initial stress: tangent.py,
                                                 with d^2F_zz where elements go around
   + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
-                                                facets of layers: layer_stiffness.py
+                                                facets of layers: layer_stiffness.py; bars of
+                                                fibres: fibre_stiffness.py
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
 Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py); what
@@ -31,6 +32,7 @@ from softsim.model import Model
 from softsim.stability.cable_stiffness import CableStiffness
 from softsim.stability.contact_stiffness import ContactStiffness
 from softsim.stability.element_stiffness import ElementStiffness, RegionStiffness
+from softsim.stability.fibre_stiffness import FibreStiffness
 from softsim.stability.layer_stiffness import LayerStiffness
 from softsim.stability.rigid_bodies import tied_mass
 
@@ -131,9 +133,10 @@ class ModelStiffness:
             np.concatenate(parts) for parts in zip(*of_members, strict=True)
         )
 
-        self.beside: list[CableStiffness | LayerStiffness] = [
+        self.beside: list[CableStiffness | LayerStiffness | FibreStiffness] = [
             *(CableStiffness(data.cable) for data in model.cables),
             *(LayerStiffness(layer) for layer in model.layers),
+            *(FibreStiffness(fibre) for fibre in model.fibres),
         ]
         movers = [r.movers + r.region.first_node for r in self.regions]
         stencils = [*movers, *(s for part in self.beside for s in part.stencils)]

@@ -173,8 +173,8 @@ class StableStepEstimator:
         return with_bodies(nodes, bodies, self.stiffness.hardest_press(x, dt), pressing)
 
     def _other_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
-        """Shares of cables and layers in omega^2 [1/s^2] of a unit mode (n d,), by name, all nodes
-        at x.
+        """Shares of cables, layers and fibres in omega^2 [1/s^2] of a unit mode (n d,), by name,
+        all nodes at x.
         """
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(x.shape)
         return {

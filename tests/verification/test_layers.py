@@ -188,7 +188,7 @@ def test_the_stable_step_bounds_a_layer(build, start, kind):
     it; free after a blow it keeps its energy.
     """
     from softsim.solver.energy import EnergyReader
-    from softsim.solver.natural_modes import inertia_root, layer_stiffness
+    from softsim.solver.natural_modes import inertia_root, layer_and_fibre_stiffness
     from softsim.solver.rest_stiffness import rest_stiffness
     from softsim.stability.time_step import stable_step
 
@@ -204,7 +204,7 @@ def test_the_stable_step_bounds_a_layer(build, start, kind):
     energies = reader.read()[0]
     assert energies.internal > 0.2 * before.kinetic
     assert energies.balance == pytest.approx(before.balance, rel=0.15)
-    K = rest_stiffness(model, body, body.regions[0]).matrix + layer_stiffness(model, body)
+    K = rest_stiffness(model, body, body.regions[0]).matrix + layer_and_fibre_stiffness(model, body)
     _, inverse_root = inertia_root(model, body)
     matrix = (inverse_root.T @ K @ inverse_root).toarray()
     omega = np.sqrt(np.linalg.eigvalsh(matrix).max())

@@ -1,0 +1,146 @@
+"""Fibres in bodies: the places along them, the elements that hold these, and their mass."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from softsim.builder.names import MeshedBody, Names, close_names, in_mm
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.embedding import embedded
+from softsim.elements.fibre import Fibre
+from softsim.elements.ring_section import RingSection
+from softsim.mesh.closest import at
+from softsim.mesh.mesh import SURFACE
+from softsim.scene import fibres
+from softsim.scene.tree import Keys
+
+# Of the mean side of the surface's facets: how far outside a fibre may lie where the scene says
+# nothing.
+USUAL_TOLERANCE = 0.05
+# A helix is a polygon with so many sides a turn, at least.
+LEAST_SIDES = 8
+
+
+def built_fibres(names: Names) -> tuple[Fibre, ...]:
+    """All fibres of a scene, in its order.
+
+    Raises SceneError in an axisymmetric model or a ring section, for a fibre without a length, and
+    where one leaves its body.
+    """
+    return tuple(fibre(names, name) for name in names.scene.fibres)
+
+
+def fibre_masses(all_fibres: Sequence[Fibre], node_count: int) -> np.ndarray:
+    """Mass (n,) [kg] of the fibres at each node."""
+    return sum((f.nodal_mass(node_count) for f in all_fibres), np.zeros(node_count))
+
+
+def fibre(names: Names, name: str) -> Fibre:
+    """A fibre of a scene."""
+    data, keys = names.scene.fibres[name], ("fibres", name)
+    if isinstance(names.geometry, Axisymmetric | RingSection):
+        raise names.loaded.error(
+            keys,
+            f"a fibre in a model that is {names.geometry.name} would be a sheet all around",
+            "write formulation solid or plane_strain, or a layer in its place",
+        )
+    if data.body not in names.bodies:
+        raise names.loaded.error(
+            (*keys, "body"),
+            f"there is no body '{data.body}'",
+            close_names(data.body, list(names.bodies), "bodies"),
+        )
+    body = names.bodies[data.body]
+    if data.helix is None:
+        places = along_corners(names, name)
+    else:
+        places = along_helix(names, data.helix, data.spacing, (*keys, "helix"))
+    points = body.mesh.points
+    nodes, weights, moved = embedded(places, points, body.mesh.cells, body.mesh.facet_sets[SURFACE])
+    refuse_outside(names, name, body, places, moved)
+    held = at(weights, points[nodes])
+    area = 0.25 * np.pi * data.diameter**2
+    return Fibre(
+        name=name,
+        corners=body.first_node + nodes,
+        weights=weights,
+        lengths=np.linalg.norm(np.diff(held, axis=0), axis=1),
+        stretching_stiffness=data.youngs_modulus * area,
+        mass_per_length=data.density * area,
+        bears_compression=data.bears_compression,
+    )
+
+
+def along_corners(names: Names, name: str) -> np.ndarray:
+    """Places (k, d) [m] along the line through a fibre's points: these, and evenly between them."""
+    data = names.scene.fibres[name]
+    assert data.points is not None
+    corners = [
+        names.vector(point, ("fibres", name, "points", k)) for k, point in enumerate(data.points)
+    ]
+    places = [corners[0]]
+    for k, (start, end) in enumerate(pairwise(corners)):
+        length = float(np.linalg.norm(end - start))
+        if length == 0.0:
+            raise names.loaded.error(
+                ("fibres", name, "points", k + 1),
+                f"'{name}' has two corners at {in_mm(start)}, one after the other",
+                "leave one of them out",
+            )
+        count = max(1, round(length / data.spacing))
+        places += [start + (end - start) * step / count for step in range(1, count)]
+        places.append(end)
+    return np.array(places)
+
+
+def along_helix(names: Names, helix: fibres.Helix, spacing: float, keys: Keys) -> np.ndarray:
+    """Places (k, 3) [m] along a helix, evenly.
+
+    Raises SceneError in a section, and where the spacing makes too coarse a polygon of it.
+    """
+    if names.dimension == 2:
+        raise names.loaded.error(
+            keys, "a section has no helix", "write points, or formulation solid"
+        )
+    axis = names.axis(helix.direction, (*keys, "direction"))
+    a_turn = float(np.hypot(2.0 * np.pi * helix.radius, helix.pitch))
+    if spacing * LEAST_SIDES > a_turn:
+        raise names.loaded.error(
+            (*keys[:-1], "spacing"),
+            f"a turn of the helix is {a_turn * 1e3:.4g} mm long, fewer than {LEAST_SIDES} bars of "
+            f"{spacing * 1e3:.4g} mm",
+            f"at most {a_turn / LEAST_SIDES * 1e3:.3g} mm",
+        )
+    count = max(1, round(helix.turns * a_turn / spacing))
+    turned = helix.turns * np.linspace(0.0, 1.0, count + 1)
+    sense = 1.0 if helix.handedness == "right" else -1.0
+    angle = helix.start_angle + sense * 2.0 * np.pi * turned
+    across = [helix.radius * np.cos(angle), helix.radius * np.sin(angle)]
+    # The first column is along the axis; those after it follow as y after x.
+    places = np.roll(np.stack([helix.pitch * turned, *across], axis=1), axis, axis=1)
+    return places + names.vector(helix.center, (*keys, "center"))
+
+
+def refuse_outside(
+    names: Names, name: str, body: MeshedBody, places: np.ndarray, moved: np.ndarray
+) -> None:
+    """No place (k, d) [m] of a fibre lies outside its body, from which it is moved (k,) [m], by
+    more than the tolerance.
+    """
+    data = names.scene.fibres[name]
+    facets, points = body.mesh.facet_sets[SURFACE], body.mesh.points
+    sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
+    usual = USUAL_TOLERANCE * float(sides[sides > 0.0].mean())
+    tolerance = usual if data.tolerance is None else data.tolerance
+    out = np.flatnonzero(moved > tolerance)
+    if not len(out):
+        return
+    worst = int(np.argmax(moved))
+    raise names.loaded.error(
+        ("fibres", name, "helix" if data.points is None else "points"),
+        f"'{name}' leaves body '{data.body}' at {in_mm(places[out[0]])}, and is outside by "
+        f"{moved[worst] * 1e3:.3g} mm at {in_mm(places[worst])}, more than the tolerance of "
+        f"{tolerance * 1e3:.3g} mm",
+        f"lay it inside, or raise the tolerance (fibres.{name}.tolerance)",
+    )

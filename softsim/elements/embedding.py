@@ -1,0 +1,85 @@
+"""In which elements places lie, and the shape functions of these there."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from softsim.elements.quadrature import cube_functions, simplex_gradients
+from softsim.mesh.closest import at, closest_on_facets
+
+# A place that is outside an element by no more than this share of it lies in it.
+ROUND_OFF = 1e-9
+# Newton's steps to a place in a bilinear or trilinear element; four do where it is no wedge.
+MOST_STEPS = 30
+
+
+def embedded(
+    places: np.ndarray, points: np.ndarray, cells: np.ndarray, surface: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes (k, c) that each place (k, d) [m] in a body follows, with which weights (k, c), and how
+    far it is moved for that (k,) [m].
+
+    points (n, d) [m], cells (m, c) and surface (f, corners) of the body's mesh. In a cell nodes are
+    its corners and weights its shape functions, and no place is moved; of cells that meet there the
+    first counts. What lies outside is moved to the closest point of the surface, and follows the
+    corners of that facet.
+    """
+    cell, weights = holding_cells(places, points, cells)
+    nodes, moved = cells[cell], np.zeros(len(places))
+    outside = np.flatnonzero(cell < 0)
+    if len(outside):
+        facet, shares = closest_on_facets(places[outside], points, surface)
+        corners = surface[facet]
+        moved[outside] = np.linalg.norm(at(shares, points[corners]) - places[outside], axis=1)
+        spare = ((0, 0), (0, cells.shape[1] - surface.shape[1]))  # corners without weight
+        nodes[outside] = np.pad(corners, spare, mode="edge")
+        weights[outside] = np.pad(shares, spare)
+    return nodes, weights, moved
+
+
+def holding_cells(
+    places: np.ndarray, points: np.ndarray, cells: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Number (k,) of the cell (m, c) in which each place (k, d) [m] lies, -1 where none is, and the
+    shape functions (k, c) of its corners there. points (n, d) [m] of the mesh.
+    """
+    corners = points[cells]
+    centres = corners.mean(axis=1)
+    reach = np.linalg.norm(corners - centres[:, None], axis=2).max() * (1.0 + ROUND_OFF)
+    near = cKDTree(centres).query_ball_point(places, reach)
+    place = np.repeat(np.arange(len(places)), [len(members) for members in near])
+    candidate = np.concatenate([np.sort(members) for members in near]).astype(int)
+    weights, beside = shape_functions(places[place], points, cells[candidate])
+    inside = np.flatnonzero(beside <= ROUND_OFF)
+    held, first = np.unique(place[inside], return_index=True)
+    found, of_places = np.full(len(places), -1), np.zeros((len(places), cells.shape[1]))
+    found[held], of_places[held] = candidate[inside[first]], weights[inside[first]]
+    return found, of_places
+
+
+def shape_functions(
+    places: np.ndarray, points: np.ndarray, cells: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """N_a (k, c) of a cell (k, c) at a place (k, d) [m] each, and by what share of its size the
+    place lies outside (k,), not more than zero inside.
+    """
+    if cells.shape[1] == points.shape[1] + 1:
+        first = points[cells[:, 0]]
+        weights = np.einsum("kci,ki->kc", simplex_gradients(points, cells), places - first)
+        weights[:, 0] += 1.0
+        return weights, -weights.min(axis=1)
+    corners = points[cells]
+    size = np.linalg.norm(corners - places[:, None], axis=2).max(axis=1)
+    xi = np.zeros(places.shape)
+    for _ in range(MOST_STEPS):
+        weights, slopes = cube_functions(xi, cells.shape[1])
+        apart = places - at(weights, corners)
+        if np.linalg.norm(apart, axis=1).max(initial=0.0) < 1e-15 * size.max(initial=0.0):
+            break
+        # dx_j / dxi_i; a pseudo-inverse, as corners of a wedge fall together.
+        inverse = np.linalg.pinv(slopes.swapaxes(1, 2) @ corners)
+        step = np.einsum("ki,kij->kj", apart, inverse)
+        # What is far outside need not go on: another cell holds it.
+        xi = np.clip(xi + step, -2.0, 2.0)
+    weights, _ = cube_functions(xi, cells.shape[1])
+    missed = np.linalg.norm(places - at(weights, corners), axis=1) / size
+    return weights, np.maximum(np.abs(xi).max(axis=1) - 1.0, missed)

@@ -1,0 +1,164 @@
+"""A fibre in a body: a thread or wire of which each place follows the element that it lies in.
+
+The fibre is cut into bars between places a along it. With the shape functions N_aj of the element
+around it, fixed where it lies at rest, a place and its mass are those of the element's corners j,
+    x_a = sum_j N_aj x_j,   m_j += N_aj m_a
+(ABAQUS's *EMBEDDED ELEMENT, SOFA's BarycentricMapping). A bar between the places a and b has
+    l = |x_b - x_a|,   E = EA / (2 l_0) (l - l_0)^2,   f_j = -EA (l / l_0 - 1) (N_bj - N_aj) t,
+t its direction: the exact derivatives, with the engineering strain l / l_0 - 1, which may be large.
+As sum_j N_aj = 1 and sum_j N_aj x_j = x_a, neither force nor moment is lost: a bar's add up to
+nothing, and the mass and its centre are the fibre's.
+
+Thread goes slack: a bar that is shorter than at rest stores nothing, unless the fibre bears
+compression, as wire in a matrix that keeps it from buckling does. It has no bending stiffness and
+takes no room: what the body's own material has there stays (ABAQUS counts both, too).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import taichi as ti
+
+from softsim import backend, fields
+from softsim.elements.geometry import nodal_sums
+from softsim.fields import Number, index_field, real_field
+from softsim.nodes import Nodes
+from softsim.term import Pass, Stage, Term
+
+
+@dataclass(frozen=True)
+class Fibre:
+    """corners (k, c): of the element around each place, numbered in the model; weights (k, c): its
+    shape functions there. lengths (k - 1,): of the bars at rest [m]. stretching_stiffness EA [N],
+    mass_per_length [kg/m].
+    """
+
+    name: str
+    corners: np.ndarray
+    weights: np.ndarray
+    lengths: np.ndarray
+    stretching_stiffness: float
+    mass_per_length: float
+    bears_compression: bool
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns that its term adds to the history -> unit."""
+        return {f"{self.name}_tension": "N"}
+
+    @property
+    def mass(self) -> float:
+        """Of all of it [kg]."""
+        return self.mass_per_length * float(self.lengths.sum())
+
+    @property
+    def bar_nodes(self) -> np.ndarray:
+        """Nodes (k - 1, 2 c) that each bar follows: those of its start, then of its end; some are
+        there twice.
+        """
+        return np.concatenate([self.corners[:-1], self.corners[1:]], axis=1)
+
+    @property
+    def bar_weights(self) -> np.ndarray:
+        """B (k - 1, 2 c): x_b - x_a = sum_j B_j x_j of these nodes."""
+        return np.concatenate([-self.weights[:-1], self.weights[1:]], axis=1)
+
+    @property
+    def spring_stiffness(self) -> np.ndarray:
+        """EA / l_0 (k - 1,) [N/m]."""
+        return self.stretching_stiffness / self.lengths
+
+    def places(self, x: np.ndarray) -> np.ndarray:
+        """Its places (k, d) [m], with the model's nodes at x (n, d) [m]."""
+        return np.einsum("kc,kcd->kd", self.weights, x[self.corners])
+
+    def nodal_mass(self, node_count: int) -> np.ndarray:
+        """Mass (n,) [kg] that it hands to each node: half of a bar's to each end."""
+        halves = 0.5 * self.mass_per_length * self.lengths
+        of_places = np.append(halves, 0.0) + np.append(0.0, halves)
+        return nodal_sums(self.corners, of_places[:, None] * self.weights, node_count)
+
+    def rest_stiffness(self, points: np.ndarray) -> sp.csr_matrix:
+        """K (n d, n d) [N/m] at rest, with the nodes at points (n, d) [m], of taut bars:
+        EA / l_0 (B t) (B t)^T.
+        """
+        (n, d), nodes = points.shape, self.bar_nodes
+        ways = np.diff(self.places(points), axis=0)
+        tangents = ways / np.linalg.norm(ways, axis=1)[:, None]
+        stretch = self.bar_weights[:, :, None] * tangents[:, None]  # dl / dx_j
+        rows = np.repeat(np.arange(len(nodes)), nodes.shape[1] * d)
+        columns = (nodes[:, :, None] * d + np.arange(d)).ravel()
+        G = sp.csr_matrix((stretch.ravel(), (rows, columns)), shape=(len(nodes), n * d))
+        return (G.T @ sp.diags(self.spring_stiffness) @ G).tocsr()
+
+
+@ti.data_oriented
+class FibreTerm(Term):
+    """A fibre in kernels. impulse (scenarios, bars) [N s]: of each bar's tension, since last
+    cleared.
+    """
+
+    def __init__(self, nodes: Nodes, fibre: Fibre) -> None:
+        self.nodes, self.column = nodes, next(iter(fibre.columns))
+        self.bars, self.bears_compression = Number(len(fibre.lengths)), fibre.bears_compression
+        self.node_count = fibre.bar_nodes.shape[1]
+        self.node, self.weight = index_field(fibre.bar_nodes), real_field(fibre.bar_weights)
+        self.length = real_field(fibre.lengths)
+        self.spring_stiffness = real_field(fibre.spring_stiffness)
+        self.first_slot = nodes.corner_forces.reserve(fibre.bar_nodes)
+        self.impulse = real_field(np.zeros((nodes.scenarios, len(fibre.lengths))))
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {Stage.MOVE: [Pass("fibres", int(self.bars), (self.stretch,))]}
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return {"impulse": self.impulse}
+
+    def impulses(self) -> list[ti.Field]:
+        """Of the tensions."""
+        return [self.impulse]
+
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """The mean tension [N] of the bar in which it is largest."""
+        impulse = float(fields.read_row(self.impulse, scenario).max())
+        return {self.column: impulse / interval if interval > 0.0 else 0.0}
+
+    @ti.func
+    def way(self, s, i):
+        """From the start of bar i to its end [m]."""
+        way = ti.Vector.zero(backend.real, self.nodes.dimension)
+        for c in ti.static(range(self.node_count)):
+            way += self.weight[i, c] * self.nodes.position[s, self.node[i, c]]
+        return way
+
+    @ti.func
+    def elongation(self, i, length):
+        """l - l_0 [m] of bar i, zero where it is slack."""
+        elongation = length - self.length[i]
+        if ti.static(not self.bears_compression):
+            elongation = ti.max(elongation, ti.cast(0.0, backend.real))
+        return elongation
+
+    @ti.func
+    def stretch(self, s, i, t, dt):
+        """Forces of bar i on the nodes that it follows."""
+        way = self.way(s, i)
+        length = way.norm()
+        tension = self.spring_stiffness[i] * self.elongation(i, length)
+        pull = -tension / length * way
+        for c in ti.static(range(self.node_count)):
+            slot = self.first_slot + self.node_count * i + c
+            self.nodes.corner_forces.write(s, slot, self.weight[i, c] * pull)
+        self.impulse[s, i] = self.impulse[s, i] + tension * dt
+
+    @ti.func
+    def stored_energy(self, s):
+        """Of stretching [J]."""
+        energy = ti.cast(0.0, backend.real)
+        for i in range(self.bars.read()):
+            elongation = self.elongation(i, self.way(s, i).norm())
+            energy += 0.5 * self.spring_stiffness[i] * elongation * elongation
+        return energy
