@@ -33,8 +33,8 @@ STRETCHES = 0.6, 2.0
 LEAST_INCREMENTS = 20
 # Tied nodes so many sides of their facets apart leave corners between them without a partner.
 FARTHEST_TIED = 1.5
-# Bars of a fibre, over the elements around them: longer ones pass over elements on their way, shorter
-# ones cost time and tell no more.
+# Bars of a fibre, over the elements around them: longer ones pass over elements on their way,
+# shorter ones cost time and tell no more.
 BAR_LENGTHS = 0.1, 2.0
 # A run that nobody waits for [days], at so many element updates a second: of a fast processor.
 MOST_DAYS, FAST = 30.0, 50e6

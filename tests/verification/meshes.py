@@ -276,6 +276,35 @@ def swept(triangles: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarra
     return np.stack([np.stack(four, axis=-1) for four in corners]).reshape(-1, 4)
 
 
+def tube_of_hexahedra(
+    inner: float, outer: float, length: float, counts: tuple[int, int, int]
+) -> SmallMesh:
+    """A tube about x from x = 0 to its length [m], `counts` of cells across, around and along.
+
+    Node and facet sets inner, left, right.
+    """
+    across, around, along = counts
+    steps = np.arange((across + 1) * around * (along + 1))
+    a, rest = np.divmod(steps, around * (along + 1))
+    c, k = np.divmod(rest, along + 1)
+    radius, angle = inner + (outer - inner) * a / across, 2.0 * np.pi * c / around
+    points = np.stack([length * k / along, radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+
+    def number(da, dc, dk):
+        i, j, h = np.meshgrid(np.arange(across), np.arange(around), np.arange(along), indexing="ij")
+        nodes = ((i + da) * around + (j + dc) % around) * (along + 1) + h + dk
+        return nodes.ravel()
+
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]  # outwards, then around: x goes along
+    cells = np.stack([number(*corner, dk) for dk in (0, 1) for corner in square], axis=1)
+    sets = {
+        "inner": np.flatnonzero(a == 0),
+        "left": np.flatnonzero(k == 0),
+        "right": np.flatnonzero(k == along),
+    }
+    return SmallMesh(points, cells, sets, tuple(sets))
+
+
 def walled(points: np.ndarray, cells: np.ndarray, inner: np.ndarray) -> SmallMesh:
     """A thick wall with its sets; coordinates that rounding left off zero are zero."""
     points = np.where(np.abs(points) < 1e-15, 0.0, points)
