@@ -14,6 +14,7 @@ compression, as wire in a matrix that keeps it from buckling does. It has no ben
 takes no room: what the body's own material has there stays (ABAQUS counts both, too).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,19 +96,28 @@ class Fibre:
 
 @ti.data_oriented
 class FibreTerm(Term):
-    """A fibre in kernels. impulse (scenarios, bars) [N s]: of each bar's tension, since last
-    cleared.
+    """All fibres of a model in kernels, bar after bar: a term each would be compiled each.
+    least (bars,) [m]: l - l_0 below which a bar gives no less force. impulse (scenarios, bars)
+    [N s]: of each bar's tension, since last cleared.
     """
 
-    def __init__(self, nodes: Nodes, fibre: Fibre) -> None:
-        self.nodes, self.column = nodes, next(iter(fibre.columns))
-        self.bars, self.bears_compression = Number(len(fibre.lengths)), fibre.bears_compression
-        self.node_count = fibre.bar_nodes.shape[1]
-        self.node, self.weight = index_field(fibre.bar_nodes), real_field(fibre.bar_weights)
-        self.length = real_field(fibre.lengths)
-        self.spring_stiffness = real_field(fibre.spring_stiffness)
-        self.first_slot = nodes.corner_forces.reserve(fibre.bar_nodes)
-        self.impulse = real_field(np.zeros((nodes.scenarios, len(fibre.lengths))))
+    def __init__(self, nodes: Nodes, fibres: Sequence[Fibre]) -> None:
+        counts = [len(fibre.lengths) for fibre in fibres]
+        self.nodes, self.bars = nodes, Number(sum(counts))
+        self.columns = [next(iter(fibre.columns)) for fibre in fibres]
+        self.starts = np.cumsum([0, *counts[:-1]])
+        bar_nodes = np.concatenate([fibre.bar_nodes for fibre in fibres])
+        self.node_count = bar_nodes.shape[1]
+        self.node = index_field(bar_nodes)
+        self.weight = real_field(np.concatenate([fibre.bar_weights for fibre in fibres]))
+        lengths = [fibre.lengths for fibre in fibres]
+        self.length = real_field(np.concatenate(lengths))
+        self.least = real_field(
+            np.concatenate([-f.lengths * f.bears_compression for f in fibres])  # never below -l_0
+        )
+        self.spring_stiffness = real_field(np.concatenate([f.spring_stiffness for f in fibres]))
+        self.first_slot = nodes.corner_forces.reserve(bar_nodes)
+        self.impulse = real_field(np.zeros((nodes.scenarios, len(bar_nodes))))
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
@@ -122,25 +132,23 @@ class FibreTerm(Term):
         return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean tension [N] of the bar in which it is largest."""
-        impulse = float(fields.read_row(self.impulse, scenario).max())
-        return {self.column: impulse / interval if interval > 0.0 else 0.0}
+        """The mean tension [N] of the bar of each fibre in which it is largest."""
+        impulses = np.maximum.reduceat(fields.read_row(self.impulse, scenario), self.starts)
+        tensions = impulses / interval if interval > 0.0 else 0.0 * impulses
+        return dict(zip(self.columns, tensions.tolist(), strict=True))
 
     @ti.func
     def way(self, s, i):
         """From the start of bar i to its end [m]."""
         way = ti.Vector.zero(backend.real, self.nodes.dimension)
-        for c in ti.static(range(self.node_count)):
+        for c in range(self.node_count):  # not unrolled: it may be 16
             way += self.weight[i, c] * self.nodes.position[s, self.node[i, c]]
         return way
 
     @ti.func
     def elongation(self, i, length):
         """l - l_0 [m] of bar i, zero where it is slack."""
-        elongation = length - self.length[i]
-        if ti.static(not self.bears_compression):
-            elongation = ti.max(elongation, ti.cast(0.0, backend.real))
-        return elongation
+        return ti.max(length - self.length[i], self.least[i])
 
     @ti.func
     def stretch(self, s, i, t, dt):
@@ -149,7 +157,7 @@ class FibreTerm(Term):
         length = way.norm()
         tension = self.spring_stiffness[i] * self.elongation(i, length)
         pull = -tension / length * way
-        for c in ti.static(range(self.node_count)):
+        for c in range(self.node_count):  # not unrolled: it may be 16
             slot = self.first_slot + self.node_count * i + c
             self.nodes.corner_forces.write(s, slot, self.weight[i, c] * pull)
         self.impulse[s, i] = self.impulse[s, i] + tension * dt

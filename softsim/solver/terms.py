@@ -60,7 +60,7 @@ class Terms:
         ]
         self.cables = [CableTerm(self.nodes, data.cable) for data in model.cables]
         self.layers = [LayerTerm(self.nodes, layer) for layer in model.layers]
-        self.fibres = [FibreTerm(self.nodes, fibre) for fibre in model.fibres]
+        self.fibres = [FibreTerm(self.nodes, model.fibres)] if model.fibres else []
         self.loads = [
             alike[0].term(alike, self.nodes, self.rigid_bodies)
             for alike in zip(*(m.loads for m in models), strict=True)

@@ -59,12 +59,11 @@ def deform(solver, x):
 
 def fibre_forces(solver, model):
     """Forces (n, d) [N] of the fibres alone, as last found."""
-    forces = np.zeros_like(model.points)
-    for fibre, term in zip(model.fibres, solver.terms.fibres, strict=True):
-        slots = slice(term.first_slot, term.first_slot + fibre.bar_nodes.size)
-        for k, component in enumerate(solver.terms.nodes.corner_forces.component):
-            of_slots = fields.read(component)[0, slots]
-            np.add.at(forces[:, k], fibre.bar_nodes.ravel(), of_slots)
+    forces, (term,) = np.zeros_like(model.points), solver.terms.fibres
+    bar_nodes = np.concatenate([fibre.bar_nodes for fibre in model.fibres])
+    slots = slice(term.first_slot, term.first_slot + bar_nodes.size)
+    for k, component in enumerate(solver.terms.nodes.corner_forces.component):
+        np.add.at(forces[:, k], bar_nodes.ravel(), fields.read(component)[0, slots])
     return forces
 
 
