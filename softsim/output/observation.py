@@ -334,12 +334,14 @@ def wall_forces(scenario: Scenario) -> np.ndarray:
 
 
 def line_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
-    """Nodes of all cables, then places of all fibres (k, d) [m], if there are any; all nodes are at
+    """Nodes of all cables, and places of all fibres, (k, d) [m], if there are any; all nodes are at
     x (n, d) [m].
     """
-    places = [x[data.cable.nodes] for data in model.cables]
-    places += [fibre.places(x) for fibre in model.fibres]
-    return {"cables": np.concatenate(places)} if places else {}
+    lines = {
+        "cables": [x[data.cable.nodes] for data in model.cables],
+        "fibres": [fibre.places(x) for fibre in model.fibres],
+    }
+    return {kind: np.concatenate(places) for kind, places in lines.items() if places}
 
 
 def wall_offsets(model: Model, time: float) -> dict[str, np.ndarray]:
@@ -365,13 +367,8 @@ def description(model: Model, title: str) -> dict:
         "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
-        "cable_starts": np.cumsum(
-            [
-                0,
-                *(len(data.cable.nodes) for data in model.cables),
-                *(len(fibre.corners) for fibre in model.fibres),
-            ]
-        )[:-1],
+        "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
+        "fibre_starts": np.cumsum([0, *(len(fibre.corners) for fibre in model.fibres)])[:-1],
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,

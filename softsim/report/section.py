@@ -11,7 +11,7 @@ from matplotlib.patches import Polygon
 
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
-from softsim.report.cables import cables_at, draw_cables
+from softsim.report.cables import cables_at, draw_cables, draw_fibres, fibres_at
 from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.style import FRAME, INK, PALE, QUIET, WALL
 
@@ -27,13 +27,14 @@ NO_WALLS, NO_LINES = np.zeros((0, 4)), np.zeros((0, 2, 2))
 @dataclass(frozen=True)
 class Shot:
     """One frame in the plane [mm]: corners (m, 3|4, 2), values (m,), rigid outlines (k, 4, 2),
-    edges of the free surface (e, 2, 2), nodes (n, 2) of each cable."""
+    edges of the free surface (e, 2, 2), nodes (n, 2) of each cable, places of each fibre."""
 
     corners: np.ndarray
     values: np.ndarray
     outlines: np.ndarray
     boundary: np.ndarray
     cables: list[np.ndarray]
+    fibres: list[np.ndarray]
 
     def moving(self) -> np.ndarray:
         """All places (n, 2) that must be seen; a failed run's last frame may have lost nodes."""
@@ -109,6 +110,7 @@ class Section:
         draw_outlines(axes, shot.outlines)
         draw_cells(axes, shot.corners, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         draw_edges(axes, shot.boundary, INK)
+        draw_fibres(axes, shot.fibres)
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
         """Name the axes of the panels at the rim of the figure only."""
@@ -238,7 +240,7 @@ def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
     values = shown_values(frames, [index], field, frames.cells, slice(None))[0]
     return Shot(
         positions[frames.cells], values, outlines_at(frames, index), positions[boundary],
-        cables_at(frames, index),
+        cables_at(frames, index), fibres_at(frames, index),
     )  # fmt: skip
 
 

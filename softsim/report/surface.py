@@ -11,7 +11,7 @@ from matplotlib.transforms import ScaledTranslation, Transform
 
 from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
-from softsim.report.cables import cables_at, draw_cables
+from softsim.report.cables import cables_at, draw_cables, draw_fibres, fibres_at
 from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.section import walls_at
 from softsim.report.style import AZIMUTH, ELEVATION, GLOSS, INK, SHADE, WALL
@@ -88,6 +88,9 @@ class Surface:
         self.cables = [
             [self.camera.project(line) for line in cables_at(frames, index)] for index in indices
         ]
+        self.fibres = [
+            [self.camera.project(line) for line in fibres_at(frames, index)] for index in indices
+        ]
         places = np.concatenate(corners).reshape(-1, 3)
         places = places[np.isfinite(places).all(axis=1)]
         self.walls = []  # in each of the frames, for walls may move
@@ -112,6 +115,7 @@ class Surface:
         draw_cables(axes, self.cables[number], zorder=1.0)  # behind the body, as a tether is
         shot = self.shots[number]
         _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
+        draw_fibres(axes, self.fibres[number])
         axes.set_axis_off()
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:

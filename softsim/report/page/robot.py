@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from softsim.output.fields import Frames
-from softsim.report.cables import cables_at
+from softsim.report.cables import cables_at, fibres_at
 from softsim.report.colours import shades
 from softsim.report.page.charts import BAR
 from softsim.report.section import Section, outlines_at
@@ -127,8 +127,8 @@ def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
 
 
 def space_parts(frames: Frames, chosen: np.ndarray, everywhere: np.ndarray) -> Iterator[Part]:
-    """Walls where they are at first, cables; then the body: the faces of its surface, and those
-    without a value.
+    """Walls where they are at first, cables, fibres; then the body: the faces of its surface, and
+    those without a value.
     """
     flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
@@ -142,6 +142,9 @@ def space_parts(frames: Frames, chosen: np.ndarray, everywhere: np.ndarray) -> I
     if "cables" in frames.extra:
         cables = [path(cables_at(frames, index), 3) for index in chosen]
         yield Part(line(INK, 2.0 * CABLE) | {"type": "scatter3d"}, cables)
+    if "fibres" in frames.extra:
+        fibres = [path(fibres_at(frames, index), 3) for index in chosen]
+        yield Part(line(INK, CABLE) | {"type": "scatter3d"}, fibres)
     yield Part(look | {"intensitymode": "cell", "coloraxis": "coloraxis"})
     yield Part(look | {"color": NO_VALUE})
 
