@@ -96,7 +96,7 @@ def test_forces_are_slopes_of_the_energy(build, start, kind, cells, bears_compre
         assert (elongation < -1e-6).any() and (elongation > 1e-6).any()
         taut = elongation if bears_compression else np.maximum(elongation, 0.0)
         stored += 0.5 * (fibre.spring_stiffness * taut**2).sum()
-    assert stored > 0.05 * whole
+    assert stored > 0.01 * whole
     of_fibres = fibre_forces(solver, model)
     scale = np.abs(of_fibres).sum()
     assert np.abs(of_fibres.sum(axis=0)).max() < 1e-14 * scale
