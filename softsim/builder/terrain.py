@@ -1,12 +1,14 @@
-"""Terrain of a scene: shapes on level ground, as walls on a grid of distances."""
+"""Terrain of a scene: shapes on level ground, as walls along polylines."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 from softsim.builder.names import Names
-from softsim.contact import polyline, terrain
-from softsim.contact.distance_grid import DistanceGrid, SpacingError
+from softsim.builder.polylines import in_plane, placed_wall
+from softsim.contact import terrain
+from softsim.contact.polyline import checked_polyline
+from softsim.contact.polyline_wall import PolylineWall
 from softsim.errors import MeshError
 from softsim.scene.terrain import PrintedTerrain, RampWall, SemicircleWall, StepFieldWall, Terrain
 from softsim.scene.tree import Keys
@@ -15,29 +17,20 @@ GROUND = 0.2
 """Length of the drawn ground before and behind a shape [m]; it goes on beyond."""
 
 
-def terrains(names: Names) -> list[DistanceGrid]:
+def terrains(names: Names) -> list[PolylineWall]:
     """The terrains of a scene."""
     walls = names.scene.environment.walls.items()
     return [built_terrain(names, name, w) for name, w in walls if isinstance(w, Terrain)]
 
 
-def built_terrain(names: Names, name: str, wall: Terrain) -> DistanceGrid:
+def built_terrain(names: Names, name: str, wall: Terrain) -> PolylineWall:
     """A shape on its ground."""
     keys = ("environment", "walls", name)
-    if names.dimension != 2:
-        raise names.loaded.error(
-            (*keys, "kind"),
-            f"a {wall.kind} is a wall in the plane; this model is in space",
-            "give its surface as an STL: kind: surface",
-        )
     shape = SHAPES[type(wall)](names, wall, keys)
     if isinstance(wall, PrintedTerrain) and wall.layers is not None:
         shape = terrain.layered(shape, wall.layers)
-    ground = terrain.on_ground(shape, names.vector(wall.foot, (*keys, "foot")), GROUND)
-    try:
-        return polyline.gridded(name, polyline.checked_polyline(ground, False), wall.spacing)
-    except SpacingError as error:
-        raise names.loaded.error((*keys, "spacing"), error.message, error.hint) from None
+    ground = terrain.on_ground(shape, in_plane(names, wall.foot, (*keys, "foot")), GROUND)
+    return placed_wall(names, name, checked_polyline(ground, False))
 
 
 def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
@@ -54,7 +47,7 @@ def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
 
 def semicircle(names: Names, wall: SemicircleWall, keys: Keys) -> np.ndarray:
     """Points of the upper half of a cylinder."""
-    return terrain.half_round(wall.radius, wall.spacing)
+    return terrain.half_round(wall.radius)
 
 
 def step_field(names: Names, wall: StepFieldWall, keys: Keys) -> np.ndarray:

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from softsim.builder.contact import ALLOWED_PENETRATION
-from softsim.builder.gridded_walls import gridded_walls
+from softsim.builder.gridded_walls import surface_walls
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.builder.pipe_path import overlap, pipe_networks
+from softsim.builder.polylines import polyline_walls
 from softsim.builder.profiles import displacement
 from softsim.builder.terrain import terrains
 from softsim.contact.cylinder import Cylinder
@@ -22,7 +23,8 @@ from softsim.elements.axisymmetric import Axisymmetric
 from softsim.errors import SceneError
 from softsim.loads.wall_motion import MovingWall
 from softsim.scene.conditions import WallMotion
-from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
+from softsim.scene.gridded_walls import SurfaceWall
+from softsim.scene.polylines import PolylineWall
 from softsim.scene.surroundings import (
     CylinderWall,
     PipePathWall,
@@ -41,7 +43,8 @@ def walls(names: Names) -> tuple[Wall, ...]:
     motions = wall_motions(names)
     found = (
         *flat_walls(names, motions), *round_pipes(names, motions), *spheres(names),
-        *cylinders(names), *pipe_networks(names), *gridded_walls(names), *terrains(names),
+        *cylinders(names), *pipe_networks(names), *surface_walls(names), *polyline_walls(names),
+        *terrains(names),
     )  # fmt: skip
     return tuple(moving(names, wall, motions) for wall in found)
 

@@ -39,7 +39,7 @@ class SpacingError(MeshError):
 
 
 class Facets(Protocol):
-    """A wall of straight facets: polyline.Polyline, triangle_surface.TriangleSurface."""
+    """A wall of straight facets: triangle_surface.TriangleSurface."""
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest coordinates (m, d) [m] of each facet."""
@@ -59,31 +59,18 @@ class Facets(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
-    """Straight walls beyond a grid in the plane: points where they begin, unit directions in which
-    they go on without an end, unit normals into the free side, all (e, d).
-    """
-
-    points: np.ndarray
-    directions: np.ndarray
-    normals: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class DistanceGrid(Wall):
     """Signed distances of one wall, `name`: values (nx, ny) or (nx, ny, nz) [m] at the nodes
     origin (d,) + spacing * (i, j, k) [m], negative in the wall.
 
     Outside of the grid's box the gap is that of the nearest place of its rim, farther by the
-    distance to there: free remains free and solid remains solid. `lines`: walls that go on there;
-    the nearest of all counts. picture: what `drawn` returns.
+    distance to there: free remains free and solid remains solid. picture: what `drawn` returns.
     """
 
     name: Own[str]
     origin: Own[np.ndarray]
     spacing: Own[float]
     values: Own[np.ndarray]
-    lines: Lines
     picture: Own[dict[str, np.ndarray]]
 
     @property
@@ -99,13 +86,6 @@ class DistanceGrid(Wall):
         gap = self._interpolated(rim)
         beyond = self.spacing * np.linalg.norm(u - rim, axis=1)
         gap += np.where(gap < 0.0, -beyond, beyond)
-        for point, direction, normal in zip(
-            self.lines.points, self.lines.directions, self.lines.normals, strict=True
-        ):
-            height = (x - point) @ normal
-            is_nearer = (beyond > 0.0) & ((x - point) @ direction > 0.0)
-            is_nearer &= np.abs(height) < np.abs(gap)
-            gap = np.where(is_nearer, height, gap)
         return {self.name: gap}
 
     def _interpolated(self, u: np.ndarray) -> np.ndarray:

@@ -30,10 +30,6 @@ class GriddedObstacle(Obstacle):
         self.nodes = vector_field(np.array([w.values.shape for w in walls], dtype=float))
         self.origin = vector_field(np.stack([w.origin for w in walls]))
         self.spacing = real_field(np.array([w.spacing for w in walls]))
-        self.lines = len(walls[0].lines.points)
-        self.line_point = vector_field(np.stack([w.lines.points for w in walls]))
-        self.line_direction = vector_field(np.stack([w.lines.directions for w in walls]))
-        self.line_normal = vector_field(np.stack([w.lines.normals for w in walls]))
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
@@ -47,11 +43,6 @@ class GriddedObstacle(Obstacle):
         if (u - rim).norm_sqr() > 0.0:
             beyond = h * (u - rim).norm()
             gap += ti.select(gap < 0.0, -beyond, beyond)
-            for e in range(self.lines):
-                arm = x - self.line_point[s, e]
-                height = arm.dot(self.line_normal[s, e])
-                if arm.dot(self.line_direction[s, e]) > 0.0 and ti.abs(height) < ti.abs(gap):
-                    gap, n = height, self.line_normal[s, e]
         return gap, n
 
     @ti.func

@@ -1,7 +1,11 @@
-"""A wall drawn as a polyline in the plane: signed distances, exactly; what makes it no wall.
+"""Polylines in the plane, free on one side: signed distances, exactly; what makes one no wall.
 
 The free side is on the left of who walks along the points. A polyline that is not closed goes on
 straight beyond its ends, without an end.
+
+The sign of the distance is that of the arm from the nearest point, taken along the normal there:
+an edge's own inside it, at a corner the sum of both (Baerentzen and Aanaes, IEEE Trans. Vis.
+Comput. Graph. 11 (2005) 243, in the plane). It is right whichever of two edges that meet is taken.
 """
 
 from dataclasses import dataclass
@@ -9,8 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from softsim.contact.distance_grid import BAND, DistanceGrid, Lines, tabulated
 from softsim.errors import MeshError
+from softsim.sharing import Own
+
+PAIRS = 2**18
+"""Of a place and an edge that are looked at together: some 50 MB."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +27,7 @@ class Polyline:
     The first and the last point of an open one say where it stops, see `prolonged`.
     """
 
-    points: np.ndarray
+    points: Own[np.ndarray]
     closed: bool
 
     @cached_property
@@ -66,49 +73,68 @@ class Polyline:
         ends = np.stack([self.starts, self.starts + self.ways])
         return ends.min(axis=0), ends.max(axis=0)
 
-    def spheres(self) -> tuple[np.ndarray, np.ndarray]:
-        """Middles (m, 2) and half lengths (m,) [m] of the edges."""
-        return self.starts + 0.5 * self.ways, 0.5 * np.linalg.norm(self.ways, axis=1)
-
-    def plane_distances(self, x: np.ndarray, edge: np.ndarray) -> np.ndarray:
-        """Distance (k,) [m] of places x (k, 2) to the straight lines of edges number `edge`."""
-        return np.abs(((x - self.starts[edge]) * self.normals[edge]).sum(axis=1))
-
-    def signed_distances(self, x: np.ndarray, edge: np.ndarray) -> np.ndarray:
-        """Distance (k,) [m] of places x (k, 2) to edges number `edge` (k,). Its sign is right where
-        no other edge is nearer: at a corner it is that of the sum of both normals
-        (softsim/contact/triangle_surface.py, in the plane).
+    @cached_property
+    def spans(self) -> np.ndarray:
+        """From where to where each edge is, along its direction from where it begins (m, 2) [m]: to
+        infinity at the ends of an open one.
         """
-        way, arm = self.ways[edge], x - self.starts[edge]
-        share = np.clip((arm * way).sum(axis=1) / (way**2).sum(axis=1), 0.0, 1.0)
-        arm -= share[:, None] * way
-        before, after = self._neighbouring_normals()
-        side = self.normals[edge]
-        side = side + np.where((share == 0.0)[:, None], before[edge], 0.0)
-        side = side + np.where((share == 1.0)[:, None], after[edge], 0.0)
-        return np.linalg.norm(arm, axis=1) * np.where((arm * side).sum(axis=1) < 0.0, -1.0, 1.0)
+        spans = np.stack([np.zeros(len(self.ways)), np.linalg.norm(self.ways, axis=1)], axis=1)
+        if not self.closed:
+            spans[0, 0], spans[-1, 1] = -np.inf, np.inf
+        return spans
 
-    def _neighbouring_normals(self) -> tuple[np.ndarray, np.ndarray]:
-        """Normals (m, 2) of the edges before and after each; an open end has its own again."""
-        normals = self.normals
-        if self.closed:
-            return np.roll(normals, 1, axis=0), np.roll(normals, -1, axis=0)
-        return np.vstack([normals[:1], normals[:-1]]), np.vstack([normals[1:], normals[-1:]])
+    @cached_property
+    def corner_normals(self) -> np.ndarray:
+        """Where each edge begins and where it ends, sums of the normals of both edges that meet
+        (m, 2, 2); at the ends of an open one, which are none, its own.
+        """
+        before, after = np.roll(self.normals, 1, axis=0), np.roll(self.normals, -1, axis=0)
+        if not self.closed:
+            before[0] = after[-1] = 0.0
+        return np.stack([self.normals + before, self.normals + after], axis=1)
 
+    @cached_property
+    def turns(self) -> np.ndarray:
+        """By how much it turns to the left where each edge begins (m,) [rad]: below zero at a
+        convex corner of what is solid, zero at the end of an open one.
+        """
+        before = np.roll(self.directions, 1, axis=0)
+        along = (before * self.directions).sum(axis=1)
+        turns = np.arctan2(_cross(before, self.directions), along)
+        if not self.closed:
+            turns[0] = 0.0
+        return turns
 
-def gridded(name: str, polyline: Polyline, spacing: float) -> DistanceGrid:
-    """The wall `name` on a grid [m] that holds all points of a polyline, and its straight
-    continuations beyond.
+    def distances(self, x: np.ndarray) -> np.ndarray:
+        """Distance (k, m) [m] of places x (k, 2) to all edges."""
+        return np.linalg.norm(self._arms(x)[0], axis=2)
 
-    Raises SpacingError where it is too large, or the wall too thin for it.
-    """
-    low, high = polyline.points.min(axis=0), polyline.points.max(axis=0)
-    across = float(np.linalg.norm(high - low)) + 4.0 * BAND * spacing
-    long_enough = polyline.prolonged(across)
-    origin, values = tabulated(long_enough, low, high, spacing)
-    edges = np.stack([long_enough.starts, long_enough.starts + long_enough.ways], axis=1)
-    picture = {"wall_lines": edges}
-    return DistanceGrid(name, origin, spacing, values, Lines(*polyline.ends), picture)
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """Signed distance (k,) [m] of places x (k, 2), negative in what is solid."""
+        part = max(1, PAIRS // len(self.starts))
+        parts = [self._gaps(x[k : k + part]) for k in range(0, len(x), part)]
+        return np.concatenate([np.zeros(0), *parts])
+
+    def _gaps(self, x: np.ndarray) -> np.ndarray:
+        """As `gaps`, of places that are looked at together."""
+        arms, along = self._arms(x)
+        edge, one = np.linalg.norm(arms, axis=2).argmin(axis=1), np.arange(len(x))
+        arm, along, spans = arms[one, edge], along[one, edge], self.spans[edge]
+        at_corner = along[:, None] == spans
+        side = np.where(at_corner[:, :1], self.corner_normals[edge, 0], self.normals[edge])
+        side = np.where(at_corner[:, 1:], self.corner_normals[edge, 1], side)
+        distance = np.linalg.norm(arm, axis=1)
+        found = np.where((arm * side).sum(axis=1) < 0.0, -distance, distance)
+        height = ((x - self.starts[edge]) * self.normals[edge]).sum(axis=1)
+        return np.where(at_corner.any(axis=1), found, height)
+
+    def _arms(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """From the nearest point of each edge to places x (k, 2): (k, m, 2) [m]; and where along
+        the edge that point is (k, m) [m].
+        """
+        from_start = x[:, None] - self.starts
+        along = np.clip((from_start * self.directions).sum(axis=2), *self.spans.T)
+        return from_start - along[..., None] * self.directions, along
 
 
 def checked_polyline(points: np.ndarray, closed: bool) -> Polyline:

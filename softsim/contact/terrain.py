@@ -12,7 +12,7 @@ HEIGHTS = 1, 8  # mm of the thesis's blocks
 BLOCK_HEIGHT = 8.0  # mm: of the rugosity Rg = SD / 8 mm (Eq 5.31)
 MET = 0.02  # mm, by which mean and deviation of a field of steps may be off
 MOST_DRAWS = 20_000
-CHORD = 0.05  # of a rounding, how far chords may be off a circle, over the grid's spacing
+CHORD = 12.5e-6  # m, by which chords are off a circle
 
 
 def ramp(slope: float, height: float, plateau: float) -> np.ndarray:
@@ -24,11 +24,11 @@ def ramp(slope: float, height: float, plateau: float) -> np.ndarray:
     return np.array([[0.0, 0.0], [edge, height], [end, height], [end, 0.0]])
 
 
-def half_round(radius: float, spacing: float) -> np.ndarray:
+def half_round(radius: float) -> np.ndarray:
     """Points (n, 2) [m] of the upper half of a circle whose foot is the origin, Eq 5.30; its chords
-    are off by a share of `spacing` [m].
+    are off by CHORD at most.
     """
-    turn = 2.0 * np.arccos(1.0 - min(1.0, CHORD * spacing / radius))
+    turn = 2.0 * np.arccos(1.0 - min(1.0, CHORD / radius))
     angles = np.linspace(np.pi, 0.0, 2 + int(np.ceil(np.pi / turn)))
     points = radius * np.column_stack([1.0 + np.cos(angles), np.sin(angles)])
     points[[0, -1], 1] = 0.0

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softsim.contact.distance_grid import DistanceGrid, Lines, tabulated
+from softsim.contact.distance_grid import DistanceGrid, tabulated
 
 # A triangle whose height is below this share of its longest edge has no normal of its own.
 FLAT = 1e-9
@@ -113,10 +113,9 @@ def gridded(name: str, surface: TriangleSurface, spacing: float) -> DistanceGrid
     """
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
     origin, values = tabulated(surface, low, high, spacing)
-    nothing_beyond = Lines(*(np.zeros((0, 3)),) * 3)
     # Faces of four corners, as those of other walls: the third one twice.
     picture = {"wall_faces": surface.corners[:, [0, 1, 2, 2]]}
-    return DistanceGrid(name, origin, spacing, values, nothing_beyond, picture)
+    return DistanceGrid(name, origin, spacing, values, picture)
 
 
 def _sums(vectors: np.ndarray, group: np.ndarray, groups: int = 0) -> np.ndarray:

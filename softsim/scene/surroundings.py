@@ -4,9 +4,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from softsim.scene.gridded_walls import PolylineWall, SurfaceWall
+from softsim.scene.gridded_walls import SurfaceWall
 from softsim.scene.part import ORIGIN, Part
 from softsim.scene.pipe_items import PipeItem
+from softsim.scene.polylines import PolylineWall
 from softsim.scene.profiles import ShareProfile
 from softsim.scene.quantities import (
     AccelerationOrVector,

@@ -1,4 +1,4 @@
-"""Grounds of known shape in a section: ramps, half rounds, fields of steps; the question whether a
+"""Grounds of known shape: ramps, half rounds, fields of steps; the question whether a
 body crosses them.
 """
 
@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from softsim.scene.gridded_walls import GriddedWall
 from softsim.scene.part import ORIGIN, Part
 from softsim.scene.quantities import (
     Angle,
@@ -28,15 +27,12 @@ def _up_to_upright(slope: float) -> float:
     return slope
 
 
-class Terrain(GriddedWall):
-    """What stands on level ground, which goes on without an end on both sides of it."""
+class Terrain(Part):
+    """What stands on level ground, which goes on without an end on both sides of it; in space it is
+    the same at every z.
+    """
 
     kind: str
-    spacing: PositiveLength = Field(
-        default=written("0.25 mm"),
-        description="Between the nodes of the grid of distances that stands for the wall: edges "
-        "are rounded off by about a third of it.",
-    )
     foot: Point = Field(default=ORIGIN, description="Where it begins.")
 
     @property

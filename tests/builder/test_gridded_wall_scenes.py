@@ -63,15 +63,27 @@ def test_a_polyline_in_the_scene_or_in_a_file_is_the_same_wall(build, tmp_path):
     (tmp_path / "ground.csv").write_text("x, y\n-2, -0.1\n0.5, -0.1\n2, -0.2\n")
     points = "points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]"
     (other,) = build(PLANE.replace(points, "file: ground.csv\n      length_unit: 1 cm")).walls
-    np.testing.assert_allclose(one.values, other.values, atol=1e-17)
+    np.testing.assert_allclose(one.polyline.points, other.polyline.points, atol=1e-17)
     assert one.names == ("ground",)
 
 
-def test_the_spacing_is_the_median_edge_of_the_surfaces_or_as_given(build):
-    (wall,) = build(PLANE).walls
-    assert wall.spacing == pytest.approx(2e-3)
-    (wall,) = build(PLANE, "environment.walls.ground.spacing=0.5 mm").walls
-    assert wall.spacing == pytest.approx(0.5e-3)
+def test_in_space_a_polyline_is_the_same_at_every_z(build):
+    walls = """{kind: polyline, points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]}"""
+    box, _, rest = SPACE.partition("      kind: surface")
+    text = box.replace("    hollow:\n", f"    hollow: {walls}\n") + rest[rest.index("time:") :]
+    (wall,) = build(text).walls
+    places = np.array([[0.0, 1e-3, 0.0], [0.0, 1e-3, 7e-3], [-1.0, -3e-3, 1.0]])
+    np.testing.assert_allclose(wall.gaps(places)["hollow"], [2e-3, 2e-3, -2e-3])
+    with pytest.raises(SceneError, match="the same at every z: its points have none"):
+        build(text.replace("[5 mm, -1 mm]", "[5 mm, -1 mm, 2 mm]"))
+
+
+def test_the_spacing_is_the_median_edge_of_the_surfaces_or_as_given(build, room):
+    room()
+    (wall,) = build(SPACE).walls
+    assert wall.spacing == pytest.approx(1e-3)
+    (wall,) = build(SPACE, "environment.walls.hollow.spacing=auto").walls
+    assert wall.spacing == pytest.approx(3e-3)
 
 
 @pytest.mark.parametrize("side, sign", [("inside", 1.0), ("outside", -1.0)])
@@ -91,12 +103,11 @@ PLANE_REFUSALS = {
     "one point": ("points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]",
                   "points: [[0 mm, 0 mm]]", (8, 15), "1 different points: at least 2"),
     "in space": ("[5 mm, -1 mm]", "[5 mm, -1 mm, 2 mm]", (8, 33), "has 3 components"),
+    "a spacing": ("kind: polyline", "kind: polyline\n      spacing: 1 mm", (8, 7), "spacing"),
     "crossing": ("[20 mm, -2 mm]", "[5 mm, -9 mm], [0 mm, 0 mm]", (8, 15),
                  "meets itself: its edges 0 and 2"),
     "no file": ("points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]", "file: none.csv",
                 (8, 13), "there is no file"),
-    "too fine": ("kind: polyline", "kind: polyline\n      spacing: 0.1 um", (8, 16),
-                 "is too large: at most"),
     "block in it": ("-1 mm], [5 mm, -1 mm]", "1 mm], [5 mm, 1 mm]", (7, 13),
                     "wall 'ground' starts 1 mm inside the body"),
     "a surface": ("kind: polyline\n      points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]",
@@ -121,10 +132,6 @@ def test_polylines_that_are_refused(write_scene, case):
 SPACE_REFUSALS = {
     "missing": ("room.stl", "hall.stl", (8, 13), "there is no file"),
     "no STL": ("room.stl", "scene.yaml", (8, 13), "no STL file"),
-    "a polyline": ("kind: surface\n      file: room.stl\n      free_side: inside\n"
-                   "      position: [-5 mm, -5 mm, -5 mm]",
-                   "kind: polyline\n      points: [[0 mm, 0 mm], [1 mm, 0 mm]]", (7, 13),
-                   "a polyline is a wall in the plane"),
     "too fine": ("spacing: 1 mm", "spacing: 5 um", (11, 16), "a spacing of 0.08"),
 }  # fmt: skip
 

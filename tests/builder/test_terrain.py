@@ -59,28 +59,37 @@ def test_other_shapes(build, kind, goal, place, height):
 
 
 @pytest.mark.parametrize("slope", [30.0, 60.0, 90.0])
-def test_corners_are_rounded_by_a_third_of_the_spacing(slope):
-    """Wherever they lie between the grid's nodes: an edge stands back by 0.32 of the spacing at
-    most, a foot is filled by 0.25; three spacings away nothing is off.
-    """
-    spacing, rng = 0.25e-3, np.random.default_rng(1)
-    for _ in range(20):
-        before, foot, more = rng.uniform(0.0, spacing, 3)
+def test_corners_are_sharp(slope):
+    """Wherever they lie: along both edges up to a corner nothing is off."""
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        before, foot, more = rng.uniform(0.0, 0.25e-3, 3)
         points = terrain.ramp(np.radians(slope), 10e-3 + more, 50e-3)
         ground = terrain.on_ground(points, np.array([foot, 0.0]), 20e-3 + before)
         line = polyline.checked_polyline(ground, False)
-        wall = polyline.gridded("ground", line, spacing)
-        away = np.linspace(0.0, 6.0 * spacing, 121)[:, None]
-        for corner, low, high in ((1, -0.251, 1e-9), (2, -1e-9, 0.32)):
+        away = np.linspace(0.0, 1.5e-3, 121)[:, None]
+        for corner in (1, 2):
             back, on = line.directions[corner - 1], line.directions[corner]
             along = np.stack([ground[corner] - away * back, ground[corner] + away * on])
-            gaps = wall.gaps(along.reshape(-1, 2))["ground"].reshape(2, -1) / spacing
-            assert low < gaps.min() and gaps.max() < high
-            assert np.abs(gaps[:, 60:]).max() < 1e-9
+            assert np.abs(line.gaps(along.reshape(-1, 2))).max() < 1e-16
+
+
+def test_a_ramp_in_space_is_the_same_at_every_z(build):
+    model = build(
+        SCENE.replace(
+            "generator: block, length: 20 mm", "generator: box, width: 3 mm, length: 20 mm"
+        ).replace("formulation: plane_strain, thickness: 1 mm", "formulation: solid")
+    )
+    x = np.array([[22.5, 2.6, 0.0], [22.5, 2.6, 9.0], [40.0, 4.0, -9.0]]) * 1e-3
+    height = 0.1e-3 * np.sqrt(0.5)
+    (gap,) = model.walls[0].gaps(x).values()
+    assert gap == pytest.approx([height, height, -1e-3])
+    (faces,) = model.walls[0].drawn().values()
+    assert faces[..., 2].min() < 0.0 and faces[..., 2].max() > 3e-3
 
 
 def test_layers_are_level_and_upright():
-    points = terrain.layered(terrain.half_round(5e-3, 0.25e-3), 0.5e-3)
+    points = terrain.layered(terrain.half_round(5e-3), 0.5e-3)
     steps = np.diff(points, axis=0)
     assert ((steps == 0.0).sum(axis=1) == 1).all()
     assert points[:, 1].max() == pytest.approx(5e-3)

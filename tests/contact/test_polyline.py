@@ -1,23 +1,16 @@
 """Signed distances from polylines, and what is no wall."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
-from softsim.contact.polyline import Polyline, checked_polyline, gridded
+from softsim.contact.polyline import Polyline, checked_polyline
 from softsim.errors import MeshError
 
 # A ground with a step up, an overhang and a notch.
 GROUND = np.array([[0, 0], [10, 0], [9, 4], [16, 4], [17, 1], [18, 4], [30, 6]]) * 1e-3
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-
-
-def signed(polyline, x):
-    """Distance of the nearest edge of all, as a grid would take it."""
-    count = len(polyline.starts)
-    all_distances = np.stack(
-        [polyline.signed_distances(x, np.full(len(x), edge)) for edge in range(count)]
-    )
-    return all_distances[np.abs(all_distances).argmin(axis=0), np.arange(len(x))]
 
 
 def even_odd(points, x):
@@ -31,23 +24,22 @@ def even_odd(points, x):
 
 
 def test_distance_and_sign_against_brute_force():
-    """Sampled every 1 um: the distance is right to spacing^2 / (8 distance), the sign by counting
-    crossings; the free side is above the ground, on the left.
+    """The distance to every edge by the foot on its line or its ends; the sign by counting
+    crossings: the free side is above the ground, on the left.
     """
     line = checked_polyline(GROUND, False)
     x = np.random.default_rng(2).uniform([-5e-3, -5e-3], [35e-3, 12e-3], (3000, 2))
-    far = line.prolonged(0.1)
-    share = np.linspace(0.0, 1.0, 2001)[:, None]
-    samples = np.concatenate([a + share * w for a, w in zip(far.starts, far.ways, strict=True)])
-    from scipy.spatial import cKDTree
-
-    exact, _ = cKDTree(samples).query(x)
-    found = signed(far, x)
-    coarsest = np.linalg.norm(far.ways, axis=1).max() / 2000
-    assert (np.abs(found) <= exact + 1e-15).all()
-    near = exact > 1e-3
-    np.testing.assert_allclose(np.abs(found)[near], exact[near], atol=coarsest**2 / 8e-3)
-    below = np.vstack([far.points, [[1.0, -1.0], [-1.0, -1.0]]])
+    far = line.prolonged(1.0).points
+    exact = np.full(len(x), np.inf)
+    for a, b in pairwise(far):
+        beside = ((x - a) @ (b - a) > 0.0) & ((x - b) @ (b - a) < 0.0)
+        normal = np.array([a[1] - b[1], b[0] - a[0]]) / np.linalg.norm(b - a)
+        across = np.abs((x - a) @ normal)
+        ends = np.minimum(np.linalg.norm(x - a, axis=1), np.linalg.norm(x - b, axis=1))
+        exact = np.minimum(exact, np.where(beside, across, ends))
+    found = line.gaps(x)
+    np.testing.assert_allclose(np.abs(found), exact, atol=1e-15)
+    below = np.vstack([far, [[1.0, -1.0], [-1.0, -1.0]]])
     assert np.array_equal(found < 0.0, even_odd(below, x))
     assert (found < 0.0).any() and (found > 0.0).any()
 
@@ -57,7 +49,7 @@ def test_a_closed_one_is_free_on_its_left(points, free_inside):
     line = checked_polyline(points, True)
     places = np.array([[0.5, 0.4], [2.0, 0.5], [1.3, 1.4]])
     expected = np.array([0.4, -1.0, -0.5]) * (1.0 if free_inside else -1.0)
-    np.testing.assert_allclose(signed(line, places), expected, atol=1e-15)
+    np.testing.assert_allclose(line.gaps(places), expected, atol=1e-15)
 
 
 def test_that_a_closed_one_repeats_its_first_point_is_allowed():
@@ -107,9 +99,9 @@ def test_crossings_are_found_among_many_edges():
         checked_polyline(star, True)
 
 
-def test_the_picture_is_the_line_with_the_free_side_on_its_left():
-    grid = gridded("ground", checked_polyline(GROUND, False), 1e-3)
-    lines = grid.drawn()["wall_lines"]
-    np.testing.assert_allclose(lines[1:, 0], GROUND[1:-1])
-    np.testing.assert_allclose(lines[:-1, 1], GROUND[1:-1])
-    assert lines[0, 0, 0] < 0.0 and lines[-1, 1, 0] > 30e-3  # past both ends
+def test_turns_tell_convex_corners_from_concave_ones():
+    """To the left where the free side is narrower: a foot, a notch."""
+    turns = checked_polyline(GROUND, False).turns
+    assert np.array_equal(np.sign(turns), [0, 1, -1, -1, 1, -1])
+    square = checked_polyline(SQUARE, True)
+    np.testing.assert_allclose(square.turns, 0.5 * np.pi)

@@ -40,7 +40,7 @@ time: {end: 1 s}
 """
 GROUND = SECTION.replace(
     "{kind: pipe, diameter: 36 mm}",
-    "{kind: polyline, points: [[-40 mm, -20 mm], [40 mm, -18 mm]], spacing: 0.5 mm}",
+    "{kind: polyline, points: [[-40 mm, -20 mm], [40 mm, -18 mm]]}",
 )
 
 

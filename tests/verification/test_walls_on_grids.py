@@ -28,7 +28,7 @@ time: {{end: 1 s}}
 def ground(*points):
     """Override: instead of the plane a polyline through points (x, y) [mm]."""
     listed = ", ".join(f"[{x:.17g} mm, {y:.17g} mm]" for x, y in points)
-    return f"environment.walls.slope={{kind: polyline, points: [{listed}], spacing: 0.7 mm}}"
+    return f"environment.walls.slope={{kind: polyline, points: [{listed}]}}"
 
 
 def settle(solver, until, count=500):
