@@ -126,6 +126,22 @@ class SelfContactData:
 
 
 @dataclass(frozen=True)
+class CornerData:
+    """Convex corners of walls in the plane against facets (f, 2), numbered as nodes, of these
+    lengths at rest (f,) [m]. Of each corner k_n, k_t [N/m] and the dashpots c_n, c_t [N s/m].
+    together: upper bound of the weights that a node of the facets carries of corners on them.
+    """
+
+    facets: np.ndarray
+    facet_size: np.ndarray
+    penalty_stiffness: float
+    tangential_stiffness: float
+    damping: float
+    tangential_damping: float
+    together: float
+
+
+@dataclass(frozen=True)
 class OutlineData:
     """Shape of rigid body number `body`, where it is at rest.
 
@@ -243,9 +259,10 @@ class Model:
     the run ends, or None. time_increment: the user's step [s], or None for the stable one.
     friction_memory [s], friction_slip_length [m]: within which the limit of friction on walls and
     outlines follows the normal force (contact/friction.py). self_contact: None where surfaces do
-    not touch each other. mass_scaling: None where masses are as they are. relaxation: after the
-    loads' time of a static procedure, or None where inertia is real; settling: before t = 0, or
-    None. passage: what a layout asks, or None; crossing: what is asked of a ground, or None.
+    not touch each other; corners: None where walls have none. mass_scaling: None where masses are
+    as they are. relaxation: after the loads' time of a static procedure, or None where inertia is
+    real; settling: before t = 0, or None. passage: what a layout asks, or None; crossing: what is
+    asked of a ground, or None.
     """
 
     bodies: tuple[Body, ...]
@@ -264,6 +281,7 @@ class Model:
     friction_memory: Own[float]
     friction_slip_length: Own[float]
     self_contact: SelfContactData | None
+    corners: CornerData | None
     loads: tuple[Load, ...]
     load_names: Own[tuple[str, ...]]
     probes: Own[tuple[Probe, ...]]

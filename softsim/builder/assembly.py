@@ -13,6 +13,7 @@ from softsim.builder import (
     roles,
     self_contact,
     ties,
+    wall_corners,
     walls,
 )
 from softsim.builder.bodies import built_bodies, meshed_bodies
@@ -98,6 +99,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
     all_walls = walls.walls(names)
     walls.refuse_penetration(names, all_walls, points[touching])
+    at_walls = stiffness.contact(touching, scene.contact.friction_coefficient)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
     acting = loads.built_loads(
         loads.Loaded(names, bodies, points, own_mass, moves, tied, total_mass)
@@ -123,12 +125,13 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         rigid_bodies=rigid_bodies,
         outlines=rigid.outlines(names, points, stiffness, tied),
         walls=all_walls,
-        contact=stiffness.contact(touching, scene.contact.friction_coefficient),
+        contact=at_walls,
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(
             names, bodies, points, all_ties, all_ties.moved_mass(mass), stiffness
         ),
+        corners=wall_corners.corner_data(bodies, points, all_walls, at_walls),
         loads=tuple(acting.values()),
         load_names=tuple(acting),
         probes=conditions.probes(names, points, moves, all_ties),

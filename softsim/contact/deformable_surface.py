@@ -55,6 +55,7 @@ class DeformableSurface:
         d = nodes.dimension
         self.nodes, self.shape = nodes, SHAPES[d]()
         self.member_count, self.facet_count = Number(len(members)), Number(len(facets))
+        self.watched_count = self.member_count
         self.member_size, self.facet_size = real_field(member_size), real_field(facet_size)
         self.member_part, self.facet_part = index_field(member_part), index_field(facet_part)
         self.member, self.corner = index_field(members), index_field(facets)
@@ -66,6 +67,23 @@ class DeformableSurface:
         is_rim = np.zeros(nodes.count, dtype=bool)
         is_rim[open_rim(facets).ravel()] = True
         self.is_rim = index_field(is_rim)
+
+    @ti.func
+    def place(self, s, i):
+        """Where node i is now."""
+        return self.nodes.position[s, self.member[i]]
+
+    @ti.func
+    def velocity(self, s, i):
+        """Of node i [m/s]."""
+        return self.nodes.velocity[s, self.member[i]]
+
+    @ti.func
+    def watched_place(self, s, k):
+        """Where the k-th is of those whose motion relative to each other tells that others get
+        near: all nodes.
+        """
+        return self.place(s, k)
 
     @ti.func
     def corners(self, s, f):

@@ -10,6 +10,7 @@ T and s being means of the increment's ends, d - e the slip. A node that leaves 
 import numpy as np
 import taichi as ti
 
+from softsim import fields
 from softsim.fields import Number, real_field
 from softsim.term import Term
 
@@ -24,6 +25,11 @@ class Dissipation(Term):
         self.count = Number(count)
         self.friction_dissipation = real_field(np.zeros((scenarios, count)))
         self.damping_dissipation = real_field(np.zeros((scenarios, count)))
+
+    def forget_dissipation(self, scenario: int) -> None:
+        """Begin the books anew in a scenario."""
+        fields.write_row(self.friction_dissipation, scenario, 0.0)
+        fields.write_row(self.damping_dissipation, scenario, 0.0)
 
     @ti.func
     def book_normal(self, s, i, dashpot_before, dashpot, way):

@@ -18,6 +18,7 @@ import taichi as ti
 from softsim import backend
 from softsim.contact.cell_lists import CellLists
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
+from softsim.contact.facet_shapes import corner
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import PARTS
 
@@ -66,7 +67,7 @@ class NeighbourLists:
         by_member = (scenarios, int(surface.member_count))
         by_facet = (scenarios, int(surface.facet_count))
         self.cells = CellLists(*by_facet, d)  # of the facets' centroids
-        self.place = vector_field(np.zeros((*by_member, d)))  # of the nodes
+        self.place = vector_field(np.zeros((scenarios, int(surface.watched_count), d)))
         self.radius = real_field(np.zeros(by_facet))
         self.facet_room, self.node_room = room * MOST_FACETS[d], room * MOST_NODES[d]
         self.near_facet = index_field(np.zeros((*by_member, self.facet_room)))
@@ -80,12 +81,12 @@ class NeighbourLists:
 
     @ti.func
     def watch(self, s, p, t, dt):
-        """Least and most displacement of the nodes of part p since the lists were made."""
-        first, end = part_of(self.surface.member_count.read(), p)
+        """Least and most displacement of what is watched, part p, since the lists were made."""
+        first, end = part_of(self.surface.watched_count.read(), p)
         least = ti.Vector.one(backend.real, self.nodes.dimension) * 1e30
         most = -least
         for i in range(first, end):
-            moved = self.nodes.position[s, self.surface.member[i]] - self.place[s, i]
+            moved = self.surface.watched_place(s, i) - self.place[s, i]
             least, most = ti.min(least, moved), ti.max(most, moved)
         self.least[s, p], self.most[s, p] = least, most
 
@@ -103,8 +104,8 @@ class NeighbourLists:
             self.renewed[s] = 1
         if self.renewed[s] == 1:
             self.stale[s] = 0
-            for k in range(self.surface.member_count.read()):
-                self.place[s, k] = self.nodes.position[s, self.surface.member[k]]
+            for k in range(self.surface.watched_count.read()):
+                self.place[s, k] = self.surface.watched_place(s, k)
             widest = 0.0
             for f in range(self.surface.facet_count.read()):
                 widest = ti.max(widest, self._place_facet(s, f))
@@ -118,7 +119,7 @@ class NeighbourLists:
         centre = X.transpose() @ ti.Vector([1.0 / d for _ in ti.static(range(d))])
         square = 0.0
         for c in ti.static(range(d)):
-            arm = self.nodes.position[s, self.surface.corner[f, c]] - centre
+            arm = corner(X, c) - centre
             square = ti.max(square, arm.norm_sqr())
         self.cells.place[s, f] = centre
         self.radius[s, f] = ti.sqrt(square)
@@ -136,7 +137,7 @@ class NeighbourLists:
     def _find_facets_of(self, s, i):
         """Make the list of node i; returns how many facets there are."""
         count = 0
-        x = self.place[s, i]
+        x = self.surface.place(s, i)
         cell = self.cells.cell(s, x)
         for q in range(3**self.nodes.dimension):
             there = self.cells.around(cell, q)

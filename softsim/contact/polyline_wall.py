@@ -19,6 +19,9 @@ from softsim.contact.polyline_obstacle import PolylineObstacle
 from softsim.contact.wall import Wall
 from softsim.sharing import Own
 
+STRAIGHT = 1e-9
+"""Turn of a corner that is none [rad]."""
+
 
 @dataclass(frozen=True, eq=False)
 class PolylineWall(Wall):
@@ -58,6 +61,11 @@ class PolylineWall(Wall):
     def touched_at_once(self) -> tuple[float, float]:
         """One edge; in a concave corner both, which push like one spring in all directions."""
         return (2.0 if (self.polyline.turns > 0.0).any() else 1.0), 1.0
+
+    def corners(self) -> np.ndarray:
+        """Those of what is solid, in the plane."""
+        line = self.polyline
+        return line.starts[(line.turns < -STRAIGHT) & (self.dimension == 2)]
 
     def drawn(self) -> dict[str, np.ndarray]:
         """The edges, the ends' longer by the polyline's own size; in space strips along z."""

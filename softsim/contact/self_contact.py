@@ -11,7 +11,7 @@ facet where it is, and turns with the tangent plane.
 import numpy as np
 import taichi as ti
 
-from softsim import backend, fields
+from softsim import backend
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
 from softsim.contact.dissipation import Dissipation
 from softsim.contact.facet_shapes import (
@@ -36,13 +36,13 @@ class SelfContact(Dissipation):
     Parameters
     ----------
     surface: nodes (k) and facets (f). lists: which of them may touch.
-    members: numbers of the nodes (k,).
+    members: numbers of the nodes that get forces.
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-].
 
     Fields, (scenarios, k): facet that a node touches, or -1; gap [m], zero unless it touches;
-    stretch (d) of the friction's spring [m], friction (d) [N]; normal_force [N];
+    stretch (d) of the friction's spring [m], friction (d) [N]; pressing, the normal force [N];
     friction_dissipation and damping_dissipation [J].
     """
 
@@ -59,7 +59,7 @@ class SelfContact(Dissipation):
     ) -> None:
         nodes = surface.nodes
         scenarios, d = nodes.scenarios, nodes.dimension
-        super().__init__(scenarios, len(members))
+        Dissipation.__init__(self, scenarios, int(surface.member_count))
         self.surface, self.lists, self.nodes = surface, lists, nodes
         self.penalty_stiffness = real_field(penalty_stiffness)
         self.tangential_stiffness = real_field(tangential_stiffness)
@@ -68,15 +68,15 @@ class SelfContact(Dissipation):
         self.friction_coefficient = real_field(friction_coefficient)
         self.first_slot = nodes.corner_forces.reserve(members)
 
-        shape = (scenarios, len(members))
+        shape = (scenarios, int(surface.member_count))
         self.facet = index_field(np.full(shape, -1))
-        self.gap, self.dashpot, self.normal_force = (real_field(np.zeros(shape)) for _ in range(3))
+        self.gap, self.dashpot, self.pressing = (real_field(np.zeros(shape)) for _ in range(3))
         self.stretch, self.friction = (vector_field(np.zeros((*shape, d))) for _ in range(2))
         self.on_corner = vector_field(np.zeros((*shape, d, d)))  # forces on the facet's corners
-        self.force = vector_field(np.zeros((*shape, d)))  # on the node itself
+        self.on_member = vector_field(np.zeros((*shape, d)))  # on the node itself
         # Whether nodes of a part may touch facets, facets around them be touched; whether it is so.
         self.may_touch, self.may_react = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
-        self.loaded = index_field(np.zeros(shape))
+        self.loaded = index_field(np.zeros((scenarios, len(members))))
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment; the lists are watched and made anew in between."""
@@ -95,18 +95,13 @@ class SelfContact(Dissipation):
             "facet": self.facet,
             "gap": self.gap,
             "dashpot": self.dashpot,
-            "normal_force": self.normal_force,
+            "normal_force": self.pressing,
             "stretch": self.stretch,
             "friction": self.friction,
             "loaded": self.loaded,
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
         }
-
-    def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew in a scenario."""
-        fields.write_row(self.friction_dissipation, scenario, 0.0)
-        fields.write_row(self.damping_dissipation, scenario, 0.0)
 
     @ti.func
     def push(self, s, p, t, dt):
@@ -120,23 +115,23 @@ class SelfContact(Dissipation):
         if self.may_touch[s, p] == 1:
             for i in range(first, end):
                 if self.lists.near_facet_count[s, i] > 0 or self.facet[s, i] >= 0:
-                    self._push_node(s, i, dt)
+                    self._push_node(s, i, t, dt)
 
     @ti.func
-    def _push_node(self, s, i, dt):
+    def _push_node(self, s, i, t, dt):
         """Contact force of node i with the closest facet."""
-        x = self.nodes.position[s, self.surface.member[i]]
+        x = self.surface.place(s, i)
         f, w = self._closest_facet(s, i, x)
         gap = ti.cast(0.0, backend.real)
         n = ti.Vector.zero(backend.real, self.nodes.dimension)
         rate = ti.cast(0.0, backend.real)  # dg/dt = n . (v - sum_c w_c v_c)
         if f >= 0:
             X, V = self.surface.corners(s, f), self.surface.corner_velocities(s, f)
-            v = self.nodes.velocity[s, self.surface.member[i]]
+            v = self.surface.velocity(s, i)
             gap, n = self.surface.gap_and_normal(s, i, X, f, w, x)
             rate = n.dot(v - V.transpose() @ w)
             if gap < 0.0:
-                self._touch(s, i, f, X, V, w, x, v, gap, n, rate, dt)
+                self._touch(s, i, f, X, V, w, x, v, gap, n, rate, t, dt)
         if gap >= 0.0 and self.facet[s, i] >= 0:
             self._let_go(s, i, rate, dt)
 
@@ -161,7 +156,7 @@ class SelfContact(Dissipation):
         return closest, w
 
     @ti.func
-    def _touch(self, s, i, f, X, V, w, x, v, gap, n, rate, dt):
+    def _touch(self, s, i, f, X, V, w, x, v, gap, n, rate, t, dt):
         """Node i at x, with the velocity v, touches facet f, its corners at X with velocities V."""
         N = normal_force(gap, rate, self.penalty_stiffness[i], self.damping[i])
         # Where the node is beside the facet, and how fast it slides over it.
@@ -178,7 +173,7 @@ class SelfContact(Dissipation):
         across = self.stretch[s, i].dot(n)  # by which the tangent plane has turned away
         before = self.stretch[s, i] - across * n
         stretch = before + inside * sliding
-        limit = self.friction_coefficient[s] * N
+        limit = self._friction_limit(s, i, N, sliding.norm(), t, dt)
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
         friction = shear_force(stretch, before, k_t, damping_rate)
@@ -191,13 +186,18 @@ class SelfContact(Dissipation):
         self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + (
             0.5 * k_t * across * across
         )
-        self.force[s, i] = N * n - friction
+        self.on_member[s, i] = N * n - friction
         rubbed = corner_forces(gradients, facet_normal, W, z, -friction)
         for c in ti.static(range(self.nodes.dimension)):
             self.on_corner[s, i, c] = -w[c] * N * n - corner(rubbed, c)
-        self.facet[s, i], self.gap[s, i], self.normal_force[s, i] = f, gap, N
+        self.facet[s, i], self.gap[s, i], self.pressing[s, i] = f, gap, N
         self.dashpot[s, i] = damping_force
         self.stretch[s, i], self.friction[s, i] = stretch, friction
+
+    @ti.func
+    def _friction_limit(self, s, i, N, speed, t, dt):
+        """Of friction [N] on node i, which is pressed with N and slides at `speed` [m/s]."""
+        return self.friction_coefficient[s] * N
 
     @ti.func
     def _let_go(self, s, i, rate, dt):
@@ -209,8 +209,8 @@ class SelfContact(Dissipation):
         self.book_tangential(
             s, i, friction, nothing, before, nothing, self.tangential_stiffness[i], before
         )
-        self.force[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
-        self.facet[s, i], self.gap[s, i], self.normal_force[s, i] = -1, 0.0, 0.0
+        self.on_member[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
+        self.facet[s, i], self.gap[s, i], self.pressing[s, i] = -1, 0.0, 0.0
         self.dashpot[s, i] = 0.0
 
     @ti.func
@@ -239,7 +239,7 @@ class SelfContact(Dissipation):
     def _gather_node(self, s, i):
         """What node i gets from its own facet and from the nodes on the facets around it."""
         a = self.surface.member[i]
-        total = self.force[s, i]
+        total = self.on_member[s, i]
         loaded = ti.cast(self.facet[s, i] >= 0, ti.i32)
         for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
             f, c = self.surface.facet_around[e], self.surface.corner_around[e]

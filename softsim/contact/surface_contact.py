@@ -7,6 +7,7 @@ from softsim import backend, fields
 from softsim.contact.dissipation import Dissipation
 from softsim.contact.frame import FixedFrame
 from softsim.contact.friction import limit_with_memory, shear_force, slip
+from softsim.contact.nodal_forces import NodalForces
 from softsim.contact.penalty import normal_force
 from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
@@ -22,7 +23,7 @@ rest: some um/s. A limit that creeps to its value lets a node creep, ever more s
 
 
 @ti.data_oriented
-class SurfaceContact(Dissipation):
+class SurfaceContact(NodalForces, Dissipation):
     """Contact of a list of nodes with every surface of an obstacle.
 
     Parameters
@@ -36,10 +37,8 @@ class SurfaceContact(Dissipation):
     slip_length: d of its limit (scenarios,) [m].
     return_times: a node that comes back within this time has chattered (scenarios,) [s].
 
-    Fields, (scenarios, k): normal_force [N] and force [N] now; since they were last cleared [N s]
-    normal_impulse, the part of it that was carried in slip slipping_impulse, and impulse; over the
-    whole run contact_time [s] and returns, the number of times that it chattered;
-    friction_dissipation and damping_dissipation [J].
+    Fields, (scenarios, k): those of contact/nodal_forces.py; friction_dissipation and
+    damping_dissipation [J].
     """
 
     def __init__(
@@ -58,7 +57,8 @@ class SurfaceContact(Dissipation):
         return_times: np.ndarray,
     ) -> None:
         scenarios, d = nodes.scenarios, nodes.dimension
-        super().__init__(scenarios, len(contact_nodes))
+        Dissipation.__init__(self, scenarios, len(contact_nodes))
+        NodalForces.__init__(self, scenarios, len(contact_nodes), d)
         self.nodes, self.obstacle, self.frame = nodes, obstacle, frame
         self.surfaces = obstacle.count
         self.node = index_field(contact_nodes)
@@ -81,11 +81,6 @@ class SurfaceContact(Dissipation):
         # Of friction: its limit, and the time in contact that it remembers.
         self.friction_limit, self.age = (real_field(np.zeros(shape)) for _ in range(2))
         self.left_at = real_field(np.full(shape, NEVER))
-        numbers, vectors = np.zeros(shape[:2]), np.zeros((*shape[:2], d))
-        self.normal_force, self.force = real_field(numbers), vector_field(vectors)
-        self.normal_impulse, self.impulse = real_field(numbers), vector_field(vectors)
-        self.slipping_impulse, self.contact_time = real_field(numbers), real_field(numbers)
-        self.returns = index_field(numbers)
         frame.carry(self)
 
     def passes(self) -> dict[Stage, list[Pass]]:
@@ -102,13 +97,7 @@ class SurfaceContact(Dissipation):
             "friction_limit": self.friction_limit,
             "age": self.age,
             "left_at": self.left_at,
-            "contact_time": self.contact_time,
-            "returns": self.returns,
-            "normal_force": self.normal_force,
-            "force": self.force,
-            "normal_impulse": self.normal_impulse,
-            "slipping_impulse": self.slipping_impulse,
-            "impulse": self.impulse,
+            **self.nodal_fields(),
             "friction_dissipation": self.friction_dissipation,
             "damping_dissipation": self.damping_dissipation,
             **self.obstacle.state_fields(),
@@ -121,15 +110,9 @@ class SurfaceContact(Dissipation):
 
     def forget_dissipation(self, scenario: int) -> None:
         """Begin the books anew in a scenario, and the counts over the whole run."""
-        for summed in (
-            self.friction_dissipation, self.damping_dissipation, self.contact_time, self.returns
-        ):  # fmt: skip
-            fields.write_row(summed, scenario, 0)
+        super().forget_dissipation(scenario)
+        self.forget_times(scenario)
         fields.write_row(self.left_at, scenario, NEVER)
-
-    def impulses(self) -> list[ti.Field]:
-        """Of the forces of each node."""
-        return [self.normal_impulse, self.slipping_impulse, self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """Columns of the history: the frame's."""
@@ -143,7 +126,7 @@ class SurfaceContact(Dissipation):
         q = self.frame.local_position(s, x)
         surfaces = self.surfaces * self.obstacle.may_touch(s, i, q)
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
-        normal_total = ti.cast(0.0, backend.real)
+        normal_total, slipping_total = ti.Vector([0.0, 0.0])
         touched = 0  # now or in the last increment: else all is zero and stays so
         for w in range(surfaces):
             gap, n = self.obstacle.gap_and_normal(s, i, w, q)
@@ -161,8 +144,10 @@ class SurfaceContact(Dissipation):
                 damping_force = N + self.penalty_stiffness[i] * gap
                 self.book_normal(s, i, self.dashpot[s, i, w], damping_force, dt * v.dot(n))
                 self.dashpot[s, i, w] = damping_force
-                total += N * n - self._friction(s, i, w, q, n, v, N, before, outside, t, dt)
+                friction, slips = self._friction(s, i, w, q, n, v, N, before, outside, t, dt)
+                total += N * n - friction
                 normal_total += N
+                slipping_total += N * slips
             elif self.touching[s, i, w] == 1:
                 touched = 1
                 v = self.frame.relative_velocity(s, x, self.nodes.velocity[s, a])
@@ -170,12 +155,7 @@ class SurfaceContact(Dissipation):
         if touched == 1:
             force = self.frame.global_vector(s, total)
             self.nodes.corner_forces.write(s, self.first_slot + i, force)
-            self.force[s, i] = force
-            self.normal_force[s, i] = normal_total
-            self.normal_impulse[s, i] = self.normal_impulse[s, i] + normal_total * dt
-            self.impulse[s, i] = self.impulse[s, i] + force * dt
-            if normal_total > 0.0:
-                self.contact_time[s, i] = self.contact_time[s, i] + dt
+            self.note(s, i, force, normal_total, slipping_total, dt)
 
     @ti.func
     def _meet(self, s, i, w, q, gap, n, v, t, dt):
@@ -200,7 +180,8 @@ class SurfaceContact(Dissipation):
     @ti.func
     def _friction(self, s, i, w, q, n, v, N, before, outside, t, dt):
         """Friction [N] on the anchor of node i at q, which surface w presses with N; before: its
-        elastic slip an increment ago; outside: the time [s] since then before it touched.
+        elastic slip an increment ago; outside: the time [s] since then before it touched. And
+        whether the node slips.
         """
         k_t, damping_rate = self.tangential_stiffness[i], self.tangential_damping[i] / dt
         stretch = tangential(q - self.anchor[s, i, w], n)
@@ -219,9 +200,7 @@ class SurfaceContact(Dissipation):
         slid = slipped + outside * tangential(v, n)
         self.book_tangential(s, i, self.friction[s, i, w], force, before, stretch, k_t, slid)
         self.anchor[s, i, w], self.friction[s, i, w] = q - stretch, force
-        if slipped.norm() > RESTS * stretch.norm():
-            self.slipping_impulse[s, i] = self.slipping_impulse[s, i] + N * dt
-        return force
+        return force, ti.cast(slipped.norm() > RESTS * stretch.norm(), ti.i32)
 
     @ti.func
     def _leave(self, s, i, w, q, n, v, t, dt):
@@ -253,47 +232,6 @@ class SurfaceContact(Dissipation):
     def work_done(self, s, dt):
         """Work of the frame's motion so far [J]."""
         return self.frame.work_done(s)
-
-    @ti.func
-    def total_force(self, s):
-        """Sum of the forces on the nodes now (d) [N]."""
-        total = ti.Vector.zero(backend.real, self.nodes.dimension)
-        for i in range(self.count.read()):
-            total += self.force[s, i]
-        return total
-
-    @ti.func
-    def touching_nodes(self, s):
-        """Number of nodes that touch now."""
-        count = 0
-        for i in range(self.count.read()):
-            if self.normal_force[s, i] > 0.0:
-                count += 1
-        return count
-
-    @ti.func
-    def total_normal_impulse(self, s):
-        """Sum of the normal impulses since they were cleared [N s]."""
-        total = ti.cast(0.0, backend.real)
-        for i in range(self.count.read()):
-            total += self.normal_impulse[s, i]
-        return total
-
-    @ti.func
-    def total_slipping_impulse(self, s):
-        """Sum of the normal impulses carried in slip since they were cleared [N s]."""
-        total = ti.cast(0.0, backend.real)
-        for i in range(self.count.read()):
-            total += self.slipping_impulse[s, i]
-        return total
-
-    @ti.func
-    def total_impulse(self, s):
-        """Sum of the impulses since they were cleared (d) [N s]."""
-        total = ti.Vector.zero(backend.real, self.nodes.dimension)
-        for i in range(self.count.read()):
-            total += self.impulse[s, i]
-        return total
 
 
 @ti.func

@@ -60,6 +60,12 @@ class Wall(ABC):
         """
         return len(self.names), float(len(self.names))
 
+    def corners(self) -> np.ndarray:
+        """Convex corners (c, d) [m] that may get between the nodes of a surface, where it has some
+        and is in the plane.
+        """
+        return np.zeros((0, 2))
+
     @abstractmethod
     def drawn(self) -> dict[str, np.ndarray]:
         """What a run's results keep of it for the figures, by the names that

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import taichi as ti
 
-from softsim import fields
+from softsim import backend, fields
 from softsim.contact.frame import FixedFrame
-from softsim.contact.surface_contact import SurfaceContact
+from softsim.contact.nodal_forces import NodalForces
 from softsim.contact.wall import Obstacle, Wall
 from softsim.fields import real_field
 from softsim.loads.profile import Profile
@@ -73,6 +73,10 @@ class MovingWall(Wall):
         """As of the wall at rest."""
         return self.wall.touched_at_once()
 
+    def corners(self) -> np.ndarray:
+        """As of the wall at rest."""
+        return self.wall.corners()
+
     def drawn(self) -> dict[str, np.ndarray]:
         """As of the wall at rest."""
         return self.wall.drawn()
@@ -96,10 +100,11 @@ class MovingFrame(FixedFrame):
         self.column, self.axis, self.table = column, axis, table
         nothing = np.zeros(scenarios)
         self.offset, self.way, self.speed, self.work = (real_field(nothing) for _ in range(4))
+        self.contacts: list[NodalForces] = []
 
-    def carry(self, contact: SurfaceContact) -> None:
-        """Note the contact of the surfaces."""
-        self.contact = contact
+    def carry(self, contact: NodalForces) -> None:
+        """Note a contact of the surfaces."""
+        self.contacts.append(contact)
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Moves the frame before everything drifts."""
@@ -120,7 +125,8 @@ class MovingFrame(FixedFrame):
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """The mean force that moves the wall [N]: what the wall does to others."""
-        impulse = fields.read_row(self.contact.impulse, scenario)[:, self.axis].sum()
+        rows = [fields.read_row(contact.impulse, scenario) for contact in self.contacts]
+        impulse = sum(row[:, self.axis].sum() for row in rows)
         return {self.column: float(impulse) / interval if interval > 0.0 else 0.0}
 
     @ti.func
@@ -128,15 +134,22 @@ class MovingFrame(FixedFrame):
         """Where the frame is at the end t of the step, before everything drifts."""
         offset = self.table.at(s, t)
         way = offset - self.offset[s]
-        force = self.contact.total_force(s)[self.axis]
+        force = self._force(s)
         self.work[s] = self.work[s] + 0.5 * force * (self.way[s] + way)
         self.offset[s], self.way[s], self.speed[s] = offset, way, way / dt
 
     @ti.func
     def work_done(self, s):
         """Work of the motion so far [J], the last half step with the force of now."""
-        force = self.contact.total_force(s)
-        return self.work[s] + 0.5 * force[self.axis] * self.way[s]
+        return self.work[s] + 0.5 * self._force(s) * self.way[s]
+
+    @ti.func
+    def _force(self, s):
+        """Of all contacts along the axis now [N]."""
+        force = ti.cast(0.0, backend.real)
+        for contact in ti.static(self.contacts):
+            force += contact.total_force(s)[self.axis]
+        return force
 
     @ti.func
     def local_position(self, s, x):

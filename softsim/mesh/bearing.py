@@ -14,9 +14,15 @@ def nodes_per_facet_bound(x: np.ndarray, facets: np.ndarray, nodes: np.ndarray) 
     (f, d), carries where the nodes are densest, all nodes at x (n, d).
     """
     extent = nodal_extents(x, facets)[nodes]
-    ratio = extent / extent.min()
+    return weights_in_line(extent / extent.min()) ** (x.shape[1] - 1)
+
+
+def weights_in_line(ratio: np.ndarray) -> np.ndarray:
+    """Upper bound of the sum of weights that a corner carries along a line, of its reach over the
+    distance of what lies there.
+    """
     whole = np.floor(ratio)
-    return (1.0 + 2.0 * whole - whole * (whole + 1.0) / ratio) ** (x.shape[1] - 1)
+    return 1.0 + 2.0 * whole - whole * (whole + 1.0) / np.maximum(ratio, 1e-300)
 
 
 def nodal_extents(x: np.ndarray, facets: np.ndarray) -> np.ndarray:

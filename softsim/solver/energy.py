@@ -195,7 +195,7 @@ class EnergyReader:
         ti.loop_config(serialize=self.serially)
         for s in range(self.solver.scenarios):
             for walls in ti.static(self.terms.wall_contacts):
-                for i in range(walls.count.read()):
+                for i in range(walls.touched_count.read()):
                     impulses[s, i] += walls.normal_impulse[s, i]
             for r in range(self.bodies.count):
                 for i in ti.static(range(self.dimension)):

@@ -314,8 +314,8 @@ class Scenario:
         return self.read(self.terms.nodes.position)
 
     def has_missed_contact(self) -> bool:
-        """True if a neighbour list of self-contact had no room for all that came near."""
-        return any(self.read(c.lists.overfull).any() for c in self.terms.self_contacts)
+        """True if a neighbour list of contact had no room for all that came near."""
+        return any(self.read(c.lists.overfull).any() for c in self.terms.listing)
 
     def chatter(self) -> Chatter:
         """Chatter of the nodes on walls since t = 0."""

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
+from softsim.contact.corner_contact import CornerContact
+from softsim.contact.corner_surface import CornerSurface
 from softsim.contact.deformable_surface import DeformableSurface
 from softsim.contact.frame import FixedFrame
 from softsim.contact.neighbour_lists import NeighbourLists, margin_and_room
@@ -25,7 +27,7 @@ from softsim.elements.layer import LayerTerm
 from softsim.elements.region import joined_regions
 from softsim.elements.ties import TieTerm
 from softsim.fields import Number
-from softsim.model import LOCAL_DAMPING, ContactData, Model
+from softsim.model import LOCAL_DAMPING, ContactData, CornerData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
 from softsim.rigid.outline import BodyFrame
@@ -35,6 +37,9 @@ from softsim.term import Pass, Stage, Term
 
 Passes = list[Pass]
 """Of one stage: they do not need each other's results, and may run side by side."""
+
+WallContact = SurfaceContact | CornerContact
+"""Of nodes with a wall, or of its corners with facets."""
 
 
 class Terms:
@@ -68,6 +73,7 @@ class Terms:
         self.friction_memory = np.array([m.friction_memory for m in models])
         self.slip_length = np.array([m.friction_slip_length for m in models])
         self.return_times = np.array([return_time(m) for m in models])
+        self.corner_contacts: list[CornerContact] = []
         self.wall_contacts = self._wall_contacts(models)
         self.supports = self._supports(models)
         self.cable_contacts = self._cable_contacts(models)
@@ -87,18 +93,43 @@ class Terms:
             self.friction_memory, self.slip_length, self.return_times,
         )  # fmt: skip
 
-    def _wall_contacts(self, models: list[Model]) -> list[SurfaceContact]:
+    def _wall_contacts(self, models: list[Model]) -> list[WallContact]:
         contact, friction = models[0].contact, [m.contact.friction_coefficient for m in models]
         if len(contact.nodes) == 0:
             return []
-        alike = zip(*(m.walls for m in models), strict=True)  # a wall of each scenario
-        return [self._wall_contact(models[0], contact, walls, friction) for walls in alike]
+        result: list[WallContact] = []
+        for walls in zip(*(m.walls for m in models), strict=True):  # a wall of each scenario
+            of_nodes = self._wall_contact(models[0], contact, walls, friction)
+            result.append(of_nodes)
+            if models[0].corners is not None and any(len(wall.corners()) for wall in walls):
+                of_corners = self._corner_contact(
+                    models[0].corners, contact, walls, of_nodes.frame, friction
+                )
+                self.corner_contacts.append(of_corners)
+                result.append(of_corners)
+        return result
 
     def _wall_contact(
         self, model: Model, contact: ContactData, walls: Sequence[Wall], friction: list[float]
     ) -> SurfaceContact:
         obstacle = walls[0].obstacle(walls, model.points[contact.nodes])
         return self._contact(contact, obstacle, walls[0].frame(walls), friction)
+
+    def _corner_contact(
+        self, data: CornerData, contact: ContactData, walls: Sequence[Wall], frame: FixedFrame,
+        friction: list[float],
+    ) -> CornerContact:  # fmt: skip
+        corners = [wall.corners() for wall in walls]
+        surface = CornerSurface(self.nodes, data.facets, data.facet_size, frame, corners)
+        margin, longest, room = margin_and_room(data.facet_size)
+        lists = NeighbourLists(surface, margin, longest, room * int(np.ceil(data.together)))
+        constants = (
+            data.penalty_stiffness, data.tangential_stiffness, data.damping, data.tangential_damping
+        )  # fmt: skip
+        return CornerContact(
+            surface, lists, contact.nodes, constants, np.array(friction), self.friction_memory,
+            self.slip_length,
+        )  # fmt: skip
 
     def _cable_contacts(self, models: list[Model]) -> list[SurfaceContact]:
         """Of each cable with each wall."""
@@ -145,9 +176,14 @@ class Terms:
         ]  # fmt: skip
 
     @property
-    def contacts(self) -> list[SurfaceContact]:
+    def contacts(self) -> list[WallContact]:
         """Contact with walls, then with rigid outlines, then of cables with walls."""
-        return self.wall_contacts + self.supports + self.cable_contacts
+        return [*self.wall_contacts, *self.supports, *self.cable_contacts]
+
+    @property
+    def listing(self) -> list[SelfContact]:
+        """Contact that looks for what is near in lists."""
+        return [*self.corner_contacts, *self.self_contacts]
 
     @property
     def inner(self) -> list[Term]:

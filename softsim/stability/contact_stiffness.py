@@ -5,6 +5,9 @@ dashpot c, whose velocity lags half a step behind, acts on the stable step as a 
 (stability/time_step.py). Of two that press each other, a node and a rigid body, each has the spring
 as if the other were fixed; how that is put together stands in stability/rigid_bodies.py.
 
+A corner of a wall that presses a facet k w w^T, with the weights w_c of the facet's corners: at
+most k w_c at each of them, as (sum_c w_c u_c)^2 <= sum_c w_c u_c^2.
+
 In self-contact a node against a facet feels k b b^T with b = (1, -w_c) along one direction, the
 weights w_c of the facet's corners adding up to 1. As
 (sum_j b_j u_j)^2 <= (sum_j |b_j|) (sum_j |b_j| u_j^2), that is at most 2 k at the node and 2 k w_c
@@ -66,7 +69,19 @@ class ContactStiffness:
         if self.model.walls:
             for contact in self.model.wall_contacts:
                 stiffness[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
+            stiffness += self._of_corners(dt)
         return np.where(self.tied, 0.0, stiffness)
+
+    def _of_corners(self, dt: float) -> np.ndarray:
+        """Stiffness (n,) [N/m] of nodes whose facets are pressed by as many corners of walls as can
+        be together.
+        """
+        stiffness, data = np.zeros(len(self.model.points)), self.model.corners
+        if data is not None:
+            k_n = data.penalty_stiffness + 2.0 * data.damping / dt
+            k_t = data.tangential_stiffness + 2.0 * data.tangential_damping / dt
+            stiffness[data.facets] = data.together * max(k_n, k_t)
+        return stiffness
 
     def _of_supports(self, dt: float) -> np.ndarray:
         """Stiffness (n,) [N/m] against the outlines of rigid bodies."""
@@ -101,7 +116,7 @@ class ContactStiffness:
         at_walls, pressed = np.zeros((2, len(model.rigid_bodies)))
         for r, body in enumerate(model.rigid_bodies):
             if model.walls:
-                k = wall_stiffness(contact, model.walls, dt)
+                k = wall_stiffness(contact, model.walls, dt) + self._of_corners(dt)[contact.nodes]
                 at_walls[r] = largest_frequency(body, model.points, contact.nodes, k)
             if own is not None:
                 k = self_stiffness(own, x, dt)

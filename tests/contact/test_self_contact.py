@@ -73,7 +73,7 @@ def test_the_force_is_continuous_over_a_joint(build, cpu):
         x[hollow, 1] -= 0.1e-3  # both facets lean by 0.1, and meet over 10 um at this depth
         x[corner] = x[hollow] + [shift, -DEPTH]
         rig.place(x)
-        found.append(fields.read(rig.contact.force)[0, member])
+        found.append(fields.read(rig.contact.on_member)[0, member])
         facets.add(int(rig.facets[member]))
     k_n = model.self_contact.contact.penalty_stiffness[member]
     assert len(facets) == 2

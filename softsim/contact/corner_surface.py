@@ -1,0 +1,100 @@
+"""The surface of bodies as the convex corners of a wall meet it: in the wall's axes, in the plane.
+
+There the corners stand still, and the facets move. What DeformableSurface calls nodes are corners
+here; none is a neighbour of a facet.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend
+from softsim.contact.deformable_surface import DeformableSurface
+from softsim.contact.frame import FixedFrame
+from softsim.fields import Number, vector_field
+from softsim.nodes import Nodes
+
+NOWHERE = 1e6
+"""Where corners are put [m] of which a scenario has fewer than others."""
+
+
+@ti.data_oriented
+class CornerSurface(DeformableSurface):
+    """Facets that touch corners.
+
+    Parameters
+    ----------
+    nodes: the shared nodes. facets: corners of facets (f, 2), numbered as nodes.
+    facet_size: their lengths at rest (f,) [m]. frame: axes of the wall.
+    corners: of the wall in each scenario (c, 2) [m], in its axes.
+    """
+
+    def __init__(
+        self,
+        nodes: Nodes,
+        facets: np.ndarray,
+        facet_size: np.ndarray,
+        frame: FixedFrame,
+        corners: Sequence[np.ndarray],
+    ) -> None:
+        of_facets = np.unique(facets)
+        no_part = np.zeros(len(facets))
+        super().__init__(nodes, of_facets, facets, no_part, facet_size, no_part, no_part)
+        self.frame = frame
+        most = max(len(places) for places in corners)
+        self.member_count = Number(most)
+        self.watched_count = Number(len(of_facets) + 1)
+        filled = [np.pad(c, ((0, most - len(c)), (0, 0)), constant_values=NOWHERE) for c in corners]
+        self.place_of_corner = vector_field(np.stack(filled))
+
+    @ti.func
+    def place(self, s, i):
+        """Of corner i."""
+        return self.place_of_corner[s, i]
+
+    @ti.func
+    def velocity(self, s, i):
+        """Of corner i [m/s]: it stands still."""
+        return ti.Vector.zero(backend.real, self.nodes.dimension)
+
+    @ti.func
+    def watched_place(self, s, k):
+        """Of the k-th node of the facets; the last is the origin, which stands still."""
+        result = ti.Vector.zero(backend.real, self.nodes.dimension)
+        if k < self.watched_count.read() - 1:
+            result = self.frame.local_position(s, self.nodes.position[s, self.member[k]])
+        return result
+
+    @ti.func
+    def corners(self, s, f):
+        """X of facet f now, in the wall's axes."""
+        X = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)
+        for c in ti.static(range(self.nodes.dimension)):
+            place = self.frame.local_position(s, self.nodes.position[s, self.corner[f, c]])
+            for k in ti.static(range(self.nodes.dimension)):
+                X[c, k] = place[k]
+        return X
+
+    @ti.func
+    def corner_velocities(self, s, f):
+        """Velocities of the corners of facet f relative to the wall, a row each [m/s]."""
+        V = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)
+        for c in ti.static(range(self.nodes.dimension)):
+            a = self.corner[f, c]
+            v = self.frame.relative_velocity(
+                s, self.nodes.position[s, a], self.nodes.velocity[s, a]
+            )
+            for k in ti.static(range(self.nodes.dimension)):
+                V[c, k] = v[k]
+        return V
+
+    @ti.func
+    def length(self, i, f):
+        """Of facet f at rest [m]."""
+        return self.facet_size[f]
+
+    @ti.func
+    def are_neighbours(self, i, f):
+        """A corner is no part of the surface."""
+        return 0
