@@ -55,7 +55,7 @@ def columns(model: Model) -> dict[str, str]:
     of_terms = {name: unit for owner in owners for name, unit in owner.columns.items()}
     last = {
         **{f"body_{a}": "m" for a in axes},  # centre of mass of the meshed bodies
-        "contact_count": "-",  # nodes in contact with walls at this moment
+        "contact_count": "-",  # nodes, and corners of walls, in contact at this moment
         "contact_area": "m^2",  # at rest, of surface nodes that touched walls within the interval
         "rows_in_contact": "-",  # rows of spikes that touched within the interval
         **{f"wall_force_{a}": "N" for a in axes},  # of the walls on the robot, mean of the interval

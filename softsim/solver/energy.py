@@ -53,9 +53,9 @@ class Energies:
 class WallContactTotals:
     """Sums over the nodes in contact with walls.
 
-    contact_count: nodes that touch now. Impulses [N s] since they were cleared: normal_impulse, the
-    sum of the normal ones; slipping_impulse, the part of it that nodes carried while they slipped;
-    impulse (d,), the vector.
+    contact_count: nodes, and corners of walls, that touch now. Impulses [N s] since they were
+    cleared: normal_impulse, the sum of the normal ones; slipping_impulse, the part of it that nodes
+    carried while they slipped; impulse (d,), the vector.
     """
 
     contact_count: int

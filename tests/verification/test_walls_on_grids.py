@@ -1,85 +1,19 @@
 """Bodies on walls that went through a grid of distances, against the same walls as formulas.
 
-A block on a straight slope: the grid is exact, so that the motion is the plane's. A box in the bore
-of a pipe from an STL file, its dimensions as in test_walls_in_space: it lies on two edges, where
-the normals are tilted by beta, cos beta = 0.8. The bore's facets touch the circle in their middles
-and leave it by R (pi / N)^2 / 2 at most; the grid is off by spacing^2 / (8 R); the height changes
-by what both take together, over cos beta.
+A box in the bore of a pipe from an STL file, its dimensions as in test_walls_in_space: it lies on
+two edges, where the normals are tilted by beta, cos beta = 0.8. The bore's facets touch the circle
+in their middles and leave it by R (pi / N)^2 / 2 at most; the grid is off by spacing^2 / (8 R); the
+height changes by what both take together, over cos beta.
 """
 
 import meshio
 import numpy as np
 import pytest
 
-SLOPE = np.radians(35.0)
-UP = np.array([np.cos(SLOPE), np.sin(SLOPE)])
-BLOCK = f"""
-bodies:
-  block: {{mesh: {{generator: block, length: 10 mm, height: 6 mm, element_size: 2 mm}},
-          formulation: plane_strain, thickness: 10 mm, material: dragon_skin_30,
-          rotation: 35 deg}}
-environment:
-  walls: {{slope: {{kind: plane, normal: [{-UP[1]}, {UP[0]}]}}}}
-contact: {{friction_coefficient: 0.5}}
-time: {{end: 1 s}}
-"""
-
-
-def ground(*points):
-    """Override: instead of the plane a polyline through points (x, y) [mm]."""
-    listed = ", ".join(f"[{x:.17g} mm, {y:.17g} mm]" for x, y in points)
-    return f"environment.walls.slope={{kind: polyline, points: [{listed}]}}"
-
 
 def settle(solver, until, count=500):
     while solver.time < until:
         solver.advance(count)
-
-
-def test_a_block_slides_down_a_polyline_as_down_a_plane(build, start, record_verification):
-    """Without friction to round-off, 1e-17 m an increment. With friction round-off grows tenfold
-    each ms, as nodes stick and slip by turns: for 10 ms still next to nothing, then as a whole.
-    Its limit has no memory here: round-off decides with which increment nodes that start on the
-    surface begin to touch, and with that the age of their contact.
-    The polyline ends below the block, and goes on straight from there.
-    """
-    spans = ((0.01, 1e-14, 1e-12), (0.1, 1e-14, 1e-4))
-    moved = []  # with each wall, at the end of each span
-    for wall in ([], [ground(-1.0 * UP, 30.0 * UP)]):
-        coulomb = ("contact.friction_memory=0 s", *wall)
-        models = [build(BLOCK, f"contact.friction_coefficient={mu}", *coulomb) for mu in (0, 0.5)]
-        solver = start(*models)
-        moved.append([])
-        for until, *_ in spans:
-            settle(solver, until, 50)
-            moved[-1].append(solver.positions() - models[0].points)
-    for (_, slippery, rough), plane, grid in zip(spans, *moved, strict=True):
-        assert np.abs(grid - plane)[0].max() < slippery
-        assert np.abs(grid - plane)[1].max() < rough
-    ways = [-float((by[1] @ UP).mean()) for by in (plane, grid)]
-    assert ways[0] > 7e-3
-    record_verification("slides down a slope on a grid [m]", *ways)
-
-
-def test_the_books_close_across_corners(build, start):
-    """Down the slope into a valley and over a hump, 0.5 mm high: what is taken or given where the
-    grid rounds off corners stays far below what moves.
-    """
-    from softsim.solver.energy import EnergyBalance, EnergyReader
-
-    x, y = -7.0 * UP
-    valley = [(x - 30.0, y), (x - 9.0, y), (x - 8.5, y + 0.5), (x - 8.0, y), (x, y)]
-    model = build(BLOCK, ground(*valley, 20.0 * UP), "contact.friction_coefficient=0.1")
-    # A chattering contact lasts a few increments and is booked to first order: a smaller step.
-    solver = start(model, share=0.3)
-    reader = EnergyReader(solver)
-    balance = EnergyBalance.starting(reader.read()[0], model)
-    largest = 0.0
-    while solver.time < 0.15:
-        solver.advance(500)
-        largest = max(largest, balance.error(reader.read()[0]))
-    assert solver.positions()[0][:, 0].min() < 1e-3 * (x - 12.0)  # its front is far over the hump
-    assert largest < 0.01
 
 
 def pipe_bore(radius, length, around):
