@@ -154,3 +154,49 @@ def test_a_block_slides_over_an_edge_and_its_energy_is_kept(build, start, record
     assert by_corner > 0.5 * WEIGHT  # it has turned about the edge
     assert largest < 2e-3
     record_verification("energy over a sharp edge, of its own [-]", 0.0, largest)
+
+
+def test_knife_edges_that_rise_lift_the_block(build, start):
+    """By their way; the work of their motion, and the force that it needs, count the corners."""
+    from softsim.solver.energy import EnergyBalance, EnergyReader
+
+    lift = (
+        "conditions={lift: {kind: wall_motion, wall: ground, direction: y, "
+        "displacement: {kind: ramp, value: 0.5 mm, duration: 40 ms}}}"
+    )
+    model = build(over(KNIVES), lift)
+    solver = start(model)
+    reader, walls = EnergyReader(solver), solver.terms.wall_contacts[0]
+    first, _, began_at = reader.read()
+    balance = EnergyBalance.starting(first, model)
+    largest = 0.0
+    while solver.time < 0.1:
+        solver.clear_impulses(0)
+        began = solver.time
+        solver.advance(500)
+        largest = max(largest, balance.error(reader.read()[0]))
+    rise = reader.read()[2][1] - began_at[1]
+    force = walls.readings(0, solver.time - began)["ground_drive_force"]
+    assert largest < 2e-3
+    assert rise == pytest.approx(0.5e-3, abs=5e-6)
+    assert force == pytest.approx(WEIGHT, rel=0.05)
+
+
+def test_scenarios_have_corners_of_their_own(build, start):
+    """One more in the second: each has the forces that it has alone."""
+    grounds = KNIVES, [*KNIVES[:4], (2.02, 0.0), (9.0, -7.0), (9.5, -6.5), *KNIVES[5:]]
+    models = [build(over(points), "environment.gravity=0 m/s^2") for points in grounds]
+    x = models[0].points - [0.0, 0.1e-3]
+
+    def forces(solver):
+        """Of the corners, in each scenario."""
+        at = np.broadcast_to(x, (len(solver.models), *x.shape))
+        fields.write(solver.terms.nodes.position, np.ascontiguousarray(at))
+        solver.terms.nodes.velocity.fill(0.0)
+        solver.find_forces(1e-9)
+        return fields.read(solver.terms.corner_contacts[0].force)
+
+    alone = [forces(start(model))[0] for model in models]
+    together = forces(start(*models))
+    assert np.array_equal(together, np.stack(alone))
+    assert (alone[0] != alone[1]).any()
