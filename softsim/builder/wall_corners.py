@@ -19,9 +19,9 @@ def corner_data(
 ) -> CornerData | None:
     """What the corners of the walls have, or None where they have none.
 
-    A corner is as stiff, and as damped, as the median of the nodes at (n, d) [m] that touch walls;
-    less where corners are so close that several press between the same two nodes: together they
-    are as stiff, down to LEAST_SHARE.
+    A corner is as stiff, and as damped, as the softest and the lightest of the facets' nodes (of
+    those at (n, d) [m]): two of them bear it, or one. Less where corners are so close that several
+    press between the same two nodes: together they are as stiff, down to LEAST_SHARE.
     """
     nearest = [distance_between(wall.corners()) for wall in walls if len(wall.corners())]
     if not nearest:
@@ -31,13 +31,19 @@ def corner_data(
     widest = float(nodal_extents(points, facets).max())
     together = float(weights_in_line(np.array(widest / min(nearest))))
     share = max(1.0 / together, LEAST_SHARE)
+    bears = np.isin(contact.nodes, facets)
+
+    def least(constants: np.ndarray) -> float:
+        """Of the facets' nodes, of all that touch walls."""
+        return float(constants[bears].min())
+
     return CornerData(
         facets=facets,
         facet_size=size,
-        penalty_stiffness=share * float(np.median(contact.penalty_stiffness)),
-        tangential_stiffness=share * float(np.median(contact.tangential_stiffness)),
-        damping=np.sqrt(share) * float(np.median(contact.damping)),
-        tangential_damping=np.sqrt(share) * float(np.median(contact.tangential_damping)),
+        penalty_stiffness=share * least(contact.penalty_stiffness),
+        tangential_stiffness=share * least(contact.tangential_stiffness),
+        damping=np.sqrt(share) * least(contact.damping),
+        tangential_damping=np.sqrt(share) * least(contact.tangential_damping),
         together=together,
     )
 

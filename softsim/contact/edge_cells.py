@@ -13,7 +13,10 @@ import numpy as np
 
 from softsim.contact.polyline import PAIRS, Polyline
 
-MOST_CELLS = 2**14
+MOST_CELLS = 2**13
+HALF_DIAGONAL = np.sqrt(0.5) * (1.0 + 1e-9)
+"""Of a cell, over its side."""
+
 RIM = 2
 """Cells around the polyline's points, on each side."""
 
@@ -21,7 +24,8 @@ RIM = 2
 @dataclass(frozen=True, eq=False)
 class EdgeCells:
     """Cells of side `size` [m], shape (2,), the first one's corner at `origin` (2,) [m]. The edges
-    of cell (i, j) are edge[begin[c]] .. edge[begin[c + 1] - 1], c = i shape[1] + j.
+    of cell (i, j) are edge[begin[c]] .. edge[begin[c + 1] - 1], c = i shape[1] + j; no gap in it is
+    below clearance[c] [m].
     """
 
     origin: np.ndarray
@@ -29,18 +33,22 @@ class EdgeCells:
     shape: np.ndarray
     begin: np.ndarray
     edge: np.ndarray
+    clearance: np.ndarray
 
 
 def cells_of(polyline: Polyline) -> EdgeCells:
-    """Cells around a polyline, half as wide as its median edge unless that makes too many."""
+    """Cells around a polyline, as small as there may be."""
     low, high = polyline.points.min(axis=0), polyline.points.max(axis=0)
-    size = 0.5 * float(np.median(np.linalg.norm(polyline.ways, axis=1)))
+    size = float((high - low).max()) / MOST_CELLS
     while np.prod(shape_of_cells(low, high, size)) > MOST_CELLS:
         size *= 1.1
     origin, shape = low - RIM * size, shape_of_cells(low, high, size)
     counts, edges = zip(*near_edges(polyline, origin, size, shape), strict=True)
+    clearance = polyline.gaps(centres(np.arange(np.prod(shape)), origin, size, shape))
     begin = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
-    return EdgeCells(origin, size, shape, begin, np.concatenate(edges))
+    return EdgeCells(
+        origin, size, shape, begin, np.concatenate(edges), clearance - size * HALF_DIAGONAL
+    )
 
 
 def shape_of_cells(low: np.ndarray, high: np.ndarray, size: float) -> np.ndarray:
@@ -52,11 +60,16 @@ def near_edges(
     polyline: Polyline, origin: np.ndarray, size: float, shape: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Of some cells after the other: how many edges each lists, and the edges."""
-    across = np.sqrt(2.0) * size * (1.0 + 1e-9)
+    across = 2.0 * HALF_DIAGONAL * size
     part = max(1, PAIRS // len(polyline.starts))
     for first in range(0, int(np.prod(shape)), part):
         cell = np.arange(first, min(first + part, int(np.prod(shape))))
-        centre = origin + size * (np.stack(np.unravel_index(cell, shape), axis=1) + 0.5)
-        distance = polyline.distances(centre)
+        distance = polyline.distances(centres(cell, origin, size, shape))
         near = distance <= distance.min(axis=1, keepdims=True) + across
         yield near.sum(axis=1), np.nonzero(near)[1]
+
+
+def centres(cell: np.ndarray, origin: np.ndarray, size: float, shape: np.ndarray) -> np.ndarray:
+    """Places (k, 2) [m] of the centres of cells (k,)."""
+    index = np.stack(np.unravel_index(cell, tuple(shape)), axis=1)
+    return np.asarray(origin + size * (index + 0.5))

@@ -24,7 +24,8 @@ class PolylineObstacle(Obstacle):
 
     count = 1
 
-    def __init__(self, walls: Sequence["PolylineWall"]) -> None:
+    def __init__(self, walls: Sequence["PolylineWall"], nodes: int) -> None:
+        """nodes: how many may touch."""
         self.dimension = walls[0].dimension
         kept, number = different([w.polyline for w in walls])
         lines = [walls[number.index(k)] for k in range(len(kept))]
@@ -47,6 +48,9 @@ class PolylineObstacle(Obstacle):
         edges = [c.edge + f for c, f in zip(cells, first_edge, strict=True)]
         self.begin = index_field(np.concatenate(begins))
         self.edge = index_field(np.concatenate(edges))
+        # One more a line, as `begin` has.
+        self.clearance = real_field(np.concatenate([np.append(c.clearance, 0.0) for c in cells]))
+        self.was_near = index_field(np.ones((len(walls), nodes)))
 
         self.start = vector_field(np.concatenate([line.starts for line in kept]))
         self.direction = vector_field(np.concatenate([line.directions for line in kept]))
@@ -63,6 +67,37 @@ class PolylineObstacle(Obstacle):
             vector_field(np.stack(parts)) for parts in zip(*ends, strict=True)
         )
 
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        return {"was_near_wall": self.was_near}
+
+    @ti.func
+    def may_touch(self, s, i, x):
+        """Whether contact node number i at x is where the wall may be, or was when last asked."""
+        number, _, beyond = self._cell(s, x)
+        near = ti.cast(self.clearance[number] <= self.standoff, ti.i32)
+        if beyond > 0.0:
+            for e in range(self.ends):
+                arm = ti.Vector([x[0], x[1]]) - self.end_point[self.line[s], e]
+                ahead = arm.dot(self.end_direction[self.line[s], e])
+                if ahead > 0.0 and arm.dot(self.end_normal[self.line[s], e]) <= self.standoff:
+                    near = 1
+        result = ti.max(near, self.was_near[s, i])
+        self.was_near[s, i] = near
+        return result
+
+    @ti.func
+    def _cell(self, s, x):
+        """Number of the cell that is nearest to x, the place within the cells that is, in their
+        sides from their origin, and how far beyond [m] x is.
+        """
+        line = self.line[s]
+        u = (ti.Vector([x[0], x[1]]) - self.origin[line]) / self.size[line]
+        rim = ti.min(ti.max(u, 0.0), self.shape[line])
+        cell = ti.cast(ti.min(ti.floor(rim), self.shape[line] - 1.0), ti.i32)
+        number = self.first_cell[line] + cell[0] * ti.cast(self.shape[line][1], ti.i32) + cell[1]
+        return number, rim, self.size[line] * (u - rim).norm()
+
     @ti.func
     def gap_and_normal(self, s, i, w, x):
         """Signed gap [m] of contact node number i at x, negative inside the wall, and its gradient:
@@ -73,11 +108,7 @@ class PolylineObstacle(Obstacle):
         """
         line = self.line[s]
         q = ti.Vector([x[0], x[1]])
-        u = (q - self.origin[line]) / self.size[line]
-        rim = ti.min(ti.max(u, 0.0), self.shape[line])
-        cell = ti.cast(ti.min(ti.floor(rim), self.shape[line] - 1.0), ti.i32)
-        number = self.first_cell[line] + cell[0] * ti.cast(self.shape[line][1], ti.i32) + cell[1]
-        beyond = self.size[line] * (u - rim).norm()
+        number, rim, beyond = self._cell(s, x)
         place = q
         if beyond > 0.0:
             place = self.origin[line] + self.size[line] * rim

@@ -56,7 +56,7 @@ class PolylineWall(Wall):
 
     def obstacle(self, alike: Sequence["PolylineWall"], places: np.ndarray) -> PolylineObstacle:
         """In kernels."""
-        return PolylineObstacle(alike)
+        return PolylineObstacle(alike, len(places))
 
     def touched_at_once(self) -> tuple[float, float]:
         """One edge; in a concave corner both, which push like one spring in all directions."""

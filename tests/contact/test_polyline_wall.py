@@ -6,7 +6,7 @@ import taichi as ti
 
 from softsim import fields
 from softsim.contact import terrain
-from softsim.contact.edge_cells import MOST_CELLS, cells_of
+from softsim.contact.edge_cells import MOST_CELLS, RIM, cells_of
 from softsim.contact.polyline import checked_polyline
 from softsim.contact.polyline_wall import PolylineWall
 
@@ -91,6 +91,28 @@ def test_beyond_the_cells_lines_go_on_and_free_remains_free(cpu):
     np.testing.assert_allclose(gaps[near], exact[near], atol=1e-16)
 
 
+@pytest.mark.parametrize("made", [ground, pipe, printed])
+def test_no_node_in_the_wall_is_passed_over(cpu, made):
+    """Asked again and again, while it comes and goes; most that are far off are."""
+    wall = made()
+    x = np.concatenate([scattered(wall, 0.1), scattered(wall, 3.0)])
+    obstacle, asked = wall.obstacle([wall], x), fields.index_field(np.zeros(len(x)))
+    place = fields.vector_field(x)
+
+    @ti.kernel
+    def each():
+        for i in asked:
+            asked[i] = obstacle.may_touch(0, i, place[i])
+
+    each()
+    assert fields.read(asked).all()  # nothing was known of them
+    each()
+    gap = wall.gaps(x)[wall.name]
+    assert fields.read(asked)[gap <= 0.0].all()
+    free = gap > 3.0 * wall.cells.size
+    assert fields.read(asked)[free].mean() < 0.2
+
+
 def test_normals_at_corners(cpu):
     """Outside a convex corner from it to the place; behind a concave one back to it: the springs of
     both edges; behind a convex one that of the nearer edge.
@@ -119,7 +141,8 @@ def test_scenarios_share_a_line_or_have_their_own(cpu):
     x = np.random.default_rng(3).uniform([-9e-3, -6e-3], [29e-3, 7e-3], (400, 2))
     for scenario, wall in enumerate(walls):
         gaps, _ = look(walls, scenario, x)
-        near = np.abs(wall.gaps(x)[wall.name]) < 4e-3
+        near = np.abs(wall.gaps(x)[wall.name]) < RIM * wall.cells.size
+        assert near.sum() > 10
         np.testing.assert_allclose(gaps[near], wall.gaps(x[near])[wall.name], atol=1e-16)
 
 
@@ -138,6 +161,10 @@ def test_lists_are_short():
         assert np.prod(cells.shape) <= MOST_CELLS
         assert len(cells.begin) == np.prod(cells.shape) + 1
         assert len(cells.edge) < 20 * np.prod(cells.shape)
+        places = scattered(wall, 0.0)
+        index = np.floor((places - cells.origin) / cells.size).astype(int)
+        number = np.ravel_multi_index(tuple(index.T), tuple(cells.shape))
+        assert (wall.gaps(places)[wall.name] >= cells.clearance[number]).all()
 
 
 @pytest.mark.parametrize("across", [None, (-5e-3, 5e-3)])
