@@ -4,9 +4,9 @@ To be read in this order:
 
     schema       what a chain's file says
     vectors      of the plane or of space
-    lattice      which nodes links join: of one line in the plane, of two side by side in space
+    lattice      which nodes links join: of one line in the plane, of two side by side in space;
+                 where nodes look
     backbone     links of constant length that bend: bending moments, constraints, the wave's pull
-    heading      where nodes look
     ground       limbs as springs that push, and what damps and rubs
     motor        the forces of eccentric masses
     chain        all of these together: accelerations and energies

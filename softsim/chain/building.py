@@ -16,7 +16,6 @@ from softsim.chain.ground import (
     Weight,
     WeightFriction,
 )
-from softsim.chain.heading import Heading
 from softsim.chain.lattice import Lattice, ladder, line
 from softsim.chain.loading import LoadedChain
 from softsim.chain.motor import TURNS, Motors
@@ -41,7 +40,6 @@ def build_chain(loaded: LoadedChain) -> Chain:
     masses = np.where(is_head, s.masses.head, s.masses.node)
     rows = np.where(is_head, s.rows.under_head, 1)
     lattice = _lattice(s)
-    heading = Heading(lattice)
     shares = _of_lines(s, [one.limb_share for one in s.lines])
     limbs = Limbs(s.rows.limbs * s.limbs.stiffness * rows * shares)
     pushing = {"head": is_head, "all": np.ones_like(is_head)}[s.limbs.thrust]
@@ -57,9 +55,9 @@ def build_chain(loaded: LoadedChain) -> Chain:
                 BENDINGS[s.backbone.bending](s.backbone.bending_stiffness), lattice
             ),
         },
-        motors=_motors(s, heading),
+        motors=_motors(s, lattice),
         others={
-            "thrust": Thrust(limbs, s.limbs.thrust_ratio * pushing, heading),
+            "thrust": Thrust(limbs, s.limbs.thrust_ratio * pushing, lattice),
             "wave": WaveForce(s.wave_tension, lattice),
             "damping": DAMPERS[s.limbs.damped](s.limbs.damping),
             "drag": Drag(s.drag * is_head),
@@ -87,14 +85,14 @@ def _lattice(s: ChainScene) -> Lattice:
     return line(gaps) if s.sides is None else ladder(gaps, s.sides.distance)
 
 
-def _motors(s: ChainScene, heading: Heading) -> Motors:
+def _motors(s: ChainScene, lattice: Lattice) -> Motors:
     shares = [runs * one.motor_share for runs, one in zip(s.running, s.lines, strict=True)]
     frequencies = [one.frequency or s.motor.frequency for one in s.lines]
     is_head = np.tile(_is_head(s), len(s.lines))
     return Motors(
         s.motor.eccentric_mass * s.motor.eccentricity * _of_lines(s, shares) * is_head,
         TURNS[s.motor.rotation] * math.tau * _of_lines(s, frequencies),
-        heading,
+        lattice,
     )
 
 

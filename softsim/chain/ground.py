@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from softsim.chain.heading import Heading
+from softsim.chain.lattice import Lattice
 from softsim.chain.vectors import level, size, upwards
 
 LEAST_RATIO = 1e-100
@@ -67,11 +67,11 @@ class Thrust:
 
     limbs: Limbs
     ratios: np.ndarray
-    heading: Heading
+    lattice: Lattice
 
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(..., n, d) [N]."""
-        return (self.ratios * self.limbs.pressing(p))[..., None] * self.heading.of_nodes(p)
+        return (self.ratios * self.limbs.pressing(p))[..., None] * self.lattice.headings(p)
 
 
 @dataclass(frozen=True)

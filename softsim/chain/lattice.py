@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import block_diag
 
+from softsim.chain.vectors import level, size
+
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
@@ -28,6 +30,13 @@ class Lattice:
     kept: np.ndarray
     lengths: np.ndarray
     chords: np.ndarray
+
+    def headings(self, p: np.ndarray) -> np.ndarray:
+        """Unit vectors along the ground (..., n, d), with the nodes at p (..., n, d) [m]: from the
+        node behind each to the one in front, on its side; in the plane always x.
+        """
+        ahead = level(self.chords @ p)
+        return ahead / size(ahead)[..., None]
 
 
 def line(gaps: np.ndarray) -> Lattice:

@@ -77,7 +77,7 @@ class Motion:
     @cached_property
     def heading(self) -> np.ndarray:
         """Where the heads look, on the whole (rows, d)."""
-        ahead = self.chain.motors.heading.of_nodes(self.p)[:, self.chain.heads].mean(axis=1)
+        ahead = self.chain.motors.lattice.headings(self.p)[:, self.chain.heads].mean(axis=1)
         return ahead / size(ahead)[:, None]
 
     @cached_property

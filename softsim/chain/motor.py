@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from softsim.chain.heading import Heading
+from softsim.chain.lattice import Lattice
 
 TURNS = {"counterclockwise": 1, "clockwise": -1}
 """Sense of rotation, seen with forward to the right and z up."""
@@ -23,7 +23,7 @@ class Motors:
 
     moments: np.ndarray
     angular_velocities: np.ndarray
-    heading: Heading
+    lattice: Lattice
 
     def at(self, frequency: float) -> "Motors":
         """All of them at another frequency [Hz], the same way round."""
@@ -43,6 +43,6 @@ class Motors:
     def on_nodes(self, t: np.ndarray | float, p: np.ndarray, v: np.ndarray) -> np.ndarray:
         """(..., n, d) [N]: m_e e w^2 (sin wt ahead, -cos wt up)."""
         angles = np.asarray(t)[..., None] * self.angular_velocities
-        forces = (self.forces * np.sin(angles))[..., None] * self.heading.of_nodes(p)
+        forces = (self.forces * np.sin(angles))[..., None] * self.lattice.headings(p)
         forces[..., -1] = -self.forces * np.cos(angles)
         return forces

@@ -13,7 +13,6 @@ from softsim.chain.ground import (
     Weight,
     WeightFriction,
 )
-from softsim.chain.heading import Heading
 from softsim.chain.lattice import ladder, line
 from softsim.chain.motor import Motors
 
@@ -24,7 +23,6 @@ LINE = line(np.array([0.019, 0.013]))
 LADDER = ladder(np.array([0.019, 0.013]), 0.03)
 RNG = np.random.default_rng(1)
 P_IN_SPACE = LADDER.places + RNG.normal(0.0, 1e-3, (6, 3))
-AHEAD = Heading(LINE)
 STORES = {
     "weight": Weight(np.array([3e-2, 5e-3, 6e-3]), 0.3),
     "limbs": Limbs(STIFFNESSES),
@@ -59,7 +57,7 @@ def test_a_force_is_the_gradient_of_its_energy(force, p):
 
 def test_rows_of_a_motion_are_told_as_single_states():
     rows = np.array([P, 2.0 * P, P + np.array([0.0, 1e-3])])
-    thrust = Thrust(STORES["limbs"], np.full(3, 0.5), AHEAD)
+    thrust = Thrust(STORES["limbs"], np.full(3, 0.5), LINE)
     for force in (*STORES.values(), thrust, WaveForce(0.4, LINE), motor(892.0)):
         t = np.array([0.0, 1e-3, 2e-3])
         together = np.broadcast_to(force.on_nodes(t, rows, rows), rows.shape)
@@ -69,7 +67,7 @@ def test_rows_of_a_motion_are_told_as_single_states():
 
 def motor(angular_velocity):
     """On the first of three nodes."""
-    return Motors(2.8e-7 * np.array([1.0, 0.0, 0.0]), np.full(3, angular_velocity), AHEAD)
+    return Motors(2.8e-7 * np.array([1.0, 0.0, 0.0]), np.full(3, angular_velocity), LINE)
 
 
 def test_a_bent_chain_is_driven_back_to_straight():
@@ -90,7 +88,7 @@ def forward(*sizes):
 def test_only_limbs_on_the_ground_push():
     limbs = STORES["limbs"]
     assert limbs.on_nodes(0.0, P, V) == pytest.approx(up(0.4, 0.0, 0.35))
-    thrust = Thrust(limbs, np.array([0.5, 0.5, 0.0]), AHEAD)
+    thrust = Thrust(limbs, np.array([0.5, 0.5, 0.0]), LINE)
     assert thrust.on_nodes(0.0, P, V) == pytest.approx(forward(0.2, 0.0, 0.0))
 
 
@@ -140,8 +138,8 @@ def test_motors_and_limbs_push_where_their_side_looks():
     """Both look to the left after a quarter turn of the robot in that sense."""
     turned = LADDER.places @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     p = turned - [0.0, 0.0, 1e-3]
-    thrust = Thrust(Limbs(np.full(6, 500.0)), np.full(6, 0.5), Heading(LADDER))
+    thrust = Thrust(Limbs(np.full(6, 500.0)), np.full(6, 0.5), LADDER)
     assert thrust.on_nodes(0.0, p, p) == pytest.approx(np.tile([0.0, 0.25, 0.0], (6, 1)))
-    motors = Motors(np.eye(6)[0], np.full(6, 2.0 * np.pi), Heading(LADDER))
+    motors = Motors(np.eye(6)[0], np.full(6, 2.0 * np.pi), LADDER)
     found = motors.on_nodes(0.25, p, p)[0]
     assert found == pytest.approx([0.0, motors.forces[0], 0.0], abs=1e-12)
