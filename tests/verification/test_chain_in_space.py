@@ -46,7 +46,7 @@ def test_a_free_robot_keeps_momentum_and_energy_and_its_lengths(record_verificat
     motion = moved(which, thrown(which), 0.1, 1000)
     momentum = which.masses @ motion.v
     turning = np.einsum("n,rnx->rx", which.masses, np.cross(motion.p, motion.v))
-    ahead = which.motors.heading.of_nodes(motion.p)[:, 0]
+    ahead = which.motors.lattice.headings(motion.p)[:, 0]
     assert np.ptp(np.arctan2(ahead[:, 1], ahead[:, 0])) > 0.5
     left, right = motion.p[:, :2], motion.p[:, 5:7]
     tilts = [(side[:, 0] - side[:, 1])[:, 2] for side in (left, right)]
