@@ -197,12 +197,13 @@ class Passage:
 @dataclass(frozen=True, eq=False)
 class Crossing:
     """The ground that a body, its nodes (k,), is to cross along x: its rear end gets past `goal`;
-    what it meets begins at `foot` [m].
+    what it meets begins at `foot` [m]. patience: time without progress [s] after which it is stuck.
     """
 
     nodes: np.ndarray
     goal: float
     foot: float
+    patience: float
 
 
 @dataclass(frozen=True, eq=False)

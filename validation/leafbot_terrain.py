@@ -32,6 +32,7 @@ FRICTION, START = 0.7, 42.5  # mean coefficient; mean x of the foot [mm], 10.5 m
 PHASE, FRICTION_SPREAD, START_SPREAD, FREQUENCY_SPREAD = 180.0, 0.1, 2.5, 0.05
 """Half widths: degrees, shares, and millimetres of the distance to the foot."""
 TIME, FIELD_TIME = 10.0, 60.0  # s; not in the thesis
+PATIENCE = 3.0  # s without progress, after which a robot counts as stuck
 MESH = (
     "bodies.body.mesh.limb_columns=2", "bodies.body.mesh.element_size=0.7 mm",
     "output.history_interval=0.5 ms", "output.frame_interval=1000 s",
@@ -130,18 +131,23 @@ def case(terrain: Terrain, rows: int, trial: int) -> Case:
     frequency = FREQUENCIES[rows] * (1.0 + FREQUENCY_SPREAD * faster)
     wall = f"{{{terrain.wall}, foot: [{foot_of(trial):.3f} mm, 0 mm]}}"
     overrides = (
-        f"environment.walls={{ground: {wall}}}", "crossing={}", f"time.end={terrain.time} s",
-        f"loads.motor.phase={PHASE * phase:.2f} deg", f"loads.motor.frequency={frequency:.3f} Hz",
+        f"environment.walls={{ground: {wall}}}", f"crossing.patience={PATIENCE} s",
+        f"time.end={terrain.time} s", f"loads.motor.phase={PHASE * phase:.2f} deg",
+        f"loads.motor.frequency={frequency:.3f} Hz",
         f"contact.friction_coefficient={friction_of(trial):.4f}", *MESH,
     )  # fmt: skip
     return Case(label(terrain, rows, trial), f"leafbot{rows}.yaml", overrides)
 
 
 def cases(quick: bool) -> list[Case]:
-    """A robot a terrain, pattern and trial; the subset is one trial with five rows of limbs."""
+    """A robot a terrain, pattern and trial; the subset is one trial with five rows of limbs.
+
+    The shorter first, and of them a trial of every cell before the next one.
+    """
     if quick:
         return [case(terrain, 5, 0) for terrain in QUICK]
-    return [case(t, rows, n) for t in ALL for rows in FREQUENCIES for n in t.trials]
+    each = [(t, rows, n) for t in ALL for rows in FREQUENCIES for n in t.trials]
+    return [case(*one) for one in sorted(each, key=lambda one: (one[0].time, one[2]))]
 
 
 def trials(outcomes: Outcomes, terrain: Terrain, rows: int) -> list[Outcome]:
@@ -183,7 +189,9 @@ def near(found: list[Outcome], claimed: float) -> Finding:
 
 
 def speed(outcome: Outcome) -> float:
-    """Of the robot's rear from its start to the farthest place [mm/s]; NaN of one that failed."""
+    """Of the robot's rear from its start to the farthest place, over the time that the run lasted
+    [mm/s]; NaN of one that failed.
+    """
     if not outcome.history:
         return NAN
     t, rear = outcome.history["time"], outcome.history["rear_x"]
@@ -323,6 +331,7 @@ SCRIPT = Script(
         f"steps: {TRIALS} robots a cell, one a shuffle of a field, that differ in motor phase, "
         "friction (10 %), start (5 mm) and frequency (5 %). Over means that the rear is past the "
         f"upper edge, the far foot or the field within {TIME:g} s, on the fields {FIELD_TIME:g} s; "
+        f"a robot that comes no farther for {PATIENCE:g} s counts as stuck; "
         "intervals are Wilson's, 95 %. The thesis names neither voltage (5 V here) nor time. Six "
         "core hours at most."
     ),

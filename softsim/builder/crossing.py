@@ -1,5 +1,7 @@
 """The crossing of its ground that a scene asks about."""
 
+import math
+
 import numpy as np
 
 from softsim.builder.names import Names, close_names
@@ -37,4 +39,5 @@ def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
             f"'{name}' starts beyond x = {1e3 * goal:.4g} mm, where it is to get",
             "give it another position, or another goal",
         )
-    return Crossing(nodes, goal, foot)
+    patience = math.inf if asked.patience is None else asked.patience
+    return Crossing(nodes, goal, foot, patience)

@@ -1,6 +1,6 @@
 """Whether a body has crossed its ground: its rear end is past the goal within the time of the run.
 
-What is told of one that has not follows from the way of its ends alone, in this order.
+What is told of one that has not follows from the way of its ends alone.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ PASSED, STUCK = "passed", "stuck"
 COLUMNS = {"rear_x": "m", "front_x": "m"}
 LATE = 0.25  # share of a run by whose end it is told whether the body still moves
 SLIPPED = 0.1  # of its length: the way back after which it has slipped
-STANDS = 0.02  # of its length: what stands gains less in the LATE part of the run
+STANDS = 0.02  # of its length: what stands gains less in the LATE part of the run or its patience
 
 
 def end_readings(crossing: Crossing, x: np.ndarray) -> dict[str, float]:
@@ -24,17 +24,23 @@ def end_readings(crossing: Crossing, x: np.ndarray) -> dict[str, float]:
 
 
 class CrossingCondition:
-    """Ends a run when the body has crossed."""
+    """Ends a run when the body has crossed, or has come no farther for all its patience."""
 
     name = "crossing"
 
     def __init__(self, crossing: Crossing) -> None:
-        self.goal = crossing.goal
+        self.crossing = crossing
         self.is_over = False
+        self.farthest = -np.inf  # rear end when it last came farther [m]
+        self.since = 0.0  # [s]
 
     def see_row(self, row: Mapping[str, float]) -> None:
         """A row of the history."""
-        self.is_over = self.is_over or row["rear_x"] > self.goal
+        t, rear = row["time"], row["rear_x"]
+        if rear > self.farthest + STANDS * (row["front_x"] - rear):
+            self.farthest, self.since = rear, t
+        has_stood = t - self.since > self.crossing.patience
+        self.is_over |= rear > self.crossing.goal or has_stood
 
 
 def crossing_report(crossing: Crossing, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
@@ -54,13 +60,13 @@ def crossing_report(crossing: Crossing, history: Mapping[str, np.ndarray]) -> di
 
 
 def why_stuck(crossing: Crossing, t: np.ndarray, rear: np.ndarray, front: np.ndarray) -> str:
-    """Why a body has not crossed: it slipped back, time was too short, or it stands."""
+    """Why a body has not crossed: it slipped back, else time was too short, else it stands."""
     length = float(np.median(front - rear))
     back = rear.max() - rear[-1]
     place = f"with its front at x = {1e3 * front[-1]:.4g} mm"
     if back > SLIPPED * length:
         return f"stuck: slipped back by {1e3 * back:.3g} mm, {place}"
-    late = t >= t[-1] - LATE * (t[-1] - t[0])
+    late = t >= t[-1] - min(LATE * (t[-1] - t[0]), crossing.patience)
     gained = rear[late][-1] - rear[late][0]
     if gained > STANDS * length:
         return f"stuck: still on its way when the time was up, {place}"

@@ -15,6 +15,7 @@ from softsim.scene.quantities import (
     Number,
     Point,
     PositiveLength,
+    PositiveTime,
     Text,
     WholeNumber,
     written,
@@ -101,7 +102,7 @@ class StepFieldWall(Terrain):
 
 class Crossing(Part):
     """Asks whether a body gets over its ground, along x, before `time.end`. The run ends when it
-    has.
+    has, or has lost patience.
     """
 
     body: Text | None = Field(default=None, description="Which; the first by default.")
@@ -109,4 +110,9 @@ class Crossing(Part):
         default=None,
         description="x that its rear end must be past; by default the upper edge of a ramp, the "
         "far foot of a semicircle, the end of a field of steps, where the scene has one of them.",
+    )
+    patience: PositiveTime | None = Field(
+        default=None,
+        description="Time after which a body is stuck whose rear end came no farther by 2 % of its "
+        "length: the run ends. By default it goes on until `time.end`.",
     )

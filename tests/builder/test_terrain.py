@@ -1,11 +1,14 @@
 """Terrain of a scene: shapes of walls, what is asked of a body before them, what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from softsim.contact import polyline, terrain
 from softsim.errors import MeshError, SceneError
 from softsim.output.crossing import CrossingCondition, crossing_report
+from softsim.output.stop_conditions import see_history
 from softsim.scene.measures import OF_CROSSINGS
 
 SCENE = """\
@@ -144,7 +147,11 @@ def test_verdicts_say_why(build, rear, verdict, sentence):
     assert (report["verdict"], report["passed"]) == (verdict, float(verdict == "passed"))
     assert sentence in report["sentence"]
     assert {f"crossing.{name}" for name in report} == set(OF_CROSSINGS)
-    condition = CrossingCondition(crossing)
-    for place in rear:
-        condition.see_row({"rear_x": float(place)})
-    assert condition.is_over == (verdict == "passed")
+    assert seen(CrossingCondition(crossing), history).is_over == (verdict == "passed")
+    impatient = seen(CrossingCondition(replace(crossing, patience=1.5)), history)
+    assert impatient.is_over == (sentence != "still on its way")
+
+
+def seen(condition, history):
+    see_history([condition], history)
+    return condition
