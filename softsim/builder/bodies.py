@@ -22,6 +22,7 @@ from softsim.model import Body
 from softsim.robots.block import block
 from softsim.robots.box import box
 from softsim.robots.leafbot import leafbot_section
+from softsim.robots.leafbot_solid import leafbot_solid
 from softsim.robots.pfr import pfr_section
 from softsim.robots.pfr_meridian import pfr_meridian
 from softsim.robots.pfr_solid import pfr_solid
@@ -38,6 +39,7 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     "pfr_meridian": pfr_meridian,
     "pfr_solid": pfr_solid,
     "leafbot_section": leafbot_section,
+    "leafbot_solid": leafbot_solid,
     "spike_patch": spike_patch,
     "pneunet": pneunet,
 }

@@ -152,11 +152,7 @@ class SpikePatchMesh(_Skin, _SpikedInSpace):
     skin_thickness: PositiveLength = Field(default=written("1 mm"), description="Of the skin.")
 
 
-class LeafbotSectionMesh(_CurvedFin):
-    """Leafbot's section along its length: a backbone on rows of limbs, tips on y = 0."""
-
-    generator: Literal["leafbot_section"] = Field(description="Which generator makes the mesh.")
-    cells: CellKind = Field(default="quad", description="quad: quadrilaterals; simplex: triangles.")
+class _Leafbot(_CurvedFin):
     length: PositiveLength = Field(default=written("64 mm"), description="Of the backbone.")
     thickness: PositiveLength = Field(default=written("2 mm"), description="Of the backbone.")
     rows: WholeNumber = Field(default=5, ge=1, le=100, description="Rows of limbs.")
@@ -167,18 +163,53 @@ class LeafbotSectionMesh(_CurvedFin):
     root_thickness: PositiveLength = Field(
         default=written("4 mm"), description="Limb at its root, along x."
     )
-    rows_under_head: WholeNumber = Field(
-        default=2, ge=1, le=100, description="Rows, from the front, over which the head stands."
-    )
     element_size: PositiveLength = Field(
         default=written("1 mm"), description="Edge length of the cells, about."
     )
     backbone_rows: WholeNumber | None = Field(
-        default=None, ge=1, le=100, description="Quadrilaterals through the backbone; else by "
-        "element_size.",
+        default=None, ge=1, le=100, description="Quadrilaterals or hexahedra through the backbone; "
+        "else by element_size.",
     )  # fmt: skip
     limb_columns: WholeNumber | None = Field(
-        default=None, ge=1, le=100, description="Quadrilaterals across a limb; else by "
+        default=None, ge=1, le=100, description="Quadrilaterals or hexahedra across a limb, along "
+        "x; else by element_size.",
+    )  # fmt: skip
+
+
+class LeafbotSectionMesh(_Leafbot):
+    """Leafbot's section along its length: a backbone on rows of limbs, tips on y = 0."""
+
+    generator: Literal["leafbot_section"] = Field(description="Which generator makes the mesh.")
+    cells: CellKind = Field(default="quad", description="quad: quadrilaterals; simplex: triangles.")
+    rows_under_head: WholeNumber = Field(
+        default=2, ge=1, le=100, description="Rows, from the front, over which the head stands."
+    )
+
+
+class LeafbotSolidMesh(_Leafbot):
+    """Leafbot in space, widened for two motors: a backbone on rows of limbs, tips on y = 0, a left
+    side (z < 0) and a right one, each with two limbs a row and a head.
+    """
+
+    generator: Literal["leafbot_solid"] = Field(description="Which generator makes the mesh.")
+    cells: CellKind = Field(default="quad", description="quad: hexahedra; simplex: tetrahedra.")
+    width: PositiveLength = Field(default=written("45 mm"), description="Of the backbone, along z.")
+    side_distance: PositiveLength = Field(
+        default=written("30 mm"), description="Between the middles of both sides."
+    )
+    limb_width: PositiveLength = Field(default=written("2 mm"), description="Of a limb, along z.")
+    limb_distance: PositiveLength = Field(
+        default=written("13 mm"), description="Between the middles of the two limbs of a row and "
+        "side."
+    )  # fmt: skip
+    head_row: WholeNumber = Field(
+        default=3, ge=1, le=100, description="First row under the heads, counted from the front."
+    )
+    rows_under_head: WholeNumber = Field(
+        default=1, ge=1, le=100, description="Rows over which each head stands."
+    )
+    limb_layers: WholeNumber | None = Field(
+        default=None, ge=1, le=100, description="Hexahedra across the width of a limb; else by "
         "element_size.",
     )  # fmt: skip
 
@@ -237,6 +268,7 @@ MeshSource = Annotated[
     | Annotated[PfrMeridianMesh, Tag("pfr_meridian")]
     | Annotated[PfrSolidMesh, Tag("pfr_solid")]
     | Annotated[LeafbotSectionMesh, Tag("leafbot_section")]
+    | Annotated[LeafbotSolidMesh, Tag("leafbot_solid")]
     | Annotated[SpikePatchMesh, Tag("spike_patch")]
     | Annotated[PneunetMesh, Tag("pneunet")]
     | Annotated[FileMesh, Tag("file")],
