@@ -210,13 +210,15 @@ class Crossing:
 class Robot:
     """Parts of which a run tells: number of the rigid body `frame`, name of the load `chamber`, a
     pressure, rows: node sets (k,) whose contact is counted, sides: those of their nodes that lie
-    at the top or bottom, left or right at rest. None, or no rows, where there is none.
+    at the top or bottom, left or right at rest, name of the probe `track`, in space, whose way over
+    the ground is told. None, or no rows, where there is none.
     """
 
     frame: int | None
     chamber: str | None
     rows: dict[str, np.ndarray]
     sides: dict[str, np.ndarray]
+    track: str | None
 
 
 # Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.

@@ -1,4 +1,4 @@
-"""Which parts of a model play the roles that a scene names: frame, chamber, rows of spikes."""
+"""Which parts of a model play the roles that a scene names: frame, chamber, rows, track."""
 
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
@@ -24,7 +24,7 @@ def robot(
     """
     named = None if chamber is None else chamber.name
     found = rows(names, bodies)
-    return Robot(frame(names), named, found, sides(found, points))
+    return Robot(frame(names), named, found, sides(found, points), track(names))
 
 
 def frame(names: Names) -> int | None:
@@ -64,6 +64,29 @@ def rows(names: Names, bodies: Sequence[Body]) -> dict[str, np.ndarray]:
             )
         found |= named
     return found
+
+
+def track(names: Names) -> str | None:
+    """Name of the probe whose way over the ground is told; None where there is none."""
+    given, keys = names.scene.robot.track, (*PLACE, "track")
+    if given is None:
+        return None
+    probes = names.scene.output.probes
+    followed = [name for name, probe in probes.items() if probe.kind == "displacement"]
+    if given not in followed:
+        raise names.loaded.error(
+            keys,
+            f"no probe '{given}' of kind displacement",
+            close_names(given, followed, "such probes"),
+        )
+    if names.dimension != 3 or not names.scene.rigid_bodies:
+        raise names.loaded.error(
+            keys,
+            "a track is told in space, of a robot with a frame, a rigid body that says where it "
+            "looks",
+            "leave track out: the probe's columns tell where it was",
+        )
+    return given
 
 
 def sides(rows: dict[str, np.ndarray], points: np.ndarray) -> dict[str, np.ndarray]:

@@ -9,6 +9,7 @@ from softsim.loads.cycles import Cycle
 from softsim.loads.tendon import Tendon
 from softsim.model import Model
 from softsim.output.crossing import crossing_report
+from softsim.output.ground_track import track_report
 from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.passage import Verdict
 from softsim.output.touching import interval_integrals, row_contacts, touching_areas
@@ -39,6 +40,8 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         if model.robot.rows:
             found["rows_at_highest"] = rows_at_highest(history)
         found["dominant_frequency"] = dominant_frequency(model, history)
+    if model.robot.track is not None:
+        found["track"] = track_report(model, history)
     if model.chamber is not None:
         found |= cycle_measures(model, history)
     if model.passage is not None:

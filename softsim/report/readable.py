@@ -24,9 +24,21 @@ def each(values: Sequence[float | None], factor: float, unit: str) -> str:
     return ", ".join("no motion" if v is None else f"{v * factor:.4g} {unit}" for v in values)
 
 
+def track(told: Mapping[str, float | None]) -> str:
+    """How fast and how tightly a robot turns over the ground."""
+    if told["speed"] is None or told["turning_rate"] is None:
+        return "too short a run to tell"
+    side = "left" if told["turning_rate"] > 0.0 else "right"
+    bent = told["curvature"]
+    circle = "" if bent is None else f", curvature {1e-3 * abs(bent):.3g} 1/mm"
+    turning = f"{abs(told['turning_rate']):.3g} rad/s to the {side}"
+    return f"{1e3 * told['speed']:.3g} mm/s ahead, {turning}{circle}"
+
+
 SHOWN: Mapping[str, Callable[[Any], str]] = {
     "layout": lambda v: str(v["sentence"]),
     "crossing": lambda v: str(v["sentence"]),
+    "track": track,
     "simulated_time": lambda v: f"{v:.4g} s",
     "ended_by": str,
     "wall_time": duration,

@@ -155,8 +155,8 @@ def _across(
     limbs: middles of the limbs along z, ascending. layers: across each. longest: about that of the
     other layers; their number is even between two limbs, so that there are nodes in the middle.
     """
-    edges = np.concatenate([[-width / 2], *([z - limb_width / 2, z + limb_width / 2] for z in limbs),
-                            [width / 2]])  # fmt: skip
+    flanks = (limbs[:, None] + np.array([-limb_width, limb_width]) / 2).ravel()
+    edges = np.concatenate([[-width / 2], flanks, [width / 2]])
     pieces = np.diff(edges)
     counts = np.array([even(piece / longest) for piece in pieces])
     counts[1::2] = layers

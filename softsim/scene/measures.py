@@ -98,6 +98,13 @@ OF_CROSSINGS = {
     "crossing.farthest_front": LENGTH,
     "crossing.sentence": LABEL,
 }
+OF_TRACKS = {
+    "track.curvature": Measure("1/m"),
+    "track.turning_rate": Measure("rad/s"),
+    "track.speed": SPEED,
+    "track.forward_displacement": LENGTH,
+    "track.sideways_displacement": LENGTH,
+}
 OF_PROBES = {
     "displacement": LENGTH,
     "radius": LENGTH,
@@ -124,6 +131,8 @@ def produced(scene: Scene) -> dict[str, Measure]:
             found |= OF_ROWS_ON_RIGID_BODIES
         if has_cycles(profile):
             found |= OF_RIGID_BODIES_IN_CYCLES
+    if scene.robot.track is not None:
+        found |= OF_TRACKS
     if chambers:
         found |= OF_CHAMBERS
     if isinstance(profile, EventCyclesProfile):

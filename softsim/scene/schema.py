@@ -154,6 +154,10 @@ class Roles(Part):
         description="Node sets of which it is told how many touch walls, by name or pattern: "
         '"skin.j*[0-9]" is j1, j2 ...',
     )
+    track: Text | None = Field(
+        default=None, description="Probe of kind displacement, in space, whose way over the ground "
+        "is told: how tightly it turns, how fast it goes."
+    )  # fmt: skip
 
 
 class Tie(Part):

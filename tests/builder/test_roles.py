@@ -73,3 +73,38 @@ def test_sides_share_the_nodes_of_all_rows(name, across):
 def test_what_plays_no_role_is_refused(build, given, said):
     with pytest.raises(SceneError, match=said):
         build(SCENE, f"robot={{{given}}}")
+
+
+IN_SPACE = """
+bodies:
+  b: {mesh: {generator: box, length: 2 mm, height: 1 mm, width: 1 mm, element_size: 1 mm},
+      formulation: solid, material: dragon_skin_10}
+rigid_bodies: {frame: {mass: 1 g, inertia: 1 g*mm^2}}
+output: {probes: {top: {kind: displacement, nodes: b.top}, held: {kind: reaction, nodes: b.top}}}
+robot: {track: top}
+time: {end: 1 s}
+"""
+
+
+def test_a_track_is_that_of_a_probe_in_space(build):
+    assert build(IN_SPACE).robot.track == "top"
+    assert build(SCENE).robot.track is None
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ("robot.track=held", "robot.track.*no probe 'held' of kind displacement"),
+        ("robot.track=tip", "no probe 'tip' of kind displacement"),
+        ("rigid_bodies={}", "a track is told in space, of a robot with a frame"),
+    ],
+)
+def test_a_track_of_nothing_that_moves_is_refused(build, change, said):
+    with pytest.raises(SceneError, match=said):
+        build(IN_SPACE, change)
+
+
+def test_a_section_has_no_track(build):
+    probe = "output.probes={equator: {kind: displacement, nodes: skin.knots}}"
+    with pytest.raises(SceneError, match="a track is told in space"):
+        build(SCENE, probe, "robot.track=equator")

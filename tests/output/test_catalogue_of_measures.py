@@ -49,6 +49,15 @@ output:
     moved: {kind: displacement, nodes: b.top}
     held: {kind: reaction, nodes: b.bottom}
 """
+IN_SPACE = """
+bodies:
+  b: {mesh: {generator: box, length: 4 mm, height: 1 mm, width: 1 mm, element_size: 1 mm},
+      formulation: solid, material: dragon_skin_10, fixed: [bottom]}
+time: {end: 2 s}
+rigid_bodies: {frame: {mass: 8.8 g, inertia: 1 g*mm^2, center: [2 mm, 9 mm]}}
+output: {probes: {moved: {kind: displacement, nodes: b.top}}}
+robot: {track: moved}
+"""
 
 
 def history(model):
@@ -77,10 +86,20 @@ def flat(found, prefix=""):
 
 
 @pytest.mark.parametrize(
-    "parts", [(), (FRAME,), (CYCLES,), (FRAME, CYCLES), (FRAME, EVENTS), (FRAME, SECOND), (PROBES,)]
+    "parts",
+    [
+        (BODY,),
+        (BODY, FRAME),
+        (BODY, CYCLES),
+        (BODY, FRAME, CYCLES),
+        (BODY, FRAME, EVENTS),
+        (BODY, FRAME, SECOND),
+        (BODY, PROBES),
+        (IN_SPACE,),
+    ],
 )
 def test_names_and_kinds(write_scene, parts):
-    loaded = load_scene(write_scene(BODY + "".join(parts)))
+    loaded = load_scene(write_scene("".join(parts)))
     model = build_model(loaded)
     found = dict(flat(measures(model, history(model))))
     said = produced(loaded.scene)
