@@ -18,7 +18,8 @@ environment: {walls: {pipe: {kind: pipe, diameter: 36 mm}}}
 
 
 def test_names():
-    assert {"pfr", "pfr_solid", "leafbot3", "leafbot5", "leafbot9"} == set(robot_names())
+    leafbots = {"leafbot3", "leafbot5", "leafbot9", "leafbot_x5"}
+    assert {"pfr", "pfr_solid", *leafbots} == set(robot_names())
     assert {"robot:pfr", "robot:pfr/section", "robot:pfr/motor"} <= set(part_names())
     assert not set(robot_names()) & {"section", "motor"}
 
