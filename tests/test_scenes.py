@@ -74,3 +74,22 @@ def test_mode_3_in_the_36_mm_pipe(tmp_path):
     assert np.ptp(x[hold]) / np.ptp(t[hold]) < 0.01 * walked / falling
     assert min(results.summary["displacement_per_cycle"]) > 5e-3
     assert results.summary["energy_error"] < 0.01
+
+
+@pytest.mark.slow
+def test_leafbot_x5_turns_away_from_the_motor_that_runs(tmp_path):
+    """Its left motor alone is the mirror image of the right one, but for round-off in contact."""
+    from softsim.run import run
+
+    tracks = []
+    for side in ("right", "left"):
+        changes = ["time.end=0.3 s", f"loads.motor.acts_on={side}"]
+        results = run(SCENES / "leafbot_x5.yaml", changes, tmp_path / side, "cpu")
+        tracks.append(results.summary["track"])
+    to_left, to_right = tracks
+    assert 0.5 < to_left["turning_rate"] < 1.1  # rad/s
+    assert to_left["curvature"] > 15.0  # 1/m
+    assert to_right["turning_rate"] == pytest.approx(-to_left["turning_rate"], rel=0.02)
+    assert to_right["curvature"] == pytest.approx(-to_left["curvature"], rel=0.02)
+    forward = to_left["forward_displacement"]
+    assert to_right["forward_displacement"] == pytest.approx(forward, rel=1e-3)
