@@ -32,7 +32,8 @@ def track_report(model: Model, history: Mapping[str, np.ndarray]) -> dict[str, f
     span = t[-1] - t[late][0]
     if late.sum() < 2 or span < LEAST_TURNS * turn:
         return {**dict.fromkeys(TOLD_LATE), **told}
-    # A turn about y by the angle a looks along (cos a, 0, -sin a): a is counted to the left.
+    # A turn about y by the angle a looks along (cos a, 0, -sin a): a is counted to the left. The
+    # rotation vector is continuous up to a whole turn, where it goes on at minus a whole turn.
     yaw = np.unwrap(history["frame_rotation_y"][late], period=4.0 * np.pi)
     rows = max(round(turn / float(np.median(np.diff(t[late])))), 1)
     way = running_mean(path[late], rows)
