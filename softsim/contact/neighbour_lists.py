@@ -1,12 +1,14 @@
 """Which facets each node of a surface may touch before long, and the other way round.
 
-Verlet lists: a pair is listed when it is closer than DEPTH facets and a margin. They hold until two
-nodes have moved by the margin relative to each other; that is looked at in every increment, before
-any force (by the box that holds all displacements, so a body that moves as a whole costs nothing).
-So every pair that is closer than DEPTH is listed at all times, however fast it moves. Asked of the
-increment is only that nothing gets deeper than DEPTH at once: v dt < DEPTH h. At the stable step,
-dt about h/c with the speed of sound c, that is a speed of 0.7 c (here some 27 m/s), and a plane
-impact at 2 v presses as deep as 2 v/c facets.
+Verlet lists: a pair is listed when it is closer than DEPTH of the longest facet and a margin. They
+hold until two nodes have moved by the margin relative to each other; that is looked at in every
+increment, before any force (by the box that holds all displacements, so a body that moves as a
+whole costs nothing). So every pair that is closer than DEPTH is listed at all times, however fast
+it moves, and with it all facets that may be closer yet, short ones too: without these the closest
+facet would not be known, nor on which side of it a node is. Asked of the increment is only that
+nothing gets deeper than DEPTH at once: v dt < DEPTH h. At the stable step, dt about h/c with the
+speed of sound c, that is a speed of 0.7 c (here some 27 m/s), and a plane impact at 2 v presses as
+deep as 2 v/c facets.
 
 The lists only spare work: they are in the order of the numbers, and what is farther than DEPTH
 does nothing, so a run has the same bits whenever they are made anew.
@@ -63,7 +65,7 @@ class NeighbourLists:
         scenarios, d = nodes.scenarios, nodes.dimension
         self.surface, self.nodes = surface, nodes
         self.margin = real_field(np.array([margin]))
-        self.longest_reach = real_field(np.array([DEPTH * longest + margin]))
+        self.deepest = real_field(np.array([DEPTH * longest]))  # that anything gets
         by_member = (scenarios, int(surface.member_count))
         by_facet = (scenarios, int(surface.facet_count))
         self.cells = CellLists(*by_facet, d)  # of the facets' centroids
@@ -109,7 +111,7 @@ class NeighbourLists:
             widest = 0.0
             for f in range(self.surface.facet_count.read()):
                 widest = ti.max(widest, self._place_facet(s, f))
-            self.cells.sort(s, self.longest_reach[0] + widest)
+            self.cells.sort(s, self.deepest[0] + self.margin[0] + widest)
 
     @ti.func
     def _place_facet(self, s, f):
@@ -139,13 +141,13 @@ class NeighbourLists:
         count = 0
         x = self.surface.place(s, i)
         cell = self.cells.cell(s, x)
+        reach = self.deepest[0] + self.margin[0]
         for q in range(3**self.nodes.dimension):
             there = self.cells.around(cell, q)
             b = self.cells.list_of(there)
             for e in range(self.cells.first[s, b], self.cells.first[s, b + 1]):
                 f = self.cells.member[s, e]
                 centre = self.cells.place[s, f]
-                reach = DEPTH * self.surface.length(i, f) + self.margin[0]
                 outside = reach + self.radius[s, f]
                 # Cells that share a list are told apart last: most facets are too far anyway.
                 if (

@@ -137,22 +137,22 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _closest_facet(self, s, i, x):
-        """Closest facet among those near, with the weights of its closest point; -1 where all are
-        farther than nodes get deep.
+        """Closest facet among those near, with the weights of its closest point; -1 where it is
+        farther than nodes get deep in it.
         """
         closest = -1
         w = ti.Vector.zero(backend.real, self.nodes.dimension)
-        nearest = ti.cast(1e30, backend.real)
+        nearest = self.lists.deepest[0] ** 2
         for k in range(self.lists.near_facet_count[s, i]):
             f = self.lists.near_facet[s, i, k]
             X = self.surface.corners(s, f)
-            deepest = DEPTH * self.surface.length(i, f)
-            limit = ti.min(nearest, deepest * deepest)
-            if not is_farther(X, x, limit):
+            if not is_farther(X, x, nearest):
                 weights = self.surface.shape.closest_weights(X, x)
                 square = (x - X.transpose() @ weights).norm_sqr()
-                if square < limit:
+                if square < nearest:
                     closest, nearest, w = f, square, weights
+        if closest >= 0 and nearest >= (DEPTH * self.surface.length(i, closest)) ** 2:
+            closest = -1
         return closest, w
 
     @ti.func
