@@ -108,6 +108,22 @@ def test_a_corner_gives_its_facet_force_and_moment(pressed):
     assert EnergyReader(solver).read()[1].contact_count == 2
 
 
+def test_an_edge_below_short_facets_is_outside_though_a_long_one_is_near(build, start):
+    """0.9 mm below facets of 1.1 mm, farther than anything gets deep in them, and 1.35 mm from the
+    end of a side of 2 mm, less than there. Of that end the side's foot tells nothing: the lower
+    facet is closer.
+    """
+    small = SCENE.replace("length: 20 mm, height: 6 mm", "length: 2.2 mm, height: 2 mm")
+    ground = [(-40, -8), (-9.9, -8), (0.1, 0.0), (8.1, -8), (50, -8)]
+    model = build(over(ground, small), "environment.gravity=0 m/s^2")
+    sizes = model.corners.facet_size
+    np.testing.assert_allclose([sizes.min(), sizes.max()], [1.1e-3, 2e-3])
+    solver = start(model)
+    for above in (0.9, 0.84, 0.5):
+        assert not wall_forces(solver, model.points + np.array([0.0, above * 1e-3])).any()
+    assert wall_forces(solver, model.points - np.array([0.0, 1e-5])).any()
+
+
 def test_a_block_rests_on_two_knife_edges(build, start, record_verification):
     """Which both lie between its nodes: the forces add up to its weight and share it by the rule of
     the lever. Without corners it would fall 1 mm, until nodes meet the edges' sides.
