@@ -93,6 +93,10 @@ def test_charts_show_every_case_and_lead_to_it(tmp_path):
         assert trace["customdata"] == expected
 
 
+def test_the_page_is_small(page):
+    assert page.stat().st_size < 1e6
+
+
 def test_names_of_a_study_are_no_markup(page):
     text = page.read_text(encoding="utf-8")
     assert "<h1>&lt;script&gt;alert(1)&lt;/script&gt; &amp; more</h1>" in text

@@ -52,7 +52,7 @@ DIGITS = 6
 """Of the numbers in a page: more than a screen shows, and less than a history has."""
 
 CROWD = 2000
-"""Points from which on they are smaller, and the graphics card draws them."""
+"""Points from which on they are smaller."""
 
 WIDE, HIGH = 60, 30
 """Characters of a title that fit along the horizontal and the vertical axis of a chart."""
@@ -180,8 +180,7 @@ def series_traces(series: Series, axis: str, panel: Panel) -> Iterator[Trace]:
         if series.shades is not None and panel.colours is not None:
             shown = rounded(shades(panel.colours[0], series.shades))
             marker |= {"color": shown, "coloraxis": "coloraxis"}
-        kind = {"type": "scattergl" if crowded else "scatter"}
-        yield at_cases(series) | named | {"marker": marker, "yaxis": axis} | kind
+        yield at_cases(series) | named | {"marker": marker, "yaxis": axis}
         return
     x, y, band = series.x, series.y, series.band
     if band is None and series.kind != STEPS:

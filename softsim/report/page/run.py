@@ -14,7 +14,7 @@ from softsim.report.curves import displacement, has, pressurised, travelling_col
 from softsim.report.page.animation import animation
 from softsim.report.page.charts import chart_of
 from softsim.report.page.verdicts import verdicts
-from softsim.report.page.writing import PAGE, lines_and_meshes, write_page
+from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import readable
 from softsim.report.recorded import Recorded, recorded
 from softsim.report.signals import signals
@@ -32,7 +32,7 @@ def write_run_page(folder: Path) -> Path:
     scene colours by, a file is damaged, or the disk refuses.
     """
     page = folder / PAGE
-    write_page("run.html", lines_and_meshes(), run_context(folder), page)
+    write_page("run.html", run_context(folder), page)
     return page
 
 

@@ -8,7 +8,7 @@ from softsim.output.folder import SCENE, read_summary
 from softsim.report.page.charts import chart_of
 from softsim.report.page.run import resolved_scene
 from softsim.report.page.verdicts import OPEN, Verdict, verdicts
-from softsim.report.page.writing import PAGE, lines_and_meshes, write_page
+from softsim.report.page.writing import PAGE, write_page
 from softsim.report.recorded import Recorded
 from softsim.report.steps import recorded_steps, steps_diagram
 
@@ -25,7 +25,7 @@ def write_steps_page(folder: Path) -> Path:
         "steps": [told(step, folder, runs.get(step["name"])) for step in whole["steps"]],
         "chart": None if diagram is None else chart_of(diagram),
     }
-    write_page("steps.html", lines_and_meshes(), context, page)
+    write_page("steps.html", context, page)
     return page
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import polars
 
 from softsim.output.study_folder import TABLE_TEXT
-from softsim.report.page.writing import PAGE, all_charts, write_page
+from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import duration
 from softsim.report.study.charts import study_charts
 from softsim.report.study.findings import Findings, best_in_words, written
@@ -28,7 +28,7 @@ def write_study_page(folder: Path) -> Path:
     refuses.
     """
     findings, path = Findings.read(folder), folder / PAGE
-    write_page("study.html", all_charts(), page_context(findings, folder), path)
+    write_page("study.html", page_context(findings, folder), path)
     return path
 
 
