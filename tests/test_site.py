@@ -14,6 +14,8 @@ from test_docs import CALLABLE
 
 pytestmark = pytest.mark.slow
 
+DOCS = ROOT / "docs"
+NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
 LOADED = {"img": "src", "script": "src", "link": "href"}  # a page's own files, not where it leads
 
 
@@ -46,7 +48,7 @@ def build(configuration, target):
 def site(tmp_path_factory):
     """The folder of the site."""
     target = tmp_path_factory.mktemp("site")
-    done = build(ROOT / "docs" / "site" / "mkdocs.yml", target)
+    done = build(DOCS / "site" / "mkdocs.yml", target)
     assert done.returncode == 0, done.stderr
     return target
 
@@ -58,14 +60,14 @@ def pages(site):
 
 
 def test_all_pages_are_there_and_found_by_the_search(site, pages):
-    names = {f"{page.stem}.html" for page in PAGES[1:]}
-    assert names == {path.name for path in pages} - {"404.html"}
+    names = {str(page.relative_to(DOCS).with_suffix(".html")) for page in [*PAGES[1:], *NOTEBOOKS]}
+    assert names == {str(path.relative_to(site)) for path in pages} - {"404.html"}
     found = json.loads((site / "search" / "search_index.json").read_text())["docs"]
     assert {entry["location"].partition("#")[0] for entry in found} == names
 
 
 def test_the_api_has_all_that_its_page_names(site, pages):
-    names = set(CALLABLE.findall((ROOT / "docs" / "api.md").read_text()))
+    names = set(CALLABLE.findall((DOCS / "api.md").read_text()))
     assert names - pages[site / "api.html"].anchors == set()
 
 
@@ -96,7 +98,8 @@ def test_a_link_that_is_lost_stops_the_build(link, tmp_path):
     """Without the API, whose modules lie elsewhere."""
     docs = tmp_path / "docs"
     (docs / "site").mkdir(parents=True)
-    shutil.copy(ROOT / "docs" / "site" / "mkdocs.yml", docs / "site")
+    shutil.copy(DOCS / "site" / "mkdocs.yml", docs / "site")
+    shutil.copytree(DOCS / "notebooks", docs / "notebooks")
     for page in PAGES[1:]:
         (docs / page.name).write_text(f"# {page.stem}\n")
     assert build(docs / "site" / "mkdocs.yml", tmp_path / "built").returncode == 0
