@@ -5,19 +5,15 @@ from itertools import pairwise
 
 import numpy as np
 
+from softsim.builder.embedding import refuse_all_around, usual_tolerance
 from softsim.builder.names import MeshedBody, Names, close_names, in_mm
-from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.embedding import embedded
 from softsim.elements.fibre import Fibre
-from softsim.elements.ring_section import RingSection
 from softsim.mesh.closest import at
 from softsim.mesh.mesh import SURFACE
 from softsim.scene import fibres
 from softsim.scene.tree import Keys
 
-# Of the mean side of the surface's facets: how far outside a fibre may lie where the scene says
-# nothing.
-USUAL_TOLERANCE = 0.05
 # A helix is a polygon with so many sides a turn, at least.
 LEAST_SIDES = 8
 
@@ -39,12 +35,7 @@ def fibre_masses(all_fibres: Sequence[Fibre], node_count: int) -> np.ndarray:
 def fibre(names: Names, name: str) -> Fibre:
     """A fibre of a scene."""
     data, keys = names.scene.fibres[name], ("fibres", name)
-    if isinstance(names.geometry, Axisymmetric | RingSection):
-        raise names.loaded.error(
-            keys,
-            f"a fibre in a model that is {names.geometry.name} would be a sheet all around",
-            "write formulation solid or plane_strain, or a layer in its place",
-        )
+    refuse_all_around(names, "a fibre", keys)
     if data.body not in names.bodies:
         raise names.loaded.error(
             (*keys, "body"),
@@ -129,10 +120,7 @@ def refuse_outside(
     more than the tolerance.
     """
     data = names.scene.fibres[name]
-    facets, points = body.mesh.facet_sets[SURFACE], body.mesh.points
-    sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
-    usual = USUAL_TOLERANCE * float(sides[sides > 0.0].mean())
-    tolerance = usual if data.tolerance is None else data.tolerance
+    tolerance = usual_tolerance(body) if data.tolerance is None else data.tolerance
     out = np.flatnonzero(moved > tolerance)
     if not len(out):
         return

@@ -13,7 +13,8 @@ from softsim.builder.closure import (
     refuse_open_chamber,
     smallest_volume,
 )
-from softsim.builder.names import Names
+from softsim.builder.embedding import in_bodies, refuse_all_around
+from softsim.builder.names import Names, in_mm
 from softsim.builder.profiles import pressure_profile, rising_profile, share_over_time
 from softsim.builder.regions import bounded, common_geometry
 from softsim.builder.rigid import freedom
@@ -32,6 +33,7 @@ from softsim.loads.nodal import NodalForce
 from softsim.loads.pressure import Drive, FollowerPressure
 from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import Profile, smooth_rise
+from softsim.loads.pulled_cable import PulledCable
 from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import CarriedRotor, Rotor, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import Tendon
@@ -410,6 +412,44 @@ def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.
     return np.array([load.roll_stiffness, load.yaw_stiffness, load.pitch_stiffness])
 
 
+def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> PulledCable:
+    """A cable through eyelets."""
+    names = loaded.names
+    refuse_all_around(names, "a cable", keys)
+    places = np.array(
+        [names.vector(place, (*keys, "eyelets", k)) for k, place in enumerate(load.eyelets)]
+    )
+    corners, weights = in_bodies(names, places, load.tolerance, (*keys, "eyelets"))
+    anchors = np.zeros_like(places)
+    if load.pulled_from is not None:
+        anchor = names.vector(load.pulled_from, (*keys, "pulled_from"))
+        corners, weights = (np.pad(rows, ((1, 0), (0, 0))) for rows in (corners, weights))
+        anchors = np.concatenate([anchor[None], anchors])
+    share = over_time(loaded, load, keys)
+    if (share.values < 0.0).any():
+        raise names.loaded.error(
+            (*keys, "profile"),
+            f"the share falls to {share.values.min():.4g}: a cable pulls and never pushes",
+            "write shares of 0 and more",
+        )
+    cable = PulledCable(
+        name=str(keys[-1]), corners=corners, weights=weights, anchors=anchors, rest_length=0.0,
+        stiffness=load.stiffness or 0.0,
+        pull=replace(share, values=(load.pull or 0.0) * share.values),
+        tension=replace(share, values=(load.tension or 0.0) * share.values),
+    )  # fmt: skip
+    held = cable.places(loaded.points)
+    pieces = np.linalg.norm(np.diff(held, axis=0), axis=1)
+    if not pieces.all():
+        raise names.loaded.error(
+            (*keys, "eyelets"),
+            f"two places of '{keys[-1]}', one after the other, are at "
+            f"{in_mm(held[int(np.argmin(pieces))])}",
+            "leave one of them out",
+        )
+    return replace(cable, rest_length=float(pieces.sum()))
+
+
 BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
     scene_loads.FollowerPressure: pressure,
     scene_loads.AddedVolume: pressure,
@@ -424,4 +464,5 @@ BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
     scene_loads.AxialRelief: axial_relief,
     scene_loads.Tendon: tendon,
     scene_loads.Tether: tether,
+    scene_loads.PulledCable: pulled_cable,
 }

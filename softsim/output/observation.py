@@ -18,6 +18,7 @@ from softsim.loads.air_line import AirLine
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.load import Load
 from softsim.loads.pressure import FollowerPressure
+from softsim.loads.pulled_cable import PulledCable
 from softsim.model import Model, Probe
 from softsim.output import along_path
 from softsim.output.crossing import COLUMNS as CROSSING_COLUMNS
@@ -334,14 +335,19 @@ def wall_forces(scenario: Scenario) -> np.ndarray:
 
 
 def line_places(model: Model, x: np.ndarray) -> dict[str, np.ndarray]:
-    """Nodes of all cables, and places of all fibres, (k, d) [m], if there are any; all nodes are at
-    x (n, d) [m].
+    """Nodes of all cables, and places of all lines inside bodies, (k, d) [m], if there are any; all
+    nodes are at x (n, d) [m].
     """
     lines = {
         "cables": [x[data.cable.nodes] for data in model.cables],
-        "fibres": [fibre.places(x) for fibre in model.fibres],
+        "fibres": [line.places(x) for line in lines_inside(model)],
     }
     return {kind: np.concatenate(places) for kind, places in lines.items() if places}
+
+
+def lines_inside(model: Model) -> tuple[Fibre | PulledCable, ...]:
+    """What runs through bodies, and is drawn as a line: fibres, cables in eyelets."""
+    return (*model.fibres, *model.of_kind(PulledCable))
 
 
 def wall_offsets(model: Model, time: float) -> dict[str, np.ndarray]:
@@ -368,7 +374,7 @@ def description(model: Model, title: str) -> dict:
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
         "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
-        "fibre_starts": np.cumsum([0, *(len(fibre.corners) for fibre in model.fibres)])[:-1],
+        "fibre_starts": np.cumsum([0, *(len(line.corners) for line in lines_inside(model))])[:-1],
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,

@@ -3,7 +3,7 @@
 from itertools import pairwise
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from softsim.scene.part import ORIGIN, Part
 from softsim.scene.profiles import (
@@ -391,6 +391,47 @@ class Tether(Part):
     )
 
 
+class PulledCable(OverTime):
+    """A cable without mass that slides without friction through eyelets in bodies, and is pulled at
+    its end: drawn in by `pull`, or with a `tension`. It never pushes. The history gets columns
+    NAME_tension and NAME_drawn_in.
+    """
+
+    kind: Literal["pulled_cable"] = Field(description="Kind of load.")
+    eyelets: tuple[Point, ...] = Field(
+        min_length=2,
+        description="Places of its eyelets at rest, one after the other, each in a body, which "
+        "needs no node there. Here the cable is as long as it is unstretched.",
+    )
+    pulled_from: Point | None = Field(
+        default=None,
+        description="Place fixed in space to which it goes on from the first eyelet. Without one "
+        "it ends there, in a sheath that is fixed to the body.",
+    )
+    tolerance: PositiveLength | None = Field(
+        default=None,
+        description="How far an eyelet may lie outside its body, onto which it is moved; by "
+        "default 5 % of the mean side of the facets of its surface.",
+    )
+    pull: PositiveLength | None = Field(
+        default=None, description="How much of it is drawn in, times the profile."
+    )
+    stiffness: PositiveStiffness | None = Field(
+        default=None, description="Tension over elongation of the whole cable, where it is pulled."
+    )
+    tension: PositiveForce | None = Field(
+        default=None, description="Its tension, times the profile."
+    )
+
+    @model_validator(mode="after")
+    def _is_driven_once(self) -> "PulledCable":
+        if (self.pull is None) == (self.tension is None):
+            raise ValueError("is driven by either a pull or a tension: give one of them")
+        if (self.pull is None) != (self.stiffness is None):
+            raise ValueError("needs a stiffness where it is drawn in by a pull, and only there")
+        return self
+
+
 Load = Annotated[
     FollowerPressure
     | AddedVolume
@@ -404,6 +445,7 @@ Load = Annotated[
     | RigidForce
     | AxialRelief
     | Tendon
-    | Tether,
+    | Tether
+    | PulledCable,
     Field(discriminator="kind"),
 ]

@@ -21,7 +21,7 @@ from softsim.scene.loading import (
     read_scene,
     validated,
 )
-from softsim.scene.loads import AddedGas, AddedVolume, Pneumatic, Tendon, Tether
+from softsim.scene.loads import AddedGas, AddedVolume, Pneumatic, PulledCable, Tendon, Tether
 from softsim.scene.quantities import NAME
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene
@@ -34,7 +34,7 @@ THE_SAME = (
     ("rigid_bodies",), ("environment", "walls"),
 )  # fmt: skip
 # What they hold counts from the rest shape and place on.
-FROM_REST = (AddedVolume, AddedGas, Pneumatic, Tendon, Tether)
+FROM_REST = (AddedVolume, AddedGas, Pneumatic, Tendon, Tether, PulledCable)
 
 
 @dataclass(frozen=True)

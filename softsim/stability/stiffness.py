@@ -13,9 +13,11 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx
                                                 with d^2F_zz where elements go around
   + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
                                                 facets of layers: layer_stiffness.py; bars of
-                                                fibres: fibre_stiffness.py
+                                                fibres: fibre_stiffness.py; pieces of pulled
+                                                cables: pulled_cable_stiffness.py
   + diag(k_a)                                   contact: contact_stiffness.py
-  + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them.
+  + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them
+  + sum_c k dL/dx (x) dL/dx                     pulled cables.
 Nodes that are tied to a rigid body count as free, with some of its mass (rigid_bodies.py); what
 holds the body itself, its contacts and springs, is beside this matrix. Fixed and prescribed
 components do not move.
@@ -28,12 +30,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from softsim.elements.geometry import Geometry
+from softsim.loads.pulled_cable import PulledCable
 from softsim.model import Model
 from softsim.stability.cable_stiffness import CableStiffness
 from softsim.stability.contact_stiffness import ContactStiffness
 from softsim.stability.element_stiffness import ElementStiffness, RegionStiffness
 from softsim.stability.fibre_stiffness import FibreStiffness
 from softsim.stability.layer_stiffness import LayerStiffness
+from softsim.stability.pulled_cable_stiffness import PulledCableStiffness
 from softsim.stability.rigid_bodies import tied_mass
 
 
@@ -44,9 +48,9 @@ class ScaledStiffness:
     gradient (p + r, n d): V_a G [m^2], then rows [(N/m)^1/2] whose squares are added, of the
     elements that go around; back: its transpose, of the same numbers. volume_stiffness (p,)
     [N/m^5]: (kappa + 2 eta_a / dt) / V_a. shape (n, n) [N/m]: shape and initial stress, the same
-    for every component. contact (n d,) [1/s^2]. chambers: vectors (n d,) [1/s] whose squares are
-    added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None. following (n d, n d):
-    P, or None.
+    for every component. contact (n d,) [1/s^2]. chambers, cables: vectors (n d,) [1/s] whose
+    squares are added. inverse_sqrt_mass (n d,): M^-1/2. slowing (n d, n d): R, or None. following
+    (n d, n d): P, or None.
     """
 
     gradient: sp.csr_matrix
@@ -55,6 +59,7 @@ class ScaledStiffness:
     shape: sp.csr_matrix
     contact: np.ndarray
     chambers: list[np.ndarray]
+    cables: list[np.ndarray]
     inverse_sqrt_mass: np.ndarray
     slowing: sp.csr_matrix | None
     following: sp.csr_matrix | None
@@ -81,8 +86,8 @@ class ScaledStiffness:
         force += (self.shape @ u.reshape(self.shape.shape[0], -1)).ravel()
         result = self.inverse_sqrt_mass * force
         result += self.contact * v
-        for chamber in self.chambers:
-            result += np.einsum("i,i", chamber, v) * chamber  # not BLAS: see lanczos.py
+        for whole in (*self.chambers, *self.cables):
+            result += np.einsum("i,i", whole, v) * whole  # not BLAS: see lanczos.py
         return result
 
     def pressures(self, v: np.ndarray) -> np.ndarray:
@@ -93,6 +98,10 @@ class ScaledStiffness:
     def chamber_frequency(self) -> float:
         """Upper bound of omega^2 [1/s^2] of the chambers alone."""
         return float(sum((self.reduced(c) ** 2).sum() for c in self.chambers))
+
+    def cable_frequency(self) -> float:
+        """Upper bound of omega^2 [1/s^2] of the pulled cables alone."""
+        return float(sum((self.reduced(c) ** 2).sum() for c in self.cables))
 
 
 class ModelStiffness:
@@ -133,10 +142,14 @@ class ModelStiffness:
             np.concatenate(parts) for parts in zip(*of_members, strict=True)
         )
 
-        self.beside: list[CableStiffness | LayerStiffness | FibreStiffness] = [
+        self.pulled = [PulledCableStiffness(cable) for cable in model.of_kind(PulledCable)]
+        self.beside: list[
+            CableStiffness | LayerStiffness | FibreStiffness | PulledCableStiffness
+        ] = [
             *(CableStiffness(data.cable) for data in model.cables),
             *(LayerStiffness(layer) for layer in model.layers),
             *(FibreStiffness(fibre) for fibre in model.fibres),
+            *self.pulled,
         ]
         movers = [r.movers + r.region.first_node for r in self.regions]
         stencils = [*movers, *(s for part in self.beside for s in part.stencils)]
@@ -174,6 +187,7 @@ class ModelStiffness:
             with_values(self.shape, np.bincount(self.pair_of_shape, shape)),
             self._contact(x, np.inf),
             chamber_vectors(self.model, x),
+            [cable.along(x).ravel() * self.inverse_sqrt_mass for cable in self.pulled],
             self.inverse_sqrt_mass,
             self.slowing,
             self.following,

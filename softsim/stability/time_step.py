@@ -151,6 +151,9 @@ class StableStepEstimator:
             limits["contact that would throw back"] = LONGEST_HIT / np.sqrt(hit)
         for kind, frequency in self.going_taut.items():
             limits[f"a {kind} that would throw back"] = LONGEST_HIT / np.sqrt(frequency)
+        taut = matrix.cable_frequency()
+        if taut > 0.0:
+            limits["a pulled cable that would throw back"] = LONGEST_HIT / np.sqrt(taut)
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
             limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)
@@ -173,8 +176,8 @@ class StableStepEstimator:
         return with_bodies(nodes, bodies, self.stiffness.hardest_press(x, dt), pressing)
 
     def _other_shares(self, mode: np.ndarray, x: np.ndarray) -> dict[str, float]:
-        """Shares of cables, layers and fibres in omega^2 [1/s^2] of a unit mode (n d,), by name,
-        all nodes at x.
+        """Shares of cables, layers, fibres and what pulled cables do across, in omega^2 [1/s^2] of
+        a unit mode (n d,), by name, all nodes at x.
         """
         u = (self.stiffness.inverse_sqrt_mass * mode).reshape(x.shape)
         return {
@@ -213,12 +216,18 @@ def element_name(region: Region, element: int, x: np.ndarray) -> str:
 
 
 def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
-    """Shares of contact and chambers in omega^2 [1/s^2] of a unit mode (n d,), by name."""
+    """Shares of contact, chambers and pulled cables in omega^2 [1/s^2] of a unit mode (n d,), by
+    name.
+    """
+
+    def of(wholes: list[np.ndarray]) -> float:
+        """Of vectors (n d,) whose squares are added."""
+        return float(sum(np.einsum("i,i", whole, mode) ** 2 for whole in wholes))
+
     return {
         "contact": float((matrix.contact * mode**2).sum()),
-        "the content of a chamber": float(
-            sum(np.einsum("i,i", chamber, mode) ** 2 for chamber in matrix.chambers)
-        ),
+        "the content of a chamber": of(matrix.chambers),
+        "a pulled cable": of(matrix.cables),
     }
 
 

@@ -1,0 +1,61 @@
+"""Places that bodies hold: the elements around them, and how far outside they may lie."""
+
+import numpy as np
+
+from softsim.builder.names import MeshedBody, Names, in_mm
+from softsim.elements.axisymmetric import Axisymmetric
+from softsim.elements.embedding import embedded
+from softsim.elements.ring_section import RingSection
+from softsim.mesh.mesh import SURFACE
+from softsim.scene.tree import Keys
+
+# Of the mean side of the surface's facets: how far outside a place may lie where the scene says
+# nothing.
+USUAL_TOLERANCE = 0.05
+
+
+def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
+    """In a model of what goes all around an axis `what` would be a sheet: SceneError."""
+    if isinstance(names.geometry, Axisymmetric | RingSection):
+        raise names.loaded.error(
+            keys,
+            f"{what} in a model that is {names.geometry.name} would be a sheet all around",
+            "write formulation solid or plane_strain, or a layer in its place",
+        )
+
+
+def usual_tolerance(body: MeshedBody) -> float:
+    """How far outside of a body a place may lie [m] where the scene says nothing."""
+    facets, points = body.mesh.facet_sets[SURFACE], body.mesh.points
+    sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
+    return USUAL_TOLERANCE * float(sides[sides > 0.0].mean())
+
+
+def in_bodies(
+    names: Names, places: np.ndarray, tolerance: float | None, keys: Keys
+) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes (k, c) of the model that each place (k, d) [m] follows, and with which weights (k, c):
+    of the body in which it lies, or to which it is closest.
+
+    tolerance: how far it may lie outside [m], None: the usual one. Raises SceneError at `keys` with
+    the number of the place that is farther.
+    """
+    found = []
+    for body in names.bodies.values():
+        mesh = body.mesh
+        nodes, weights, moved = embedded(places, mesh.points, mesh.cells, mesh.facet_sets[SURFACE])
+        most = usual_tolerance(body) if tolerance is None else tolerance
+        found.append((body.first_node + nodes, weights, moved, np.full(len(places), most)))
+    nodes, weights, moved, allowed = (np.stack(parts) for parts in zip(*found, strict=True))
+    closest, each = np.argmin(moved, axis=0), np.arange(len(places))
+    outside = np.flatnonzero(moved[closest, each] > allowed[closest, each])
+    if len(outside):
+        k = int(outside[0])
+        name = list(names.bodies)[closest[k]]
+        raise names.loaded.error(
+            (*keys, k),
+            f"{in_mm(places[k])} is outside of all bodies, {moved[closest[k], k] * 1e3:.3g} mm "
+            f"from '{name}', more than the tolerance of {allowed[closest[k], k] * 1e3:.3g} mm",
+            "lay it inside a body",
+        )
+    return nodes[closest, each], weights[closest, each]

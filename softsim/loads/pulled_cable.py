@@ -1,0 +1,181 @@
+"""Cables that run through eyelets in bodies and are pulled: tendon-driven fingers, grippers.
+
+The cable has no mass and slides through its eyelets without friction, so its tension T is the same
+all along. An eyelet lies in an element and follows its corners with the shape functions N_aj,
+    x_a = sum_j N_aj x_j,
+or is fixed in space. With the length L = sum_a |x_(a+1) - x_a| and the unit vectors t_a from one
+eyelet to the next, each is pulled with
+    f_a = T (t_a - t_(a-1)) = -T dL/dx_a,    f_j = sum_a N_aj f_a,
+so that neither force nor moment is lost (SOFA's CableConstraint acts so). A winch draws p of it in,
+against which it stretches by e, or keeps a tension S whatever the length:
+    T = k e + S,    e = max(0, L - L_0 + p).
+The energy k e^2 / 2 is stored (ALLSE), the winch's work is int k e dp - int S dL. A cable never
+pushes.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import taichi as ti
+
+from softsim import backend, fields
+from softsim.fields import Number, index_field, real_field, vector_field
+from softsim.loads.load import Load
+from softsim.loads.profile import Profile
+from softsim.loads.table import ProfileTable
+from softsim.nodes import Nodes
+from softsim.rigid.frame import RigidBodies
+from softsim.sharing import Own
+from softsim.term import Pass, Stage, WorkingTerm
+
+
+@dataclass(frozen=True, eq=False)
+class PulledCable(Load):
+    """A cable through k eyelets.
+
+    corners (k, c): of the element around each, numbered in the model; weights (k, c): its shape
+    functions there, zero for an eyelet that is fixed in space, at its row of anchors (k, d) [m],
+    which is zero for the others. rest_length: L_0 [m]. stiffness: k [N/m]. pull: p [m over s],
+    tension: S [N over s]; one of them is zero.
+    """
+
+    name: Own[str]
+    corners: np.ndarray
+    weights: np.ndarray
+    anchors: Own[np.ndarray]
+    rest_length: Own[float]
+    stiffness: Own[float]
+    pull: Own[Profile]
+    tension: Own[Profile]
+
+    @property
+    def columns(self) -> dict[str, str]:  # type: ignore[override]
+        """Columns that its term adds to the history -> unit."""
+        return {f"{self.name}_tension": "N", f"{self.name}_drawn_in": "m"}
+
+    def term(
+        self, alike: Sequence["PulledCable"], nodes: Nodes, rigid_bodies: RigidBodies
+    ) -> "PulledCableTerm":
+        """The cable in kernels."""
+        return PulledCableTerm(nodes, alike)
+
+    def time_scaled(self, factor: float) -> "PulledCable":
+        """The winch `factor` times as fast."""
+        pull, tension = (course.time_scaled(factor) for course in (self.pull, self.tension))
+        return replace(self, pull=pull, tension=tension)
+
+    def largest_tension(self, length: float) -> float:
+        """T [N] at this length [m] at most, at any time."""
+        elongation = max(0.0, length - self.rest_length + float(self.pull.values.max()))
+        return self.stiffness * elongation + float(self.tension.values.max())
+
+    def places(self, x: np.ndarray) -> np.ndarray:
+        """Of its eyelets (k, d) [m], with the model's nodes at x (n, d) [m]."""
+        return self.anchors + np.einsum("kc,kcd->kd", self.weights, x[self.corners])
+
+    def length_gradient(self, x: np.ndarray) -> np.ndarray:
+        """dL/dx (n, d) [-]."""
+        ways = np.diff(self.places(x), axis=0)
+        t = ways / np.linalg.norm(ways, axis=1)[:, None]
+        nothing = np.zeros((1, t.shape[1]))
+        of_eyelets = np.concatenate([nothing, t]) - np.concatenate([t, nothing])
+        gradient = np.zeros_like(x)
+        np.add.at(gradient, self.corners, self.weights[:, :, None] * of_eyelets[:, None])
+        return gradient
+
+
+@ti.data_oriented
+class PulledCableTerm(WorkingTerm):
+    """A cable in its eyelets.
+
+    Fields, (scenarios,), of the last increment: elongation e and drawn_in, L_0 + e - L, by which
+    less of the unstretched cable lies between its ends [m]; held, the tension S [N]; impulse [N s]
+    of T since last cleared.
+    """
+
+    def __init__(self, nodes: Nodes, cables: Sequence[PulledCable]) -> None:
+        super().__init__(nodes.scenarios, 1)
+        first = cables[0]
+        self.nodes, self.columns = nodes, list(first.columns)
+        self.eyelets, self.corners = Number(len(first.corners)), first.corners.shape[1]
+        self.node, self.weight = index_field(first.corners), real_field(first.weights)
+        self.anchor = vector_field(np.stack([cable.anchors for cable in cables]))
+        self.rest_length = real_field(np.array([cable.rest_length for cable in cables]))
+        self.stiffness = real_field(np.array([cable.stiffness for cable in cables]))
+        self.pulled = ProfileTable([cable.pull for cable in cables])
+        self.tension = ProfileTable([cable.tension for cable in cables])
+        self.first_slot = nodes.corner_forces.reserve(first.corners)
+        nothing = np.zeros(nodes.scenarios)
+        self.elongation, self.drawn_in, self.held, self.impulse = (
+            real_field(nothing) for _ in range(4)
+        )
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Of an increment."""
+        return {Stage.MOVE: [Pass("cables", 1, (self.pull,))]}
+
+    def state_fields(self) -> dict[str, ti.Field]:
+        """Fields that a checkpoint keeps."""
+        names = ("elongation", "drawn_in", "held", "impulse")
+        return super().state_fields() | {name: getattr(self, name) for name in names}
+
+    def impulses(self) -> list[ti.Field]:
+        """Of the tension."""
+        return [self.impulse]
+
+    def readings(self, scenario: int, interval: float) -> dict[str, float]:
+        """The mean tension [N], and what is drawn in now [m]."""
+        impulse, drawn_in = (
+            float(fields.read_row(field, scenario)) for field in (self.impulse, self.drawn_in)
+        )
+        tension = impulse / interval if interval > 0.0 else 0.0
+        return dict(zip(self.columns, (tension, drawn_in), strict=True))
+
+    @ti.func
+    def place(self, s, a):
+        """Of eyelet a."""
+        place = self.anchor[s, a]
+        for c in range(self.corners):
+            place += self.weight[a, c] * self.nodes.position[s, self.node[a, c]]
+        return place
+
+    @ti.func
+    def pull(self, s, i, t, dt):
+        """Forces of the cable on the nodes that its eyelets follow."""
+        longer = -self.rest_length[s]  # L - L_0
+        for a in range(self.eyelets.read() - 1):
+            longer += (self.place(s, a + 1) - self.place(s, a)).norm()
+        stretched = ti.cast(0.0, backend.real)
+        if self.stiffness[s] > 0.0:
+            stretched = ti.max(stretched, longer + self.pulled.at(s, t))
+        held = self.tension.at(s, t)
+        self._book(s, stretched, stretched - longer, held)
+        tension = self.stiffness[s] * stretched + held
+        self.impulse[s] = self.impulse[s] + tension * dt
+        behind = ti.Vector.zero(backend.real, self.nodes.dimension)  # t_(a-1)
+        for a in range(self.eyelets.read()):
+            ahead = ti.Vector.zero(backend.real, self.nodes.dimension)
+            if a < self.eyelets.read() - 1:
+                ahead = (self.place(s, a + 1) - self.place(s, a)).normalized()
+            force = tension * (ahead - behind)
+            for c in range(self.corners):
+                slot = self.first_slot + self.corners * a + c
+                self.nodes.corner_forces.write(s, slot, self.weight[a, c] * force)
+            behind = ahead
+
+    @ti.func
+    def _book(self, s, stretched, drawn_in, held):
+        """Work of the winch by the trapezoidal rule, as central differences do it. Of the spring
+        k e it is k e dp = k e d(drawn in): where these differ, the cable is slack.
+        """
+        spring = 0.5 * self.stiffness[s] * (self.elongation[s] + stretched)
+        way = drawn_in - self.drawn_in[s]
+        shortened = way - (stretched - self.elongation[s])  # -dL
+        self.work[s, 0] = self.work[s, 0] + spring * way + 0.5 * (self.held[s] + held) * shortened
+        self.elongation[s], self.drawn_in[s], self.held[s] = stretched, drawn_in, held
+
+    @ti.func
+    def stored_energy(self, s):
+        """k e^2 / 2 [J]."""
+        return 0.5 * self.stiffness[s] * self.elongation[s] * self.elongation[s]
