@@ -94,28 +94,29 @@ def test_forces_are_slopes_of_the_energy(build, start, kind):
 
 
 def test_work_of_the_winch_is_stored_or_moves(build, start, record_verification):
-    """While both are pulled within half a millisecond, and the block shakes after it."""
+    """While both are pulled within half a millisecond, and the block shakes after it: the books are
+    off by what central differences are, which falls with the square of the step.
+    """
     from softsim.solver.energy import EnergyBalance, EnergyReader
 
-    text = (
-        block("plane")
-        .replace("N/m}", "N/m, ramp: 0.5 ms}")
-        .replace("0.05 N}", "0.05 N, ramp: 0.5 ms}")
-    )
-    model = build(text)
-    solver = start(model)
-    reader = EnergyReader(solver)
-    first = reader.read()[0]
-    balance, largest = EnergyBalance.starting(first, model), 0.0
-    while solver.time < 5e-3:
-        solver.clear_impulses(0)
-        began = solver.time
-        solver.advance(50)
-        energies = reader.read()[0]
-        largest = max(largest, balance.error(energies))
-    assert energies.kinetic > 0.01 * energies.external_work > 0.0
-    assert largest < 1e-3
-    record_verification("energy of pulled cables, of its own [-]", 0.0, largest)
+    quickly = block("plane").replace("N/m}", "N/m, ramp: 0.5 ms}")
+    model = build(quickly.replace("0.05 N}", "0.05 N, ramp: 0.5 ms}"))
+    errors = []
+    for share in (0.8, 0.4):
+        solver = start(model, share=share)
+        reader = EnergyReader(solver)
+        balance, largest = EnergyBalance.starting(reader.read()[0], model), 0.0
+        while solver.time < 5e-3:
+            solver.clear_impulses(0)
+            began = solver.time
+            solver.advance(50)
+            energies = reader.read()[0]
+            largest = max(largest, balance.error(energies))
+        assert energies.kinetic > 0.01 * energies.external_work > 0.0
+        errors.append(largest)
+    assert errors[0] < 2e-3
+    assert errors[1] < 0.3 * errors[0]
+    record_verification("energy of pulled cables, half the step", 0.25 * errors[0], errors[1])
     x = solver.positions()[0]
     drawn, kept = (term.readings(0, solver.time - began) for term in solver.terms.loads)
     assert drawn["drawn_drawn_in"] == pytest.approx(PULL, rel=1e-9)
