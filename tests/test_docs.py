@@ -194,7 +194,9 @@ def test_every_page_is_in_the_site():
     parts = yaml.safe_load((ROOT / "docs" / "site" / "mkdocs.yml").read_text())["nav"]
     entries = [entry for part in parts for pages in part.values() for entry in pages]
     names = [name for e in entries for name in (e.values() if isinstance(e, dict) else [e])]
-    assert sorted(names) == [page.name for page in PAGES[1:]]
+    notebooks = (ROOT / "docs" / "notebooks").glob("*.ipynb")
+    pages = [page.name for page in PAGES[1:]] + [f"notebooks/{path.name}" for path in notebooks]
+    assert sorted(names) == sorted(pages)
 
 
 def test_readme_is_two_pages():
