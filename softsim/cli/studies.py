@@ -41,7 +41,7 @@ def sweep(
         study_tables.confirm_size(loaded, folder, yes, console)
         again = study_tables.again(retry_failed)
         if dry_run:
-            study_tables.print_plan(loaded, folder, again, console)
+            study_tables.print_plan(loaded, folder, device.value, again, console)
             return
         from softsim.sweep.sweep import sweep as run_sweep
         from softsim.sweep.worker_pool import pool_for  # imports dask

@@ -18,8 +18,7 @@ from softsim.report.study.findings import Findings, best_in_words
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case
 from softsim.study.loading import LoadedStudy
 from softsim.study.preview import describe
-from softsim.sweep.job import jobs_of
-from softsim.sweep.ledger import StudyTable
+from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
 
 MANY = 10_000
 """Cases above which one is asked whether that many are meant."""
@@ -57,16 +56,22 @@ def asked_batch(text: str, device: str) -> int:
     return int(text)
 
 
-def print_plan(study: LoadedStudy, folder: Path, again: Collection[str], console: Console) -> None:
+def print_plan(
+    study: LoadedStudy, folder: Path, device: str, again: Collection[str], console: Console
+) -> None:
     """What varies, the cases, what is stored of them, and how many runs are left."""
     console.print(unheaded([list(map(escape, row)) for row in describe(study)]))
-    jobs, table = jobs_of(study, folder), StudyTable.of(study)
-    waiting = table.fill(jobs, again)
+    table = StudyTable.of(study)
+    waiting, left = next(table.open_rounds(study, folder, device, again), NOTHING_LEFT)
     frame = table.frame()
     factors = [axis.column for axis in table.factors]
     _print_rows(frame.select("case", *factors, "status", "key"), console)
+    size = told_size(study, len(frame) - len(waiting))
     runs = len({job.key for job in waiting})
-    console.print(f"{len(jobs)} cases, {len(jobs) - len(waiting)} of them stored, {runs} to run")
+    if study.bisection is None:
+        console.print(f"{size}, {runs} to run")
+    else:
+        console.print(f"{size}, {runs} to run next, at most {left} in all")
 
 
 def print_results(

@@ -18,6 +18,7 @@ import polars
 from softsim.errors import OutputError
 from softsim.output.folder import RunFolder, read_json, replacing
 from softsim.study.axes import Axis, Goal, Plot
+from softsim.study.bisection import Bisection
 
 STUDY, TABLE, TABLE_TEXT, CASES = "study.json", "table.parquet", "table.csv", "cases"
 
@@ -27,7 +28,8 @@ BEGIN_AGAIN = "remove it and start the study again: cases that have ended do not
 @dataclass(frozen=True)
 class StudyRecord:
     """What study.json holds. status: running, done or interrupted; wall_time [s] of all sessions;
-    settings: title -> text, what a reader of the report should know.
+    settings: title -> text, what a reader of the report should know. case_count: of a bisection how
+    many there are at most.
     """
 
     title: str
@@ -36,6 +38,7 @@ class StudyRecord:
     measures: tuple[Axis, ...]
     plots: tuple[Plot, ...] = ()
     goal: Goal | None = None
+    bisection: Bisection | None = None
     repeats: int = 1
     case_count: int = 0
     status: str = "running"
@@ -60,6 +63,7 @@ def read_study(folder: Path) -> StudyRecord:
         found["measures"] = tuple(Axis(**axis) for axis in found["measures"])
         found["plots"] = tuple(Plot(**plot) for plot in found["plots"])
         found["goal"] = Goal(**found["goal"]) if found["goal"] else None
+        found["bisection"] = Bisection.read(found.get("bisection"))
         return StudyRecord(**found)
     except (KeyError, TypeError) as error:
         raise OutputError(f"{file} is not what softsim wrote: {error}", BEGIN_AGAIN) from error

@@ -23,17 +23,18 @@ from softsim.scene.schema import Scene
 @dataclass(frozen=True)
 class Measure:
     """A name in summary.json. unit: SI, empty for bare numbers and texts; listed: of what it has a
-    number each, where it is a list; is_label: a text.
+    number each, where it is a list; is_label: a text; is_share: from 0 to 1.
     """
 
     unit: str = ""
     listed: str = ""
     is_label: bool = False
+    is_share: bool = False
 
 
 LENGTH, SPEED, PRESSURE = Measure("m"), Measure("m/s"), Measure("Pa")
 FORCE, TIME, FREQUENCY, AREA = Measure("N"), Measure("s"), Measure("Hz"), Measure("m^2")
-NUMBER, LABEL = Measure(), Measure(is_label=True)
+NUMBER, LABEL, SHARE = Measure(), Measure(is_label=True), Measure(is_share=True)
 CYCLES, NODES, ROWS = "pressure cycle", "node", "row"
 LENGTHS, PRESSURES = Measure("m", listed=CYCLES), Measure("Pa", listed=CYCLES)
 
@@ -49,7 +50,7 @@ OF_RUNS = {
 OF_BODIES = {
     "body_displacement": LENGTH,
     "body_speed": SPEED,
-    "slip_share": NUMBER,
+    "slip_share": SHARE,
     "largest_contact_area": AREA,
     "mean_contact_area": AREA,
 }
@@ -92,7 +93,7 @@ OF_LAYOUTS = {
 }
 OF_CROSSINGS = {
     "crossing.verdict": LABEL,
-    "crossing.passed": NUMBER,
+    "crossing.passed": SHARE,
     "crossing.time": TIME,
     "crossing.farthest_rear": LENGTH,
     "crossing.farthest_front": LENGTH,

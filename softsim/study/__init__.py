@@ -10,6 +10,7 @@ To be read in this order:
     repeats      cases run several times, perturbed at random
     axes         columns and figures
     measures     columns read from summaries, and which of them is sought
+    bisection    the boundary where a measure crosses a share: what to run next, what is known
     check        the scenes of a study are tried before anything runs
     loading      all of this from a file, or from Python: `load_study`, `LoadedStudy`
     preview      the study in a few rows of text

@@ -23,10 +23,10 @@ from softsim.study.cases import (
 )
 from softsim.study.factors import Factor, factor_in, scene_file, scenes_factor
 from softsim.study.schema import (
-    Design,
     GridDesign,
     LatinHypercubeDesign,
     ListDesign,
+    PointDesign,
     ScenesFactor,
     SobolDesign,
     Study,
@@ -37,14 +37,14 @@ Point = tuple[Value, ...]
 """A value of each factor, in their order."""
 
 
-def point_count(design: Design, factors: Sequence[Factor]) -> int:
+def point_count(design: PointDesign, factors: Sequence[Factor]) -> int:
     """How many points a design has, without making them."""
     if isinstance(design, GridDesign):
         return math.prod(len(_levels(factor)) for factor in factors)
     return len(design.cases) if isinstance(design, ListDesign) else design.count
 
 
-def points(design: Design, factors: Sequence[Factor], tree: Tree) -> Iterator[Point]:
+def points(design: PointDesign, factors: Sequence[Factor], tree: Tree) -> Iterator[Point]:
     """The points of a design, in the order of the table; `tree` is what the study says."""
     if isinstance(design, GridDesign):
         yield from itertools.product(*(_levels(factor) for factor in factors))
@@ -85,7 +85,7 @@ def refuse_incomplete_rows(tree: Tree, names: Sequence[str]) -> None:
             raise SceneError(f"the case has no value of {', '.join(missing)}", "", place.origin)
 
 
-def refuse_misfit(design: Design, factors: Sequence[Factor], tree: Tree) -> None:
+def refuse_misfit(design: PointDesign, factors: Sequence[Factor], tree: Tree) -> None:
     """A grid needs values; a Sobol sequence a power of two of points. SceneError there."""
     if isinstance(design, GridDesign):
         for factor in factors:

@@ -1,7 +1,9 @@
 """A study, read from a file or from Python values and checked: its columns and its cases."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +16,13 @@ from softsim.scene.reporting import scene_error
 from softsim.scene.tree import Keys, Scalar, Tree, entries, nearest, plain
 from softsim.scene.yaml_reading import read_file
 from softsim.study.axes import Axis, Goal, Plot, chosen_plots, given_plots
+from softsim.study.bisection import Bisection, bisection_of, boundary, cells, runs_left
 from softsim.study.cases import Case, Value, forget_files, resolved
 from softsim.study.check import checked_scenes
 from softsim.study.design import Composition, composed, point_count, points, refuse_misfit
 from softsim.study.measures import MeasureColumn, goal_of, measure_column, mismatch_column
 from softsim.study.repeats import Perturbation, perturbations
-from softsim.study.schema import Design, GridDesign, Study
+from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, Study
 from softsim.study.values import Space
 
 REPEAT = "repeat"
@@ -27,16 +30,25 @@ REPEAT = "repeat"
 
 
 @dataclass(frozen=True)
+class Round:
+    """Cases that are run together. left: these, and those at most that come after them."""
+
+    cases: list[Case]
+    left: int
+
+
+@dataclass(frozen=True)
 class LoadedStudy:
-    """A valid study. path: its file; tree: what it says; design: None where it only says what to
-    optimise; goal: what is best, None where it does not say.
+    """A valid study. path: its file; tree: what it says; design: None where it is a bisection, or
+    only says what to optimise; goal: what is best, None where it does not say.
     """
 
     study: Study
     path: Path
     tree: Tree
     composition: Composition
-    design: Design | None
+    design: PointDesign | None
+    bisection: Bisection | None
     perturbed: tuple[Perturbation, ...]
     measures: tuple[MeasureColumn, ...]
     plots: tuple[Plot, ...]
@@ -64,13 +76,56 @@ class LoadedStudy:
 
     @property
     def case_count(self) -> int:
-        """How many cases it has, without making them. SceneError where it has no design."""
+        """How many cases it has, a bisection at most, without making them. SceneError where it has
+        no design.
+        """
+        if self.bisection is not None:
+            return len(cells(self.bisection, self.composition.factors)) * self.bisection.most_runs
         return point_count(self._design(), self.composition.factors) * self.repeats
 
     def cases(self) -> list[Case]:
-        """All cases, in the order of the table; repeats of a case follow each other. SceneError
-        where it has no design.
+        """All cases, in the order of the table; repeats of a case follow each other. Of a bisection
+        those that it begins with. SceneError where it has no design.
         """
+        return next(self.rounds(lambda case: None)).cases
+
+    def rounds(self, result: Callable[[Case], float | None]) -> Iterator[Round]:
+        """All cases at once; of a bisection those at the next levels of all cells, until all
+        boundaries are known. When a round is pulled, `result` of each case of the one before is the
+        measure that it has found, None where its run has failed. SceneError where there is no
+        design.
+        """
+        if self.bisection is None:
+            cases = self._all_cases()
+            yield Round(cases, len(cases))
+        else:
+            yield from self._halvings(self.bisection, result)
+
+    def _halvings(
+        self, sought: Bisection, result: Callable[[Case], float | None]
+    ) -> Iterator[Round]:
+        places = cells(sought, self.composition.factors)
+        known: list[dict[float, list[float | None]]] = [defaultdict(list) for _ in places]
+        count = 0
+        while True:
+            asked: list[tuple[list[float | None], Case]] = []
+            for values, answers in zip(places, known, strict=True):
+                for level in boundary(sought, answers).asked:
+                    at_level = {name: values.get(name, level) for name in self.search_space}
+                    held = answers[level]
+                    case = self.case(count + 1, at_level)
+                    further = len(held), len(held) + sought.missing(held)
+                    for one in islice(self._repeated(case), *further):
+                        count += 1
+                        asked.append((held, replace(one, number=count)))
+            if not asked:
+                return
+            left = sum(runs_left(sought, answers) for answers in known)
+            yield Round([case for _, case in asked], left)
+            for held, case in asked:
+                held.append(result(case))
+
+    def _all_cases(self) -> list[Case]:
         found: list[Case] = []
         for point in points(self._design(), self.composition.factors, self.tree):
             values = dict(zip(self.search_space, point, strict=True))
@@ -97,7 +152,7 @@ class LoadedStudy:
             values = {**case.values, REPEAT: repeat}
             yield Case(case.number + repeat - 1, case.source, overrides, values)
 
-    def _design(self) -> Design:
+    def _design(self) -> PointDesign:
         if self.design is None:
             place = nearest(self.tree, ("optimize",))[0].key_origin
             hint = "softsim optimize runs it; or give it a design: {kind: grid}"
@@ -138,8 +193,8 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
     refuse_taken_names(study, tree)
     composition = composed(study, tree, path.parent, overrides)
     perturbed = perturbations(study.repeats, entries(tree, "repeats", "perturb"))
-    design = study.design
-    if design is None and study.optimize is None:
+    design = None if isinstance(study.design, BisectionDesign) else study.design
+    if study.design is None and study.optimize is None:
         design = GridDesign(kind="grid")
     if design is not None:
         refuse_misfit(design, composition.factors, tree)
@@ -153,13 +208,21 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
         measure_column(name, part, nearest(tree, ("measures", name))[0], told)
         for name, part in study.measures.items()
     )
+    bisection = None
+    if isinstance(study.design, BisectionDesign):
+        repeats = study.repeats.count if study.repeats is not None else 1
+        bisection = bisection_of(study.design, composition.factors, repeats, measures, told, tree)
     goal, further = sought(study, tree, measures, told)
     factors = [factor.axis for factor in composition.factors]
-    plots = chosen_plots(factors, measures, isinstance(design, GridDesign))
+    plots: tuple[Plot, ...] = ()  # of a bisection the map of its boundaries says all
+    if bisection is None:
+        plots = chosen_plots(factors, measures, isinstance(design, GridDesign))
     measures += further
     if study.plots is not None:
         plots = given_plots(study.plots, tree, factors, measures)
-    return LoadedStudy(study, path, tree, composition, design, perturbed, measures, plots, goal)
+    return LoadedStudy(
+        study, path, tree, composition, design, bisection, perturbed, measures, plots, goal
+    )
 
 
 def refuse_taken_names(study: Study, tree: Tree) -> None:

@@ -5,6 +5,7 @@ import math
 import yaml
 
 from softsim.study.axes import Axis
+from softsim.study.bisection import Bisection
 from softsim.study.loading import LoadedStudy
 from softsim.study.values import Interval, Space
 
@@ -30,6 +31,8 @@ def settings(study: LoadedStudy) -> list[tuple[str, str]]:
     if study.study.set:
         written = yaml.safe_dump(study.study.set, default_flow_style=True, width=math.inf)
         rows.append(("in all cases", written.strip()[1:-1]))  # without the braces
+    if study.bisection is not None:
+        rows.append(("design", sought_text(study, study.bisection)))
     if study.design is not None:
         kind = study.design.kind.replace("_", " ")
         rows.append(("design", f"{kind}, {count_text(study.case_count, 'case')}"))
@@ -51,6 +54,17 @@ def space_text(axis: Axis, space: Space) -> str:
     if len(shown) > MOST_SHOWN:
         return f"{len(shown)} values, {', '.join(shown[:3])} ... {shown[-1]}{spacing}"
     return ", ".join(shown) + spacing
+
+
+def sought_text(study: LoadedStudy, sought: Bisection) -> str:
+    """What a bisection seeks, and what that takes and assumes."""
+    axis = next(axis for axis in study.factors if axis.name == sought.factor)
+    cell_count = study.case_count // sought.most_runs
+    return (
+        f"bisection: where {sought.measure} crosses {sought.share:g} as {axis.name} rises, to "
+        f"within {sought.tolerance:g} {axis.unit}".rstrip() + ", assumed to be once; in "
+        f"{count_text(cell_count, 'cell')} at most {count_text(study.case_count, 'case')}"
+    )
 
 
 def count_text(count: int, thing: str) -> str:

@@ -116,9 +116,25 @@ class SobolDesign(Part):
     seed: Seed = Field(default=1, description="Of the scrambling.")
 
 
-Design = Annotated[
-    GridDesign | ListDesign | LatinHypercubeDesign | SobolDesign, Field(discriminator="kind")
-]
+class BisectionDesign(Part):
+    """The boundary at which a measure crosses a share, sought over the range of one factor for all
+    combinations of the values of the others. Both ends are asked first; then the bracket is halved.
+    """
+
+    kind: Literal["bisection"] = Field(description="Kind of design.")
+    factor: Name = Field(description="Factor that is bisected; it has a range without a count.")
+    measure: Name = Field(
+        description="Measure from 0 to 1, such as `of: crossing.passed`, of which the mean over the "
+        "repeats crosses the share once in that range."
+    )
+    tolerance: Scalar = Field(description="Width of the bracket at the end, such as 1 mm.")
+    share: Number = Field(default=0.5, gt=0.0, lt=1.0, description="What it crosses.")
+
+
+PointDesign = GridDesign | ListDesign | LatinHypercubeDesign | SobolDesign
+"""Designs of which all points are known before anything runs."""
+
+Design = Annotated[PointDesign | BisectionDesign, Field(discriminator="kind")]
 
 
 class Repeats(Part):

@@ -1,7 +1,7 @@
 """A job: a case to run, and where; its outcome, which is kept in case.json of its folder."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,6 @@ from softsim.output.folder import RunFolder, explained, read_summary
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.output.study_folder import CASES
 from softsim.study.cases import Case, key_of
-from softsim.study.loading import LoadedStudy
 
 CASE = "case.json"
 FAILURE = "failure.txt"
@@ -42,11 +41,11 @@ class Job:
     stop_conditions: tuple[MakesStopCondition, ...] = ()
 
 
-def jobs_of(study: LoadedStudy, folder: Path, device: str = "auto") -> list[Job]:
-    """The job of each case, in the order of the table."""
-    cases = folder.resolve() / CASES
-    keyed = [(case, key_of(case)) for case in study.cases()]
-    return [Job(case, key, cases / key, device, study.study.keep) for case, key in keyed]
+def jobs_of(cases: Sequence[Case], folder: Path, device: str, keep: str) -> list[Job]:
+    """The job of each case of a study in `folder`, in their order."""
+    place = folder.resolve() / CASES
+    keyed = [(case, key_of(case)) for case in cases]
+    return [Job(case, key, place / key, device, keep) for case, key in keyed]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from datetime import datetime, timedelta
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +26,25 @@ from softsim.output.study_folder import (
     write_table,
 )
 from softsim.study.axes import Axis, column
-from softsim.study.cases import DONE, WAITING
+from softsim.study.bisection import Bisection
+from softsim.study.cases import DONE, WAITING, Case
 from softsim.study.loading import REPEAT, LoadedStudy
 from softsim.study.measures import MeasureColumn
 from softsim.study.preview import settings
-from softsim.sweep.job import Job, Outcome, known_outcome
+from softsim.sweep.job import Job, Outcome, jobs_of, known_outcome
 
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
+
+
+NOTHING_LEFT: tuple[list[Job], int] = [], 0
+"""In place of a round where none is open."""
+
+
+def told_size(study: LoadedStudy, stored: int) -> str:
+    """ "40 cases, 3 of them stored": of a bisection so many at most."""
+    most = "at most " if study.bisection is not None else ""
+    return f"{most}{study.case_count} cases, {stored} of them stored"
 
 
 def verdict_of(summary: Mapping[str, Any]) -> str | None:
@@ -71,6 +83,26 @@ class StudyTable:
             self.note(job, known or Outcome(job.key, WAITING))
         return [job for job, known in outcomes if known is None]
 
+    def open_rounds(
+        self, study: LoadedStudy, folder: Path, device: str, again: Collection[str]
+    ) -> Iterator[tuple[list[Job], int]]:
+        """Rounds of the study with jobs that are to be run: these, and how many are left at most,
+        with them. What is stored is noted on the way; the jobs must be when the next is pulled.
+        """
+        for one in study.rounds(partial(self._result, study.bisection)):
+            waiting = self.fill(jobs_of(one.cases, folder, device, study.study.keep), again)
+            if waiting:
+                yield waiting, one.left - (len(one.cases) - len(waiting))
+
+    def _result(self, sought: Bisection | None, case: Case) -> float | None:
+        """The measure that a bisection asks for, of a case that is done; None of others."""
+        row = self.rows[case.number]
+        if sought is None or row["status"] != DONE:
+            return None
+        found = next(m for m in self.measures if m.name == sought.measure)
+        result: float | None = row[found.column]
+        return result
+
     def note(self, job: Job, outcome: Outcome) -> None:
         """Fill in the row of a job."""
         self.rows[job.case.number] = {
@@ -97,8 +129,8 @@ class StudyProgress:
     or in a notebook, else a plain line now and then.
     """
 
-    def __init__(self, count: int, console: Console) -> None:
-        self.console, self.count = console, count
+    def __init__(self, count: int, console: Console, at_most: bool = False) -> None:
+        self.console, self.count, self.at_most = console, count, at_most
         self.ended: Counter[str] = Counter()
         self.began = self.last_line = time.monotonic()
         self.bar: Progress | None = None
@@ -129,7 +161,14 @@ class StudyProgress:
         """ "12 of 40 cases, 1 failed"."""
         ended = self.ended.total()
         others = [f"{n} {status}" for status, n in sorted(self.ended.items()) if status != DONE]
-        return ", ".join([f"{ended} of {self.count} cases", *others])
+        most = "at most " if self.at_most else ""
+        return ", ".join([f"{ended} of {most}{self.count} cases", *others])
+
+    def expect(self, left: int) -> None:
+        """So many cases are left at most: the next round of a bisection begins."""
+        self.count = self.ended.total() + left
+        if self.bar is not None:
+            self.bar.update(self.task, total=self.count)
 
     def _state(self, in_flight: int) -> str:
         """The same, what runs now, and when the last case should end."""
@@ -138,7 +177,8 @@ class StudyProgress:
         if not ended:
             return text
         left = (time.monotonic() - self.began) * (self.count - ended) / ended
-        return f"{text}, expected end {_moment(datetime.now(), timedelta(seconds=left))}"
+        end = "end at the latest" if self.at_most else "expected end"
+        return f"{text}, {end} {_moment(datetime.now(), timedelta(seconds=left))}"
 
     def close(self) -> None:
         """Take the live line away."""
@@ -155,6 +195,7 @@ def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
         measures=tuple(measure.axis for measure in study.measures),
         plots=tuple(study.plots),
         goal=study.goal,
+        bisection=study.bisection,
         repeats=study.repeats,
         case_count=case_count,
         version=__version__,
@@ -210,7 +251,8 @@ def kept_ledger(
 
     Raises OutputError: another one works there, or the disk refuses.
     """
-    with claimed(folder), closing(StudyProgress(count, console)) as progress:
+    most = record.bisection is not None
+    with claimed(folder), closing(StudyProgress(count, console, most)) as progress:
         ledger = Ledger(folder, record, table, progress)
         status = "interrupted"
         try:

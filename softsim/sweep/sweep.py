@@ -12,8 +12,7 @@ from softsim.output.study_folder import CASES
 from softsim.study.cases import LOST, PRUNED
 from softsim.study.loading import LoadedStudy
 from softsim.sweep.engine import completed
-from softsim.sweep.job import jobs_of
-from softsim.sweep.ledger import StudyTable, kept_ledger, record_of
+from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, kept_ledger, record_of, told_size
 from softsim.sweep.work import Simulate, simulate
 from softsim.sweep.worker_pool import WorkerPool
 
@@ -42,22 +41,26 @@ def sweep(
     refuses. Interrupted: SIGINT or SIGTERM came. After each of them the same call goes on.
     """
     console = console or Console()
-    jobs = jobs_of(study, folder, device)
     RunFolder(folder / CASES)  # is made here, or refused
-    table = StudyTable.of(study)
-    waiting = table.fill(jobs, again)
-    console.print(f"{len(jobs)} cases, {len(jobs) - len(waiting)} of them stored")
-    record = record_of(study, len(jobs))
-    with kept_ledger(folder, record, table, len(waiting), console) as ledger:
+    table, record = StudyTable.of(study), record_of(study, study.case_count)
+    rounds = table.open_rounds(study, folder, device, again)
+    waiting, left = next(rounds, NOTHING_LEFT)
+    console.print(told_size(study, len(table.rows) - len(waiting)))
+    with kept_ledger(folder, record, table, left, console) as ledger:
         if waiting:
             with pool as workers:
-                for ended in completed(waiting, workers, again, batch, ledger.keep_up, simulate):
-                    ledger.note(*ended)
+                while waiting:
+                    ledger.progress.expect(left)
+                    for ended in completed(
+                        waiting, workers, again, batch, ledger.keep_up, simulate
+                    ):
+                        ledger.note(*ended)
+                    waiting, left = next(rounds, NOTHING_LEFT)
     return table.frame()
 
 
 def collect(study: LoadedStudy, folder: Path) -> polars.DataFrame:
     """The table, from the folders of the cases alone: a measure that is new needs no run."""
     table = StudyTable.of(study)
-    table.fill(jobs_of(study, folder), again=())
+    next(table.open_rounds(study, folder, "auto", again=()), None)
     return table.frame()
