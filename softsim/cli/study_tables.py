@@ -14,6 +14,7 @@ from softsim.cli.options import unheaded
 from softsim.errors import ClusterError, OutputError, SoftsimError
 from softsim.machine import chosen_device
 from softsim.output.study_folder import TABLE_TEXT
+from softsim.report.study.boundary import boundaries_in_words
 from softsim.report.study.findings import Findings, best_in_words
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, Case
 from softsim.study.loading import LoadedStudy
@@ -89,6 +90,8 @@ def print_results(
     for case in ended_badly.select("case", "status", "reason").iter_rows():
         text = "case {} {}: {}".format(*case)
         console.print(text, highlight=False, markup=False, soft_wrap=True)
+    for sentence in boundaries_in_words(Findings.read(folder)):
+        console.print(sentence, highlight=False, markup=False, soft_wrap=True)
     done = frame.filter(polars.col("status") == DONE)
     console.print(f"{len(done)} of {len(frame)} cases done", highlight=False)
     console.print(f"table   {folder / TABLE_TEXT}", highlight=False, markup=False, soft_wrap=True)

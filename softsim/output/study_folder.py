@@ -38,13 +38,13 @@ class StudyRecord:
     measures: tuple[Axis, ...]
     plots: tuple[Plot, ...] = ()
     goal: Goal | None = None
-    bisection: Bisection | None = None
     repeats: int = 1
     case_count: int = 0
     status: str = "running"
     wall_time: float = 0.0
     version: str = ""
     settings: dict[str, str] | None = None
+    bisection: Bisection | None = None
 
 
 def write_study(folder: Path, record: StudyRecord) -> None:

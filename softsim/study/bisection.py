@@ -95,7 +95,7 @@ class Bisection:
         return False if total + left < needed else None
 
     def missing(self, values: Sequence[float | None]) -> int:
-        """The least number of further repeats that may settle it; 0 where it is, or none is left."""
+        """The least number of further repeats that may settle it; 0 if it is, or none is left."""
         total, count, left = self._standing(values)
         if left == 0 or self.reached(values) is not None:
             return 0

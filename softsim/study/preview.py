@@ -62,7 +62,8 @@ def sought_text(study: LoadedStudy, sought: Bisection) -> str:
     cell_count = study.case_count // sought.most_runs
     return (
         f"bisection: where {sought.measure} crosses {sought.share:g} as {axis.name} rises, to "
-        f"within {sought.tolerance:g} {axis.unit}".rstrip() + ", assumed to be once; in "
+        f"within {sought.tolerance:g} {axis.unit}".rstrip()
+        + ", assumed to be once; in "
         f"{count_text(cell_count, 'cell')} at most {count_text(study.case_count, 'case')}"
     )
 

@@ -124,8 +124,8 @@ class BisectionDesign(Part):
     kind: Literal["bisection"] = Field(description="Kind of design.")
     factor: Name = Field(description="Factor that is bisected; it has a range without a count.")
     measure: Name = Field(
-        description="Measure from 0 to 1, such as `of: crossing.passed`, of which the mean over the "
-        "repeats crosses the share once in that range."
+        description="Measure from 0 to 1, such as `of: crossing.passed`, of which the mean over "
+        "the repeats crosses the share once in that range."
     )
     tolerance: Scalar = Field(description="Width of the bracket at the end, such as 1 mm.")
     share: Number = Field(default=0.5, gt=0.0, lt=1.0, description="What it crosses.")

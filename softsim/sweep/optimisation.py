@@ -59,7 +59,9 @@ def optimize(
         table.note(*plan.stored(study.case(trial.number, trial.values)))
     console.print(f"{count} trials, {len(table.rows)} of them stored")
     record = replace(
-        record_of(study, count), repeats=1, plots=study.plots if study.study.plots else (),
+        record_of(study, count),
+        repeats=1,
+        plots=study.plots if study.study.plots else (),
         bisection=None,
     )
     left = max(0, count - len(table.rows))

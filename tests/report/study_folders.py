@@ -1,6 +1,7 @@
 """Folders of studies made up for the figures and the page: no case of them was ever run."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -8,8 +9,10 @@ from typing import Any
 import numpy as np
 import polars
 
-from softsim.output.study_folder import StudyRecord, write_study, write_table
+from softsim.output.study_folder import StudyRecord, read_study, write_study, write_table
 from softsim.study.axes import Axis, Goal, Plot
+from softsim.study.bisection import Bisection, boundary
+from softsim.study.values import Interval
 
 RATE = Axis("rate", "kPa/s", logarithmic=True, about="deflation rate")
 FRICTION = Axis("friction", about="friction coefficient")
@@ -71,6 +74,39 @@ def write_made_up(
         len(table), "done", 12.0, "0.1.0", {"design": "grid", "scene": "pfr_36mm.yaml"},
     )  # fmt: skip
     write_study(folder, record)
+    return folder
+
+
+SLOPE = Axis("slope", "deg", about="slope of the ramp")
+HEIGHT = Axis("height", "mm", about="height of the ramp")
+PATTERN = Axis("pattern", is_label=True, about="rows of limbs")
+PASSED = Axis("passed", about="share of the robots that get over")
+SOUGHT = Bisection("height", "passed", 0.5, 3.0, Interval(1.0, 25.0), 4)
+
+
+def write_bisection(
+    folder: Path, passes: Callable[..., float | None], **levels: Sequence[Any]
+) -> Path:
+    """A bisection of SOUGHT over slopes and patterns, each repeat of a case as `passes` of slope,
+    pattern, height and repeat has it; None where its run has failed.
+    """
+    rows: list[dict[str, Any]] = []
+    for cell in grid(**levels):
+        answers: dict[float, list[float | None]] = {}
+        while asked := boundary(SOUGHT, answers).asked:
+            for height in asked:
+                held = answers.setdefault(height, [])
+                for repeat in range(len(held), len(held) + SOUGHT.missing(held)):
+                    held.append(passes(**cell, height=height, repeat=repeat))
+                    status = "failed" if held[-1] is None else "done"
+                    rows.append({**cell, "height": height, "status": status, "passed": held[-1]})
+    axes = [axis for axis in (SLOPE, PATTERN) if axis.name in levels]
+    results = iter([row["passed"] for row in rows if row["passed"] is not None])
+    write_made_up(
+        folder, [*axes, HEIGHT], rows, lambda **_: next(results), measures=[PASSED],
+        repeats=SOUGHT.repeats,
+    )  # fmt: skip
+    write_study(folder, replace(read_study(folder), bisection=SOUGHT))
     return folder
 
 

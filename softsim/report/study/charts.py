@@ -3,6 +3,7 @@
 from html import escape
 
 from softsim.report.page.charts import Chart, Trace, chart_of, colour_axis, rounded, shades
+from softsim.report.study.boundary import boundary_maps
 from softsim.report.study.findings import Findings
 from softsim.report.study.plots import drawn_plots, over_factors, progress, study_plot
 
@@ -11,12 +12,15 @@ FEWEST_PARALLEL, PARALLEL_WIDTH = 3, 110
 
 
 def study_charts(findings: Findings) -> list[Chart]:
-    """All charts of a study: its plots, how its optimisation went, all factors side by side.
+    """All charts of a study: its boundaries, its plots, how its optimisation went, all factors side
+    by side.
 
     Raises OutputError if a plot names no axis of the study.
     """
     asked, goal = drawn_plots(findings), findings.record.goal
-    plots = [study_plot(findings, plot) for plot in asked]
+    sought = findings.record.bisection
+    plots = [] if sought is None else boundary_maps(findings, sought)
+    plots += [study_plot(findings, plot) for plot in asked]
     if goal is not None:
         plots.append(progress(findings, goal))
         shown = {(plot.x, plot.y) for plot in asked}

@@ -1,18 +1,21 @@
-"""All figures of a study's folder, from its files alone."""
+"""All figures of a study's folder, and the table of its boundaries, from its files alone."""
 
 from pathlib import Path
 
+from softsim.output.folder import RunFolder
 from softsim.report.png import draw
+from softsim.report.study.boundary import TABLE, boundary_maps, boundary_table
 from softsim.report.study.findings import Findings
 from softsim.report.study.plots import PLOTS, drawn_plots, over_factors, progress, study_plot
 from softsim.study.axes import Plot
 
-PROGRESS, FACTORS = "progress.png", "factors.png"
+PROGRESS, FACTORS, BOUNDARIES = "progress.png", "factors.png", "boundary_map.png"
 
 
 def draw_study(folder: Path) -> list[Path]:
-    """Draw the plots of the study, and how its optimisation went; the figures' paths. Figures of
-    plots that it has no longer go.
+    """Draw the plots of the study, how its optimisation went, and the boundaries of a bisection, of
+    which boundaries.csv is written too; the figures' paths. Figures of plots that it has no longer
+    go.
 
     Raises OutputError where the folder holds no study, a plot names no axis of it, or the disk
     refuses.
@@ -23,9 +26,14 @@ def draw_study(folder: Path) -> list[Path]:
     if goal is not None:
         figures[PROGRESS] = [progress(findings, goal)]
         figures[FACTORS] = [plot for _, plot in over_factors(findings, goal)]
+    sought = findings.record.bisection
+    if sought is not None:
+        figures[BOUNDARIES] = boundary_maps(findings, sought)
+        table = boundary_table(findings, sought).write_csv()
+        RunFolder(folder).write_text_atomic(TABLE, table)
     for name, plots in figures.items():
         draw(folder / name, *plots)
-    for kind in (*PLOTS, "progress", "factors"):
+    for kind in (*PLOTS, "progress", "factors", "boundary_map"):
         for file in folder.glob(f"{kind}*.png"):
             if file.name not in figures:
                 file.unlink()

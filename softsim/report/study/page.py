@@ -9,6 +9,7 @@ import polars
 from softsim.output.study_folder import TABLE_TEXT
 from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import duration
+from softsim.report.study.boundary import boundaries_in_words
 from softsim.report.study.charts import study_charts
 from softsim.report.study.findings import Findings, best_in_words, written
 from softsim.report.study.scale import title_of
@@ -41,6 +42,7 @@ def page_context(findings: Findings, folder: Path) -> dict[str, Any]:
         "kind": kind,
         "words": words,
         "best": best_in_words(findings),
+        "boundaries": boundaries_in_words(findings),
         "charts": study_charts(findings),
         "factors": [(title_of(f), level_words(findings, f.name)) for f in findings.factors],
         "settings": settings_of(findings),
