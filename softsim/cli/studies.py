@@ -21,7 +21,9 @@ def sweep(
     batch: Annotated[
         str, typer.Option(metavar="N|auto", help="Cases that a worker runs at once.")
     ] = "auto",
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the cases.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Only list the cases, and tell their cost.")
+    ] = False,
     yes: Annotated[bool, typer.Option("--yes", help="Many cases are meant.")] = False,
     retry_failed: Annotated[
         bool, typer.Option("--retry-failed", help="Run again what has failed.")
@@ -41,7 +43,7 @@ def sweep(
         study_tables.confirm_size(loaded, folder, yes, console)
         again = study_tables.again(retry_failed)
         if dry_run:
-            study_tables.print_plan(loaded, folder, device.value, again, console)
+            study_tables.print_plan(loaded, folder, device.value, workers, again, console)
             return
         from softsim.sweep.sweep import sweep as run_sweep
         from softsim.sweep.worker_pool import pool_for  # imports dask

@@ -40,7 +40,8 @@ FIGURES_TIME = 2.5  # [s]: matplotlib's import and some four pictures, measured
 
 @dataclass(frozen=True)
 class Duration:
-    """The parts of a run [s]: `start` up to the first increment, `loop`, `figures`.
+    """The parts of a run [s]: `start` up to the first increment, `loop`, `figures`. prepared: the
+    part of `start` that comes after the model, which the next run of a process takes again.
 
     increment_count: increments to be done. rate: element updates a second in the loop. threads:
     CPU threads that share them. covered: share of the loads' course that the pilot saw. stopped:
@@ -48,6 +49,7 @@ class Duration:
     """
 
     start: float
+    prepared: float
     loop: float
     figures: float
     increment_count: float
@@ -104,7 +106,7 @@ def predicted_duration(
     rate = count * model.element_count / loop
     start = built_after + started_in
     threads = backend.device().threads
-    return Duration(start, loop, FIGURES_TIME, count, rate, threads, covered, stopped)
+    return Duration(start, started_in, loop, FIGURES_TIME, count, rate, threads, covered, stopped)
 
 
 def pilot_speed(model: Model) -> float:

@@ -136,10 +136,8 @@ def in_words(findings: Findings, sought: Bisection, cell: CellBoundary) -> str:
             return f"{what} up to {low}, no more from {high} on"
         return f"{what} not up to {low}, but from {high} on"
     if found.state == OUTSIDE:
-        levels = (
-            f"at {low}, {middle} and {high}" if begins else f"at none of {low}, {middle}, {high}"
-        )
-        return f"{what} {levels}: outside this range, if there is but one"
+        levels = "at all" if begins else "at none"
+        return f"{what} {levels} of {low}, {middle}, {high}: no boundary between, if but one"
     if found.state == NOT_MONOTONE:
         if begins:
             return f"not monotone: {what} at both {low} and {high}, but not at {middle}"
