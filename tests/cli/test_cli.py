@@ -357,6 +357,8 @@ def test_sweep_lists_its_cases_without_running_them(write_scene, tmp_path):
     done = softsim("sweep", study, "--dry-run", "--out", out, "--set", "bodies.b.thickness=2 mm")
     assert done.returncode == 0, done.stderr
     assert "time [ms]" in done.stdout and "2 cases, 0 of them stored, 2 to run" in done.stdout
+    assert re.search(r"cost at most [\d.e-]+ core hours, .*: 2 runs of at most \d", done.stdout)
+    assert "increments each, by a pilot of case 1 that saw 100 % of it" in done.stdout
     assert not out.exists()
 
 

@@ -14,20 +14,24 @@ from study_folders import (
     PIPE,
     RATE,
     RATES,
+    SOUGHT,
     SPEED,
     grid,
     sampled,
     speed,
+    write_bisection,
     write_made_up,
 )
 
 from softsim.errors import OutputError
 from softsim.report.diagram import Scale
 from softsim.report.png import WIDE, along_x
+from softsim.report.study.boundary import boundaries_in_words, boundary_maps, boundary_table
 from softsim.report.study.cells import cells_of, edges, remark_on_cells
 from softsim.report.study.curve import BAND, lines, remark
 from softsim.report.study.figures import draw_study
 from softsim.report.study.findings import DONE_COUNT, FAILED_COUNT, SPREAD, Findings, best_in_words
+from softsim.report.study.page import page_context
 from softsim.report.study.plots import best_so_far, drawn_plots
 from softsim.report.study.scale import AxisScale
 from softsim.report.style import drawing
@@ -265,3 +269,76 @@ def test_a_plot_of_an_unknown_axis_is_refused(tmp_path):
 def test_a_folder_without_a_study_is_refused(tmp_path):
     with pytest.raises(OutputError, match=r"no folder of a study: it has no study\.json"):
         draw_study(tmp_path)
+
+
+def passes(slope, pattern, height, repeat):
+    """Five rows get over 14 mm at 30 deg, less where it is steeper, by chance a bit more or less;
+    nine rows over all; three rows over nothing but what is half-way.
+    """
+    if pattern == "3 rows":
+        return float(height == 13.0)
+    if pattern == "5 rows" and slope == 90.0 and height == 13.0:
+        return None
+    edge = 14.0 - 0.1 * (slope - 30.0) + (repeat - 1.5)
+    return float(pattern == "9 rows" or height < edge)
+
+
+@pytest.fixture(scope="module")
+def bisected(tmp_path_factory) -> Findings:
+    folder = tmp_path_factory.mktemp("bisected")
+    patterns = ["3 rows", "5 rows", "9 rows"]
+    return Findings.read(write_bisection(folder, passes, slope=[30.0, 90.0], pattern=patterns))
+
+
+def test_the_table_of_boundaries_tells_where_each_lies(bisected):
+    table = boundary_table(bisected, SOUGHT)
+    assert table["state"].to_list() == [
+        "not monotone", "found", "outside", "not monotone", "undecided", "outside",
+    ]  # fmt: skip
+    found = table.row(1, named=True)
+    assert (found["low [mm]"], found["height [mm]"], found["high [mm]"]) == (13.0, 14.5, 16.0)
+    assert found["passed at low"] >= 0.5 > found["passed at high"]
+    assert table["height [mm]"].null_count() == 5 and table["failed"].to_list() == [
+        0,
+        0,
+        0,
+        0,
+        4,
+        0,
+    ]
+
+
+def test_boundaries_are_told_in_words(bisected, tmp_path):
+    three, five, nine, *_ = boundaries_in_words(bisected)
+    assert three.startswith("slope 30 deg, pattern 3 rows: not monotone: ")
+    assert "passed is at least 0.5 up to 13 mm (0.667 in 3 runs), below it from 16 mm (0 in" in five
+    assert "at all of 1 mm (1 in 2 runs), 13 mm (1 in 2 runs), 25 mm (1 in 2 runs): no" in nine
+    assert page_context(bisected, draw_folder(tmp_path, bisected))["boundaries"][1] == five
+
+
+def draw_folder(folder, found):
+    """A folder with the table of a study as text."""
+    (folder / "table.csv").write_text(found.table.write_csv())
+    return folder
+
+
+def test_a_map_has_a_diagram_a_pattern(bisected):
+    three, five, _ = boundary_maps(bisected, SOUGHT)
+    line, *levels = five.panels[0].left.series
+    assert line.x == pytest.approx([30.0, 90.0]) and line.y == pytest.approx(
+        [14.5, np.nan], nan_ok=True
+    )
+    assert line.band[:, 0] == pytest.approx([13.0, 16.0])
+    over, under, untold = levels
+    assert sorted(over.y[over.x == 30.0]) == [1.0, 13.0]
+    assert sorted(under.y[under.x == 30.0]) == [16.0, 19.0, 25.0]
+    assert (untold.x.tolist(), untold.y.tolist()) == ([90.0], [13.0])
+    assert np.isnan(three.panels[0].left.series[0].y).all()
+    assert five.x.title == "slope of the ramp [deg], pattern 5 rows"
+
+
+def test_the_map_of_a_bisection_alone_is_drawn(tmp_path):
+    folder = write_bisection(tmp_path, lambda height, repeat: float(height > 7.0))
+    assert [path.name for path in draw_study(folder)] == ["boundary_map.png"]
+    (row,) = polars.read_csv(folder / "boundaries.csv").to_dicts()
+    assert row["in words"].startswith("passed is below 0.5 up to 7 mm (0 in 3 runs), not below")

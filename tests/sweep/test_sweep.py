@@ -21,6 +21,9 @@ from softsim.cli.study_tables import print_results
 from softsim.errors import ClusterError, OutputError
 from softsim.output.claim import claimed
 from softsim.output.study_folder import read_study, read_table
+from softsim.report.study.boundary import boundaries_in_words
+from softsim.report.study.figures import draw_study
+from softsim.report.study.findings import Findings
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
 from softsim.sweep.sweep import collect, sweep
@@ -149,6 +152,52 @@ def test_after_a_kill_the_same_command_goes_on(study_file, tmp_path, pool):
     process.communicate()
     assert not psutil.wait_procs(workers, timeout=10.0)[1]
     goes_on(study_file, tmp_path / "out", pool)
+
+
+@pytest.fixture
+def bisection_file(study_file):
+    """The file of a study that seeks the time from which on a block slips no more."""
+    rewrite(study_file, ", count: 6}", "}")
+    rewrite(study_file, "measures:", f"{BISECTION}\nmeasures:\n  slips: {{of: slip_share}}")
+    return study_file
+
+
+BISECTION = "design: {kind: bisection, factor: time, measure: slips, tolerance: 1 ms}"
+
+
+def test_a_bisection_goes_on_after_a_kill(bisection_file, tmp_path, pool):
+    """Killed in the third of its runs, it asks what it would have asked."""
+    process, _ = started(bisection_file, tmp_path / "out")
+    process.kill()
+    process.communicate()
+    goes_on(bisection_file, tmp_path / "out", pool)
+    table = read_table(tmp_path / "out")
+    assert table["time [ms]"].to_list() == [2.0, 12.0, 7.0, 4.5, 5.75, 6.375]
+    draw_study(tmp_path / "out")
+    found = polars.read_csv(tmp_path / "out" / "boundaries.csv").row(0, named=True)
+    assert (found["low [ms]"], found["high [ms]"], found["state"]) == (5.75, 6.375, "found")
+    assert found["low [ms]"] < stand_ins.EDGE < found["high [ms]"]
+
+
+def test_an_answered_bisection_runs_nothing(bisection_file, tmp_path, pool):
+    first, said = swept(bisection_file, tmp_path / "out", pool, stand_ins.fine)
+    assert "at most 6 cases, 0 of them stored" in said
+    same, said = swept(bisection_file, tmp_path / "out", pool, stand_ins.on_a_full_disk)
+    assert "at most 6 cases, 6 of them stored" in said
+    assert_frame_equal(first, same)
+    assert_frame_equal(
+        first.drop(WALL_TIME), collect(load_study(bisection_file), tmp_path / "out").drop(WALL_TIME)
+    )
+    rewrite(bisection_file, "tolerance: 1 ms", "tolerance: 0.5 ms")
+    _, said = swept(bisection_file, tmp_path / "out", pool, stand_ins.fine)
+    assert "at most 7 cases, 6 of them stored" in said
+
+
+def test_a_bisection_ends_where_all_runs_fail(bisection_file, tmp_path, pool):
+    table, _ = swept(bisection_file, tmp_path / "out", pool, stand_ins.faulty)
+    assert table["status"].to_list() == [FAILED, FAILED]
+    (told,) = boundaries_in_words(Findings.read(tmp_path / "out"))
+    assert told.startswith("not told, as all runs at a level have failed")
 
 
 def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, pool):

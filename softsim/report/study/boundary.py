@@ -133,11 +133,11 @@ def in_words(findings: Findings, sought: Bisection, cell: CellBoundary) -> str:
     begins = sought.reached(cell.answers.get(found.low, ()))
     if found.state == FOUND:
         if begins:
-            return f"{what} up to {low}, no more from {high} on"
-        return f"{what} not up to {low}, but from {high} on"
+            return f"{what} up to {low}, below it from {high} on"
+        return f"{sought.measure} is below {sought.share:g} up to {low}, not below from {high} on"
     if found.state == OUTSIDE:
         levels = "at all" if begins else "at none"
-        return f"{what} {levels} of {low}, {middle}, {high}: no boundary between, if but one"
+        return f"{what} {levels} of {low}, {middle}, {high}: no boundary within, if there is one"
     if found.state == NOT_MONOTONE:
         if begins:
             return f"not monotone: {what} at both {low} and {high}, but not at {middle}"
