@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,7 +18,7 @@ import stand_ins
 from polars.testing import assert_frame_equal
 from rich.console import Console
 
-from softsim.cli.study_tables import print_results
+from softsim.cli.study_tables import print_plan, print_results
 from softsim.errors import ClusterError, OutputError
 from softsim.output.claim import claimed
 from softsim.output.study_folder import read_study, read_table
@@ -177,6 +178,22 @@ def test_a_bisection_goes_on_after_a_kill(bisection_file, tmp_path, pool):
     found = polars.read_csv(tmp_path / "out" / "boundaries.csv").row(0, named=True)
     assert (found["low [ms]"], found["high [ms]"], found["state"]) == (5.75, 6.375, "found")
     assert found["low [ms]"] < stand_ins.EDGE < found["high [ms]"]
+
+
+def test_a_plan_tells_what_is_left_and_its_cost_by_what_is_stored(bisection_file, tmp_path, pool):
+    swept(bisection_file, tmp_path / "out", pool, stand_ins.slow)
+    rewrite(bisection_file, "tolerance: 1 ms", "tolerance: 0.2 ms")
+    console = Console(file=io.StringIO(), width=200)
+    study = load_study(bisection_file)
+    print_plan(study, tmp_path / "out", "cpu", 4, (), console)
+    said = console.file.getvalue()
+    assert "at most 8 cases, 6 of them stored, 1 to run next, at most 2 in all" in said
+    told = re.search(r"about (\S+) core hours, (\S+) h with 4 workers: 2 runs of (\S+) s", said)
+    hours, with_four, each = map(float, told.groups())
+    assert 0.2 <= each < 2.0  # as long as its stand-in takes
+    assert hours == pytest.approx(2.0 * each / 3600.0, rel=0.3)  # of two digits
+    assert with_four == pytest.approx(hours / 4.0, rel=0.01)
+    assert "the mean of 6 cases stored" in said
 
 
 def test_an_answered_bisection_runs_nothing(bisection_file, tmp_path, pool):
