@@ -43,7 +43,7 @@ class Study:
 
     @property
     def cases(self) -> list[Case]:
-        """All cases, in the order of the table."""
+        """All cases, in the order of the table; of a bisection those that it begins with."""
         return self.loaded.cases()
 
     def run(
