@@ -19,6 +19,7 @@ from softsim.study.bisection import (
     runs_left,
 )
 from softsim.study.loading import load_study
+from softsim.study.preview import describe
 from softsim.study.values import Interval
 
 
@@ -179,3 +180,12 @@ def test_what_cannot_be_bisected_is_refused(load, old, new, place, message):
         load(old, new)
     assert f"study.yaml:{place}" in str(refused.value), str(refused.value)
     assert message in str(refused.value)
+
+
+def test_a_preview_says_what_is_sought_and_assumed(load):
+    told = dict(describe(load()))
+    assert told["thick [mm]"] == "any from 5 to 25"
+    assert told["design"] == (
+        "bisection: where slips crosses 0.5 as thick rises, to within 2 mm, assumed to be once; in "
+        "3 cells at most 18 cases"
+    )
