@@ -320,7 +320,7 @@ def draw(outcomes: Outcomes, points: Points | None, path: Path) -> None:
         names = [terrain.name for terrain in ALL]
         axes.set_xticks(range(len(ALL)), names, rotation=35, ha="right", rotation_mode="anchor")
         axes.set(ylabel="share that passes", ylim=(-0.05, 1.05))
-        axes.legend()
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(COLOURS) + 1)
 
 
 SCRIPT = Script(
@@ -332,8 +332,8 @@ SCRIPT = Script(
         "friction (10 %), start (5 mm) and frequency (5 %). Over means that the rear is past the "
         f"upper edge, the far foot or the field within {TIME:g} s, on the fields {FIELD_TIME:g} s; "
         f"a robot that comes no farther for {PATIENCE:g} s counts as stuck; "
-        "intervals are Wilson's, 95 %. The thesis names neither voltage (5 V here) nor time. Six "
-        "core hours at most."
+        "intervals are Wilson's, 95 %. The thesis names neither voltage (5 V here) nor time. Three "
+        "core hours."
     ),
     cases=cases,
     rows=rows,
