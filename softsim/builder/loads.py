@@ -52,6 +52,9 @@ LIQUID_SHARE = 0.1
 # tube stretch by (E A / L, 240 N/m) under a drag of 0.02 to 0.03 N, and far less than a gait.
 ELASTIC_SLIP = 0.1e-3
 
+# Of a cable's length: eyelets that are no farther from each other are at one place.
+SAME_PLACE = 1e-6
+
 Chamber = (
     scene_loads.FollowerPressure
     | scene_loads.AddedVolume
@@ -440,11 +443,12 @@ def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> P
     )  # fmt: skip
     held = cable.places(loaded.points)
     pieces = np.linalg.norm(np.diff(held, axis=0), axis=1)
-    if not pieces.all():
+    shortest = int(np.argmin(pieces))
+    if pieces[shortest] <= SAME_PLACE * pieces.sum():
+        at_anchor = load.pulled_from is not None and shortest == 0
         raise names.loaded.error(
-            (*keys, "eyelets"),
-            f"two places of '{keys[-1]}', one after the other, are at "
-            f"{in_mm(held[int(np.argmin(pieces))])}",
+            (*keys, "pulled_from" if at_anchor else "eyelets"),
+            f"two places of '{keys[-1]}', one after the other, are at {in_mm(held[shortest])}",
             "leave one of them out",
         )
     return replace(cable, rest_length=float(pieces.sum()))

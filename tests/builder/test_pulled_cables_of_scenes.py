@@ -49,6 +49,8 @@ def test_eyelets_lie_in_bodies_or_in_space(build):
         ("    stiffness: 2 N/mm\n", "    stiffness: 2 N/mm\n    tension: 1 N\n", 8, "give one"),
         ("    stiffness: 2 N/mm\n", "", 8, "needs a stiffness"),
         ("pull: 4 mm", "pull: -4 mm", 11, "must be greater than 0"),
+        ("pull: 4 mm\n    stiffness: 2 N/mm", "tension: -1 N", 11, "must be greater than 0"),
+        ("[-10 mm, 1 mm]", "[-3 mm, 1 mm]", 10, "one after the other, are at"),
         ("stiffness: 2 N/mm", "stiffness: 2 N/mm\n    profile: {kind: sine, frequency: 2 Hz}", 13,
          "pulls and never pushes"),
         ("[-10 mm, 1 mm]", "[-10 mm, 1 mm, 0 mm]", 10, "has 3 components"),
