@@ -261,7 +261,7 @@ class Model:
     step begins; end_time: the latest; cycles: of the pressure in the robot's chamber, with which
     the run ends, or None. time_increment: the user's step [s], or None for the stable one.
     friction_memory [s], friction_slip_length [m]: within which the limit of friction on walls and
-    outlines follows the normal force (contact/friction.py). self_contact: None where surfaces do
+    outlines follows the normal force (contact/laws.py). self_contact: None where surfaces do
     not touch each other; corners: None where walls have none. mass_scaling: None where masses are
     as they are. relaxation: after the loads' time of a static procedure, or None where inertia is
     real; settling: before t = 0, or None. passage: what a layout asks, or None; crossing: what is

@@ -20,6 +20,7 @@ from softsim.builder.bodies import built_bodies, meshed_bodies
 from softsim.builder.cables import built_cables, cable_points, end_drags, placed_cables
 from softsim.builder.crossing import crossing
 from softsim.builder.ending import end_time, refuse_steady_probe, steady_probe
+from softsim.builder.loaded import Loaded
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
 from softsim.builder.profiles import share_over_time
@@ -101,9 +102,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     walls.refuse_penetration(names, all_walls, points[touching])
     at_walls = stiffness.contact(touching, scene.contact.friction_coefficient)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
-    acting = loads.built_loads(
-        loads.Loaded(names, bodies, points, own_mass, moves, tied, total_mass)
-    )
+    acting = loads.built_loads(Loaded(names, bodies, points, own_mass, moves, tied, total_mass))
     chamber = roles.chamber(names, of_kind(acting.values(), FollowerPressure))
     full_gravity, rise = gravity(names), gravity_share(names)
     starting_gravity = full_gravity

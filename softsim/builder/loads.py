@@ -1,52 +1,32 @@
-"""Loads: pressures and chambers, motors, forces and tractions, tendons, tethers."""
+"""Loads: motors, forces, tendons, tethers, pulled cables; the pressure of chambers: chambers.py."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from softsim.builder.closure import (
-    joined_facets,
-    lids,
-    refuse_open_chamber,
-    smallest_volume,
-)
+from softsim.builder.chambers import pressure
+from softsim.builder.closure import joined_facets
 from softsim.builder.embedding import in_bodies, refuse_all_around
+from softsim.builder.loaded import Loaded
 from softsim.builder.names import Names, in_mm
-from softsim.builder.profiles import pressure_profile, rising_profile, share_over_time
-from softsim.builder.regions import bounded, common_geometry
+from softsim.builder.profiles import share_over_time
+from softsim.builder.regions import bounded
 from softsim.builder.rigid import freedom
 from softsim.elements.geometry import nodal_sums
-from softsim.loads.air_line import AirLine, Tube
 from softsim.loads.axial_relief import AxialRelief
-from softsim.loads.drive import (
-    AddedGas,
-    AddedVolume,
-    ControlledPressure,
-    GivenPressure,
-    Scheduled,
-)
 from softsim.loads.load import Load
 from softsim.loads.nodal import NodalForce
-from softsim.loads.pressure import Drive, FollowerPressure
-from softsim.loads.pressure_control import EventCycles
 from softsim.loads.profile import Profile, smooth_rise
 from softsim.loads.pulled_cable import PulledCable
 from softsim.loads.rigid_force import RigidForce
 from softsim.loads.rotor import CarriedRotor, Rotor, eccentric_mass, sinusoidal_force
 from softsim.loads.tendon import Tendon
 from softsim.loads.tether import Tether
-from softsim.model import Body
+from softsim.scene import chambers as scene_chambers
 from softsim.scene import loads as scene_loads
-from softsim.scene.profiles import EventCyclesProfile, PressureProfile
 from softsim.scene.tree import Keys
-from softsim.stability.time_step import chamber_compliance, element_frequencies
-
-# A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
-# it costs a twentieth of the time step at most.
-LIQUID_SHARE = 0.1
 
 # Way [m] on which a tether's drag builds up, where no stiffness is given: what some 0.25 m of soft
 # tube stretch by (E A / L, 240 N/m) under a drag of 0.02 to 0.03 N, and far less than a gait.
@@ -54,34 +34,6 @@ ELASTIC_SLIP = 0.1e-3
 
 # Of a cable's length: eyelets that are no farther from each other are at one place.
 SAME_PLACE = 1e-6
-
-Chamber = (
-    scene_loads.FollowerPressure
-    | scene_loads.AddedVolume
-    | scene_loads.AddedGas
-    | scene_loads.Pneumatic
-)
-
-
-@dataclass(frozen=True)
-class Loaded:
-    """What loads act on: bodies, points (n, d) [m], mass (n,) [kg] and is_free (n, d) of all nodes,
-    tied: of each rigid body; total_mass [kg] of all that is there.
-    """
-
-    names: Names
-    bodies: tuple[Body, ...]
-    points: np.ndarray
-    mass: np.ndarray
-    is_free: np.ndarray
-    tied: list[np.ndarray]
-    total_mass: float
-
-    @cached_property
-    def stiffest(self) -> float:
-        """Largest omega^2 [1/s^2] of an element at rest."""
-        regions = (region for body in self.bodies for region in body.regions)
-        return max(float(element_frequencies(region).max()) for region in regions)
 
 
 def built_loads(loaded: Loaded) -> dict[str, Load]:
@@ -92,168 +44,11 @@ def built_loads(loaded: Loaded) -> dict[str, Load]:
     }
 
 
-def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
-    """A pressure on facets."""
-    names, points, is_free = loaded.names, loaded.points, loaded.is_free
-    facets = joined_facets(names, load.facets, keys)
-    geometry = common_geometry(names, facets, keys)
-    body, remedy = None, "hold both ends (bodies.NAME.fixed)"
-    held = ~is_free
-    if load.reacts_on is not None:
-        body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
-        held = np.zeros_like(is_free)
-        remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
-        held[loaded.tied[body]] = True
-    asks_volume = not isinstance(load, scene_loads.FollowerPressure)
-    if asks_volume or body is not None:
-        refuse_open_chamber(names, facets, points, held, remedy, keys)
-    edges = lids(names, facets, points, held) if asks_volume else facets[:0]
-    first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
-    facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
-    volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
-    nothing = smallest_volume(geometry, facets, points)
-    compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
-    drive = built_drive(names, load, volume, nothing, loaded.stiffest, compliance, keys)
-    return FollowerPressure(str(keys[-1]), facets, closing, geometry, drive, body)
-
-
-def built_drive(
-    names: Names,
-    load: Chamber,
-    volume: float,
-    nothing: float,
-    stiffest: float,
-    compliance: float,
-    keys: Keys,
-) -> Drive:
-    """What drives a chamber of this volume [m^3] at rest; up to `nothing` it counts as none.
-
-    A liquid adds LIQUID_SHARE to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of
-    this `compliance` [m^4/kg].
-    """
-    if isinstance(load, scene_loads.FollowerPressure):
-        return followed(names, load.profile, lambda given: pressure_on_facets(load, given), keys)
-    # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
-    least = nothing if isinstance(load, scene_loads.AddedVolume) else -nothing
-    if volume < least:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
-            "flat",
-            "name the facets of the body that the liquid or gas touches",
-        )
-    if isinstance(load, scene_loads.Pneumatic):
-        return air_line(names, load, volume, nothing, keys)
-    profile = rising_profile(load.profile).delayed(names.beginning.of(keys))
-    if isinstance(load, scene_loads.AddedGas):
-        side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
-        specific_energy = load.gas_constant * load.temperature
-        return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
-    if compliance == 0.0:
-        raise names.loaded.error(
-            (*keys, "facets"),
-            "no node of the chamber may move: nothing gives way to the liquid",
-            "name facets of a body that is free to deform",
-        )
-    return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
-
-
-def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Scheduled | AirLine:
-    """The drive of a chamber on another course: `profile` over time [s], of what its gauge shows
-    [Pa], what is pumped in [m^3], or let in [kg].
-    """
-    if isinstance(load, scene_loads.FollowerPressure):
-        return GivenPressure(profile, pressure_on_facets(load, profile))
-    if isinstance(drive, AirLine):
-        return replace(drive, course=GivenPressure(profile, profile))
-    return replace(drive, profile=profile)
-
-
-def followed(
-    names: Names, profile: PressureProfile, on_facets: Callable[[Profile], Profile], keys: Keys
-) -> GivenPressure | ControlledPressure:
-    """What a gauge shows, or the rules that it follows."""
-    start = names.beginning.of(keys)
-    if isinstance(profile, EventCyclesProfile):
-        settings = EventCycles(**profile.model_dump(exclude={"kind"}))
-        return ControlledPressure(replace(settings, start=start + settings.start))
-    given = pressure_profile(profile).delayed(start)
-    return GivenPressure(given, on_facets(given))
-
-
-def room_beside(
-    names: Names,
-    load: scene_loads.AddedGas | scene_loads.Pneumatic,
-    volume: float,
-    dead: float,
-    nothing: float,
-    keys: Keys,
-) -> float:
-    """Room of a gas [m^3] beside a chamber of `volume` [m^3], of which `dead` is not excluded; up
-    to `nothing` in all counts as none.
-    """
-    side = dead - load.excluded_volume
-    if volume + side <= nothing:
-        raise names.loaded.error(
-            keys,
-            f"the chamber holds {volume * 1e6:.4g} ml, of which "
-            f"{load.excluded_volume * 1e6:.4g} ml are excluded, and the dead volume is "
-            f"{dead * 1e6:.4g} ml: nothing is left for the gas",
-            "give the dead volume of the line, or a smaller excluded_volume",
-        )
-    return side
-
-
-def air_line(
-    names: Names, load: scene_loads.Pneumatic, volume: float, nothing: float, keys: Keys
-) -> AirLine:
-    """Pump, valve and tube of a chamber of this volume [m^3] at rest; up to `nothing` it counts as
-    none.
-    """
-    if names.scene.time.procedure == "static":
-        raise names.loaded.error(
-            keys,
-            f"air takes its time to flow through '{keys[-1]}': a static procedure knows no time",
-            "write time.procedure: dynamic, or drive the chamber by follower_pressure or added_gas",
-        )
-    tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
-    dead = load.dead_volume + 0.5 * tube.volume
-    side = room_beside(names, load, load.volume_ratio * volume, dead, nothing, keys)
-    course = followed(names, load.profile, lambda given: given, keys)
-    highest = highest_of(course) + load.band
-    if load.pump.stall <= highest:
-        raise names.loaded.error(
-            (*keys, "pump", "stall"),
-            f"the pump stalls at {load.pump.stall / 1e3:.4g} kPa: it never switches off at "
-            f"{highest / 1e3:.4g} kPa, the highest pressure of the profile and the band",
-            "name a stronger pump, or lower the profile",
-        )
-    energy = load.gas_constant * load.temperature
-    ambient = load.ambient_pressure
-    density = ambient / energy
-    squares = (ambient + load.valve.pressure) ** 2 - ambient**2
-    return AirLine(
-        course=course, initial_volume=volume, volume_ratio=load.volume_ratio,
-        side_volume=side, line_volume=load.line_volume + 0.5 * tube.volume,
-        specific_energy=energy, ambient_pressure=ambient, tube=tube,
-        valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
-        stall=load.pump.stall, band=load.band,
-    )  # fmt: skip
-
-
-def highest_of(course: GivenPressure | ControlledPressure) -> float:
-    """The highest pressure [Pa] that a gauge is ever to show."""
-    if isinstance(course, ControlledPressure):
-        return course.settings.highest
-    return float(course.profile.values.max())
-
-
-def pressure_on_facets(load: scene_loads.FollowerPressure, profile: Profile) -> Profile:
-    """What acts on the facets [Pa over s] while a gauge shows `profile`."""
-    if load.acts_as_given:
-        return profile
-    on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile
-    return on_skin.reduced(load.factor, load.offset)
+def over_time(loaded: Loaded, load: scene_loads.OverTime, keys: Keys) -> Profile:
+    """Share of a load over time [s] of the whole run."""
+    if load.profile is None:
+        return smooth_rise(load.ramp).delayed(loaded.names.beginning.of(keys))
+    return share_over_time(loaded.names, load.profile, keys)
 
 
 def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> CarriedRotor:
@@ -340,13 +135,6 @@ def distributed(
     """A force per area or volume on the nodes that stand for some: `measure` (n,) [m^2, m^3]."""
     nodes = np.flatnonzero(measure)
     return NodalForce(nodes, np.outer(measure[nodes], per_measure), over_time(loaded, load, keys))
-
-
-def over_time(loaded: Loaded, load: scene_loads.OverTime, keys: Keys) -> Profile:
-    """Share of a load over time [s] of the whole run."""
-    if load.profile is None:
-        return smooth_rise(load.ramp).delayed(loaded.names.beginning.of(keys))
-    return share_over_time(loaded.names, load.profile, keys)
 
 
 def rigid_force(loaded: Loaded, load: scene_loads.RigidForce, keys: Keys) -> RigidForce:
@@ -455,10 +243,10 @@ def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> P
 
 
 BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
-    scene_loads.FollowerPressure: pressure,
-    scene_loads.AddedVolume: pressure,
-    scene_loads.AddedGas: pressure,
-    scene_loads.Pneumatic: pressure,
+    scene_chambers.FollowerPressure: pressure,
+    scene_chambers.AddedVolume: pressure,
+    scene_chambers.AddedGas: pressure,
+    scene_chambers.Pneumatic: pressure,
     scene_loads.EccentricMass: eccentric_motor,
     scene_loads.SinusoidalForce: sinusoid,
     scene_loads.NodalForce: nodal_force,

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from softsim.scene.chambers import FollowerPressure
 from softsim.scene.loading import LoadedScene
-from softsim.scene.loads import FollowerPressure
 from softsim.scene.surroundings import PipeWall
 
 

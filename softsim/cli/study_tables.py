@@ -1,12 +1,8 @@
 """What commands on a study ask, plan, and say in the end."""
 
 import shlex
-import time
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from collections.abc import Collection
 from pathlib import Path
-from statistics import mean
-from tempfile import TemporaryDirectory
 
 import polars
 import typer
@@ -16,25 +12,20 @@ from rich.table import Table
 
 from softsim.cli.options import unheaded
 from softsim.errors import ClusterError, OutputError, SoftsimError
-from softsim.machine import choose, chosen_device, processor_count
+from softsim.machine import chosen_device
 from softsim.output.study_folder import TABLE_TEXT
-from softsim.report.readable import duration
 from softsim.report.study.boundary import boundaries_in_words
 from softsim.report.study.findings import Findings, best_in_words
-from softsim.study.axes import column
 from softsim.study.cases import (
     DONE,
     FAILED,
     LOST,
     PRUNED,
     Case,
-    ChainSource,
-    Source,
-    resolved,
 )
 from softsim.study.loading import LoadedStudy
-from softsim.study.preview import count_text, describe
-from softsim.sweep.job import Job
+from softsim.study.preview import describe
+from softsim.sweep.cost import foretold_cost, stored_cost, told_cost
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
 
 MANY = 10_000
@@ -42,11 +33,6 @@ MANY = 10_000
 
 GPU_BATCH = 256
 """Cases at once on a graphics card, which share its launches; if one fails, each runs alone."""
-
-PILOT_TIME = 4.0
-"""Seconds of a pilot."""
-
-WALL_TIME = column("wall_time", "s")
 
 MOST_SHOWN = 30
 """Rows of a table for people."""
@@ -97,79 +83,8 @@ def print_plan(
     else:
         console.print(f"{size}, {runs} to run next, at most {left} in all")
     if waiting:
-        each = stored_cost(frame) or COSTS[type(waiting[0].case.source)](waiting[0], device)
+        each = stored_cost(frame) or foretold_cost(waiting[0], device)
         console.print(told_cost(each, left, device, workers), highlight=False, soft_wrap=True)
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What a case takes of one core, or of a graphics card: `seconds`. basis: on what that stands;
-    is_bound: it takes no more.
-    """
-
-    seconds: float
-    basis: str
-    is_bound: bool
-
-
-def told_cost(each: Cost, runs: int, device: str, workers: int | None) -> str:
-    """What runs cost together, in a line."""
-    alone = chosen_device(device) == "cuda"
-    count = workers or (1 if alone else processor_count())
-    most, place = "at most " * each.is_bound, "hours of a graphics card" if alone else "core hours"
-    hours = runs * each.seconds / 3600.0
-    return (
-        f"cost {most or 'about '}{hours:.3g} {place}, {hours / count:.3g} h with "
-        f"{count_text(count, 'worker')}: {count_text(runs, 'run')} of {most}"
-        f"{duration(each.seconds)}, {each.basis}"
-    )
-
-
-def stored_cost(frame: polars.DataFrame) -> Cost | None:
-    """The mean of the cases that are stored; None where there are none."""
-    times = frame.filter(polars.col("status") == DONE)[WALL_TIME].drop_nulls().to_list()
-    if not times:
-        return None
-    span = f"{duration(min(times))} to {duration(max(times))}"
-    basis = f"the mean of {count_text(len(times), 'case')} stored, {span}; others may take longer"
-    return Cost(mean(times), basis, False)
-
-
-def cost_in_pilot(job: Job, device: str, pilot_time: float = PILOT_TIME) -> Cost:
-    """What a case of finite elements costs, foretold by a pilot of `pilot_time` [s]. SoftsimError:
-    its scene is none, or a guard stops its first increments.
-    """
-    from softsim.run.pilot import predicted_duration  # Taichi is imported from here on
-    from softsim.run.scenes import ready_model
-
-    choice, loaded = choose(device, "1"), resolved(job.case)
-    began = time.perf_counter()
-    model = ready_model(loaded, choice)
-    built_in = time.perf_counter() - began
-    found = predicted_duration(loaded, model, choice, pilot_time)
-    basis = (
-        f"{found.increment_count:.3g} increments each, by a pilot of case {job.case.number} that "
-        f"saw {100.0 * found.covered:.0f} % of it, alone on this machine and with its steps; less "
-        "where a verdict ends a run"
-    )
-    return Cost(built_in + found.prepared + found.loop, basis, True)
-
-
-def cost_of_chain(job: Job, device: str) -> Cost:
-    """What a case of a chain costs, which takes seconds: it is run. SoftsimError: it cannot be."""
-    from softsim.chain.running import run_chain
-
-    with TemporaryDirectory() as folder:
-        began = time.perf_counter()
-        run_chain(resolved(job.case), Path(folder))
-        seconds = time.perf_counter() - began
-    return Cost(seconds, f"as case {job.case.number} took, which was run", False)
-
-
-COSTS: dict[type[Source], Callable[[Job, str], Cost]] = {
-    Source: cost_in_pilot, ChainSource: cost_of_chain,
-}  # fmt: skip
-"""How the cost of a case is foretold."""
 
 
 def print_results(

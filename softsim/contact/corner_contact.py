@@ -12,7 +12,7 @@ import taichi as ti
 
 from softsim import backend, fields
 from softsim.contact.corner_surface import CornerSurface
-from softsim.contact.friction import limit_with_memory
+from softsim.contact.laws import limit_with_memory
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.nodal_forces import NodalForces
 from softsim.contact.self_contact import SelfContact

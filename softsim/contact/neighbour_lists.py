@@ -33,12 +33,14 @@ MOST_FACETS = {2: 32, 3: 128}
 MOST_NODES = {2: 32, 3: 96}
 
 
-def margin_and_room(facet_size: np.ndarray) -> tuple[float, float, int]:
+def margin_and_room(facet_size: np.ndarray, dimension: int) -> tuple[float, float, int]:
     """Margin and longest side [m] for facets of these sides (f,) [m], and how much more room lists
-    need than between facets of equal sides.
+    need than between facets of equal sides, by the length or area within reach.
     """
     mean, longest = float(facet_size.mean()), float(facet_size.max())
-    return MARGIN * mean, longest, int(np.ceil(longest / mean))
+    margin = MARGIN * mean
+    wider = (DEPTH * longest + margin) / (DEPTH * mean + margin)
+    return margin, longest, int(np.ceil(wider ** (dimension - 1)))
 
 
 @ti.func

@@ -1,6 +1,6 @@
 """Contact of the surface of deformable bodies with itself: nodes against facets.
 
-The laws are those of the walls (contact/penalty.py, contact/friction.py), between a node and the
+The laws are those of the walls (contact/laws.py), between a node and the
 closest point of the facets that it may touch; of one facet, the closest, at a time. Each side's
 nodes are held against the other's facets. What pushes a node pushes back on the corners of its
 facet, so momentum and angular momentum are kept. The spring of the friction is a vector in space
@@ -21,9 +21,8 @@ from softsim.contact.facet_shapes import (
     is_farther,
     velocity_beside,
 )
-from softsim.contact.friction import shear_force, slip
+from softsim.contact.laws import normal_force, shear_force, slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
-from softsim.contact.penalty import normal_force
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import PARTS
 from softsim.term import Pass, Stage

@@ -6,9 +6,8 @@ import taichi as ti
 from softsim import backend, fields
 from softsim.contact.dissipation import Dissipation
 from softsim.contact.frame import FixedFrame
-from softsim.contact.friction import limit_with_memory, shear_force, slip
+from softsim.contact.laws import limit_with_memory, normal_force, shear_force, slip
 from softsim.contact.nodal_forces import NodalForces
-from softsim.contact.penalty import normal_force
 from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import Nodes

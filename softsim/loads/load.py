@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -34,8 +34,12 @@ class Load(ABC):
     scenarios of a solver. A load without a spring or a time course says nothing of them.
     """
 
-    columns: ClassVar[dict[str, str]] = {}
-    """Columns that its term adds to the history -> unit; of several loads the first tells them."""
+    @property
+    def columns(self) -> dict[str, str]:
+        """Columns that its term adds to the history -> unit; of several loads with the same ones
+        the first tells them.
+        """
+        return {}
 
     @abstractmethod
     def term(self, alike: Sequence[Any], nodes: Nodes, rigid_bodies: RigidBodies) -> Term:

@@ -40,7 +40,7 @@ class PulledCable(Load):
     tension: S [N over s]; one of them is zero.
     """
 
-    name: Own[str]
+    name: str
     corners: np.ndarray
     weights: np.ndarray
     anchors: Own[np.ndarray]
@@ -50,7 +50,7 @@ class PulledCable(Load):
     tension: Own[Profile]
 
     @property
-    def columns(self) -> dict[str, str]:  # type: ignore[override]
+    def columns(self) -> dict[str, str]:
         """Columns that its term adds to the history -> unit."""
         return {f"{self.name}_tension": "N", f"{self.name}_drawn_in": "m"}
 
@@ -98,13 +98,13 @@ class PulledCableTerm(WorkingTerm):
         super().__init__(nodes.scenarios, 1)
         first = cables[0]
         self.nodes, self.columns = nodes, list(first.columns)
-        self.eyelets, self.corners = Number(len(first.corners)), first.corners.shape[1]
+        self.eyelets, self.corner_count = Number(len(first.corners)), first.corners.shape[1]
         self.node, self.weight = index_field(first.corners), real_field(first.weights)
         self.anchor = vector_field(np.stack([cable.anchors for cable in cables]))
         self.rest_length = real_field(np.array([cable.rest_length for cable in cables]))
         self.stiffness = real_field(np.array([cable.stiffness for cable in cables]))
-        self.pulled = ProfileTable([cable.pull for cable in cables])
-        self.tension = ProfileTable([cable.tension for cable in cables])
+        self.pull_course = ProfileTable([cable.pull for cable in cables])
+        self.tension_course = ProfileTable([cable.tension for cable in cables])
         self.first_slot = nodes.corner_forces.reserve(first.corners)
         nothing = np.zeros(nodes.scenarios)
         self.elongation, self.drawn_in, self.held, self.impulse = (
@@ -136,7 +136,7 @@ class PulledCableTerm(WorkingTerm):
     def place(self, s, a):
         """Of eyelet a."""
         place = self.anchor[s, a]
-        for c in range(self.corners):
+        for c in range(self.corner_count):
             place += self.weight[a, c] * self.nodes.position[s, self.node[a, c]]
         return place
 
@@ -147,9 +147,9 @@ class PulledCableTerm(WorkingTerm):
         for a in range(self.eyelets.read() - 1):
             longer += (self.place(s, a + 1) - self.place(s, a)).norm()
         stretched = ti.cast(0.0, backend.real)
-        if self.stiffness[s] > 0.0:
-            stretched = ti.max(stretched, longer + self.pulled.at(s, t))
-        held = self.tension.at(s, t)
+        if self.stiffness[s] > 0.0:  # a winch that keeps a tension lets nothing stretch
+            stretched = ti.max(stretched, longer + self.pull_course.at(s, t))
+        held = self.tension_course.at(s, t)
         self._book(s, stretched, stretched - longer, held)
         tension = self.stiffness[s] * stretched + held
         self.impulse[s] = self.impulse[s] + tension * dt
@@ -159,8 +159,8 @@ class PulledCableTerm(WorkingTerm):
             if a < self.eyelets.read() - 1:
                 ahead = (self.place(s, a + 1) - self.place(s, a)).normalized()
             force = tension * (ahead - behind)
-            for c in range(self.corners):
-                slot = self.first_slot + self.corners * a + c
+            for c in range(self.corner_count):
+                slot = self.first_slot + self.corner_count * a + c
                 self.nodes.corner_forces.write(s, slot, self.weight[a, c] * force)
             behind = ahead
 

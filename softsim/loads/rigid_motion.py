@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 import taichi as ti
@@ -25,11 +24,14 @@ class RigidMotion(Load):
     interval.
     """
 
-    columns: ClassVar[dict[str, str]] = {"drive_force": "N"}
-
     body: int
     axis: int
     profile: Own[Profile]
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """The force that moves the body."""
+        return {"drive_force": "N"}
 
     def term(
         self, alike: Sequence["RigidMotion"], nodes: Nodes, rigid_bodies: RigidBodies

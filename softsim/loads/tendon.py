@@ -8,7 +8,6 @@ as ABAQUS counts that of springs: in the internal energy (ALLSE), not in the ext
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import taichi as ti
@@ -30,12 +29,15 @@ class Tendon(Load):
     The history gets its tension as `pull`, the mean over the interval: what the gauge shows.
     """
 
-    columns: ClassVar[dict[str, str]] = {"pull": "N"}
-
     body: int
     stiffness: Own[float]
     direction: Own[np.ndarray]
     slack: Own[float]
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Its tension."""
+        return {"pull": "N"}
 
     def term(
         self, alike: Sequence["Tendon"], nodes: Nodes, rigid_bodies: RigidBodies

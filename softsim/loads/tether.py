@@ -16,7 +16,6 @@ weight's is external work (ALLWK). Nothing depends on time: before t = 0 the tet
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 import taichi as ti
@@ -40,14 +39,17 @@ class Tether(Load):
     The history gets its drag against the way forward as `tether_drag`, the mean over the interval.
     """
 
-    columns: ClassVar[dict[str, str]] = {"tether_drag": "N"}
-
     body: int
     point: Own[np.ndarray]
     stiffness: Own[float]
     drag: Own[float]
     carried_mass: Own[float]
     turning_stiffness: Own[np.ndarray]
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Its drag."""
+        return {"tether_drag": "N"}
 
     def term(
         self, alike: Sequence["Tether"], nodes: Nodes, rigid_bodies: RigidBodies

@@ -24,8 +24,9 @@ from softsim.errors import StabilityError
 from softsim.output.motion import fall_begins
 from softsim.scene.assessment import QUESTIONS, REACH, robot_tree, said
 from softsim.scene.bodies import BallOutline
+from softsim.scene.chambers import FollowerPressure, Pneumatic
 from softsim.scene.loading import LoadedScene, overridden, read_scene, validated
-from softsim.scene.loads import AxialRelief, FollowerPressure, Pneumatic, Tether
+from softsim.scene.loads import AxialRelief, Tether
 from softsim.scene.profiles import CyclesProfile, EventCyclesProfile
 from softsim.scene.tree import Tree, merged
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from softsim import backend
-from softsim.builder.loads import commanded
+from softsim.builder.chambers import commanded
 from softsim.errors import Interrupted, SimulationError, SoftsimError
 from softsim.interruption import stop_signals
 from softsim.loads import profile

@@ -7,7 +7,8 @@ two together.
 from dataclasses import dataclass
 from itertools import pairwise
 
-from softsim.scene.loads import FollowerPressure, Pneumatic, Tendon
+from softsim.scene.chambers import FollowerPressure, Pneumatic
+from softsim.scene.loads import Tendon
 from softsim.scene.outputs import probe_columns
 from softsim.scene.part import Part
 from softsim.scene.profiles import (

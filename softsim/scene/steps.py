@@ -13,6 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from softsim.errors import Option, SceneError
+from softsim.scene.chambers import AddedGas, AddedVolume, Pneumatic
 from softsim.scene.conditions import InitialVelocity, WallMotion
 from softsim.scene.loading import (
     STEPS,
@@ -21,7 +22,7 @@ from softsim.scene.loading import (
     read_scene,
     validated,
 )
-from softsim.scene.loads import AddedGas, AddedVolume, Pneumatic, PulledCable, Tendon, Tether
+from softsim.scene.loads import PulledCable, Tendon, Tether
 from softsim.scene.quantities import NAME
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.schema import Scene

@@ -121,7 +121,7 @@ class Terms:
     ) -> CornerContact:  # fmt: skip
         corners = [wall.corners() for wall in walls]
         surface = CornerSurface(self.nodes, data.facets, data.facet_size, frame, corners)
-        margin, longest, room = margin_and_room(data.facet_size)
+        margin, longest, room = margin_and_room(data.facet_size, self.nodes.dimension)
         lists = NeighbourLists(surface, margin, longest, room * int(np.ceil(data.together)))
         constants = (
             data.penalty_stiffness, data.tangential_stiffness, data.damping, data.tangential_damping
@@ -167,9 +167,10 @@ class Terms:
             self.nodes, contact.nodes, data.facets, data.node_size, data.facet_size,
             data.node_part, data.facet_part,
         )  # fmt: skip
+        lists = NeighbourLists(surface, *margin_and_room(data.facet_size, self.nodes.dimension))
         return [
             SelfContact(
-                surface, NeighbourLists(surface, *margin_and_room(data.facet_size)), contact.nodes,
+                surface, lists, contact.nodes,
                 contact.penalty_stiffness, contact.tangential_stiffness, contact.damping,
                 contact.tangential_damping, np.array(friction),
             )

@@ -13,8 +13,8 @@ K = G^T diag(V_a (kappa + 2 eta_a / dt)) G      volume: pressures, G_a = dJ_a/dx
                                                 with d^2F_zz where elements go around
   + sum_j B_j (x) 1                             segments and joints of cables: cable_stiffness.py;
                                                 facets of layers: layer_stiffness.py; bars of
-                                                fibres: fibre_stiffness.py; pieces of pulled
-                                                cables: pulled_cable_stiffness.py
+                                                fibres, pieces of pulled cables:
+                                                embedded_stiffness.py
   + diag(k_a)                                   contact: contact_stiffness.py
   + sum_c (-dp/dV) dV/dx (x) dV/dx              chambers, as full as their profile ever makes them
   + sum_c k dL/dx (x) dL/dx                     pulled cables.
@@ -35,9 +35,8 @@ from softsim.model import Model
 from softsim.stability.cable_stiffness import CableStiffness
 from softsim.stability.contact_stiffness import ContactStiffness
 from softsim.stability.element_stiffness import ElementStiffness, RegionStiffness
-from softsim.stability.fibre_stiffness import FibreStiffness
+from softsim.stability.embedded_stiffness import FibreStiffness, PulledCableStiffness
 from softsim.stability.layer_stiffness import LayerStiffness
-from softsim.stability.pulled_cable_stiffness import PulledCableStiffness
 from softsim.stability.rigid_bodies import tied_mass
 
 

@@ -6,8 +6,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from softsim.errors import SceneError
+from softsim.scene.chambers import FollowerPressure
 from softsim.scene.loading import load_scene
-from softsim.scene.loads import FollowerPressure
 from softsim.scene.profiles import Table
 
 WITH_ALL = """\

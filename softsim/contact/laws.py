@@ -1,8 +1,9 @@
-"""Coulomb friction with memory: a spring and a dashpot from a slip anchor, cut back to mu N.
+"""The laws of contact: a spring on the penetration and a dashpot along the normal; Coulomb friction
+with memory, a spring and a dashpot from a slip anchor, cut back to mu N.
 
-Written as elastoplasticity (Wriggers, Computational Contact Mechanics, ch. 5): the way of a node
-along the surface is elastic slip s, which a spring and a dashpot resist, and slip proper, which
-begins where their force reaches mu N and drags the anchor along:
+Friction is written as elastoplasticity (Wriggers, Computational Contact Mechanics, ch. 5): the way
+of a node along the surface is elastic slip s, which a spring and a dashpot resist, and slip proper,
+which begins where their force reaches mu N and drags the anchor along:
     T = k_t s + c_t ds/dt,  |T| <= mu N.
 A node that sticks is held by a spring, so it cannot creep, as it would under a velocity-regularised
 law. The dashpot acts on the elastic slip alone (as ABAQUS/Explicit's contact damping): a node that
@@ -16,6 +17,15 @@ of a time t* at rest and a slip d at the speed V; it begins as the mean of mu N.
 """
 
 import taichi as ti
+
+
+@ti.func
+def normal_force(gap, gap_rate, penalty_stiffness, damping):
+    """N = max(0, -k_n g - c_n dg/dt) where g < 0, else 0 [N]."""
+    force = gap * 0.0
+    if gap < 0.0:
+        force = ti.max(0.0, -penalty_stiffness * gap - damping * gap_rate)
+    return force
 
 
 @ti.func

@@ -1,0 +1,207 @@
+"""Chambers: pressures on facets, and what drives them: a course, a liquid, a gas, an air line."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from softsim.builder.closure import (
+    joined_facets,
+    lids,
+    refuse_open_chamber,
+    smallest_volume,
+)
+from softsim.builder.loaded import Loaded
+from softsim.builder.names import Names
+from softsim.builder.profiles import pressure_profile, rising_profile
+from softsim.builder.regions import common_geometry
+from softsim.loads.air_line import AirLine, Tube
+from softsim.loads.drive import (
+    AddedGas,
+    AddedVolume,
+    ControlledPressure,
+    GivenPressure,
+    Scheduled,
+)
+from softsim.loads.pressure import Drive, FollowerPressure
+from softsim.loads.pressure_control import EventCycles
+from softsim.loads.profile import Profile
+from softsim.scene import chambers as scene_chambers
+from softsim.scene.profiles import EventCyclesProfile, PressureProfile
+from softsim.scene.tree import Keys
+from softsim.stability.time_step import chamber_compliance
+
+# A liquid is stiff, but adds no more than this to omega^2 of the stiffest element at rest, so that
+# it costs a twentieth of the time step at most.
+LIQUID_SHARE = 0.1
+
+Chamber = (
+    scene_chambers.FollowerPressure
+    | scene_chambers.AddedVolume
+    | scene_chambers.AddedGas
+    | scene_chambers.Pneumatic
+)
+
+
+def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
+    """A pressure on facets."""
+    names, points, is_free = loaded.names, loaded.points, loaded.is_free
+    facets = joined_facets(names, load.facets, keys)
+    geometry = common_geometry(names, facets, keys)
+    body, remedy = None, "hold both ends (bodies.NAME.fixed)"
+    held = ~is_free
+    if load.reacts_on is not None:
+        body = names.rigid_number(load.reacts_on, (*keys, "reacts_on"))
+        held = np.zeros_like(is_free)
+        remedy = f"tie both ends to '{load.reacts_on}' (rigid_bodies.{load.reacts_on}.tied)"
+        held[loaded.tied[body]] = True
+    asks_volume = not isinstance(load, scene_chambers.FollowerPressure)
+    if asks_volume or body is not None:
+        refuse_open_chamber(names, facets, points, held, remedy, keys)
+    edges = lids(names, facets, points, held) if asks_volume else facets[:0]
+    first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
+    facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
+    volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
+    nothing = smallest_volume(geometry, facets, points)
+    compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
+    drive = built_drive(names, load, volume, nothing, loaded.stiffest, compliance, keys)
+    return FollowerPressure(str(keys[-1]), facets, closing, geometry, drive, body)
+
+
+def built_drive(
+    names: Names,
+    load: Chamber,
+    volume: float,
+    nothing: float,
+    stiffest: float,
+    compliance: float,
+    keys: Keys,
+) -> Drive:
+    """What drives a chamber of this volume [m^3] at rest; up to `nothing` it counts as none.
+
+    A liquid adds LIQUID_SHARE to `stiffest`, the largest omega^2 [1/s^2] at rest, in a chamber of
+    this `compliance` [m^4/kg].
+    """
+    if isinstance(load, scene_chambers.FollowerPressure):
+        return followed(names, load.profile, lambda given: pressure_on_facets(load, given), keys)
+    # A gas may start in a flat chamber, if its line has room; a liquid needs a volume to refer to.
+    least = nothing if isinstance(load, scene_chambers.AddedVolume) else -nothing
+    if volume < least:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
+            "flat",
+            "name the facets of the body that the liquid or gas touches",
+        )
+    if isinstance(load, scene_chambers.Pneumatic):
+        return air_line(names, load, volume, nothing, keys)
+    profile = rising_profile(load.profile).delayed(names.beginning.of(keys))
+    if isinstance(load, scene_chambers.AddedGas):
+        side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
+        specific_energy = load.gas_constant * load.temperature
+        return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
+    if compliance == 0.0:
+        raise names.loaded.error(
+            (*keys, "facets"),
+            "no node of the chamber may move: nothing gives way to the liquid",
+            "name facets of a body that is free to deform",
+        )
+    return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
+
+
+def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Scheduled | AirLine:
+    """The drive of a chamber on another course: `profile` over time [s], of what its gauge shows
+    [Pa], what is pumped in [m^3], or let in [kg].
+    """
+    if isinstance(load, scene_chambers.FollowerPressure):
+        return GivenPressure(profile, pressure_on_facets(load, profile))
+    if isinstance(drive, AirLine):
+        return replace(drive, course=GivenPressure(profile, profile))
+    return replace(drive, profile=profile)
+
+
+def followed(
+    names: Names, profile: PressureProfile, on_facets: Callable[[Profile], Profile], keys: Keys
+) -> GivenPressure | ControlledPressure:
+    """What a gauge shows, or the rules that it follows."""
+    start = names.beginning.of(keys)
+    if isinstance(profile, EventCyclesProfile):
+        settings = EventCycles(**profile.model_dump(exclude={"kind"}))
+        return ControlledPressure(replace(settings, start=start + settings.start))
+    given = pressure_profile(profile).delayed(start)
+    return GivenPressure(given, on_facets(given))
+
+
+def room_beside(
+    names: Names,
+    load: scene_chambers.AddedGas | scene_chambers.Pneumatic,
+    volume: float,
+    dead: float,
+    nothing: float,
+    keys: Keys,
+) -> float:
+    """Room of a gas [m^3] beside a chamber of `volume` [m^3], of which `dead` is not excluded; up
+    to `nothing` in all counts as none.
+    """
+    side = dead - load.excluded_volume
+    if volume + side <= nothing:
+        raise names.loaded.error(
+            keys,
+            f"the chamber holds {volume * 1e6:.4g} ml, of which "
+            f"{load.excluded_volume * 1e6:.4g} ml are excluded, and the dead volume is "
+            f"{dead * 1e6:.4g} ml: nothing is left for the gas",
+            "give the dead volume of the line, or a smaller excluded_volume",
+        )
+    return side
+
+
+def air_line(
+    names: Names, load: scene_chambers.Pneumatic, volume: float, nothing: float, keys: Keys
+) -> AirLine:
+    """Pump, valve and tube of a chamber of this volume [m^3] at rest; up to `nothing` it counts as
+    none.
+    """
+    if names.scene.time.procedure == "static":
+        raise names.loaded.error(
+            keys,
+            f"air takes its time to flow through '{keys[-1]}': a static procedure knows no time",
+            "write time.procedure: dynamic, or drive the chamber by follower_pressure or added_gas",
+        )
+    tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
+    dead = load.dead_volume + 0.5 * tube.volume
+    side = room_beside(names, load, load.volume_ratio * volume, dead, nothing, keys)
+    course = followed(names, load.profile, lambda given: given, keys)
+    highest = highest_of(course) + load.band
+    if load.pump.stall <= highest:
+        raise names.loaded.error(
+            (*keys, "pump", "stall"),
+            f"the pump stalls at {load.pump.stall / 1e3:.4g} kPa: it never switches off at "
+            f"{highest / 1e3:.4g} kPa, the highest pressure of the profile and the band",
+            "name a stronger pump, or lower the profile",
+        )
+    energy = load.gas_constant * load.temperature
+    ambient = load.ambient_pressure
+    density = ambient / energy
+    squares = (ambient + load.valve.pressure) ** 2 - ambient**2
+    return AirLine(
+        course=course, initial_volume=volume, volume_ratio=load.volume_ratio,
+        side_volume=side, line_volume=load.line_volume + 0.5 * tube.volume,
+        specific_energy=energy, ambient_pressure=ambient, tube=tube,
+        valve=density * load.valve.flow / squares, pump_flow=density * load.pump.flow,
+        stall=load.pump.stall, band=load.band,
+    )  # fmt: skip
+
+
+def highest_of(course: GivenPressure | ControlledPressure) -> float:
+    """The highest pressure [Pa] that a gauge is ever to show."""
+    if isinstance(course, ControlledPressure):
+        return course.settings.highest
+    return float(course.profile.values.max())
+
+
+def pressure_on_facets(load: scene_chambers.FollowerPressure, profile: Profile) -> Profile:
+    """What acts on the facets [Pa over s] while a gauge shows `profile`."""
+    if load.acts_as_given:
+        return profile
+    on_skin = profile.translated(np.array(load.on_skin)) if load.on_skin else profile
+    return on_skin.reduced(load.factor, load.offset)
