@@ -9,8 +9,8 @@ from rich.console import Console
 from softsim.builder import build_model
 from softsim.chain.building import build_chain
 from softsim.study.cases import ChainSource, case_key, load_source, resolved
+from softsim.study.factors import Interval
 from softsim.study.loading import load_study
-from softsim.study.values import Interval
 
 STUDIES = Path(__file__).parents[1] / "scenes/studies"
 ALL = sorted(path.name for path in STUDIES.glob("*.yaml"))

@@ -23,10 +23,9 @@ from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.tree import Tree, nearest
 from softsim.study.cases import Value
-from softsim.study.factors import Factor, NumberFactor
+from softsim.study.factors import Factor, Interval, NumberFactor
 from softsim.study.measures import MeasureColumn, number_column
 from softsim.study.schema import BisectionDesign
-from softsim.study.values import Interval
 
 FOUND, OPEN, OUTSIDE = "found", "open", "outside"
 NOT_MONOTONE, UNDECIDED = "not monotone", "undecided"

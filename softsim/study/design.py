@@ -1,40 +1,41 @@
-"""A design puts values of the factors together; a composition makes a scene of them."""
+"""What is run: points, each a value of every factor, put together by a design; and repeats of each,
+in which what is not known for sure is drawn at random.
+
+The draws are normal and independent of each other. Repeat n has the same ones at all points, so
+that cases differ by their factors alone.
+"""
 
 import itertools
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from softsim.errors import SceneError
+from softsim.scene.loading import Loaded, keys_at
+from softsim.scene.part import Part
 from softsim.scene.reporting import did_you_mean
-from softsim.scene.robots import robot_names
-from softsim.scene.tree import Tree, child, entries, listed, nearest
-from softsim.study.cases import (
-    SOURCES,
-    Setting,
-    Source,
-    Value,
-    known_tree,
-    option_setting,
-    setting,
-    with_options,
-    with_settings,
-)
-from softsim.study.factors import Factor, factor_in, scene_file, scenes_factor
+from softsim.scene.structure import Place, place_in
+from softsim.scene.tree import Keys, Tree, entries, listed, nearest
+from softsim.study.cases import Setting, Value
+from softsim.study.factors import Factor, Interval, at, quantity_of
 from softsim.study.schema import (
     GridDesign,
     LatinHypercubeDesign,
     ListDesign,
     PointDesign,
-    ScenesFactor,
+    Repeats,
     SobolDesign,
-    Study,
 )
-from softsim.study.values import Interval, at
 
 Point = tuple[Value, ...]
 """A value of each factor, in their order."""
+
+SHARE = re.compile(r"\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*%\s*")
+"""A standard deviation as a share of the value: "10 %"."""
 
 
 def point_count(design: PointDesign, factors: Sequence[Factor]) -> int:
@@ -109,99 +110,72 @@ def _levels(factor: Factor) -> Sequence[Value]:
 
 
 @dataclass(frozen=True)
-class Composition:
-    """What all cases share, and what varies. kind: of the scenes; scene: None where a factor
-    chooses it.
+class Perturbation:
+    """A key that is perturbed. written: its standard deviation, as the study says it; draws
+    (repeats,): in standard deviations.
     """
 
-    kind: type[Source]
-    scene: Path | None
-    robot: str | None
-    shared: tuple[Setting, ...]
-    factors: tuple[Factor, ...]
+    path: str
+    written: Tree
+    draws: np.ndarray
 
-    def source(self, values: Mapping[str, Value]) -> Source:
-        """The scene of a case with these values of the factors, by name."""
-        chosen = [factor.scene(values[factor.axis.name]) for factor in self.factors]
-        scene = next((path for path in chosen if path is not None), self.scene)
-        assert scene is not None  # composed has seen to it
-        return self.kind(scene, self.robot)
+    @property
+    def extremes(self) -> tuple[int, int]:
+        """The repeats, from 1, of its lowest and highest value: the limits of a key are intervals,
+        so that what holds for these holds for all.
+        """
+        return int(self.draws.argmin()) + 1, int(self.draws.argmax()) + 1
 
-    def settings(self, values: Mapping[str, Value]) -> tuple[Setting, ...]:
-        """What is set in it, in the order of the factors."""
-        varied = (one for f in self.factors for one in f.settings(values[f.axis.name]))
-        return (*self.shared, *varied)
+    def setting(self, loaded: Loaded[Any], repeat: int) -> Setting:
+        """What repeat number `repeat`, from 1, sets in a scene.
 
+        Raises
+        ------
+        SceneError: the scene has no number there, or one of another kind than the deviation.
+        """
+        root = type(loaded.scene)
+        keys = keys_at(loaded.tree, self.path, self.written.key_origin, root)
+        place = place_in(root, loaded.tree, keys)
+        value = value_at(loaded.scene, keys)
+        if place is None or place.is_whole or not isinstance(value, float):
+            hint = "a key with a quantity or a number can be, once it has one"
+            raise self._refusal(f"{self.path} is {value!r}, which cannot be perturbed", hint)
+        number = value + float(self.draws[repeat - 1]) * self._deviation(value, place)
+        unit = place.quantity.unit if place.quantity is not None else ""
+        text = f"{number!r} {unit}".rstrip()
+        return Setting(self.path, text, self.written.key_origin, self.written.origin)
 
-def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -> Composition:
-    """How values of a study's factors make a scene; the study lies in `folder`.
+    def _deviation(self, value: float, place: Place) -> float:
+        """Standard deviation, SI, of a value, SI."""
+        share = SHARE.fullmatch(self.written.text)
+        if share is not None:
+            return float(share[1]) / 100.0 * abs(value)
+        if place.quantity is not None:
+            return float(quantity_of(self.written, place.quantity))
+        if isinstance(self.written.value, bool) or not isinstance(self.written.value, int | float):
+            raise self._refusal("a deviation is a number here, or a share such as 10 %", "")
+        return float(self.written.value)
 
-    Raises
-    ------
-    SceneError: a scene, a robot, a key or values that are not there.
-    """
-    refuse_unknown_robot(tree)
-    if study.model == "chain":
-        refuse_what_chains_lack(tree)
-    refuse_other_than_one_scene(study, tree)
-    if isinstance(study.design, ListDesign):
-        refuse_incomplete_rows(tree, list(study.factors))
-    given = [setting(*entry) for entry in entries(tree, "set").items()]
-    shared = with_options(given, [option_setting(one) for one in overrides])
-    held = entries(tree, "factors")
-    scenes: dict[str, Factor] = {
-        name: scenes_factor(name, part.about, held[name], folder)
-        for name, part in study.factors.items()
-        if isinstance(part, ScenesFactor)
-    }
-    named = child(tree, "scene")
-    scene = scene_file(named, folder) if named is not None else None
-    alone = Composition(SOURCES[study.model], scene, study.robot, shared, tuple(scenes.values()))
-    source = alone.source({name: factor.tried[0] for name, factor in scenes.items()})
-    base = with_settings(source.root, known_tree(source), shared)
-    factors: list[Factor] = []
-    for name, part in study.factors.items():
-        if isinstance(part, ScenesFactor):
-            factors.append(scenes[name])
-            continue
-        in_list = None
-        if isinstance(study.design, ListDesign):
-            in_list = [row[name] for row in rows(tree)]
-        factor = factor_in(name, part, held[name], source.root, base, in_list)
-        base = with_settings(source.root, base, factor.settings(factor.tried[0]))
-        factors.append(factor)
-    return replace(alone, factors=tuple(factors))
+    def _refusal(self, message: str, hint: str) -> SceneError:
+        return SceneError(message, hint, self.written.origin)
 
 
-def refuse_unknown_robot(tree: Tree) -> None:
-    """SceneError at the name of a robot that does not ship with softsim."""
-    robot = child(tree, "robot")
-    if robot is not None and robot.value is not None and robot.text not in robot_names():
-        hint = did_you_mean(robot.text, robot_names())
-        raise SceneError(f"there is no robot {robot.text!r}", hint, robot.origin)
+def perturbations(repeats: Repeats | None, perturb: Mapping[str, Tree]) -> tuple[Perturbation, ...]:
+    """What is perturbed; perturb: what the study says under this key."""
+    if repeats is None:
+        return ()
+    # a row a repeat: more repeats leave the earlier ones as they are
+    draws = np.random.default_rng(repeats.seed).standard_normal((repeats.count, len(perturb)))
+    return tuple(
+        Perturbation(path, written, column)
+        for (path, written), column in zip(perturb.items(), draws.T, strict=True)
+    )
 
 
-def refuse_what_chains_lack(tree: Tree) -> None:
-    """SceneError at a robot that a chain is to take, or at trials of it that are to be stopped."""
-    robot, objective = child(tree, "robot"), child(tree, "optimize")
-    if robot is not None and robot.value is not None:
-        raise SceneError("a chain is a robot already", "leave robot out", robot.key_origin)
-    prune = None if objective is None else child(objective, "prune")
-    if prune is not None and prune.value is not None:
-        hint = "leave prune out: a chain takes seconds"
-        raise SceneError("trials of a chain are not stopped early", hint, prune.key_origin)
-
-
-def refuse_other_than_one_scene(study: Study, tree: Tree) -> None:
-    """A scene, or a factor that chooses it. SceneError at the one too many."""
-    choosing = [name for name, part in study.factors.items() if isinstance(part, ScenesFactor)]
-    places = [entries(tree, "factors")[name].key_origin for name in choosing]
-    named = child(tree, "scene")
-    if named is not None:
-        places.append(named.key_origin)
-    if not places:
-        hint = "give scene: FILE, or a factor with scenes: {LABEL: FILE, ...}"
-        raise SceneError("the study names no scene", hint, tree.origin)
-    if len(places) > 1:
-        hint = "give one: scene, or a factor with scenes"
-        raise SceneError("the scene is chosen twice", hint, places[-1])
+def value_at(scene: Part, keys: Keys) -> Any:
+    """What a scene has at `keys`, SI."""
+    held: Any = scene
+    for key in keys:
+        is_part = isinstance(held, Part)
+        held = getattr(held, str(key)) if is_part else held[key]
+    return held

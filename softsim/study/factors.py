@@ -1,39 +1,128 @@
-"""What varies in a study: the values that each factor takes, and what they set in the scene."""
+"""What varies in a study: the values that each factor takes, in one unit, and what they set in the
+scene.
+"""
 
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from pydantic import BaseModel
+from pydantic_core import PydanticCustomError
 
+from softsim import units
 from softsim.errors import SceneError
 from softsim.scene.loading import keys_at
+from softsim.scene.quantities import Quantity
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.resolved import flow_text
-from softsim.scene.structure import place_in
+from softsim.scene.structure import Place, place_in
 from softsim.scene.tree import Origin, Tree, child, entries, listed
 from softsim.scene.yaml_reading import is_file
 from softsim.study.axes import Axis
 from softsim.study.cases import Setting, Value, setting
 from softsim.study.schema import KeyFactor, VariantsFactor
-from softsim.study.values import Interval, Reading, Space, reading_of
 
 
 @dataclass(frozen=True)
-class Choice:
-    """What a label stands for: another scene, or values in it."""
+class Reading:
+    """How the numbers of a key are read and written.
 
-    scene: Path | None = None
-    settings: tuple[Setting, ...] = ()
+    unit: of the numbers, empty where `quantity` is None; is_whole: they are whole numbers.
+    """
+
+    quantity: Quantity | None = None
+    unit: str = ""
+    is_whole: bool = False
+
+    def number(self, written: Tree) -> float:
+        """The number of a value, in `unit`. SceneError: it is none, or of another kind."""
+        value = written.value
+        if self.quantity is not None:
+            quantity_of(written, self.quantity)
+            return units.number_in(str(value), self.unit, self.quantity.unit)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise SceneError(f"{value!r} must be a number", location=written.origin)
+        if self.is_whole and not isinstance(value, int):
+            raise SceneError(f"{value!r} must be a whole number", location=written.origin)
+        return value
+
+    def text(self, number: float) -> str:
+        """A number as the scene has it: "3 mm"."""
+        return f"{number:.15g} {self.unit}".rstrip()
+
+
+def quantity_of(written: Tree, quantity: Quantity) -> float | str:
+    """What a quantity says, SI. SceneError: it is none, or of another kind, or out of bounds."""
+    try:
+        return quantity.read(written.value)
+    except PydanticCustomError as error:
+        context = error.context or {}
+        raise SceneError(context["problem"], context["hint"], written.origin) from None
+
+
+def reading_of(place: Place | None, written: Sequence[Tree]) -> Reading | None:
+    """How the values of a key at `place` are read; None where they are labels: texts, or "auto"
+    among quantities. The first value gives the unit. SceneError: that one is no such quantity.
+    """
+    quantity = place.quantity if place is not None else None
+    if quantity is not None:
+        if quantity.word in [one.value for one in written]:
+            return None
+        quantity_of(written[0], quantity)
+        return Reading(quantity, units.unit_of(str(written[0].value)))
+    if all(isinstance(one.value, int | float) for one in written):
+        return Reading(is_whole=place is not None and place.is_whole)
+    return None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The numbers from `low` to `high`, both included; logarithmic: in equal ratios."""
+
+    low: float
+    high: float
+    logarithmic: bool = False
+    is_whole: bool = False
+
+    def at(self, share: float) -> float:
+        """The number at a share of the way, from 0 to below 1."""
+        if self.is_whole:
+            return self.low + int(share * (self.high - self.low + 1))
+        if self.logarithmic:
+            return rounded(self.low * (self.high / self.low) ** share)
+        return rounded(self.low + share * (self.high - self.low))
+
+    def levels(self, count: int) -> tuple[float, ...]:
+        """`count` numbers, evenly spaced, of which the first and last are the ends."""
+        space = np.geomspace if self.logarithmic else np.linspace
+        inner = [rounded(float(number)) for number in space(self.low, self.high, count)[1:-1]]
+        return (self.low, *inner, self.high)
+
+
+Space = tuple[Value, ...] | Interval
+
+
+def at(space: Space, share: float) -> Value:
+    """The value at a share from 0 to below 1: values have equal parts of it."""
+    return space.at(share) if isinstance(space, Interval) else space[int(share * len(space))]
+
+
+def rounded(number: float) -> float:
+    """To six digits: what is between two ends is a choice, and reads better so."""
+    return float(f"{number:.6g}") if math.isfinite(number) else number
 
 
 @dataclass(frozen=True)
 class LabelFactor:
-    """A factor whose values are labels: scenes, variants, texts."""
+    """A factor whose values are labels: scenes, variants, texts. choices: what each stands for,
+    another scene or values in it.
+    """
 
     axis: Axis
-    choices: Mapping[str, Choice]
+    choices: Mapping[str, Path | tuple[Setting, ...]]
 
     @property
     def space(self) -> Space:
@@ -57,11 +146,13 @@ class LabelFactor:
 
     def scene(self, value: Value) -> Path | None:
         """The scene file that a value stands for; None where it does not choose one."""
-        return self.choices[str(value)].scene
+        choice = self.choices[str(value)]
+        return choice if isinstance(choice, Path) else None
 
     def settings(self, value: Value) -> tuple[Setting, ...]:
         """What a value sets."""
-        return self.choices[str(value)].settings
+        choice = self.choices[str(value)]
+        return () if isinstance(choice, Path) else choice
 
 
 @dataclass(frozen=True)
@@ -102,7 +193,6 @@ class NumberFactor:
 
 Factor = LabelFactor | NumberFactor
 
-
 SPACINGS = ("values", "range", "log_range")
 
 
@@ -117,7 +207,7 @@ def scene_file(named: Tree, folder: Path) -> Path:
 def scenes_factor(name: str, about: str, tree: Tree, folder: Path) -> LabelFactor:
     """A factor that chooses the scene file. SceneError: there is none."""
     files = entries(tree, "scenes")
-    choices = {label: Choice(scene_file(file, folder)) for label, file in files.items()}
+    choices = {label: scene_file(file, folder) for label, file in files.items()}
     return LabelFactor(Axis(name, is_label=True, about=about), choices)
 
 
@@ -140,7 +230,7 @@ def factor_in(
     """
     if isinstance(part, VariantsFactor):
         choices = {
-            label: Choice(settings=tuple(setting(*entry) for entry in entries(held).items()))
+            label: tuple(setting(*entry) for entry in entries(held).items())
             for label, held in entries(tree, "variants").items()
         }
         return LabelFactor(Axis(name, is_label=True, about=part.about), choices)
@@ -181,13 +271,12 @@ def written_values(
 
 def labels_of_key(name: str, part: KeyFactor, path: Tree, written: Sequence[Tree]) -> LabelFactor:
     """A key whose values are texts. SceneError: a range of them."""
-    if _is_range(part):
+    if part.range or part.log_range:
         raise SceneError("a range has two numbers", "give values", written[0].origin)
     if part.values is not None:
         _refuse_twice([one.text for one in written], written)
     choices = {
-        one.text: Choice(settings=(Setting(part.key, flow_text(one), path.origin, one.origin),))
-        for one in written
+        one.text: (Setting(part.key, flow_text(one), path.origin, one.origin),) for one in written
     }
     return LabelFactor(Axis(name, is_label=True, about=part.about), choices)
 
@@ -201,14 +290,10 @@ def numbers_of_key(
     if part.values is not None:
         _refuse_twice(numbers, written)
     space: Space = tuple(numbers)
-    if _is_range(part):
+    if part.range or part.log_range:
         space = _between(part, reading, numbers, written)
     origins = {number: one.origin for number, one in zip(numbers, written, strict=True)}
     return NumberFactor(axis, part.key, path.origin, reading, space, origins)
-
-
-def _is_range(part: KeyFactor) -> bool:
-    return part.range is not None or part.log_range is not None
 
 
 def _between(

@@ -18,12 +18,11 @@ from softsim.scene.yaml_reading import read_file
 from softsim.study.axes import Axis, Goal, Plot, chosen_plots, given_plots
 from softsim.study.bisection import Bisection, bisection_of, boundary, cells, runs_left
 from softsim.study.cases import Case, Value, forget_files, resolved
-from softsim.study.check import checked_scenes
-from softsim.study.design import Composition, composed, point_count, points, refuse_misfit
+from softsim.study.composition import Composition, checked_scenes, composed
+from softsim.study.design import Perturbation, perturbations, point_count, points, refuse_misfit
+from softsim.study.factors import Space
 from softsim.study.measures import MeasureColumn, goal_of, measure_column, mismatch_column
-from softsim.study.repeats import Perturbation, perturbations
 from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, Study
-from softsim.study.values import Space
 
 REPEAT = "repeat"
 """Column of the repeats."""

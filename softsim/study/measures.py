@@ -13,8 +13,8 @@ from softsim.scene.reporting import did_you_mean
 from softsim.scene.tree import Tree, child, nearest
 from softsim.study.axes import Axis, Goal
 from softsim.study.cases import Value
+from softsim.study.factors import Reading
 from softsim.study.schema import MeasurePart, Objective
-from softsim.study.values import Reading
 from softsim.units import size_of, usual_unit
 
 

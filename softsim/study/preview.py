@@ -6,8 +6,8 @@ import yaml
 
 from softsim.study.axes import Axis
 from softsim.study.bisection import Bisection
+from softsim.study.factors import Interval, Space
 from softsim.study.loading import LoadedStudy
-from softsim.study.values import Interval, Space
 
 MOST_SHOWN = 6
 """Values of a factor that are all written; of more, only some."""

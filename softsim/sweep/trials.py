@@ -24,9 +24,9 @@ from softsim.errors import OutputError
 from softsim.model import Model
 from softsim.output.measures import measures
 from softsim.study.cases import Value
+from softsim.study.factors import Interval, Space, at, rounded
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import Prune
-from softsim.study.values import Interval, Space, at, rounded
 from softsim.sweep.job import PRUNING
 
 JOURNAL = "trials.journal"

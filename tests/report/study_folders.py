@@ -12,7 +12,7 @@ import polars
 from softsim.output.study_folder import StudyRecord, read_study, write_study, write_table
 from softsim.study.axes import Axis, Goal, Plot
 from softsim.study.bisection import Bisection, boundary
-from softsim.study.values import Interval
+from softsim.study.factors import Interval
 
 RATE = Axis("rate", "kPa/s", logarithmic=True, about="deflation rate")
 FRICTION = Axis("friction", about="friction coefficient")

@@ -8,9 +8,9 @@ from falling_block import BLOCK
 
 from softsim.builder import build_model
 from softsim.scene.loading import load_scene
+from softsim.study.factors import Interval
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import Prune
-from softsim.study.values import Interval
 from softsim.sweep.trials import PruningCondition, Trials
 
 END = 10e-3

@@ -4,8 +4,8 @@ from itertools import islice
 
 import pytest
 
+from softsim.study.factors import Interval
 from softsim.study.measures import MeasureColumn
-from softsim.study.values import Interval
 from softsim.sweep.trials import START, Trials
 
 SPACE = {
