@@ -65,27 +65,16 @@ def given_plots(
     """The plots that a study asks for. SceneError: an axis that it does not have."""
     for part, held in zip(parts, listed(tree, "plots"), strict=True):
         for role in AXES:
-            _refuse_unknown(part.kind, role, child(held, role), factors, measures)
+            named = child(held, role)
+            if named is None or named.value is None:
+                continue
+            only_factors = role in FACTORS_ONLY.get(part.kind, ())
+            allowed = [axis.name for axis in (*factors, *(() if only_factors else measures))]
+            if named.text not in allowed:
+                what = "factor" if only_factors else "factor or measure"
+                message = f"{role}: there is no {what} {named.text!r}"
+                raise SceneError(message, did_you_mean(named.text, allowed), named.origin)
     return tuple(Plot(**part.model_dump()) for part in parts)
-
-
-def _refuse_unknown(
-    kind: str,
-    role: str,
-    named: Tree | None,
-    factors: Sequence[Axis],
-    measures: Sequence[Axis],
-) -> None:
-    if named is None or named.value is None:
-        return
-    allowed = [axis.name for axis in factors]
-    what = "factor"
-    if role not in FACTORS_ONLY.get(kind, ()):
-        allowed += [axis.name for axis in measures]
-        what = "factor or measure"
-    if named.text not in allowed:
-        message = f"{role}: there is no {what} {named.text!r}"
-        raise SceneError(message, did_you_mean(named.text, allowed), named.origin)
 
 
 def chosen_plots(

@@ -1,5 +1,8 @@
-"""A study, read from a file or from Python values and checked: its columns and its cases."""
+"""A study, read from a file or from Python values and checked: its columns, its cases, and what it
+is going to do in a few rows of text.
+"""
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,20 +11,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from pydantic import ValidationError
 
 from softsim.errors import Option, SceneError
-from softsim.scene.measures import Measure
 from softsim.scene.reporting import scene_error
-from softsim.scene.tree import Keys, Scalar, Tree, entries, nearest, plain
+from softsim.scene.tree import Scalar, Tree, entries, nearest, plain
 from softsim.scene.yaml_reading import read_file
 from softsim.study.axes import Axis, Goal, Plot, chosen_plots, given_plots
 from softsim.study.bisection import Bisection, bisection_of, boundary, cells, runs_left
 from softsim.study.cases import Case, Value, forget_files, resolved
 from softsim.study.composition import Composition, checked_scenes, composed
 from softsim.study.design import Perturbation, perturbations, point_count, points, refuse_misfit
-from softsim.study.factors import Space
-from softsim.study.measures import MeasureColumn, goal_of, measure_column, mismatch_column
+from softsim.study.factors import Interval, Space
+from softsim.study.measures import MeasureColumn, goal_of, measure_column
 from softsim.study.schema import BisectionDesign, GridDesign, PointDesign, Study
 
 REPEAT = "repeat"
@@ -66,7 +69,7 @@ class LoadedStudy:
     @property
     def repeats(self) -> int:
         """How often each case is run."""
-        return self.study.repeats.count if self.study.repeats is not None else 1
+        return self.study.repeat_count
 
     @property
     def search_space(self) -> dict[str, Space]:
@@ -209,9 +212,10 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
     )
     bisection = None
     if isinstance(study.design, BisectionDesign):
-        repeats = study.repeats.count if study.repeats is not None else 1
-        bisection = bisection_of(study.design, composition.factors, repeats, measures, told, tree)
-    goal, further = sought(study, tree, measures, told)
+        bisection = bisection_of(
+            study.design, composition.factors, study.repeat_count, measures, told, tree
+        )
+    goal, further = goal_of(study.optimize, nearest(tree, ("optimize",))[0], measures, told)
     factors = [factor.axis for factor in composition.factors]
     plots: tuple[Plot, ...] = ()  # of a bisection the map of its boundaries says all
     if bisection is None:
@@ -226,30 +230,11 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
 
 def refuse_taken_names(study: Study, tree: Tree) -> None:
     """A column has one meaning. SceneError at a factor or measure whose name is another's."""
-    for name in study.factors:
-        if name in TAKEN:
-            raise _named(tree, ("factors", name), f"a table has a column {name} already")
-    for name in study.measures:
-        if name in TAKEN or name in study.factors:
-            raise _named(tree, ("measures", name), f"a table has a column {name} already")
-
-
-def sought(
-    study: Study, tree: Tree, measures: Sequence[MeasureColumn], told: Mapping[str, Measure]
-) -> tuple[Goal | None, tuple[MeasureColumn, ...]]:
-    """What is best, if the study says so, and the further column that it takes to tell. SceneError
-    where that makes no sense.
-    """
-    if study.optimize is None:
-        return None, ()
-    place = nearest(tree, ("optimize",))[0]
-    mismatch = mismatch_column(study.optimize, place, measures, told)
-    return goal_of(study.optimize, place, measures), () if mismatch is None else (mismatch,)
-
-
-def _named(tree: Tree, keys: Keys, message: str, hint: str = "") -> SceneError:
-    """An error at a key."""
-    return SceneError(message, hint or "give it another name", nearest(tree, keys)[0].key_origin)
+    names = [("factors", name) for name in study.factors if name in TAKEN]
+    names += [("measures", name) for name in study.measures if name in (*TAKEN, *study.factors)]
+    for keys in names:
+        message, place = f"a table has a column {keys[1]} already", nearest(tree, keys)[0]
+        raise SceneError(message, "give it another name", place.key_origin)
 
 
 def tree_of(value: Any, place: str = "study") -> Tree:
@@ -282,3 +267,65 @@ def _scalar(value: Any, origin: Option) -> Scalar:
         return value
     hint = "numbers, texts, lists and mappings of them can"
     raise SceneError(f"a {type(value).__name__} cannot be part of a study", hint, origin)
+
+
+MOST_SHOWN = 6
+"""Values of a factor that are all written; of more, only some."""
+
+
+def describe(study: LoadedStudy) -> list[tuple[str, str]]:
+    """Rows of what varies and of how it is done."""
+    factors = study.composition.factors
+    return [(f.axis.column, space_text(f.axis, f.space)) for f in factors] + settings(study)
+
+
+def settings(study: LoadedStudy) -> list[tuple[str, str]]:
+    """Rows of what is the same in all cases, and of how they are chosen and judged."""
+    rows = []
+    if study.study.scene is not None:
+        rows.append(("scene", study.study.scene))
+    if study.study.robot is not None:
+        rows.append(("robot", study.study.robot))
+    if study.study.set:
+        written = yaml.safe_dump(study.study.set, default_flow_style=True, width=math.inf)
+        rows.append(("in all cases", written.strip()[1:-1]))  # without the braces
+    if study.bisection is not None:
+        rows.append(("design", sought_text(study, study.bisection)))
+    if study.design is not None:
+        kind = study.design.kind.replace("_", " ")
+        rows.append(("design", f"{kind}, {count_text(study.case_count, 'case')}"))
+    if study.perturbed:
+        perturbed = ", ".join(f"{one.path} by {one.written.text}" for one in study.perturbed)
+        rows.append(("repeats", f"{study.repeats} of each case, perturbed: {perturbed}"))
+    rows.append(("measures", ", ".join(measure.column for measure in study.measures)))
+    if study.goal is not None:
+        rows.append(("goal", f"{study.goal.sense} {study.goal.measure}"))
+    return rows
+
+
+def space_text(axis: Axis, space: Space) -> str:
+    """The values of a factor."""
+    spacing = ", in equal ratios" if axis.logarithmic else ""
+    if isinstance(space, Interval):
+        return f"any from {space.low:g} to {space.high:g}{spacing}"
+    shown = [value if isinstance(value, str) else f"{value:g}" for value in space]
+    if len(shown) > MOST_SHOWN:
+        return f"{len(shown)} values, {', '.join(shown[:3])} ... {shown[-1]}{spacing}"
+    return ", ".join(shown) + spacing
+
+
+def sought_text(study: LoadedStudy, sought: Bisection) -> str:
+    """What a bisection seeks, and what that takes and assumes."""
+    axis = next(axis for axis in study.factors if axis.name == sought.factor)
+    cell_count = study.case_count // sought.most_runs
+    return (
+        f"bisection: where {sought.measure} crosses {sought.share:g} as {axis.name} rises, to "
+        f"within {sought.tolerance:g} {axis.unit}".rstrip()
+        + ", assumed to be once; in "
+        f"{count_text(cell_count, 'cell')} at most {count_text(study.case_count, 'case')}"
+    )
+
+
+def count_text(count: int, thing: str) -> str:
+    """ "1 case", "2 cases"."""
+    return f"{count:,} {thing}" + ("" if count == 1 else "s")

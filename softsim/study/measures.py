@@ -2,7 +2,7 @@
 large or small, or the distance to reference values.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,16 +50,8 @@ def taken(values: Sequence[float | None], take: str | None) -> float | None:
     known = [value for value in values if value is not None]
     if not known:
         return None
-    match take:
-        case "first":
-            return values[0]
-        case "last":
-            return values[-1]
-        case "min":
-            return min(known)
-        case "max":
-            return max(known)
-    return sum(known) / len(known)
+    one = {"first": values[0], "last": values[-1], "min": min(known), "max": max(known)}
+    return one[take] if take in one else sum(known) / len(known)
 
 
 def measure_column(
@@ -80,7 +72,8 @@ def measure_column(
         raise _refusal(tree, "of", f"{part.of} has a number a {measure.listed}", hint)
     if part.take is not None and not measure.listed:
         raise _refusal(tree, "take", f"{part.of} is one value, no list", "leave take out")
-    unit = _usual(measure) if part.unit is None else part.unit
+    usual = usual_unit(measure.unit) if measure.unit else ""
+    unit = usual if part.unit is None else part.unit
     try:
         size = size_of(unit, measure.unit) if measure.unit else 1.0
     except ValueError as error:
@@ -90,11 +83,6 @@ def measure_column(
     return MeasureColumn(
         name, unit, measure.is_label, about=part.about, of=part.of, take=part.take, size=size
     )
-
-
-def _usual(measure: Measure) -> str:
-    """The unit in which a measure is shown that the study says none for."""
-    return usual_unit(measure.unit) if measure.unit else ""
 
 
 def _refusal(tree: Tree, key: str, message: str, hint: str = "") -> SceneError:
@@ -135,13 +123,14 @@ class Mismatch(MeasureColumn):
         return total
 
 
-def mismatch_column(
-    objective: Objective,
+def goal_of(
+    objective: Objective | None,
     tree: Tree,
     columns: Sequence[MeasureColumn],
     produced: Mapping[str, Measure],
-) -> Mismatch | None:
-    """The further column that an objective with references needs; None for one without.
+) -> tuple[Goal | None, tuple[Mismatch, ...]]:
+    """Which column should be large or small, None where nothing is sought; and the further one that
+    references need to tell.
 
     tree: what the study writes under `optimize`; columns: its measures; produced: name -> what a
     run tells.
@@ -150,16 +139,31 @@ def mismatch_column(
     ------
     SceneError: no such measure, one that is a text, a reference of another kind, a scale of 0.
     """
-    if objective.match is None:
-        return None
+    if objective is None:
+        return None, ()
+    if objective.match is not None:
+        return Goal(MISMATCH, MINIMIZE), (_mismatch(objective.match, tree, columns, produced),)
+    sense = MAXIMIZE if objective.maximize is not None else MINIMIZE
+    written = nearest(tree, (sense,))[0]
+    return Goal(number_column(str(written.value), columns, written).name, sense), ()
+
+
+def _mismatch(
+    references: Iterable[str],
+    tree: Tree,
+    columns: Sequence[MeasureColumn],
+    produced: Mapping[str, Measure],
+) -> Mismatch:
+    """The distance to what `match` says of the measures that are called `references`."""
     if MISMATCH in [column.name for column in columns]:
         message = f"the column {MISMATCH} is the optimisation's own"
         raise SceneError(message, "give the measure of this name another one", tree.key_origin)
     scales, targets = child(tree, "scale"), []
-    for name in objective.match:
+    for name in references:
         written = nearest(tree, ("match", name))[0]
         column = number_column(name, columns, written)
-        reading = reading_of_measure(column, produced[column.of])
+        unit = produced[column.of].unit
+        reading = Reading(Quantity(unit), column.unit) if unit else Reading()
         reference = reading.number(written)
         spread = None if scales is None else child(scales, name)
         scale = abs(reference) if spread is None else reading.number(spread)
@@ -173,15 +177,6 @@ def mismatch_column(
     return Mismatch(MISMATCH, about="distance to the reference values", targets=tuple(targets))
 
 
-def goal_of(objective: Objective, tree: Tree, columns: Sequence[MeasureColumn]) -> Goal:
-    """Which column should be large or small. SceneError: there is none of this name, or a text."""
-    if objective.match is not None:
-        return Goal(MISMATCH, MINIMIZE)
-    sense = MAXIMIZE if objective.maximize is not None else MINIMIZE
-    written = nearest(tree, (sense,))[0]
-    return Goal(number_column(str(written.value), columns, written).name, sense)
-
-
 def number_column(name: str, columns: Sequence[MeasureColumn], written: Tree) -> MeasureColumn:
     """The measure of this name. SceneError, at `written`: there is none, or it is a text."""
     known = {column.name: column for column in columns}
@@ -192,10 +187,3 @@ def number_column(name: str, columns: Sequence[MeasureColumn], written: Tree) ->
     if known[name].is_label:
         raise SceneError(f"{name} is a text: nothing is larger or smaller", "", written.origin)
     return known[name]
-
-
-def reading_of_measure(column: MeasureColumn, measure: Measure) -> Reading:
-    """How reference values of a measure are read, in the unit of its column."""
-    if not measure.unit:
-        return Reading()
-    return Reading(Quantity(measure.unit), column.unit)

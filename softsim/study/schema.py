@@ -285,6 +285,11 @@ class Study(Part):
         "history; everything: also fields and checkpoint."
     )  # fmt: skip
 
+    @property
+    def repeat_count(self) -> int:
+        """How often each case is run."""
+        return self.repeats.count if self.repeats is not None else 1
+
 
 def study_json_schema() -> dict[str, Any]:
     """JSON schema of a study file, so that an editor completes and checks its keys."""

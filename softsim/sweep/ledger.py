@@ -28,9 +28,8 @@ from softsim.output.study_folder import (
 from softsim.study.axes import Axis, column
 from softsim.study.bisection import Bisection
 from softsim.study.cases import DONE, WAITING, Case
-from softsim.study.loading import REPEAT, LoadedStudy
+from softsim.study.loading import REPEAT, LoadedStudy, settings
 from softsim.study.measures import MeasureColumn
-from softsim.study.preview import settings
 from softsim.sweep.job import Job, Outcome, jobs_of, known_outcome
 
 WRITE_EVERY = 10.0

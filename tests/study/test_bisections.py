@@ -19,8 +19,7 @@ from softsim.study.bisection import (
     runs_left,
 )
 from softsim.study.factors import Interval
-from softsim.study.loading import load_study
-from softsim.study.preview import describe
+from softsim.study.loading import describe, load_study
 
 
 def sought(low=5.0, high=25.0, tolerance=2.0, share=0.5, repeats=1, **spacing):

@@ -1,7 +1,8 @@
-"""What a study file may say, and what is said of one that is wrong."""
+"""What a study may say, in a file or in Python, and what is said of one that is wrong."""
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -10,7 +11,7 @@ from softsim.errors import SceneError
 from softsim.study.axes import Axis, Plot
 from softsim.study.cases import Source
 from softsim.study.factors import Interval
-from softsim.study.loading import load_study, study_from
+from softsim.study.loading import describe, load_study, study_from
 
 STUDY = """\
 scene: block.yaml
@@ -240,3 +241,69 @@ def test_a_torn_study_loads_or_is_a_scene_error(folder, start, length, new):
         load_study("torn.yaml")
     except SceneError as error:
         assert str(error)
+
+
+def content(**changed):
+    """A study of block.yaml, with some keys of another value."""
+    given = {
+        "scene": "block.yaml",
+        "factors": {"thick": {"key": "bodies.block.thickness", "values": ["5 mm", "6 mm"]}},
+        "measures": {"moved": {"of": "body_displacement"}},
+    }
+    return {**given, **changed}
+
+
+def test_numbers_of_numpy_and_paths_are_taken(folder):
+    friction = {"key": "contact.friction_coefficient", "values": np.linspace(0.25, 1.0, 4)}
+    steps = {"key": "solver.safety_factor", "range": (np.float32(0.5), 1), "count": np.int64(3)}
+    study = study_from(
+        content(scene=folder / "block.yaml", factors={"friction": friction, "steps": steps}), folder
+    )
+    assert study.search_space == {"friction": (0.25, 0.5, 0.75, 1.0), "steps": (0.5, 0.75, 1)}
+    assert study.title == "study"
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"scene": "none.yaml"}, "^scene: there is no file "),
+        ({"measures": {"m": {"of": "bodi"}}}, r"^measures\.m\.of: no run of this scene tells"),
+        ({"factors": {"t": {"key": "bodies.block.thickness", "values": ["5 mm", 3]}}},
+         r"^factors\.t\.values\[1\]: a length needs a unit"),
+        ({"set": {"time.end": object()}}, r"^set\.time\.end: a object cannot be part of a study"),
+        ({"mesures": {}}, "^mesures: unknown key 'mesures'\n  did you mean 'measures'"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_named_by_its_keys(folder, changed, message):
+    with pytest.raises(SceneError, match=message):
+        study_from(content(**changed), folder)
+
+
+def test_a_study_in_words(folder):
+    study = study_from(
+        {
+            "scene": "block.yaml",
+            "set": {"environment.inclination": "35 deg", "time": {"end": "1 s"}},
+            "factors": {
+                "end": {"key": "time.end", "log_range": ["1 ms", "1 s"], "count": 7},
+                "thick": {"key": "bodies.block.thickness", "values": ["5 mm", "1 cm"]},
+                "friction": {"key": "contact.friction_coefficient", "range": [0, 1]},
+            },
+            "design": {"kind": "latin_hypercube", "count": 2000},
+            "repeats": {"count": 2, "perturb": {"solver.bulk_viscosity": "5 %"}},
+            "measures": {"moved": {"of": "body_displacement"}, "error": {"of": "energy_error"}},
+            "optimize": {"minimize": "error", "trials": 3},
+        },
+        folder,
+    )
+    assert describe(study) == [
+        ("end [ms]", "7 values, 1, 3.16228, 10 ... 1000, in equal ratios"),
+        ("thick [mm]", "5, 10"),
+        ("friction", "any from 0 to 1"),
+        ("scene", "block.yaml"),
+        ("in all cases", "environment.inclination: 35 deg, time: {end: 1 s}"),
+        ("design", "latin hypercube, 4,000 cases"),
+        ("repeats", "2 of each case, perturbed: solver.bulk_viscosity by 5 %"),
+        ("measures", "moved [mm], error"),
+        ("goal", "minimize error"),
+    ]
