@@ -35,8 +35,8 @@ measures: {error: {of: energy_error}}
 def overhead_rows(folder: Path, program: Path | None, effort: Effort) -> list[Row]:
     """A study's cost a case from its file to its table, and of one that is stored already."""
     from softsim.study.loading import load_study
-    from softsim.sweep.sweep import sweep
-    from softsim.sweep.worker_pool import local_pool
+    from softsim.sweep.engine import local_pool
+    from softsim.sweep.study import sweep
 
     (folder / "block.yaml").write_text(SCENE)
     file = folder / "study.yaml"

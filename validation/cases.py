@@ -22,11 +22,9 @@ from softsim.report.figures import draw_all
 from softsim.scene.loading import LoadedScene
 from softsim.study.cases import DONE, FAILED, LOST, Source, case_key, load_source
 from softsim.study.cases import Case as StudyCase
-from softsim.sweep.engine import completed
-from softsim.sweep.job import EVERYTHING, Job, known_outcome
+from softsim.sweep.engine import completed, local_pool
+from softsim.sweep.job import EVERYTHING, Job, known_outcome, simulate
 from softsim.sweep.job import Outcome as Stored
-from softsim.sweep.work import simulate
-from softsim.sweep.worker_pool import local_pool
 from validation.progress import CaseProgress
 
 SCENES = Path(__file__).resolve().parents[1] / "scenes"

@@ -50,7 +50,7 @@ def reach(
         from softsim.reach.running import searches, seek
         from softsim.reach.writing import write_answer
         from softsim.report.reach import draw_reach
-        from softsim.sweep.worker_pool import pool_for
+        from softsim.sweep.engine import pool_for
 
         plan = plan_for(loaded, robot, overrides or [])
         folder = out or Path("runs") / f"{layout.stem}_{robot}_reach"

@@ -45,8 +45,8 @@ def sweep(
         if dry_run:
             study_tables.print_plan(loaded, folder, device.value, workers, again, console)
             return
-        from softsim.sweep.sweep import sweep as run_sweep
-        from softsim.sweep.worker_pool import pool_for  # imports dask
+        from softsim.sweep.engine import pool_for  # imports dask
+        from softsim.sweep.study import sweep as run_sweep
 
         pool = pool_for(folder, device.value, workers, scheduler)
         size = study_tables.asked_batch(batch, device.value)
@@ -79,8 +79,8 @@ def optimize(
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
         from softsim.cli.study_tables import print_best, print_results
-        from softsim.sweep.optimisation import optimize as run_trials  # and optuna
-        from softsim.sweep.worker_pool import pool_for  # imports dask
+        from softsim.sweep.engine import pool_for  # imports dask
+        from softsim.sweep.study import optimize as run_trials
 
         pool = pool_for(folder, device.value, workers, scheduler)
         table = run_trials(loaded, folder, pool, device.value, trials, console)

@@ -23,10 +23,8 @@ from softsim.reach.pull import Bracket, bracket, next_drag, trials_left
 from softsim.reach.trials import Puller, TrialPipe, drag_override, progress
 from softsim.scene.loading import LoadedScene
 from softsim.study.cases import DONE, FAILED, LOST, Case, Source, case_key, load_source
-from softsim.sweep.engine import completed
-from softsim.sweep.job import Job, Outcome, known_outcome
-from softsim.sweep.work import Simulate, simulate
-from softsim.sweep.worker_pool import WorkerPool
+from softsim.sweep.engine import WorkerPool, completed
+from softsim.sweep.job import Job, Outcome, Simulate, known_outcome, simulate
 
 AGAIN = (FAILED, LOST)  # without them there is no answer
 

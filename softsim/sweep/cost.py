@@ -11,12 +11,10 @@ import polars
 
 from softsim.machine import choose, chosen_device, processor_count
 from softsim.report.readable import duration
-from softsim.study.axes import column
 from softsim.study.cases import DONE, ChainSource, Source, resolved
 from softsim.study.loading import count_text
 from softsim.sweep.job import Job
-
-WALL_TIME = column("wall_time", "s")
+from softsim.sweep.ledger import WALL_TIME
 
 
 @dataclass(frozen=True)

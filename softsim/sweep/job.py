@@ -1,16 +1,50 @@
-"""A job: a case to run, and where; its outcome, which is kept in case.json of its folder."""
+"""A job: a case to run, and where; what a worker does with it; its outcome, which is kept in
+case.json of its folder.
 
+Taichi is imported here only when a job runs.
+"""
+
+import io
 import json
-from collections.abc import Collection, Mapping, Sequence
+import math
+import shutil
+import time
+import traceback
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from softsim.errors import OutputError
-from softsim.output.folder import RunFolder, explained, read_summary
+from rich.console import Console
+
+from softsim.errors import (
+    ClusterError,
+    ExpectationError,
+    Interrupted,
+    OutputError,
+    SceneError,
+    SoftsimError,
+)
+from softsim.machine import chosen_device
+from softsim.output.checkpoint import read_checkpoint
+from softsim.output.folder import CHECKPOINT, HISTORY, RESULTS, RunFolder, explained, read_summary
+from softsim.output.history import thin_history
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.output.study_folder import CASES
-from softsim.study.cases import Case, key_of
+from softsim.scene.loading import Loaded
+from softsim.study.cases import (
+    DONE,
+    FAILED,
+    LOST,
+    PRUNED,
+    WAITING,
+    Case,
+    ChainSource,
+    Source,
+    case_key,
+    key_of,
+    load_source,
+)
 
 CASE = "case.json"
 FAILURE = "failure.txt"
@@ -19,9 +53,11 @@ STARTS = "starts"
 THIN, EVERYTHING = "thin", "everything"
 """What is kept of a case: a thinned history and no fields, or all that a run leaves."""
 
-
 PRUNING = "pruning"
 """What the summary of a trial that was stopped early says has ended its run."""
+
+HISTORY_ROWS = 1000
+"""Rows that a thinned history has about: more than a figure has columns."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +65,7 @@ class Job:
     """A case to run in `folder`.
 
     key: digest of all that decides its result; jobs of the same key are one run. device: auto, cpu,
-    cuda. keep: THIN or EVERYTHING. stop_conditions: what may end the run before its
-    time.
+    cuda. keep: THIN or EVERYTHING. stop_conditions: what may end the run before its time.
     """
 
     case: Case
@@ -123,3 +158,175 @@ def forget_starts(job: Job) -> None:
     """Nothing has begun yet, or it has come to an end. Raises OutputError."""
     with explained(job.folder / STARTS):
         (job.folder / STARTS).unlink(missing_ok=True)
+
+
+Simulate = Callable[[Sequence[Job]], list[Exception | None]]
+"""Runs jobs, and tells what went wrong with each."""
+
+
+def work(jobs: Sequence[Job], simulate: Simulate) -> list[Outcome]:
+    """Run `jobs` together, and keep what came of each in its folder.
+
+    Raises OutputError if the disk refuses one: it would refuse the others too; ClusterError where
+    the study's folder cannot be seen.
+    """
+    for job in jobs:
+        with explained(job.folder):
+            _prepare(job)
+    began = time.monotonic()
+    faults = simulate(jobs)
+    wall_time = (time.monotonic() - began) / len(jobs)
+    outcomes = [
+        _end(job, fault, wall_time)
+        for job, fault in zip(jobs, faults, strict=True)
+        if not isinstance(fault, OutputError)
+    ]
+    for fault in faults:
+        if isinstance(fault, OutputError):
+            raise fault
+    return outcomes
+
+
+def _prepare(job: Job) -> None:
+    """Make the folder; an attempt that ended leaves nothing to go on from."""
+    if not job.folder.parent.is_dir():
+        raise ClusterError(
+            f"a worker cannot see {job.folder.parent}",
+            hint="the study's folder must be on a disk that all workers share",
+        )
+    before = stored_outcome(job.folder)
+    if before is not None and before.status != LOST:
+        shutil.rmtree(job.folder)
+    job.folder.mkdir(exist_ok=True)
+    for stale in (CASE, FAILURE):
+        (job.folder / stale).unlink(missing_ok=True)
+    note_start(job)
+
+
+def _end(job: Job, fault: Exception | None, wall_time: float) -> Outcome:
+    """What came of a job, written down unless it is to go on later."""
+    forget_starts(job)
+    if isinstance(fault, Interrupted):
+        return Outcome(job.key, WAITING)
+    summary = read_summary(job.folder)
+    if fault is None or isinstance(fault, ExpectationError):
+        is_pruned = summary.get("ended_by") == PRUNING
+        status, reason = PRUNED if is_pruned else DONE, "" if fault is None else fault.message
+    else:
+        status, reason = FAILED, _reason(fault)
+        with explained(job.folder / FAILURE):
+            (job.folder / FAILURE).write_text(_explanation(fault), encoding="utf-8")
+    if job.keep == THIN and status != FAILED:
+        _thin(job.folder)
+    outcome = Outcome(job.key, status, reason, wall_time, summary)
+    write_outcome(job, outcome)
+    return outcome
+
+
+def _reason(fault: Exception) -> str:
+    """A line for the table."""
+    text = fault.message if isinstance(fault, SoftsimError) else f"{type(fault).__name__}: {fault}"
+    return " ".join(text.split())
+
+
+def _explanation(fault: Exception) -> str:
+    """All there is to know: of what is no fault of the scene, the way there too."""
+    if isinstance(fault, SoftsimError):
+        return f"{fault}\n"
+    return "".join(traceback.format_exception(fault))
+
+
+def _thin(folder: Path) -> None:
+    """Leave what tables and figures of a study need. A failed run keeps what shows why."""
+    thin_history(folder / HISTORY, HISTORY_ROWS)
+    for large in (RESULTS, CHECKPOINT):
+        (folder / large).unlink(missing_ok=True)
+
+
+def simulate(jobs: Sequence[Job]) -> list[Exception | None]:
+    """Run jobs, several that start anew side by side; what went wrong with each."""
+    together = [job for job in jobs if len(jobs) > 1 and _can_be_joined(job)]
+    faults = _faults_together(together)
+    faults |= {job.key: _fault(job) for job in jobs if job.key not in faults}
+    return [faults[job.key] for job in jobs]
+
+
+def _fault(job: Job) -> Exception | None:
+    """Run a job; whatever goes wrong is told, so that the study goes on."""
+    try:
+        RUNS[type(job.case.source)](job)
+    except Exception as error:
+        return error
+    return None
+
+
+def _run_elements(job: Job) -> None:
+    from softsim.run import run
+
+    silent = Console(file=io.StringIO())
+    run(
+        scene_of(job), (), job.folder, job.device, _goes_on(job), silent, threads=1,
+        profile_after=math.inf, stop_conditions=job.stop_conditions,
+    )  # fmt: skip
+
+
+def _run_chain(job: Job) -> None:
+    from softsim.chain.running import run_chain
+
+    run_chain(scene_of(job), job.folder)
+
+
+RUNS: dict[type[Source], Callable[[Job], None]] = {
+    Source: _run_elements, ChainSource: _run_chain,
+}  # fmt: skip
+"""How the files of a case are run."""
+
+
+def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
+    """Run jobs side by side, as far as they share a structure; key -> what went wrong."""
+    from softsim.run import run_batch
+
+    faults: dict[str, Exception | None] = {}
+    scenes: dict[str, Loaded[Any]] = {}
+    for job in jobs:
+        try:
+            scenes[job.key] = scene_of(job)
+        except SoftsimError as error:
+            faults[job.key] = error
+    ready = [job for job in jobs if job.key in scenes]
+    if not ready:
+        return faults
+    try:
+        found = run_batch(
+            list(scenes.values()), [job.folder for job in ready], ready[0].device, 1,
+            [job.stop_conditions for job in ready],
+        )  # fmt: skip
+    except SoftsimError as error:  # a stop, a disk that is full: it concerns all
+        return faults | dict.fromkeys(scenes, error)
+    except Exception:  # one brought the others down: alone, each will tell for itself
+        return faults
+    for key, outcome in zip(scenes, found, strict=True):
+        faults[key] = outcome if isinstance(outcome, SoftsimError) else None
+    return faults
+
+
+def scene_of(job: Job) -> Loaded[Any]:
+    """The scene of a job, from its files. Raises SceneError: it is not what the key stands for."""
+    loaded = load_source(job.case.source, job.case.overrides)
+    if case_key(loaded) != job.key:
+        raise SceneError(
+            f"{job.case.source.scene}, or softsim itself, changed while the study ran",
+            hint="start the study again: it runs what changed",
+        )
+    return loaded
+
+
+def _can_be_joined(job: Job) -> bool:
+    """Whether others can be computed beside it: finite elements that begin."""
+    return type(job.case.source) is Source and not _goes_on(job)
+
+
+def _goes_on(job: Job) -> bool:
+    """Whether an attempt that was cut off left a checkpoint, of the device that is to go on."""
+    file = job.folder / CHECKPOINT
+    return file.is_file() and read_checkpoint(file).device == chosen_device(job.device)

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from datetime import datetime, timedelta
@@ -35,6 +35,7 @@ from softsim.sweep.job import Job, Outcome, jobs_of, known_outcome
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
 
+WALL_TIME = column("wall_time", "s")
 
 NOTHING_LEFT: tuple[list[Job], int] = [], 0
 """In place of a round where none is open."""
@@ -44,12 +45,6 @@ def told_size(study: LoadedStudy, stored: int) -> str:
     """ "40 cases, 3 of them stored": of a bisection so many at most."""
     most = "at most " if study.bisection is not None else ""
     return f"{most}{study.case_count} cases, {stored} of them stored"
-
-
-def verdict_of(summary: Mapping[str, Any]) -> str | None:
-    """What a run says of its layout, or its ground; None where it was asked neither."""
-    asked = summary.get("layout") or summary.get("crossing") or {}
-    return asked.get("verdict")
 
 
 class StudyTable:
@@ -65,7 +60,7 @@ class StudyTable:
             "verdict": polars.String,
             "status": polars.String,
             "reason": polars.String,
-            column("wall_time", "s"): polars.Float64,
+            WALL_TIME: polars.Float64,
             "key": polars.String,
         }
 
@@ -75,21 +70,20 @@ class StudyTable:
         repeats = (Axis(REPEAT),) if study.repeats > 1 else ()
         return cls((*study.factors, *repeats), study.measures)
 
-    def fill(self, jobs: Iterable[Job], again: Collection[str]) -> list[Job]:
-        """Note what is stored, of other statuses than `again`; the jobs that are to be run."""
-        outcomes = [(job, known_outcome(job, again)) for job in jobs]
-        for job, known in outcomes:
-            self.note(job, known or Outcome(job.key, WAITING))
-        return [job for job, known in outcomes if known is None]
-
     def open_rounds(
         self, study: LoadedStudy, folder: Path, device: str, again: Collection[str]
     ) -> Iterator[tuple[list[Job], int]]:
         """Rounds of the study with jobs that are to be run: these, and how many are left at most,
-        with them. What is stored is noted on the way; the jobs must be when the next is pulled.
+        with them. What is stored, of other statuses than `again`, is noted on the way; the jobs
+        must be when the next is pulled.
         """
         for one in study.rounds(partial(self._result, study.bisection)):
-            waiting = self.fill(jobs_of(one.cases, folder, device, study.study.keep), again)
+            waiting = []
+            for job in jobs_of(one.cases, folder, device, study.study.keep):
+                known = known_outcome(job, again)
+                self.note(job, known or Outcome(job.key, WAITING))
+                if known is None:
+                    waiting.append(job)
             if waiting:
                 yield waiting, one.left - (len(one.cases) - len(waiting))
 
@@ -104,14 +98,15 @@ class StudyTable:
 
     def note(self, job: Job, outcome: Outcome) -> None:
         """Fill in the row of a job."""
+        asked = outcome.summary.get("layout") or outcome.summary.get("crossing") or {}
         self.rows[job.case.number] = {
             "case": job.case.number,
             **{factor.column: job.case.values[factor.name] for factor in self.factors},
             **{measure.column: measure.value(outcome.summary) for measure in self.measures},
-            "verdict": verdict_of(outcome.summary),
+            "verdict": asked.get("verdict"),
             "status": outcome.status,
             "reason": outcome.reason or None,
-            column("wall_time", "s"): outcome.wall_time or None,
+            WALL_TIME: outcome.wall_time or None,
             "key": outcome.key,
         }
 

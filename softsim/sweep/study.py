@@ -1,21 +1,149 @@
-"""Studies from Python: `softsim.Study`."""
+"""A study runs: all its cases, those that are stored already left out, or trials until the best is
+found, each a case of which the results so far choose the values. From Python: `softsim.Study`.
+"""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import polars
+from rich.console import Console
 
-from softsim.errors import ClusterError
-from softsim.report.study.figures import draw_study
-from softsim.report.study.page import write_study_page
-from softsim.study.cases import Case
-from softsim.study.loading import load_study, study_from
-from softsim.sweep.optimisation import optimize
-from softsim.sweep.sweep import sweep
-from softsim.sweep.worker_pool import WorkerPool, pool_for
+from softsim.errors import ClusterError, SceneError
+from softsim.output.folder import RunFolder
+from softsim.output.study_folder import CASES
+from softsim.scene.tree import nearest
+from softsim.study.axes import Goal
+from softsim.study.cases import DONE, LOST, PRUNED, Case
+from softsim.study.loading import LoadedStudy, load_study, study_from
+from softsim.study.schema import Objective
+from softsim.sweep.engine import WorkerPool, completed, pool_for
+from softsim.sweep.job import Job, Outcome, Simulate, simulate
+from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, kept_ledger, record_of, told_size
+
+
+def sweep(
+    study: LoadedStudy,
+    folder: Path,
+    pool: AbstractContextManager[WorkerPool],
+    device: str = "auto",
+    batch: int = 1,
+    again: Collection[str] = (LOST, PRUNED),
+    console: Console | None = None,
+    simulate: Simulate = simulate,
+) -> polars.DataFrame:
+    """Run what is not stored in `folder` yet, and return the table, which is there too.
+
+    Parameters
+    ----------
+    pool: `local_pool(workers)` or `remote_pool(address, folder)`; it starts if there is work.
+    device: auto, cpu, cuda. batch: cases that a worker runs at once. again: statuses of stored
+    cases that are run again.
+
+    Raises
+    ------
+    SceneError: there is no design. ClusterError: workers cannot be worked with. OutputError: a disk
+    refuses. Interrupted: SIGINT or SIGTERM came. After each of them the same call goes on.
+    """
+    console = console or Console()
+    RunFolder(folder / CASES)  # is made here, or refused
+    table, record = StudyTable.of(study), record_of(study, study.case_count)
+    rounds = table.open_rounds(study, folder, device, again)
+    waiting, left = next(rounds, NOTHING_LEFT)
+    console.print(told_size(study, len(table.rows) - len(waiting)))
+    with kept_ledger(folder, record, table, left, console) as ledger:
+        if waiting:
+            with pool as workers:
+                while waiting:
+                    ledger.progress.expect(left)
+                    for ended in completed(
+                        waiting, workers, again, batch, ledger.keep_up, simulate
+                    ):
+                        ledger.note(*ended)
+                    waiting, left = next(rounds, NOTHING_LEFT)
+    return table.frame()
+
+
+def optimize(
+    study: LoadedStudy,
+    folder: Path,
+    pool: AbstractContextManager[WorkerPool],
+    device: str = "auto",
+    count: int | None = None,
+    console: Console | None = None,
+    simulate: Simulate = simulate,
+) -> polars.DataFrame:
+    """Try values of the factors until there are `count` trials, by default as many as the study
+    says; return their table, which is in `folder` too. Its cases have the numbers of the trials.
+
+    Parameters are those of `sweep`. A trial whose run fails, or does not find what is sought,
+    teaches nothing; the others go on.
+
+    Raises
+    ------
+    SceneError: the study does not say what to seek, or nothing varies in it. OutputError: the
+    folder holds another optimisation, or a disk refuses. ClusterError: workers cannot be worked
+    with. Interrupted: SIGINT or SIGTERM came; the same call goes on with the trials in flight.
+    """
+    from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
+
+    objective, goal = asked(study)
+    console = console or Console()
+    RunFolder(folder / CASES)  # is made here, or refused
+    column = next(measure for measure in study.measures if measure.name == goal.measure)
+    trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
+    table, count = StudyTable(study.factors, study.measures), count or objective.trials
+    plan = TrialJobs(folder.resolve(), column, objective.prune, device, study.study.keep)
+    for trial in trials.ended():
+        table.note(*plan.stored(study.case(trial.number, trial.values)))
+    console.print(f"{count} trials, {len(table.rows)} of them stored")
+    record = replace(
+        record_of(study, count),
+        repeats=1,
+        plots=study.plots if study.study.plots else (),
+        bisection=None,
+    )
+    left = max(0, count - len(table.rows))
+
+    def note(job: Job, outcome: Outcome) -> None:
+        value = column.value(outcome.summary) if outcome.status == DONE else None
+        trials.tell(job.case.number, value, outcome.status == PRUNED)
+        ledger.note(job, outcome)
+
+    def jobs() -> Iterator[Job]:
+        for trial in trials.to_run(count):
+            case = study.case(trial.number, trial.values)
+            try:
+                yield plan.job(case)
+            except SceneError as error:
+                note(*plan.refused(case, error))
+
+    with kept_ledger(folder, record, table, left, console) as ledger:
+        if trials.is_open(count):
+            with pool as workers:
+                for ended in completed(jobs(), workers, (LOST,), 1, ledger.keep_up, simulate):
+                    note(*ended)
+    return table.frame()
+
+
+def asked(study: LoadedStudy) -> tuple[Objective, Goal]:
+    """What a study wants optimised. SceneError: it says none, or nothing varies in it."""
+    objective, goal = study.study.optimize, study.goal
+    if objective is None or goal is None:
+        raise SceneError(
+            f"{study.path}: the study does not say what to seek",
+            f"add optimize: {{maximize: {study.measures[0].name}, trials: 40}}",
+        )
+    if all(isinstance(space, tuple) and len(space) == 1 for space in study.search_space.values()):
+        raise SceneError(
+            "no factor has more than one value: there is nothing to choose",
+            "give a factor a range, or several values",
+            nearest(study.tree, ("factors",))[0].key_origin,
+        )
+    return objective, goal
 
 
 class Study:
@@ -92,6 +220,9 @@ class Study:
         out: folder of `run` or `optimize`, runs/STUDY by default. Raises OutputError: it holds no
         study.
         """
+        from softsim.report.study.figures import draw_study  # imports matplotlib
+        from softsim.report.study.page import write_study_page
+
         folder = Path(out or Path("runs") / self.loaded.path.stem)
         draw_study(folder)
         return write_study_page(folder)

@@ -11,6 +11,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +21,17 @@ from optuna.storages.journal import JournalFileBackend, JournalStorage
 from optuna.study import StudyDirection
 from optuna.trial import TrialState
 
-from softsim.errors import OutputError
+from softsim.errors import OutputError, SceneError
 from softsim.model import Model
 from softsim.output.measures import measures
-from softsim.study.cases import Value
+from softsim.output.stop_conditions import MakesStopCondition
+from softsim.output.study_folder import CASES
+from softsim.study.cases import FAILED, Case, Value, case_key, resolved
+from softsim.study.design import even_shares
 from softsim.study.factors import Interval, Space, at, rounded
 from softsim.study.measures import MeasureColumn
-from softsim.study.schema import Prune
-from softsim.sweep.job import PRUNING
+from softsim.study.schema import Prune, SobolDesign
+from softsim.sweep.job import PRUNING, Job, Outcome, stored_outcome
 
 JOURNAL = "trials.journal"
 NAME = "optimisation"
@@ -166,9 +170,7 @@ def even_points(space: Mapping[str, Space], seed: int) -> list[dict[str, Value]]
     """START points of a scrambled Sobol sequence, as parameters of trials. optuna's own QMCSampler
     draws the first trial at random.
     """
-    from scipy.stats import qmc  # slow to import
-
-    shares = qmc.Sobol(len(space), seed=seed).random(START).tolist()
+    shares = even_shares(SobolDesign(kind="sobol", count=START, seed=seed), len(space))
     ranges = {name: parameters(one) for name, one in space.items()}
     return [
         {name: at(ranges[name], share) for name, share in zip(ranges, point, strict=True)}
@@ -195,6 +197,49 @@ def settings(space: Mapping[str, Space], column: MeasureColumn, sense: str) -> d
 
 def _fixed(frozen: optuna.trial.FrozenTrial) -> optuna.trial.BaseTrial:
     return optuna.trial.FixedTrial(frozen.params)
+
+
+@dataclass(frozen=True)
+class TrialJobs:
+    """Makes jobs of trials in `folder`. column: the measure that is sought; prune: how trials are
+    stopped early; device, keep: as jobs have them.
+    """
+
+    folder: Path
+    column: MeasureColumn
+    prune: Prune | None
+    device: str
+    keep: str
+
+    def job(self, case: Case) -> Job:
+        """The job of a trial. SceneError: its values make no scene."""
+        key = case_key(resolved(case))
+        pruning: tuple[MakesStopCondition, ...] = ()
+        if self.prune is not None:
+            pruning = (
+                partial(PruningCondition, self.folder, case.number, self.column, self.prune),
+            )
+        return Job(case, key, self.folder / CASES / key, self.device, self.keep, pruning)
+
+    def refused(self, case: Case, error: SceneError) -> tuple[Job, Outcome]:
+        """What became of a trial whose values make no scene."""
+        reason = " ".join(error.message.split())
+        return Job(case, "", self.folder / CASES), Outcome("", FAILED, reason)
+
+    def stored(self, case: Case) -> tuple[Job, Outcome]:
+        """What became of a trial that has ended. OutputError: its run is not there."""
+        try:
+            job = self.job(case)
+        except SceneError as error:
+            return self.refused(case, error)
+        outcome = stored_outcome(job.folder)
+        if outcome is None:
+            raise OutputError(
+                f"trial {case.number} in {self.folder / JOURNAL} belongs to a run that is not in "
+                f"{self.folder / CASES}: since then the scene, its overrides or softsim changed",
+                hint="choose another folder with --out, or remove the journal",
+            )
+        return job, outcome
 
 
 PARTS = 10

@@ -16,7 +16,7 @@ from softsim.reach.writing import write_answer
 from softsim.report.reach import draw_reach, in_words, pull_rows, read_reach
 from softsim.scene.assessment import REACH, load_layout
 from softsim.scene.loading import load_scene
-from softsim.sweep.worker_pool import local_pool
+from softsim.sweep.engine import local_pool
 from validation.thesis import EFFECTIVE_RATE, LOWEST
 
 LAYOUT = Path(__file__).parents[2] / "scenes/reach/riser_36mm.yaml"

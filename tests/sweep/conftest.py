@@ -5,7 +5,7 @@ import os
 import pytest
 from falling_block import BLOCK, STUDY
 
-from softsim.sweep.worker_pool import local_pool
+from softsim.sweep.engine import local_pool
 
 WORKERS = 2
 

@@ -9,8 +9,8 @@ from rich.console import Console
 
 from softsim.errors import SoftsimError
 from softsim.study.loading import load_study
-from softsim.sweep.sweep import sweep
-from softsim.sweep.worker_pool import local_pool
+from softsim.sweep.engine import local_pool
+from softsim.sweep.study import sweep
 
 if __name__ == "__main__":
     study, folder, silent = load_study(sys.argv[1]), Path(sys.argv[2]), Console(file=io.StringIO())

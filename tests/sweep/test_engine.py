@@ -8,9 +8,8 @@ import stand_ins
 
 from softsim.errors import OutputError
 from softsim.study.cases import DONE, FAILED, LOST, Case, Source
-from softsim.sweep.engine import completed
+from softsim.sweep.engine import WorkerPool, completed, local_pool
 from softsim.sweep.job import EVERYTHING, Job
-from softsim.sweep.worker_pool import WorkerPool, local_pool
 
 
 @pytest.fixture

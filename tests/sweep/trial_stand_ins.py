@@ -16,7 +16,7 @@ from rich.console import Console
 
 from softsim.errors import StabilityError
 from softsim.study.loading import load_study
-from softsim.sweep.optimisation import optimize
+from softsim.sweep.study import optimize
 
 BEST = {"gravity": 7.0, "slope": 30.0}
 """Where the formula is smallest: m/s^2, deg."""

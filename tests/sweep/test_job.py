@@ -5,16 +5,15 @@ import pytest
 import softsim.run
 from softsim.errors import Interrupted, OutputError
 from softsim.study.cases import Case, Source
-from softsim.sweep import work
-from softsim.sweep.job import Job
+from softsim.sweep import job
 
 
 @pytest.fixture
 def jobs(tmp_path, monkeypatch):
     """Two jobs whose scenes need no file; each run alone notes its folder."""
-    monkeypatch.setattr(work, "scene_of", lambda job: job.key)
+    monkeypatch.setattr(job, "scene_of", lambda job: job.key)
     source = Source(tmp_path / "scene.yaml")
-    return [Job(Case(k, source), f"key{k}", tmp_path / str(k)) for k in (1, 2)]
+    return [job.Job(Case(k, source), f"key{k}", tmp_path / str(k)) for k in (1, 2)]
 
 
 def brought_down_by(error):
@@ -33,10 +32,10 @@ def test_a_batch_that_one_brings_down_is_run_one_by_one(jobs, monkeypatch):
 
     monkeypatch.setattr(softsim.run, "run_batch", brought_down_by(RuntimeError("of all")))
     monkeypatch.setattr(softsim.run, "run", run_alone)
-    assert work.simulate(jobs) == [fault, None]
+    assert job.simulate(jobs) == [fault, None]
 
 
 @pytest.mark.parametrize("error", [Interrupted("stopped"), OutputError("the disk is full")])
 def test_a_stop_and_a_full_disk_concern_all(jobs, monkeypatch, error):
     monkeypatch.setattr(softsim.run, "run_batch", brought_down_by(error))
-    assert work.simulate(jobs) == [error, error]
+    assert job.simulate(jobs) == [error, error]
