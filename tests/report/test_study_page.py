@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from softsim.cli import app
 from softsim.output.study_folder import TABLE_TEXT
-from softsim.report.study.charts import study_charts
+from softsim.report.study.figures import study_charts
 from softsim.report.study.findings import Findings
 from softsim.report.study.page import level_words, page_context, state_of, write_study_page
 from softsim.study.axes import Goal, Plot

@@ -9,8 +9,7 @@ from matplotlib.colors import to_hex
 
 from softsim.report.colours import colours_of
 from softsim.report.diagram import Series, shortened
-from softsim.report.study.findings import DONE_COUNT, SPREAD, Findings, written
-from softsim.report.study.scale import AxisScale
+from softsim.report.study.findings import DONE_COUNT, SPREAD, AxisScale, Findings, written
 from softsim.report.style import BLUE, COLOURS
 from softsim.study.axes import Axis
 

@@ -10,9 +10,8 @@ from softsim.output.study_folder import TABLE_TEXT
 from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import duration
 from softsim.report.study.boundary import boundaries_in_words
-from softsim.report.study.charts import study_charts
-from softsim.report.study.findings import Findings, best_in_words, written
-from softsim.report.study.scale import title_of
+from softsim.report.study.figures import study_charts
+from softsim.report.study.findings import Findings, best_in_words, title_of, written
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 
 MOST_LEVELS = 12
