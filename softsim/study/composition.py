@@ -99,9 +99,8 @@ def composed(study: Study, tree: Tree, folder: Path, overrides: Sequence[str]) -
         if isinstance(part, ScenesFactor):
             factors.append(scenes[name])
             continue
-        in_list = None
-        if isinstance(study.design, ListDesign):
-            in_list = [row[name] for row in rows(tree)]
+        is_list = isinstance(study.design, ListDesign)
+        in_list = [row[name] for row in rows(tree)] if is_list else None
         factor = factor_in(name, part, held[name], source.root, base, in_list)
         base = with_settings(source.root, base, factor.settings(factor.tried[0]))
         factors.append(factor)

@@ -243,7 +243,8 @@ def tree_of(value: Any, place: str = "study") -> Tree:
     """
     origin = Option(place)
     if isinstance(value, Mapping):
-        below = {str(key): tree_of(held, _inside(place, str(key))) for key, held in value.items()}
+        above = "" if place == "study" else f"{place}."
+        below = {str(key): tree_of(held, f"{above}{key}") for key, held in value.items()}
         return Tree(below, origin, origin)
     if isinstance(value, np.ndarray):
         value = value.tolist()
@@ -252,10 +253,6 @@ def tree_of(value: Any, place: str = "study") -> Tree:
         return Tree(entries, origin, origin)
     scalar = _scalar(value, origin)
     return Tree(scalar, origin, origin, scalar if isinstance(scalar, str) else repr(scalar))
-
-
-def _inside(place: str, key: str) -> str:
-    return key if place == "study" else f"{place}.{key}"
 
 
 def _scalar(value: Any, origin: Option) -> Scalar:

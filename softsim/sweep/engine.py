@@ -161,7 +161,7 @@ def _refuse_strangers(client: Client, folder: Path) -> None:
     token = f"token-{uuid4().hex}"
     RunFolder(folder).write_text_atomic(token, token)
     try:
-        seen = client.run(_sees, folder.resolve() / token, on_error="return")
+        seen = client.run(Path.is_file, folder.resolve() / token, on_error="return")
     finally:
         (folder / token).unlink()
     for worker, answer in seen.items():
@@ -172,10 +172,6 @@ def _refuse_strangers(client: Client, folder: Path) -> None:
                 f"worker {worker} does not see {folder.resolve()}",
                 hint="choose a folder on a disk that all workers share, with --out",
             )
-
-
-def _sees(file: Path) -> bool:
-    return file.is_file()
 
 
 def completed(

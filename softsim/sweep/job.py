@@ -30,7 +30,6 @@ from softsim.output.checkpoint import read_checkpoint
 from softsim.output.folder import CHECKPOINT, HISTORY, RESULTS, RunFolder, explained, read_summary
 from softsim.output.history import thin_history
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.output.study_folder import CASES
 from softsim.scene.loading import Loaded
 from softsim.study.cases import (
     DONE,
@@ -42,7 +41,6 @@ from softsim.study.cases import (
     ChainSource,
     Source,
     case_key,
-    key_of,
     load_source,
 )
 
@@ -74,13 +72,6 @@ class Job:
     device: str = "auto"
     keep: str = THIN
     stop_conditions: tuple[MakesStopCondition, ...] = ()
-
-
-def jobs_of(cases: Sequence[Case], folder: Path, device: str, keep: str) -> list[Job]:
-    """The job of each case of a study in `folder`, in their order."""
-    place = folder.resolve() / CASES
-    keyed = [(case, key_of(case)) for case in cases]
-    return [Job(case, key, place / key, device, keep) for case, key in keyed]
 
 
 @dataclass(frozen=True)

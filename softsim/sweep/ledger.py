@@ -19,6 +19,7 @@ from softsim.errors import Interrupted
 from softsim.output.claim import claimed
 from softsim.output.console import PLAIN_EVERY
 from softsim.output.study_folder import (
+    CASES,
     StudyRecord,
     is_study,
     read_study,
@@ -27,10 +28,10 @@ from softsim.output.study_folder import (
 )
 from softsim.study.axes import Axis, column
 from softsim.study.bisection import Bisection
-from softsim.study.cases import DONE, WAITING, Case
+from softsim.study.cases import DONE, WAITING, Case, key_of
 from softsim.study.loading import REPEAT, LoadedStudy, settings
 from softsim.study.measures import MeasureColumn
-from softsim.sweep.job import Job, Outcome, jobs_of, known_outcome
+from softsim.sweep.job import Job, Outcome, known_outcome
 
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
@@ -77,9 +78,12 @@ class StudyTable:
         with them. What is stored, of other statuses than `again`, is noted on the way; the jobs
         must be when the next is pulled.
         """
+        place = folder.resolve() / CASES
         for one in study.rounds(partial(self._result, study.bisection)):
             waiting = []
-            for job in jobs_of(one.cases, folder, device, study.study.keep):
+            for case in one.cases:
+                key = key_of(case)
+                job = Job(case, key, place / key, device, study.study.keep)
                 known = known_outcome(job, again)
                 self.note(job, known or Outcome(job.key, WAITING))
                 if known is None:

@@ -103,7 +103,8 @@ class Trials:
         """Those of which the journal knows what came of them."""
         for frozen in self.study.get_trials(deepcopy=False):
             if frozen.state.is_finished():
-                yield self._suggested(_fixed(frozen), frozen.number + 1)
+                fixed = optuna.trial.FixedTrial(frozen.params)
+                yield self._suggested(fixed, frozen.number + 1)
 
     def to_run(self, count: int) -> Iterator[Trial]:
         """Those that were in flight when the optimisation was stopped, then new ones until there
@@ -193,10 +194,6 @@ def settings(space: Mapping[str, Space], column: MeasureColumn, sense: str) -> d
     content = {"factors": factors, "goal": {"sense": sense, "measure": asdict(column)}}
     result: dict[str, Any] = json.loads(json.dumps(content))
     return result
-
-
-def _fixed(frozen: optuna.trial.FrozenTrial) -> optuna.trial.BaseTrial:
-    return optuna.trial.FixedTrial(frozen.params)
 
 
 @dataclass(frozen=True)

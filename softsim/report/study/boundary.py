@@ -1,6 +1,5 @@
 """The boundaries that a bisection has found: as a table, in words, and as a map."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from statistics import mean
 from typing import Any
@@ -9,7 +8,7 @@ import numpy as np
 import polars
 
 from softsim.report.diagram import POINTS, Axis, Diagram, Panel, Scale, Series
-from softsim.report.study.findings import Findings, written
+from softsim.report.study.findings import Findings, written, written_together
 from softsim.report.style import BLUE, INK, ORANGE, QUIET
 from softsim.study.axes import Axis as StudyAxis
 from softsim.study.axes import column
@@ -110,9 +109,9 @@ def boundaries_in_words(findings: Findings) -> list[str]:
     sought = findings.record.bisection
     if sought is None:
         return []
-    said = []
+    said, others = [], other_factors(findings, sought)
     for cell in cell_boundaries(findings, sought):
-        place = ", ".join(f"{n} {written(findings.axis(n), v)}" for n, v in cell.values.items())
+        place = written_together(others, cell.values.values())
         words = in_words(findings, sought, cell)
         said.append(f"{place}: {words}" if place else words)
     return said
@@ -162,12 +161,6 @@ def boundary_maps(findings: Findings, sought: Bisection) -> list[Diagram]:
         _map(findings, sought, along, written_together(rest, key), cells)
         for key, cells in groups.items()
     ]
-
-
-def written_together(axes: Sequence[StudyAxis], values: Sequence[Any]) -> str:
-    """Values of several factors: "pattern 3 rows, friction 0.5"."""
-    pairs = zip(axes, values, strict=True)
-    return ", ".join(f"{axis.name} {written(axis, value)}" for axis, value in pairs)
 
 
 def _map(

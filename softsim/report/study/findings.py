@@ -1,7 +1,7 @@
 """What a study found, and where it lies in diagrams, as its figures and its page need it."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -181,6 +181,12 @@ def written(axis: Axis, value: Any) -> str:
     return f"{number} {axis.unit}".rstrip()
 
 
+def written_together(axes: Iterable[Axis], values: Iterable[Any]) -> str:
+    """Values of several factors: "pattern 3 rows, friction 0.5"."""
+    pairs = zip(axes, values, strict=True)
+    return ", ".join(f"{axis.name} {written(axis, value)}" for axis, value in pairs)
+
+
 def best_in_words(findings: Findings) -> str:
     """The best design point in a sentence; empty where there is none."""
     best, goal = findings.best, findings.record.goal
@@ -190,6 +196,6 @@ def best_in_words(findings: Findings) -> str:
     count, failed = best.values[DONE_COUNT], best.values[FAILED_COUNT]
     repeats = [f"mean of {count} cases"] * (count > 1) + [f"{failed} more failed"] * (failed > 0)
     remark = f" ({', '.join(repeats)})" if repeats else ""
-    at = ", ".join(f"{f.name} {written(f, best.values[f.column])}" for f in findings.factors)
+    at = written_together(findings.factors, [best.values[f.column] for f in findings.factors])
     value = f"{measure.name} {written(measure, best.value)}"
     return f"{BEST} {best.case}: {value}{remark} at {at}"
