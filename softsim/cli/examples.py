@@ -119,7 +119,9 @@ def copy_example(example: Path, root: Path, folder: Path) -> list[Path]:
 
 
 def needed_files(example: Path) -> list[Path]:
-    """The example and every file that it names, or that a scene file among these names."""
+    """The example and every file that it names, or that a scene file among these names; of a mesh
+    the script that makes it too.
+    """
     from softsim.scene.yaml_reading import is_file, read_file
 
     found = [example]
@@ -128,6 +130,8 @@ def needed_files(example: Path) -> list[Path]:
             named = (path.parent / text for text in _texts(read_file(path)))
             files = dict.fromkeys(file.resolve() for file in named if is_file(file))
             found.extend(file for file in files if file not in found)
+        elif path.suffix == ".msh" and (script := path.with_suffix(".geo")).is_file():
+            found.append(script)
     return found
 
 

@@ -39,7 +39,7 @@ def test_the_command_that_takes_it(name, command):
     assert command_for(example, example).split()[1] == command
 
 
-@pytest.mark.parametrize("name", ["skin_inflation_rings", "pfr_36mm"])
+@pytest.mark.parametrize("name", ["skin_inflation_rings", "pfr_36mm", "bellows"])
 def test_a_scene_loads_where_it_lands(name, tmp_path):
     example = find_example(ROOT, name)
     copy, *_ = copy_example(example, ROOT, tmp_path)
@@ -59,6 +59,11 @@ def test_files_of_any_kind_come_along(tmp_path):
     (tmp_path / "scene.yaml").write_text("include: [part.yaml]\ntitle: A scene\n")
     found = needed_files(tmp_path / "scene.yaml")
     assert [file.name for file in found] == ["scene.yaml", "part.yaml", "wall.csv"]
+
+
+def test_a_mesh_brings_its_script():
+    found = needed_files(find_example(ROOT, "bellows"))
+    assert [file.name for file in found] == ["bellows.yaml", "bellows.msh", "bellows.geo"]
 
 
 def test_a_second_copy_changes_nothing_and_overwrites_nothing(tmp_path):
