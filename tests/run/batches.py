@@ -15,7 +15,7 @@ bodies:
           position: [0 mm, 1 mm]}
 environment: {inclination: 10 deg, walls: {floor: {kind: plane}}}
 time: {end: 60 ms}
-output: {history_interval: 1 ms, frame_interval: 10 ms, checkpoint_interval: 5 ms}
+output: {history_interval: 1 ms, frame_interval: 10 ms}
 """
 
 PRESSED_BLOCK = """

@@ -19,7 +19,7 @@ from softsim.output.claim import claimed
 from softsim.output.history import read_history
 
 # Checkpoints as often as rows: a run that takes long enough to be stopped in its middle.
-SLOWED_STRIP = FALLING_STRIP.replace("checkpoint_interval: 5 ms", "checkpoint_interval: 1 ms")
+SLOWED_STRIP = FALLING_STRIP.replace("output: {", "output: {checkpoint_interval: 1 ms, ")
 
 
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run, kernels_of_users):

@@ -15,7 +15,7 @@ CHAIN = Path(__file__).parents[2] / "scenes/chains/leafbot5_table.yaml"
 KEYS = {
     "model": "chain",
     "scene": str(CHAIN),
-    "set": {"time.end": "0.3 s"},
+    "set": {"time.end": "0.15 s"},
     "factors": {"stiffness": {"key": "limbs.stiffness", "values": ["200 N/m", "250 N/m"]}},
     "measures": {
         "speed": {"of": "speed", "unit": "mm/s"},
@@ -36,8 +36,8 @@ def here(tmp_path, monkeypatch):
 
 def test_a_sweep_finds_what_runs_find(here):
     table = softsim.Study(**KEYS).run("swept")
-    alone = run_chain(load_chain(CHAIN, ["time.end=0.3 s"]), here / "alone").summary
-    fast = ["time.end=0.3 s", "motor.frequency=186 Hz", "motor.further={}"]
+    alone = run_chain(load_chain(CHAIN, ["time.end=0.15 s"]), here / "alone").summary
+    fast = ["time.end=0.15 s", "motor.frequency=186 Hz", "motor.further={}"]
     at_186 = run_chain(load_chain(CHAIN, fast), here / "fast").summary
     assert table["status"].to_list() == ["done", "done"]
     assert table["speed [mm/s]"][1] == pytest.approx(1e3 * alone["speed"], rel=1e-12)
@@ -63,6 +63,7 @@ def test_two_sides_are_swept_and_scattered(here):
     keys = {
         **KEYS,
         "scene": str(CHAIN.with_name("leafbot_x5_drag.yaml")),
+        "set": {"time.end": "0.3 s"},
         "factors": {"running": {"key": "sides.running", "values": ["left", "right"]}},
         "measures": {"curvature": {"of": "curvature", "unit": "1/mm"}},
         "repeats": {"count": 2, "perturb": {"sides.left.motor_share": "5 %"}},
