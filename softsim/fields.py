@@ -3,9 +3,10 @@
 Taichi's own ways are slow to start: a field made on its own gets a tree of memory of its own, and
 each field that is filled or read on its own a kernel of its own, traced anew at every start. A
 model has about a hundred fields. So they are made `together`, one after another in one block of
-memory, and two kernels write and read all of them, whatever they hold: they copy words of four
-bytes, and Taichi tells at which word of the block a field begins. Where they are too many for one
-of Taichi's trees, they get a second block.
+memory, seen as words of four bytes, and Taichi tells at which word of the block a field begins. A
+CPU's block lies in the memory of this process, where numpy reads and writes it in place; of a
+GPU's, two kernels copy the words, whatever they hold. Where fields are too many for one of Taichi's
+trees, they get a second block.
 
 A compiled kernel is kept and serves again wherever the extents of the fields are the same. So these
 are rounded up (`rounded`), and what depends on the mesh is a `Number`, which a kernel reads when it
@@ -14,6 +15,7 @@ shape that was asked for; the cells beyond it hold zeros, and no kernel comes th
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -97,30 +99,67 @@ class Made:
         return sum(math.prod(new.extents) * new.cell_bytes for new in self.fields)
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Where numbers of a field lie: the block, their first word there, their shape, that of their
-    place in memory, and their type.
+class _Place(ABC):
+    """Where numbers of a field lie.
+
+    device: on which the field was made; when Taichi starts anew, its memory is gone. shape: of the
+    numbers.
     """
 
-    block: "_Block"
-    first: int
+    device: backend.Device
     shape: tuple[int, ...]
-    extents: tuple[int, ...]
-    dtype: np.dtype
 
+    @abstractmethod
     def row(self, row: int) -> "_Place":
         """Where a row lies, which is an index of the first axis."""
-        words = math.prod(self.extents[1:]) * self.dtype.itemsize // WORD
-        return _Place(
-            self.block, self.first + row * words, self.shape[1:], self.extents[1:], self.dtype
-        )
 
-    @property
-    def words(self) -> tuple[int, int]:
-        """Its first word, and the first one behind it."""
-        count = math.prod(self.extents) * self.dtype.itemsize // WORD
-        return self.first, self.first + count
+    @abstractmethod
+    def read(self) -> np.ndarray:
+        """The numbers."""
+
+    @abstractmethod
+    def write(self, values: np.ndarray | float) -> None:
+        """Give the numbers new values, an array or one that broadcasts to it."""
+
+
+class _HostPlace(_Place):
+    """In the memory of this process: `numbers` lie there."""
+
+    def __init__(self, device: backend.Device, numbers: np.ndarray) -> None:
+        self.device, self.numbers, self.shape = device, numbers, numbers.shape
+
+    def row(self, row: int) -> "_HostPlace":
+        """Where a row lies."""
+        return _HostPlace(self.device, self.numbers[row, ...])
+
+    def read(self) -> np.ndarray:
+        """The numbers."""
+        return self.numbers.copy()
+
+    def write(self, values: np.ndarray | float) -> None:
+        """Give the numbers new values."""
+        self.numbers[...] = values
+
+
+class _DevicePlace(_Place):
+    """In a block of another memory, from a word of it on; extents: there."""
+
+    def __init__(
+        self,
+        block: "_Block",
+        first: int,
+        shape: tuple[int, ...],
+        extents: tuple[int, ...],
+        dtype: np.dtype,
+    ) -> None:
+        self.block, self.first, self.extents, self.dtype = block, first, extents, dtype
+        self.device, self.shape = block.device, shape
+
+    def row(self, row: int) -> "_DevicePlace":
+        """Where a row lies."""
+        words = math.prod(self.extents[1:]) * self.dtype.itemsize // WORD
+        first = self.first + row * words
+        return _DevicePlace(self.block, first, self.shape[1:], self.extents[1:], self.dtype)
 
     def read(self) -> np.ndarray:
         """The numbers."""
@@ -129,9 +168,9 @@ class _Place:
         return np.array(values[tuple(map(slice, self.shape))])
 
     def write(self, values: np.ndarray | float) -> None:
-        """Give the numbers new values, an array or one that broadcasts to it."""
+        """Give the numbers new values."""
         whole = np.zeros(self.extents, self.dtype)
-        whole[tuple(map(slice, self.shape))] = np.broadcast_to(values, self.shape)
+        whole[tuple(map(slice, self.shape))] = values
         self.block.copy_in(self.first, whole.reshape(-1).view(np.int32))
 
 
@@ -200,37 +239,40 @@ def lane_data(values: np.ndarray) -> ti.MatrixField:
     return vector_field(values.reshape(*values.shape[:-1], -1, backend.lanes()))
 
 
+def _place(field: ti.Field) -> _Place:
+    """Where a field lies. Raises DeviceError where Taichi was started anew since it was made."""
+    place = _places[field]
+    if place.device is not backend.device():
+        raise DeviceError(
+            "the fields of a solver are gone: Taichi was started anew after it was made",
+            hint="one solver a process at a time: read what it found before the next one",
+        )
+    return place
+
+
 def shape_of(field: ti.Field) -> tuple[int, ...]:
     """Shape of the array of all numbers of a field: cells, then components."""
-    return _places[field].shape
+    return _place(field).shape
 
 
 def read(field: ti.Field) -> np.ndarray:
     """All numbers of a field (cells, components)."""
-    return _places[field].read()
+    return _place(field).read()
 
 
 def read_row(field: ti.Field, row: int) -> np.ndarray:
     """All numbers of one row of a field: of one scenario, where the first axis counts these."""
-    return _places[field].row(row).read()
+    return _place(field).row(row).read()
 
 
 def write(field: ti.Field, values: np.ndarray | float) -> None:
     """Give a field new numbers: an array (cells, components), or one that broadcasts to it."""
-    _places[field].write(values)
+    _place(field).write(values)
 
 
 def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
     """Give one row of a field new numbers; the other rows stay as they are."""
-    _places[field].row(row).write(values)
-
-
-def clear_row(cleared: Sequence[ti.Field], row: int) -> None:
-    """Set all numbers of one row of fields to zero, in one launch for those made together."""
-    places = [_places[field].row(row) for field in cleared]
-    for block in {place.block for place in places}:
-        words = [place.words for place in places if place.block is block]
-        block.clear(np.array(words, dtype=np.int32))
+    _place(field).row(row).write(values)
 
 
 @ti.data_oriented
@@ -257,14 +299,11 @@ class _Block:
     """Memory of fields, one after another, seen as words.
 
     `words` is declared with the first cache line only: indices beyond it reach the fields that
-    follow. Nothing checks them; `_Place` keeps them right.
-
-    serially: on a CPU the calling thread copies: to wake a worker would take 50 us, which copies
-    some thousand nodes.
+    follow. Nothing checks them; `_DevicePlace` keeps them right.
     """
 
     def __init__(self, made: list[_New]) -> None:
-        self.serially = backend.device().name == "cpu"
+        self.device = backend.device()
         builder = ti.FieldsBuilder()
         self.words = ti.field(ti.i32)
         builder.dense(ti.i, CACHE_LINE // WORD).place(self.words)
@@ -272,25 +311,33 @@ class _Block:
             builder.dense(ti.axes(*range(len(new.cells))), new.extents).place(new.field)
         builder.finalize()
 
+    def places(self, made: list[_New]) -> Iterator[tuple[ti.Field, _Place]]:
+        """The fields of this block, and where each lies."""
+        start = self.address() if self.device.name == "cpu" else None
+        for new in made:
+            offset = new.field.parent()._offset_bytes_in_parent_cell
+            shape, extents = (*new.cells, *new.components), (*new.extents, *new.components)
+            if start is None:
+                yield new.field, _DevicePlace(self, offset // WORD, shape, extents, new.dtype)
+                continue
+            kind = np.ctypeslib.as_ctypes_type(new.dtype) * math.prod(extents)
+            numbers = np.ctypeslib.as_array(kind.from_address(start + offset)).reshape(extents)
+            yield new.field, _HostPlace(self.device, numbers[tuple(map(slice, shape))])
+
+    @ti.kernel
+    def address(self) -> ti.u64:
+        """Of the first word."""
+        return ti.get_addr(self.words, [0])
+
     @ti.kernel
     def copy_in(self, first: ti.i32, data: ti.types.ndarray(ti.i32, ndim=1)):  # type: ignore[valid-type]  # Taichi wants an instance
         """Write `data` from word `first` on."""
-        ti.loop_config(serialize=self.serially)
         for k in range(data.shape[0]):
             self.words[first + k] = data[k]
 
     @ti.kernel
-    def clear(self, spans: ti.types.ndarray(ti.i32, ndim=2)):  # type: ignore[valid-type]  # Taichi wants an instance
-        """Set the words spans[i, 0] .. spans[i, 1] to zero."""
-        ti.loop_config(serialize=self.serially)
-        for i in range(spans.shape[0]):
-            for k in range(spans[i, 0], spans[i, 1]):
-                self.words[k] = 0
-
-    @ti.kernel
     def copy_out(self, first: ti.i32, data: ti.types.ndarray(ti.i32, ndim=1)):  # type: ignore[valid-type]  # Taichi wants an instance
         """Read `data` from word `first` on."""
-        ti.loop_config(serialize=self.serially)
         for k in range(data.shape[0]):
             data[k] = self.words[first + k]
 
@@ -334,12 +381,10 @@ def _allocate(made: Made) -> None:
     ]
     blocks = [_Block(tree) for tree in trees]  # all, before a kernel runs
     for block, tree in zip(blocks, trees, strict=True):
-        for new in tree:
-            first = new.field.parent()._offset_bytes_in_parent_cell // WORD
-            shape, extents = (*new.cells, *new.components), (*new.extents, *new.components)
-            _places[new.field] = _Place(block, first, shape, extents, new.dtype)
-            if new.values is not None:
-                write(new.field, new.values)
+        _places.update(block.places(tree))
+    for new in made.fields:
+        if new.values is not None:
+            write(new.field, new.values)
 
 
 def _trees(made: list[_New]) -> list[list[_New]]:

@@ -334,11 +334,3 @@ class Nodes:
         for a in range(self.count.read()):
             energy += self.damping_work[s, a]
         return energy
-
-    @ti.func
-    def mass_moment(self, s, count):
-        """Sum of m x of the first `count` nodes [kg m]."""
-        moment = ti.Vector.zero(backend.real, self.dimension)
-        for a in range(count):
-            moment += self.mass[a] * self.position[s, a]
-        return moment

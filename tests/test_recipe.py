@@ -85,7 +85,7 @@ def test_a_load_of_ones_own(build, cpu):
     solver = ExplicitSolver(models)
     solver.begin(1e-5)
     reader = EnergyReader(solver)
-    balances = [EnergyBalance.starting(reader.read(s)[0], models[s]) for s in range(2)]
+    balances = [EnergyBalance.starting(reader.read(s), models[s]) for s in range(2)]
     solver.advance(10_000)
     reader.update()
     for s, c in enumerate(coefficients):

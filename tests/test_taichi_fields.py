@@ -1,5 +1,6 @@
 """Fields in one block: every number at its place, whatever lies before and behind."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 import taichi as ti
 
 from softsim import backend, fields
+from softsim.errors import DeviceError
 
 random = np.random.default_rng(1)
 ARRAYS = {
@@ -29,8 +31,12 @@ MAKERS = {
 }
 
 
-@pytest.fixture
-def made(cpu):
+@pytest.fixture(params=["in this process", "on a device"])
+def made(cpu, request, monkeypatch):
+    """As a CPU's fields are reached, and, on the CPU, as those of a device are."""
+    if request.param == "on a device":
+        device = replace(cpu, name="another")
+        monkeypatch.setattr(backend, "_device", device)
     with fields.together():
         return {name: make(ARRAYS[name]) for name, make in MAKERS.items()}
 
@@ -85,19 +91,6 @@ def test_a_row_is_read_and_written_alone(made):
             np.testing.assert_array_equal(fields.read(field), whole)
 
 
-def test_a_row_of_several_fields_is_cleared_alone(made):
-    """Of fields made together, and of one made apart."""
-    apart = fields.real_field(np.ones((3, 9)))
-    cleared = [made["vector"], apart]
-    before = {name: fields.read(field) for name, field in made.items()}
-    fields.clear_row(cleared, 1)
-    for field, whole in zip(cleared, (before["vector"], np.ones((3, 9))), strict=True):
-        whole[1] = 0.0
-        np.testing.assert_array_equal(fields.read(field), whole)
-    for name in made.keys() - {"vector"}:
-        np.testing.assert_array_equal(fields.read(made[name]), before[name])
-
-
 def test_writing_changes_one_field_only(made):
     fields.write(made["vector"], 7.0)
     fields.write(made["index"], np.arange(7))
@@ -133,6 +126,16 @@ def test_new_fields_are_zero_where_old_ones_were_not(kernel_cache):
         fields.write(field, value + 1.0)
 
 
+def test_no_field_is_reached_after_taichi_was_started_anew(restart):
+    restart()
+    field = fields.real_field(np.ones(3))
+    restart()
+    with pytest.raises(DeviceError, match="started anew"):
+        fields.read(field)
+    with pytest.raises(DeviceError, match="started anew"):
+        fields.write(field, 0.0)
+
+
 def test_no_field_can_be_used_before_its_block_closes(cpu):
     @ti.kernel
     def first(field: ti.template()) -> ti.f64:
@@ -166,6 +169,3 @@ def test_more_fields_than_one_tree_takes(cpu):
     for field, each in zip(made[:-1], values, strict=False):
         np.testing.assert_array_equal(fields.read(field), each)
     np.testing.assert_array_equal(fields.read(made[-1]), values[-1] + values[0])
-    fields.clear_row([made[0], made[-1]], 1)
-    for field in (made[0], made[-1]):
-        assert not fields.read_row(field, 1).any() and fields.read_row(field, 2).all()

@@ -77,6 +77,11 @@ class CornerContact(NodalForces, SelfContact):
             "touched_at": self.touched_at,
         }
 
+    @property
+    def pressing_force(self) -> ti.Field:
+        """Of the corners: each presses between two nodes."""
+        return self.pressing
+
     def forget_dissipation(self, scenario: int) -> None:
         """Begin the books anew in a scenario, and the counts over the whole run."""
         super().forget_dissipation(scenario)
@@ -146,12 +151,3 @@ class CornerContact(NodalForces, SelfContact):
             self.nodes.corner_forces.write(s, self.first_slot + i, force)
             self.note(s, i, force, pressing, slipping, dt)
             self.loaded[s, i] = loaded
-
-    @ti.func
-    def touching_nodes(self, s):
-        """Number of corners that touch now: each presses between two nodes."""
-        count = 0
-        for i in range(self.count.read()):
-            if self.pressing[s, i] > 0.0:
-                count += 1
-        return count

@@ -35,6 +35,11 @@ class NodalForces:
             "impulse": self.impulse,
         }
 
+    @property
+    def pressing_force(self) -> ti.Field:
+        """What presses on each of those that touch now (scenarios, k) [N]."""
+        return self.normal_force
+
     def impulses(self) -> list[ti.Field]:
         """Of the forces of each node."""
         return [self.normal_impulse, self.slipping_impulse, self.impulse]
@@ -61,37 +66,4 @@ class NodalForces:
         total = ti.Vector.zero(backend.real, self.dimension)
         for i in range(self.touched_count.read()):
             total += self.force[s, i]
-        return total
-
-    @ti.func
-    def touching_nodes(self, s):
-        """Number of nodes that touch now."""
-        count = 0
-        for i in range(self.touched_count.read()):
-            if self.normal_force[s, i] > 0.0:
-                count += 1
-        return count
-
-    @ti.func
-    def total_normal_impulse(self, s):
-        """Sum of the normal impulses since they were cleared [N s]."""
-        total = ti.cast(0.0, backend.real)
-        for i in range(self.touched_count.read()):
-            total += self.normal_impulse[s, i]
-        return total
-
-    @ti.func
-    def total_slipping_impulse(self, s):
-        """Sum of the normal impulses carried in slip since they were cleared [N s]."""
-        total = ti.cast(0.0, backend.real)
-        for i in range(self.touched_count.read()):
-            total += self.slipping_impulse[s, i]
-        return total
-
-    @ti.func
-    def total_impulse(self, s):
-        """Sum of the impulses since they were cleared (d) [N s]."""
-        total = ti.Vector.zero(backend.real, self.dimension)
-        for i in range(self.touched_count.read()):
-            total += self.impulse[s, i]
         return total

@@ -87,14 +87,6 @@ class Geometry(ABC):
 
         return in_batches(of, cells)
 
-    def deformation(self, points: np.ndarray, cells: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """F (m, 3, 3) of the elements with their nodes now at x; zz lies across a section."""
-        d = self.dimension
-        F = np.zeros((len(cells), 3, 3))
-        F[:, 2, 2] = 1.0 if self.hoop is None else self.hoop.stretch(points, cells, x)
-        F[:, :d, :d] = np.einsum("eai,eaj->eij", x[cells], self.gradients(points, cells))
-        return F
-
     def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "Geometry":
         """That of some of the elements, of another thickness [m] where one is given."""
         return self

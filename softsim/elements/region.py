@@ -2,6 +2,7 @@
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -83,10 +84,18 @@ class Region:
         volume = signed_volumes(self.points, self.cells)[:, None] / points.shape[1]
         return nodal_sums(points, volume, self.pressure_count) ** (1.0 / self.points.shape[1])
 
-    @property
+    @cached_property
     def volumes(self) -> np.ndarray:
         """Reference volume of each element (m,) [m^3]."""
         return self.geometry.volumes(self.points, self.cells)
+
+    @cached_property
+    def gradients(self) -> np.ndarray:
+        """Mean of grad N_a over each element's reference volume (m, corners, d) [1/m]; in memory
+        element after element of each component, as sums over elements want it.
+        """
+        found = self.geometry.gradients(self.points, self.cells)
+        return np.ascontiguousarray(found.transpose(1, 2, 0)).transpose(2, 0, 1)
 
     @property
     def nodal_volumes(self) -> np.ndarray:
@@ -94,8 +103,12 @@ class Region:
         return nodal_sums(self.cells, self.volumes[:, None], len(self.points))
 
     def deformation(self, x: np.ndarray) -> np.ndarray:
-        """F (m, 3, 3) with the body's nodes now at x (n, d) [m]."""
-        return self.geometry.deformation(self.points, self.cells, x)
+        """F (m, 3, 3) with the body's nodes now at x (n, d) [m]; zz lies across a section."""
+        d, hoop = self.geometry.dimension, self.geometry.hoop
+        F = np.zeros((len(self.cells), 3, 3))
+        F[:, 2, 2] = 1.0 if hoop is None else hoop.stretch(self.points, self.cells, x)
+        F[:, :d, :d] = np.einsum("eai,eaj->eij", x[self.cells], self.gradients)
+        return F
 
 
 def joined_regions(regions: Sequence[Region], points: np.ndarray) -> list[Region]:

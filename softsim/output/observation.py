@@ -28,6 +28,7 @@ from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
 from softsim.solver.settling import unbalanced_share
+from softsim.solver.wall_contact import wall_contact
 
 
 def columns(model: Model) -> dict[str, str]:
@@ -142,17 +143,18 @@ class Observer:
         scenario were cleared.
         """
         scenario, reader, model = self.scenario, self.reader, self.scenario.model
-        energies, walls, centre = reader.of_scenario(scenario.number)
+        energies, walls = reader.of_scenario(scenario.number), wall_contact(scenario)
+        centre = scenario.centre_of_mass()
         row = self.blank.copy()
         row["time"] = scenario.time
         if model.chamber is not None:
             row |= chamber_readings(scenario, model.chamber)
         if model.robot.frame is not None:
-            row |= frame_readings(place_now(scenario, reader, model.robot.frame))
+            row |= frame_readings(frame_pose(scenario, model.robot.frame))
         row["contact_count"] = walls.contact_count
         row["slip_share"] = walls.slip_share
         rate = 1.0 / interval if interval > 0.0 else 0.0  # impulses since then to mean forces
-        pressed = reader.normal_impulses(scenario.number) * rate
+        pressed = walls.normal_impulses * rate
         row["contact_area"] = float(self.areas[pressed > 0.0].sum())
         row["rows_in_contact"] = sum(bool(pressed[k].any()) for k in model.robot.rows.values())
         row["wall_force_normal"] = walls.normal_impulse * rate
@@ -174,7 +176,7 @@ class Observer:
         if model.relaxation is not None:
             row["unbalanced_share"] = unbalanced_share(scenario)
         if model.passage is not None:
-            place = place_now(scenario, reader, model.passage.body).centre
+            place = frame_pose(scenario, model.passage.body).centre
             row |= along_path.path_readings(scenario, model.passage, place, interval)
         if model.crossing is not None or model.probes:
             row |= self._of_places(scenario.positions())
@@ -243,22 +245,10 @@ class Pose:
 
 
 def frame_pose(scenario: Scenario, body: int) -> Pose:
-    """Where a rigid body is now, read from its fields."""
+    """Where a rigid body is now."""
     bodies = scenario.terms.rigid_bodies
     moved = (bodies.centre, bodies.orientation, bodies.rotation)
-    return pose(scenario, body, *(scenario.read(field)[body] for field in moved))
-
-
-def place_now(scenario: Scenario, reader: EnergyReader, body: int) -> Pose:
-    """Where a rigid body was at the reader's last update."""
-    return pose(scenario, body, *reader.place_of(scenario.number, body))
-
-
-def pose(
-    scenario: Scenario, body: int, centre: np.ndarray, orientation: np.ndarray, rotation: np.ndarray
-) -> Pose:
-    """The pose of a rigid body whose centre of mass is at `centre` (d,) [m]; rotation (3, 3)."""
-    bodies = scenario.terms.rigid_bodies
+    centre, orientation, rotation = (scenario.read(field)[body] for field in moved)
     d = bodies.dimension
     arm = bodies.bodies[body].centre - bodies.rest_centre[body]
     return Pose(centre + rotation[:d, :d] @ arm, orientation)

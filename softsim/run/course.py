@@ -127,7 +127,7 @@ class Run:
             self.files.warn(turning_warnings(self.model.added_turning))
         log.info("stable step %s", stable.describe())
         self.files.warn(doubts(self.model) | step_warnings(self.model, stable))
-        energies = self.reader.of_scenario(self.scenario.number)[0]
+        energies = self.reader.of_scenario(self.scenario.number)
         self.balance = EnergyBalance.starting(energies, self.model)
         self.shape = ReferenceShape(self.model, x)
         self._set_out(
@@ -213,7 +213,7 @@ class Run:
         if model.relaxation is None:
             return True
         share = unbalanced_share(scenario)
-        energies = self.reader.read(scenario.number)[0]
+        energies = self.reader.read(scenario.number)
         if share <= model.relaxation.tolerance and not moves(energies, model.relaxation):
             return True
         if scenario.time > model.end_time + model.relaxation.longest:

@@ -129,7 +129,8 @@ class ExplicitSolver:
 
     def clear_impulses(self, s: int) -> None:
         """Begin a new interval over which the history of scenario s averages."""
-        fields.clear_row(self.impulses, s)
+        for impulse in self.impulses:
+            fields.write_row(impulse, s, 0.0)
 
     # --- increments ------------------------------------------------------------------------------
 
@@ -312,6 +313,12 @@ class Scenario:
     def positions(self) -> np.ndarray:
         """x (nodes, d) [m]."""
         return self.read(self.terms.nodes.position)
+
+    def centre_of_mass(self) -> np.ndarray:
+        """Of the meshed bodies (d,) [m]."""
+        mass = self.model.mass[: self.model.meshed_count]
+        centre: np.ndarray = mass @ self.positions()[: len(mass)] / mass.sum()
+        return centre
 
     def has_missed_contact(self) -> bool:
         """True if a neighbour list of contact had no room for all that came near."""

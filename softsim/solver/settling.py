@@ -74,7 +74,7 @@ def is_settled(scenario: Scenario, reader: EnergyReader) -> bool:
     assert settling is not None
     refuse_broken_elements(model, scenario.positions(), scenario.time)
     share = unbalanced_share(scenario)
-    if share <= settling.tolerance and not moves(reader.of_scenario(scenario.number)[0], settling):
+    if share <= settling.tolerance and not moves(reader.of_scenario(scenario.number), settling):
         return True
     if scenario.time >= 0.0:
         refuse_unsettled(share, settling)

@@ -26,7 +26,6 @@ from softsim.elements.fibre import FibreTerm
 from softsim.elements.layer import LayerTerm
 from softsim.elements.region import joined_regions
 from softsim.elements.ties import TieTerm
-from softsim.fields import Number
 from softsim.model import LOCAL_DAMPING, ContactData, CornerData, Model
 from softsim.nodes import PARTS, Nodes
 from softsim.rigid.frame import RigidBodies
@@ -57,7 +56,6 @@ class Terms:
             np.array([0.0 if m.relaxation is None else LOCAL_DAMPING for m in models]),
             any(m.relaxation is not None or m.settling is not None for m in models),
         )
-        self.meshed_count = Number(model.meshed_count)
         self.rigid_bodies = RigidBodies(self.nodes, list(model.rigid_bodies), model.points)
         self.elements = [
             r.geometry.elements(self.nodes, r, model.bulk_viscosity)

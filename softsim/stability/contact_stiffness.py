@@ -24,7 +24,7 @@ from softsim.contact.wall import Wall
 from softsim.loads.end_drag import EndDrag
 from softsim.mesh.bearing import nodes_per_facet_bound
 from softsim.model import ContactData, Model, OutlineData, SelfContactData
-from softsim.stability.rigid_bodies import TIED_SHARE, largest_frequency, least_inertia
+from softsim.stability.rigid_bodies import TIED_SHARE, TiedSprings, least_inertia
 
 # Within the increments between two inspections nothing moves by more of the model's size.
 REACH = 0.1
@@ -40,6 +40,15 @@ class ContactStiffness:
             self.tied[body.tied] = True
         self.reach = REACH * np.ptp(model.points, axis=0).max()
         self.supports = [(o, o.support) for o in model.outlines if o.support is not None]
+        self.touched_at_once = touched_at_once(model.walls)
+        self.on_walls = self._tied_springs(model.contact)
+        if model.self_contact is not None:
+            self.on_surfaces = self._tied_springs(model.self_contact.contact)
+
+    def _tied_springs(self, contact: ContactData) -> list[TiedSprings]:
+        """Of contact, on each rigid body."""
+        bodies, points = self.model.rigid_bodies, self.model.points
+        return [TiedSprings(body, points, contact.nodes) for body in bodies]
 
     def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Stiffness (n,) [N/m] against walls, outlines and other surfaces, and of what drags on
@@ -68,7 +77,7 @@ class ContactStiffness:
         stiffness = np.zeros(len(self.model.points))
         if self.model.walls:
             for contact in self.model.wall_contacts:
-                stiffness[contact.nodes] = wall_stiffness(contact, self.model.walls, dt)
+                stiffness[contact.nodes] = wall_stiffness(contact, self.touched_at_once, dt)
             stiffness += self._of_corners(dt)
         return np.where(self.tied, 0.0, stiffness)
 
@@ -114,13 +123,13 @@ class ContactStiffness:
         """
         model, contact, own = self.model, self.model.contact, self.model.self_contact
         at_walls, pressed = np.zeros((2, len(model.rigid_bodies)))
-        for r, body in enumerate(model.rigid_bodies):
-            if model.walls:
-                k = wall_stiffness(contact, model.walls, dt) + self._of_corners(dt)[contact.nodes]
-                at_walls[r] = largest_frequency(body, model.points, contact.nodes, k)
-            if own is not None:
-                k = self_stiffness(own, x, dt)
-                pressed[r] = largest_frequency(body, model.points, own.contact.nodes, k)
+        if model.walls:
+            k = wall_stiffness(contact, self.touched_at_once, dt)
+            k += self._of_corners(dt)[contact.nodes]
+            at_walls[:] = [springs.largest_frequency(k) for springs in self.on_walls]
+        if own is not None:
+            k = self_stiffness(own, x, dt)
+            pressed[:] = [springs.largest_frequency(k) for springs in self.on_surfaces]
         for outline, supported in self.supports:
             k = surface_stiffness(supported, dt)
             mass, inertia = least_inertia(model.rigid_bodies[outline.body], model.dimension)
@@ -139,13 +148,21 @@ class ContactStiffness:
         return np.minimum(np.linalg.norm(x[nodes] - centre, axis=1) + off_centre, farthest)
 
 
-def wall_stiffness(contact: ContactData, walls: Sequence[Wall], dt: float) -> np.ndarray:
-    """Largest stiffness (k,) [N/m] of each node against all walls that it can touch at once.
-
-    The sum over their normals n is k_t w I + (k_n - k_t) sum n (x) n for w surfaces; the largest
-    eigenvalue of a sum is at most the sum of the largest ones.
+def touched_at_once(walls: Sequence[Wall]) -> tuple[float, float]:
+    """w and a bound of the largest eigenvalue of sum n (x) n for the normals n of w surfaces of all
+    walls that a node can touch at once: that of a sum is at most the sum of the largest ones.
     """
-    surfaces, alike = np.sum([wall.touched_at_once() for wall in walls], axis=0)
+    surfaces, alike = np.sum([(0.0, 0.0), *(wall.touched_at_once() for wall in walls)], axis=0)
+    return float(surfaces), float(alike)
+
+
+def wall_stiffness(
+    contact: ContactData, touched_at_once: tuple[float, float], dt: float
+) -> np.ndarray:
+    """Largest stiffness (k,) [N/m] of each node against all walls that it can touch at once: of
+    k_t w I + (k_n - k_t) sum n (x) n.
+    """
+    surfaces, alike = touched_at_once
     k_n, k_t = stiffness_with_dashpots(contact, dt)
     return surfaces * k_t + alike * np.maximum(k_n - k_t, 0.0)
 

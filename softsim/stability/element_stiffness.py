@@ -56,9 +56,7 @@ class RegionStiffness:
         self.region, self.cells = region, np.ascontiguousarray(region.cells.T, dtype=np.int32)
         self.corners, self.count = self.cells.shape
         self.volumes = region.volumes
-        self.gradients = np.ascontiguousarray(
-            region.geometry.gradients(region.points, region.cells).transpose(1, 2, 0)
-        )
+        self.gradients = region.gradients.transpose(1, 2, 0)
         self.hourglass = None
         if region.has_hourglass_modes:
             self.hourglass = HourglassStiffness(region)

@@ -43,29 +43,38 @@ def least_inertia(body: RigidBodyData, dimension: int) -> tuple[float, float]:
     return mass, float(np.diag(body.inertia)[list(body.free[3:])].min(initial=np.inf))
 
 
-def largest_frequency(
-    body: RigidBodyData, points: np.ndarray, nodes: np.ndarray, stiffness: np.ndarray
-) -> float:
-    """Largest omega^2 [1/s^2] of a rigid body alone on those of the springs (k,) [N/m] at nodes
-    (k,) that are tied to it, each as stiff in all directions; 0 where it is held.
+class TiedSprings:
+    """Springs at nodes (k,), each as stiff in all directions: those whose nodes are tied to a rigid
+    body hold it.
 
     points (n, d) [m]: of all nodes at rest, to which the body's inertia belongs.
     """
-    own = np.isin(nodes, body.tied)
-    k, arms = stiffness[own], in_space(points[nodes[own]] - body.centre)
-    d = points.shape[1]
-    x, y, z = k @ arms
-    springs, inertia = np.zeros((2, 6, 6))
-    springs[:3, :3] = k.sum() * np.eye(3)
-    springs[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]  # k omega x r
-    springs[3:, :3] = springs[:3, 3:].T
-    springs[3:, 3:] = point_inertia(k, arms)
-    inertia[:3, :3], inertia[3:, 3:] = body.mass * np.eye(3), body.inertia
-    moves = np.flatnonzero([*body.free[:d], *([False] * (3 - d)), *body.free[3:]])
-    if len(moves) == 0 or not own.any():
-        return 0.0
-    both = np.ix_(moves, moves)
-    return float(eigh(springs[both], inertia[both], eigvals_only=True)[-1])
+
+    def __init__(self, body: RigidBodyData, points: np.ndarray, nodes: np.ndarray) -> None:
+        self.own = np.isin(nodes, body.tied)
+        self.arms = in_space(points[nodes[self.own]] - body.centre)
+        d = points.shape[1]
+        moves = np.flatnonzero([*body.free[:d], *([False] * (3 - d)), *body.free[3:]])
+        self.hold_nothing = len(moves) == 0 or not self.own.any()
+        self.moving = np.ix_(moves, moves)
+        inertia = np.zeros((6, 6))
+        inertia[:3, :3], inertia[3:, 3:] = body.mass * np.eye(3), body.inertia
+        self.inertia = inertia[self.moving]
+
+    def largest_frequency(self, stiffness: np.ndarray) -> float:
+        """Largest omega^2 [1/s^2] of the body alone on them, their stiffness (k,) [N/m]; 0 where it
+        is held.
+        """
+        if self.hold_nothing:
+            return 0.0
+        k = stiffness[self.own]
+        x, y, z = k @ self.arms
+        springs = np.zeros((6, 6))
+        springs[:3, :3] = k.sum() * np.eye(3)
+        springs[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]  # k omega x r
+        springs[3:, :3] = springs[:3, 3:].T
+        springs[3:, 3:] = point_inertia(k, self.arms)
+        return float(eigh(springs[self.moving], self.inertia, eigvals_only=True)[-1])
 
 
 def with_bodies(nodes: float, bodies: float, pressed: float, pressing: float) -> float:

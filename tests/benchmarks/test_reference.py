@@ -94,7 +94,7 @@ def test_reference_computes_the_increment_of_softsim(block, start, program, tmp_
     displacement = np.abs(computed - block.points).max()
     edges = block.points[block.bodies[0].cells]
     assert displacement > 0.3 * np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).min()
-    energies, _, _ = EnergyReader(solver).read()
+    energies = EnergyReader(solver).read()
 
     problem = write_problem(tmp_path / "block.bin", block, dt)
     for threads in (1, 2):

@@ -47,7 +47,7 @@ def test_friction_and_dashpots_are_booked_exactly(build, start_settled, override
     walls = solver.terms.wall_contacts[0]
 
     def state():
-        return reader.read()[0], fields.read(bodies.force)[0, 0]
+        return reader.read(), fields.read(bodies.force)[0, 0]
 
     start, first_force = state()
     factor = solver.time_increment**2 / (8.0 * MASS)

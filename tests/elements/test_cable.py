@@ -43,7 +43,7 @@ def test_forces_are_the_slopes_of_the_energy_and_keep_momentum(build, cpu, scene
     def energy(places):
         fields.write(solver.terms.nodes.position, places[None])
         reader.update()
-        return reader.of_scenario(0)[0].internal
+        return reader.of_scenario(0).internal
 
     fields.write(solver.terms.nodes.position, x[None])
     solver.find_forces(1e-6)

@@ -65,7 +65,7 @@ def test_a_bent_element_relaxes(build, start, case):
     over_mu = 0.5 * 2.0 / (1.0 - nu) * curvature**2 * SIDE**2 / 12.0 * volume  # [m^3]
     for _ in range(3):
         solver.advance(int(0.4 * TAU / solver.time_increment))
-        energies = reader.read()[0]
+        energies = reader.read()
         left = np.exp(-solver.time / TAU)
         assert energies.hourglass == pytest.approx(over_mu * (MU + BRANCH * left**2), rel=0.02)
         assert energies.internal == pytest.approx(energies.hourglass, rel=0.02)

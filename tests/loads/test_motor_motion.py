@@ -38,5 +38,5 @@ def test_the_frame_swings_with_m_r_over_M(build, start):
     mass = fields.read(solver.terms.rigid_bodies.mass)[0]
     assert swing == pytest.approx(0.572e-3 * 1.72e-3 / mass, rel=1e-3)
     assert np.abs(x).max() < 1e-12
-    energies = reader.read()[0]
+    energies = reader.read()
     assert energies.external_work == pytest.approx(energies.kinetic, rel=1e-6)

@@ -35,7 +35,7 @@ def test_a_block_lies_on_all_its_area(build, start):
     model = build(PRESSED)
     solver = start(model)
     reader = EnergyReader(solver)
-    balance = EnergyBalance.starting(reader.read()[0], model)
+    balance = EnergyBalance.starting(reader.read(), model)
     solver.clear_impulses(0)
     solver.advance(1)
     reader.update()

@@ -1,19 +1,15 @@
 """Whole runs with Taichi's checks of every index: nothing reads or writes beside its field.
 
-Extents are what the mesh has, not rounded up, so that an index one too far is beside the field. The
-copies between fields and arrays (softsim/fields.py), which reach all fields of a block from one of
-them, are left out of Taichi's checks and held to the words of their own field here.
+Extents are what the mesh has, not rounded up, so that an index one too far is beside the field.
 """
 
 import io
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 import taichi as ti
 from rich.console import Console
-from taichi.lang import impl
 
 from softsim import backend, fields
 
@@ -29,52 +25,16 @@ time: {end: 1 ms}
 MOMENT = ["time.end=0.2 ms", "time.procedure=dynamic", "time.settle=null", "expect={}"]
 
 
-@contextmanager
-def unchecked():
-    """Kernels that are compiled inside have no checks."""
-    impl.current_cfg().check_out_of_bound = False
-    try:
-        yield
-    finally:
-        impl.current_cfg().check_out_of_bound = True
-
-
-def is_in_one_field(place):
-    """Whether the words of a place are those of one field."""
-    first, behind = place.words
-    spans = [other.words for other in fields._places.values() if other.block is place.block]
-    return any(begin <= first and behind <= end for begin, end in spans)
-
-
 @pytest.fixture
 def checked(monkeypatch, tmp_path):
     """Taichi starts with every index checked, and without kernels that were kept unchecked."""
-    plain_start, read, write = ti.init, fields._Place.read, fields._Place.write
-    clear_row = fields.clear_row
+    plain_start = ti.init
 
     def start(**settings):
         plain_start(**settings | {"debug": True, "check_out_of_bound": True})
 
-    def read_checked(place):
-        assert is_in_one_field(place)
-        with unchecked():
-            return read(place)
-
-    def write_checked(place, values):
-        assert is_in_one_field(place)
-        with unchecked():
-            write(place, values)
-
-    def clear_checked(cleared, row):
-        assert all(is_in_one_field(fields._places[field].row(row)) for field in cleared)
-        with unchecked():
-            clear_row(cleared, row)
-
     monkeypatch.setattr(backend.ti, "init", start)
     monkeypatch.setattr(fields, "rounded", lambda extent: extent)
-    monkeypatch.setattr(fields._Place, "read", read_checked)
-    monkeypatch.setattr(fields._Place, "write", write_checked)
-    monkeypatch.setattr(fields, "clear_row", clear_checked)
     monkeypatch.setenv("SOFTSIM_CACHE", str(tmp_path / "kernels"))
 
 

@@ -45,7 +45,7 @@ def test_a_block_above_an_incline_settles(blocks):
     assert unbalanced_share(solver.scenario(0)) <= 1e-6
     settled = solver.positions()[0]
     assert settled[model.bodies[0].node_sets["bottom"], 1].max() < 0.0
-    energies = reader.read()[0]
+    energies = reader.read()
     assert energies.internal > 0.0
     assert energies.friction_dissipation == 0.0
     assert abs(energies.viscous_dissipation) < 1e-6 * energies.internal  # round-off of ln det A
@@ -54,11 +54,11 @@ def test_a_block_above_an_incline_settles(blocks):
     moving, still = [], np.array([1, 0, 0])
     for _ in range(50):
         solver.advance(100 * still)
-        moving.append(reader.read()[0].kinetic)
+        moving.append(reader.read().kinetic)
     assert max(moving) < tiny
     assert np.abs(solver.positions()[0] - settled).max() < 1e-8
     # Branches have relaxed: they hold nothing that they could lose.
-    assert reader.read()[0].internal == pytest.approx(energies.internal, rel=1e-5)
+    assert reader.read().internal == pytest.approx(energies.internal, rel=1e-5)
 
 
 def test_loads_have_done_nothing_before_zero(blocks):
@@ -70,12 +70,12 @@ def test_loads_have_done_nothing_before_zero(blocks):
     solver, reader = blocks, EnergyReader(blocks)
     x = solver.positions()
     np.testing.assert_array_equal(x[PUSHED], x[0])
-    weight_only, before = reader.read()[0], reader.read(PUSHED)[0]
+    weight_only, before = reader.read(), reader.read(PUSHED)
     assert before.external_work == weight_only.external_work
     assert before.internal == weight_only.internal
     balance = EnergyBalance.starting(before, solver.models[PUSHED])
     solver.advance(np.array([0, 4000, 0]))
-    after = reader.read(PUSHED)[0]
+    after = reader.read(PUSHED)
     assert after.external_work > before.external_work
     assert solver.positions()[PUSHED][:, 0].mean() > x[0, :, 0].mean()
     assert balance.error(after) < 0.005

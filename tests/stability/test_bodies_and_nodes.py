@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import block_diag, eigh
 
 from softsim.rigid.body import RigidBodyData
-from softsim.stability.rigid_bodies import largest_frequency, with_bodies
+from softsim.stability.rigid_bodies import TiedSprings, with_bodies
 
 NODES = 12
 
@@ -45,14 +45,16 @@ def test_a_body_on_springs_at_its_tied_nodes(d, free):
     body = body_of(d, free, rng)
     points = 1e-2 * rng.standard_normal((NODES, d))
     nodes, k = np.arange(NODES), rng.uniform(10.0, 1000.0, NODES)
-    found = largest_frequency(body, points, nodes, k)
+    found = TiedSprings(body, points, nodes).largest_frequency(k)
     moves = np.flatnonzero(free)
     J = motion_at(points[body.tied], body.centre)[:, moves]
     stiffness = J.T @ np.diag(np.repeat(k[body.tied], d)) @ J
     inertia = block_diag(body.mass * np.eye(3), body.inertia)[np.ix_(moves, moves)]
     expected = eigh(stiffness, inertia, eigvals_only=True)[-1] if len(moves) else 0.0
     assert found == pytest.approx(expected, rel=1e-9)
-    assert largest_frequency(body, points, nodes[1::2], k[1::2]) == 0.0  # none of them is tied
+    assert (
+        TiedSprings(body, points, nodes[1::2]).largest_frequency(k[1::2]) == 0.0
+    )  # none of them is tied
 
 
 @pytest.mark.parametrize("between", [0.01, 1.0, 100.0])

@@ -90,10 +90,10 @@ def largest_energies(cpu):
         for step in steps:
             solver.restore(memory, 0.0, 0, step)
             solver.begin(step)
-            before, largest = reader.read()[0], 0.0
+            before, largest = reader.read(), 0.0
             for _ in range(100):
                 solver.advance(30)
-                now = reader.read()[0]
+                now = reader.read()
                 gain = now.kinetic / before.kinetic
                 largest = max(largest, gain if np.isfinite(gain) else np.inf)
             found.append(largest)

@@ -87,13 +87,13 @@ def test_a_cantilever_sags_under_its_weight_and_swings(build, start, record_veri
     model = build(CANTILEVER)
     solver = start(model)
     reader, track = EnergyReader(solver), []
-    first = reader.read()[0].balance
+    first = reader.read().balance
     while solver.time < 0.2:
         solver.advance(20)
         track.append(
             (solver.time, solver.scenario(0).positions()[model.cables[0].cable.nodes[-1], 1])
         )
-    energies = reader.read()[0]
+    energies = reader.read()
     t, y = np.array(track).T
     omega = 1.875104**2 * np.sqrt(EI / (LINE * FREE**4))
     sag = LINE * 1.0 * FREE**4 / (8.0 * EI)
@@ -213,12 +213,12 @@ def test_a_body_that_trails_a_clamped_tube_keeps_momentum_and_energy(build, star
         spin = fields.read(bodies.angular_momentum)[0, 0] + m * np.cross(centre, v_body)
         return p.sum(axis=0) + m * v_body, np.cross(x, p).sum(axis=0) + spin
 
-    energies = reader.read()[0]
+    energies = reader.read()
     began, turning, kinetic = *momenta(), energies.kinetic
     most_stored = 0.0
     while solver.time < 0.1:
         solver.advance(200)
-        now = reader.read()[0]
+        now = reader.read()
         most_stored = max(most_stored, now.internal)
         np.testing.assert_allclose(momenta()[0], began, rtol=1e-9)
         assert abs(now.balance - kinetic) < 1e-3 * kinetic
@@ -259,9 +259,9 @@ def test_what_a_cable_s_end_drags_holds_up_to_its_friction_and_slides_beyond(
     ways = [s.positions()[tail[-1], 0] - s.model.points[tail[-1], 0] for s in (held, pulled)]
     assert abs(ways[0]) < 2.0 * 0.45 * SLIP
     reader.update()
-    energies = reader.of_scenario(0)[0]
+    energies = reader.of_scenario(0)
     assert energies.friction_dissipation < 1e-12 * energies.external_work
-    energies = reader.of_scenario(1)[0]
+    energies = reader.of_scenario(1)
     slid, moving = DRAG * (ways[1] - SLIP), DRAG * (ways[1] + 0.5 * SLIP)
     record_verification("cable, dragged end: dissipated [J]", slid, energies.friction_dissipation)
     record_verification("cable, dragged end: moving [J]", moving, energies.kinetic)

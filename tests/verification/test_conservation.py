@@ -108,11 +108,11 @@ def test_energy_balance_of_free_flight(build, start, robot):
         model = build(text)
         solver = start(model, share=share)
         reader = EnergyReader(solver)
-        balance = EnergyBalance.starting(reader.read()[0], model)
+        balance = EnergyBalance.starting(reader.read(), model)
         worst = 0.0
         while solver.time < 6e-3:
             solver.advance(16)
-            worst = max(worst, balance.error(reader.read()[0]))
+            worst = max(worst, balance.error(reader.read()))
         errors.append(worst)
     assert errors[0] < 1e-3
     assert errors[1] < 0.3 * errors[0]

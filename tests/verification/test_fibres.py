@@ -86,7 +86,7 @@ def test_forces_are_slopes_of_the_energy(build, start, kind, cells, bears_compre
 
     def energy(x):
         deform(solver, x)
-        return reader.read()[0].internal
+        return reader.read().internal
 
     whole = energy(x)
     forces = fields.read(solver.terms.nodes.force)[0]

@@ -147,7 +147,7 @@ def test_elements(build, start, formulation, overrides):
 
     def energy(at):
         forces_at(solver, at)
-        return reader.read()[0].internal
+        return reader.read().internal
 
     nodes = [0, 3, 7, 10, 15]
     exact = gradient(energy, x, nodes)
@@ -193,7 +193,7 @@ def test_contact_normal_and_sticking(build, start, formulation):
 
     def energy(at):
         forces_at(solver, at)
-        read = reader.read()[0]
+        read = reader.read()
         return read.contact + read.internal
 
     touching = np.flatnonzero(fields.read(solver.terms.wall_contacts[0].normal_force)[0] > 0.0)

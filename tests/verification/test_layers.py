@@ -68,7 +68,7 @@ def test_forces_are_slopes_of_the_energy(build, start, kind):
 
     def energy(x):
         deform(solver, x)
-        return reader.read()[0].internal
+        return reader.read().internal
 
     whole = energy(x)
     forces = fields.read(solver.terms.nodes.force)[0]
@@ -199,9 +199,9 @@ def test_the_stable_step_bounds_a_layer(build, start, kind):
     rng = np.random.default_rng(5)
     fields.write(solver.terms.nodes.velocity, rng.uniform(-0.02, 0.02, (1, *model.points.shape)))
     reader = EnergyReader(solver)
-    before = reader.read()[0]
+    before = reader.read()
     solver.advance(2000)
-    energies = reader.read()[0]
+    energies = reader.read()
     assert energies.internal > 0.2 * before.kinetic
     assert energies.balance == pytest.approx(before.balance, rel=0.15)
     K = rest_stiffness(model, body, body.regions[0]).matrix + layer_and_fibre_stiffness(model, body)

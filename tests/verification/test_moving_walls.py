@@ -56,7 +56,7 @@ def observed(solver, until, clear_at=0.0):
     from softsim.solver.energy import EnergyBalance, EnergyReader
 
     scenario, reader = solver.scenario(0), EnergyReader(solver)
-    balance = EnergyBalance.starting(reader.read()[0], solver.models[0])
+    balance = EnergyBalance.starting(reader.read(), solver.models[0])
     while solver.time < clear_at:
         solver.advance(10)
     solver.clear_impulses(0)

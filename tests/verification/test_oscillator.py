@@ -175,14 +175,14 @@ def test_energy_over_a_million_increments(build, start, record_verification):
     assert model.element_count == 16
     solver = start(model)
     reader = EnergyReader(solver)
-    initial = reader.read()[0].balance
-    assert initial == pytest.approx(reader.read()[0].kinetic)
+    initial = reader.read().balance
+    assert initial == pytest.approx(reader.read().kinetic)
 
     def mean_energy():
         seen = []
         for _ in range(200):
             solver.advance(50)
-            seen.append(reader.read()[0].balance)
+            seen.append(reader.read().balance)
         return np.mean(seen)
 
     early = mean_energy()
@@ -268,7 +268,7 @@ def test_work_of_a_prescribed_motion(build, cpu, record_verification):
     for refinement in (1, 2, 4):
         begin_again(solver, memory, 1e-3 / count / refinement)
         solver.advance(count * refinement)
-        energies = reader.read()[0]
+        energies = reader.read()
         stored = energies.internal + energies.kinetic
         errors.append(abs(stored / energies.external_work - 1.0))
     assert energies.kinetic > 1e-3 * energies.internal

@@ -62,10 +62,10 @@ def test_the_books_close_across_corners(build, start):
     # A chattering contact lasts a few increments and is booked to first order: a smaller step.
     solver = start(model, share=0.3)
     reader = EnergyReader(solver)
-    balance = EnergyBalance.starting(reader.read()[0], model)
+    balance = EnergyBalance.starting(reader.read(), model)
     largest = 0.0
     while solver.time < 0.15:
         solver.advance(500)
-        largest = max(largest, balance.error(reader.read()[0]))
+        largest = max(largest, balance.error(reader.read()))
     assert solver.positions()[0][:, 0].min() < 1e-3 * (x - 12.0)  # its front is far over the hump
     assert largest < 0.01

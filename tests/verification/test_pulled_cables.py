@@ -105,12 +105,12 @@ def test_work_of_the_winch_is_stored_or_moves(build, start, record_verification)
     for share in (0.8, 0.4):
         solver = start(model, share=share)
         reader = EnergyReader(solver)
-        balance, largest = EnergyBalance.starting(reader.read()[0], model), 0.0
+        balance, largest = EnergyBalance.starting(reader.read(), model), 0.0
         while solver.time < 5e-3:
             solver.clear_impulses(0)
             began = solver.time
             solver.advance(50)
-            energies = reader.read()[0]
+            energies = reader.read()
             largest = max(largest, balance.error(energies))
         assert energies.kinetic > 0.01 * energies.external_work > 0.0
         errors.append(largest)

@@ -87,9 +87,9 @@ def test_dissipation_is_what_the_branch_loses(build, start):
     F = np.array([[1.3, 0.2], [0.0, 1.0 / 1.3]])
     fields.write(solver.terms.nodes.position, (model.points @ F.T)[None].copy())
     solver.advance(8)
-    before = reader.read()[0]
+    before = reader.read()
     solver.advance(2000)
-    after = reader.read()[0]
+    after = reader.read()
     lost = before.internal - after.internal
     gained = after.viscous_dissipation - before.viscous_dissipation
     assert lost > 0.0
@@ -118,12 +118,12 @@ def books_after_a_blow(model, start, share):
 
     solver = start(model, share=share)
     reader = EnergyReader(solver)
-    first = reader.read()[0]
+    first = reader.read()
     balance = EnergyBalance.starting(first, model)
     errors, missing = [], []
     while solver.time < 20e-3:
         solver.advance(10)
-        energies = reader.read()[0]
+        energies = reader.read()
         errors.append(balance.error(energies))
         missing.append(abs(energies.balance - first.balance))
     return max(errors), max(missing), energies

@@ -32,7 +32,7 @@ def test_place_force_and_work(build, start, record_verification):
     model = build(SCENE)
     solver = start(model)
     reader = EnergyReader(solver)
-    balance = EnergyBalance.starting(reader.read()[0], model)
+    balance = EnergyBalance.starting(reader.read(), model)
     while solver.time < 25e-3:
         solver.advance(100)
     solver.clear_impulses(0)

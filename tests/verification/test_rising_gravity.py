@@ -47,7 +47,7 @@ def test_free_fall_under_a_ramp(build, cpu, record_verification):
     exact = G * (t**3 - t * dt**2) / (6.0 * RAMP)
     np.testing.assert_allclose(fallen(solver), exact, rtol=1e-9)
     mass = model.mass.sum() + 5e-3
-    energies = reader.read()[0]
+    energies = reader.read()
     assert abs(energies.balance) == pytest.approx(mass * (0.5 * G * dt) ** 2 / 8.0, rel=1e-5)
     kept = solver.state()
     other.restore(kept, solver.time, solver.increment_count, dt)
@@ -55,7 +55,7 @@ def test_free_fall_under_a_ramp(build, cpu, record_verification):
         one.advance(300)
     for name, array in solver.state().items():
         np.testing.assert_array_equal(other.state()[name], array, err_msg=name)
-    energies, after = reader.read()[0], solver.time - RAMP
+    energies, after = reader.read(), solver.time - RAMP
     way = G * (RAMP**2 / 6.0 + 0.5 * RAMP * after + 0.5 * after**2)
     speed = G * (0.5 * RAMP + after)
     # The end of the ramp lies on an increment: half a step of its slope is all that is rounded off.

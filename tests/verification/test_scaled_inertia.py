@@ -57,7 +57,7 @@ def test_momenta_and_energy_are_kept(build, cpu):
     def books():
         x, p = solver.positions()[0], scaled_momentum(solver)
         turning = (x[:, 0] * p[:, 1] - x[:, 1] * p[:, 0]).sum()
-        return p.sum(axis=0), turning, reader.read()[0]
+        return p.sum(axis=0), turning, reader.read()
 
     linear, turning, energies = books()
     solver.advance(4000)
@@ -107,9 +107,9 @@ def test_statics_are_untouched(build, restart):
         reader = EnergyReader(solver)
         solver.begin(0.9 * stable_step(model, model.points).value)
         solver.damp(0, 0.8)
-        initial = reader.read()[0].balance
+        initial = reader.read().balance
         solver.advance(20_000)
-        energies = reader.read()[0]
+        energies = reader.read()
         assert energies.balance == pytest.approx(initial, abs=2e-2 * energies.internal)
         sags.append(solver.positions()[0][:, 1].min() - model.points[:, 1].min())
     assert sags[0] < -20e-6

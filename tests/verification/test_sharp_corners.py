@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from softsim import fields
+from softsim.solver.wall_contact import wall_contact
 
 G, DENSITY = 9.81, 1000.0
 SCENE = f"""
@@ -72,7 +73,7 @@ def test_the_force_is_the_gradient_of_the_energy(pressed):
 
     def energy(at):
         wall_forces(solver, at)
-        return reader.read()[0].contact
+        return reader.read().contact
 
     exact, h = np.zeros((len(touched), 2)), 1e-9
     for k, a in enumerate(touched):
@@ -87,7 +88,6 @@ def test_a_corner_gives_its_facet_force_and_moment(pressed):
     """The facet's nodes together get N n, along a line through the corner; the number of places
     that touch counts it.
     """
-    from softsim.solver.energy import EnergyReader
 
     solver, x = pressed
     x[:, 0] += 0.5e-3  # no node is at an edge now
@@ -105,7 +105,7 @@ def test_a_corner_gives_its_facet_force_and_moment(pressed):
     arms = x[[a, b]] - tip
     moment = (arms[:, 0] * pair[:, 1] - arms[:, 1] * pair[:, 0]).sum()
     assert abs(moment) < 1e-12 * N[0] * np.linalg.norm(x[b] - x[a])
-    assert EnergyReader(solver).read()[1].contact_count == 2
+    assert wall_contact(solver.scenario(0)).contact_count == 2
 
 
 def test_an_edge_below_short_facets_is_outside_though_a_long_one_is_near(build, start):
@@ -160,12 +160,12 @@ def test_a_block_slides_over_an_edge_and_its_energy_is_kept(build, start, record
     )
     solver = start(build(over(points, scene)))
     reader = EnergyReader(solver)
-    first = reader.read()[0]
+    first = reader.read()
     balance = EnergyBalance.starting(first, solver.models[0])
     largest, by_corner = 0.0, 0.0
     while solver.time < 0.07:
         solver.advance(200)
-        largest = max(largest, balance.error(reader.read()[0]))
+        largest = max(largest, balance.error(reader.read()))
         by_corner = max(by_corner, fields.read(solver.terms.corner_contacts[0].pressing)[0].max())
     assert by_corner > 0.5 * WEIGHT  # it has turned about the edge
     assert largest < 2e-3
@@ -183,15 +183,15 @@ def test_knife_edges_that_rise_lift_the_block(build, start):
     model = build(over(KNIVES), lift)
     solver = start(model)
     reader, walls = EnergyReader(solver), solver.terms.wall_contacts[0]
-    first, _, began_at = reader.read()
-    balance = EnergyBalance.starting(first, model)
+    began_at = solver.scenario(0).centre_of_mass()
+    balance = EnergyBalance.starting(reader.read(), model)
     largest = 0.0
     while solver.time < 0.1:
         solver.clear_impulses(0)
         began = solver.time
         solver.advance(500)
-        largest = max(largest, balance.error(reader.read()[0]))
-    rise = reader.read()[2][1] - began_at[1]
+        largest = max(largest, balance.error(reader.read()))
+    rise = solver.scenario(0).centre_of_mass()[1] - began_at[1]
     force = walls.readings(0, solver.time - began)["ground_drive_force"]
     assert largest < 2e-3
     assert rise == pytest.approx(0.5e-3, abs=5e-6)

@@ -19,6 +19,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from softsim.solver.wall_contact import wall_contact
+
 SLOPE = """
 bodies:
   block: {mesh: {generator: block, length: 40 mm, height: 15 mm, element_size: 2 mm},
@@ -90,10 +92,9 @@ class Rig:
         """History of scenario s up to `end` [s]."""
         from softsim.solver.energy import EnergyBalance
 
-        solver = self.solver
-        energies, _, centre = self.reader.read(s)
-        balance = EnergyBalance.starting(energies, self.models[s])
-        times, places, worst = [0.0], [centre[0]], 0.0
+        solver, scenario = self.solver, self.solver.scenario(s)
+        balance = EnergyBalance.starting(self.reader.read(s), self.models[s])
+        times, places, worst = [0.0], [scenario.centre_of_mass()[0]], 0.0
         counts = np.zeros(len(self.models), dtype=int)
         rubbing_from = end - 0.4
         while solver.times[s] < end:
@@ -101,11 +102,10 @@ class Rig:
             if times[-1] < rubbing_from:
                 solver.clear_impulses(s)
             solver.advance(counts)
-            energies, grip, centre = self.reader.read(s)
             times.append(solver.times[s])
-            places.append(centre[0])
-            worst = max(worst, balance.error(energies))
-        mu = self.models[s].contact.friction_coefficient
+            places.append(scenario.centre_of_mass()[0])
+            worst = max(worst, balance.error(self.reader.read(s)))
+        grip, mu = wall_contact(scenario), self.models[s].contact.friction_coefficient
         rubbing = -grip.impulse[0] / (mu * grip.normal_impulse)
         return History(np.array(times), np.array(places), rubbing, worst)
 
@@ -330,11 +330,11 @@ def test_contact_damped_critically(build, start):
     model = build(SMALL, "contact.damping_ratio=1.0", "environment.inclination=30 deg")
     solver = start(model)
     reader = EnergyReader(solver)
-    balance = EnergyBalance.starting(reader.read()[0], model)
+    balance = EnergyBalance.starting(reader.read(), model)
     worst = 0.0
     while solver.time < 0.3:
         solver.advance(50)
-        worst = max(worst, balance.error(reader.read()[0]))
+        worst = max(worst, balance.error(reader.read()))
     assert worst < 0.005
 
 
@@ -389,28 +389,23 @@ def test_slip_share_of_a_block_that_slides(build, start):
     increments after a hop, until the friction spring from where they touched down is stretched to
     mu N: under a hundredth.
     """
-    from softsim.solver.energy import EnergyReader
-
     solver = start(build(SMALL, "environment.inclination=35 deg"))
-    reader = EnergyReader(solver)
     advance_to(solver, 0.3)
     solver.clear_impulses(0)
-    assert reader.read()[1].slip_share == 0.0  # nothing yet, and no division by it
+    assert wall_contact(solver.scenario(0)).slip_share == 0.0  # nothing yet, and no division by it
     advance_to(solver, 0.5)
-    assert reader.read()[1].slip_share > 0.99
+    assert wall_contact(solver.scenario(0)).slip_share > 0.99
 
 
 def test_slip_share_of_a_block_that_rests(build, start_settled):
     """Nothing, when the limits of friction have followed for ten times their memory. Settled: with
     its weight at once the slowest branch creeps for long, and the nodes at the corners with it.
     """
-    from softsim.solver.energy import EnergyReader
-
     solver = start_settled(build(SMALL, "time.settle=1 s"))
     advance_to(solver, 0.1)
     solver.clear_impulses(0)
     advance_to(solver, 0.2)
-    assert EnergyReader(solver).read()[1].slip_share == 0.0
+    assert wall_contact(solver.scenario(0)).slip_share == 0.0
 
 
 def test_friction_dissipates_what_gravity_puts_in(build, start):
@@ -421,8 +416,8 @@ def test_friction_dissipates_what_gravity_puts_in(build, start):
     model = build(SMALL, "environment.inclination=35 deg")
     solver = start(model, share=0.3)
     reader = EnergyReader(solver)
-    balance = EnergyBalance.starting(reader.read()[0], model)
+    balance = EnergyBalance.starting(reader.read(), model)
     advance_to(solver, 0.4)
-    energies = reader.read()[0]
+    energies = reader.read()
     assert energies.friction_dissipation > 0.5 * energies.external_work
     assert balance.error(energies) < 0.01

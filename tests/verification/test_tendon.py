@@ -105,20 +105,20 @@ def test_thrown_into_a_slack_tendon(build, cpu, record_verification):
     reader = EnergyReader(solver)
     dt = angle / OMEGA
     solver.begin(dt)
-    before = reader.read()[0]
+    before = reader.read()
     assert before.kinetic == pytest.approx(0.5 * MASS * SPEED**2, rel=1e-12)
     tension, way = [], []
     while solver.time < 2.0 * SLACK / SPEED + np.pi / OMEGA + 1e-3:
         solver.advance(1)
         way.append(displacement(solver) @ [0.6, 0.8])
-        stored = reader.read()[0].internal
+        stored = reader.read().internal
         tension.append(np.sqrt(2.0 * STIFFNESS * max(stored, 0.0)))
     taut = np.array(tension) > 1e-9
     np.testing.assert_array_equal(taut, np.array(way) > SLACK)
     assert taut.sum() * dt == pytest.approx(np.pi / OMEGA, abs=dt)
     exact = SPEED * np.sqrt(STIFFNESS * MASS)
     assert max(tension) == pytest.approx(exact, rel=angle**2)
-    after = reader.read()[0]
+    after = reader.read()
     assert after.kinetic == pytest.approx(before.kinetic, rel=angle**2)
     assert after.external_work == 0.0
     back = (way[-1] - way[-2]) / dt
@@ -142,7 +142,7 @@ def test_the_force_is_the_gradient_of_the_energy(build, start):
         memory["rigid_bodies/centre"] = rest + u
         solver.restore(memory, 0.0, 0, step)
         solver.find_forces(step)
-        return reader.read()[0].internal, fields.read(solver.terms.rigid_bodies.force)[0, 0]
+        return reader.read().internal, fields.read(solver.terms.rigid_bodies.force)[0, 0]
 
     for u, is_taut in (([4e-3, 5e-3], True), ([9e-3, -1e-3], True), ([-5e-3, 2e-3], False)):
         gradient = [(at(u + h * side)[0] - at(u - h * side)[0]) / (2.0 * h) for side in np.eye(2)]
@@ -186,10 +186,10 @@ def test_a_stiff_tendon_on_a_light_body(build, start):
     step = solver.time_increment
     solver.restore(memory, 0.0, 0, step)
     solver.begin(step)
-    before = reader.read()[0].kinetic
+    before = reader.read().kinetic
     solver.advance(20_000)
     assert fields.read(solver.terms.loads[0].impulse)[0] > 0.0
-    energies = reader.read()[0]
+    energies = reader.read()
     assert 0.0 < energies.kinetic + energies.internal < 1.05 * before
 
 

@@ -85,7 +85,7 @@ def test_the_robots(robots, record_verification):
 
     solver, number = robots
     reader, bodies = EnergyReader(solver), solver.terms.rigid_bodies
-    start = {name: reader.read(s)[0] for name, s in number.items()}
+    start = {name: reader.read(s) for name, s in number.items()}
 
     # Weight at an arm (-16, 2) mm: force and torque at rest.
     hanging = number["hanging"]
@@ -100,7 +100,7 @@ def test_the_robots(robots, record_verification):
         turns.append(fields.read(bodies.orientation)[number["pitching"], 0, 3])
     kept, t = solver.state(), DT * np.arange(1, LOOKS + 1)
     way = dict(zip(SCENARIOS, np.moveaxis(places, 0, 1), strict=True))
-    energies = {name: reader.read(s)[0] for name, s in number.items()}
+    energies = {name: reader.read(s) for name, s in number.items()}
 
     # Below the drag: the spring alone, to round-off, and nothing dissipated.
     elastic = 0.45 * DRAG / SPRING * swing(OMEGA, t)
@@ -201,7 +201,7 @@ def test_the_torque_is_the_gradient_of_the_energy(build, start):
         memory["rigid_bodies/orientation"][0, 0] = turned / np.linalg.norm(turned)
         solver.restore(memory, 0.0, 0, solver.time_increment)
         solver.find_forces(solver.time_increment)
-        return reader.read()[0].internal, fields.read(solver.terms.rigid_bodies.torque)[0, 0]
+        return reader.read().internal, fields.read(solver.terms.rigid_bodies.torque)[0, 0]
 
     gradient = [(at(h * side)[0] - at(-h * side)[0]) / (2.0 * h) for side in np.eye(3)]
     np.testing.assert_allclose(at(np.zeros(3))[1], -np.array(gradient), rtol=1e-6)

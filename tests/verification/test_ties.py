@@ -69,9 +69,9 @@ def test_momentum_and_energy_in_free_flight(build, start, record_verification, k
     model = build(blocks(kind, 2.0, 1.3, cells, STRUCK % "top"))
     solver = start(model, share=0.1)
     reader = EnergyReader(solver)
-    before, (p, L) = reader.read()[0], momenta(solver)
+    before, (p, L) = reader.read(), momenta(solver)
     solver.advance(4000)
-    energies, (p_after, L_after) = reader.read()[0], momenta(solver)
+    energies, (p_after, L_after) = reader.read(), momenta(solver)
     x, extent = solver.positions()[0], np.ptp(model.points, axis=0).max()
     assert energies.internal > 0.1 * before.kinetic
     scale = model.mass.sum() * np.abs(model.velocity).max()
