@@ -57,19 +57,20 @@ class RunFiles:
         self.fields = FieldWriter(self.path / files.RESULTS, *mesh_of(model), resumed_at)
         if resumed_at is None:
             self.fields.describe(**description(model, loaded.scene.title))
+        log.setLevel(logging.INFO)
         self.log_file = logging.FileHandler(self.path / files.LOG, delay=True)
         self.log_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
 
     @contextmanager
     def logged(self) -> Iterator[None]:
         """Write what is logged in the block into this run's log: others may run in between."""
-        log.setLevel(logging.INFO)
         log.addHandler(self.log_file)
         try:
             yield
         finally:
             log.removeHandler(self.log_file)
-            self.log_file.close()
+            if self.log_file.stream is not None:
+                self.log_file.close()
 
     def warn(self, warnings: Mapping[str, str]) -> None:
         """Write warnings (kind -> text) into the log and onto the console, each kind once."""

@@ -10,7 +10,8 @@ round-off (they are other kernels, and fast_math lets the compiler order the ari
 import itertools
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import taichi as ti
@@ -35,9 +36,8 @@ LARGEST_INDEX = 2**22 - 1
 MOST_LOOKS = 500_000_000
 
 
-@dataclass(frozen=True)
-class Span:
-    """`count` increments of dt [s] of a scenario; 0: it rests. Number k of them, from 1, ends at
+class Span(NamedTuple):
+    """`increments` of dt [s] of a scenario; 0: it rests. Number k of them, from 1, ends at
     start + (done + k) dt: a block that is done in parts, `done` increments before this one, passes
     through the times of a whole one, to the bit.
 
@@ -45,7 +45,7 @@ class Span:
     forces are those at the present positions.
     """
 
-    count: int
+    increments: int
     start: float
     dt: float
     drift: float
@@ -53,7 +53,7 @@ class Span:
     done: int = 0
 
 
-COUNT, START, DT, DRIFT, KICK, DONE = range(6)
+INCREMENTS, START, DT, DRIFT, KICK, DONE = range(6)
 """Columns of IncrementKernels.spans, which launches read: the numbers of a Span, a row each."""
 
 
@@ -104,24 +104,24 @@ class IncrementKernels:
             ti.sync()
             return
         for s, span in enumerate(spans):
-            if span.count and self.threads.size == 1:
+            if span.increments and self.threads.size == 1:
                 self.alone(s, span)
-            elif span.count:
+            elif span.increments:
                 began = time.perf_counter()
                 self.together(s, span, self.threads.workers)
                 if span.drift > 0.0:  # the first call, which compiles, has none
-                    self.threads.note(span.count, time.perf_counter() - began)
+                    self.threads.note(span.increments, time.perf_counter() - began)
 
     def alone(self, s: int, span: Span) -> None:
         """Run a span in the calling thread, which has in its cache what it reads between two calls.
 
         The number of workers is an argument so that the compiler treats both kernels alike.
         """
-        self._alone(s, *astuple(span), 1)
+        self._alone(s, *span, 1)
 
     def together(self, s: int, span: Span, workers: int) -> None:
         """Run a span by so many of Taichi's threads side by side. Raises DeviceError."""
-        lost = self._together(s, *astuple(span), workers, 0)
+        lost = self._together(s, *span, workers, 0)
         if lost:
             raise DeviceError(
                 f"{workers} threads were started, and not all of them run",
@@ -132,8 +132,8 @@ class IncrementKernels:
         """Run spans with a launch for each stage, as on a GPU, on any device. A scenario that has
         done its own increments rests while others go on.
         """
-        write(self.spans, np.array([astuple(span) for span in spans]))
-        for k in range(0, max(span.count for span in spans), LAUNCHED_TOGETHER):
+        write(self.spans, np.array(spans))
+        for k in range(0, max(span.increments for span in spans), LAUNCHED_TOGETHER):
             self._launch(k)
 
     @ti.kernel
@@ -216,15 +216,15 @@ class IncrementKernels:
         for n in ti.static(range(LAUNCHED_TOGETHER)):
             for stage in ti.static(self.drift_stages):
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    if first + n < self.spans[s, COUNT] and self.spans[s, DRIFT] > 0.0:
+                    if first + n < self.spans[s, INCREMENTS] and self.spans[s, DRIFT] > 0.0:
                         work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, DRIFT])
             for stage in ti.static(self.force_stages):
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    if first + n < self.spans[s, COUNT]:
+                    if first + n < self.spans[s, INCREMENTS]:
                         work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, DT])
             for stage in ti.static(self.kick_stages):
                 for s, i in ti.ndrange(self.scenarios, ti.static(size(stage))):
-                    if first + n < self.spans[s, COUNT]:
+                    if first + n < self.spans[s, INCREMENTS]:
                         work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, KICK])
 
     @ti.func

@@ -41,6 +41,7 @@ RESOLVED = 0.8
 # The step over that of the stiffest element alone at rest, at most. Averaged pressure makes it some
 # 1.5 to 2; where every node is held or tied nothing else would limit it.
 LONGEST_OVER_ELEMENT = 4.0
+STIFFEST = "an element"
 
 
 @dataclass(frozen=True)
@@ -48,15 +49,29 @@ class StableStep:
     """The step to take [s], without safety factor, and what limits it.
 
     value: what is taken, for accuracy less than stability asks where that is named in `limit`.
-    stable: up to here no mode grows [s]. limit: what sets `value`, in words. element: the one that
-    holds most of the fastest mode, numbered within its body. altitude: its smallest [m].
+    stable: up to here no mode grows [s]. cause: what sets `value`, in words; STIFFEST of an
+    element. region, element: that which holds most of the fastest mode, numbered within its region.
+    x (n, d): where all nodes were [m].
     """
 
     value: float
     stable: float
-    limit: str
+    cause: str
+    region: Region
     element: int
-    altitude: float
+    x: np.ndarray
+
+    @property
+    def limit(self) -> str:
+        """What sets `value`, in words, with the name of an element."""
+        if self.cause != STIFFEST:
+            return self.cause
+        return element_name(self.region, self.element, self.x)
+
+    @property
+    def altitude(self) -> float:
+        """The smallest of the element [m]."""
+        return altitude(self.x[self.region.nodes][self.region.cells[self.element]])
 
     def describe(self) -> str:
         """One line for people."""
@@ -138,8 +153,7 @@ class StableStepEstimator:
         stable = min(stable, stable**2 / guess)
         region, element = self._stiffest(elements, matrix, mode)
         shares = other_shares(matrix, mode) | self._other_shares(mode, x)
-        name = element_name(region, element, x)
-        shares[name] = bound - sum(shares.values())
+        shares[STIFFEST] = bound - sum(shares.values())
         of_bodies = sum(self.stiffness.contact.of_bodies(x, guess))
         on_bodies = {"contact of a rigid body": of_bodies}
         on_bodies |= {f"the {kind} of a rigid body": k for kind, k in self.springs.items()}
@@ -158,14 +172,8 @@ class StableStepEstimator:
         if self.model.relaxation is None and swing > 0.0:
             limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)
         limits[self.longest_limit] = self.longest
-        limit = min(limits, key=lambda cause: limits[cause])
-        return StableStep(
-            float(limits[limit]),
-            float(stable),
-            limit,
-            int(region.numbers[element]),
-            altitude(x[region.nodes][region.cells[element]]),
-        )
+        cause = min(limits, key=lambda cause: limits[cause])
+        return StableStep(float(limits[cause]), float(stable), cause, region, element, x)
 
     def _with_bodies(self, nodes: float, x: np.ndarray, dt: float) -> float:
         """Largest omega^2 [1/s^2] of nodes, which alone have this one, and rigid bodies together,

@@ -68,7 +68,7 @@ def test_a_cable_that_is_lost_is_named(build):
         refuse_broken_elements(model, x, 0.25)
 
 
-FOUND = StableStep(5e-6, 7e-6, "contact that would throw back", 0, 1e-3)
+FOUND = StableStep(5e-6, 7e-6, "contact that would throw back", None, 0, None)
 
 
 def test_a_step_that_collapses_is_refused(build):
