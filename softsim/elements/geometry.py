@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from softsim.elements.quadrature import in_batches, quadrature
+from softsim.elements.quadrature import quadrature
+from softsim.mesh.batches import in_batches
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.elements.facets import Facets

@@ -92,9 +92,10 @@ def hourglass_modes(region: Region) -> HourglassModes:
     others = [np.delete(directions, i, axis=0).prod(axis=0) for i in range(d)]
     all_of_them = directions.prod(axis=0)
     modes = np.stack([all_of_them] if d == 2 else [*others, all_of_them])
-    dual = np.einsum("ia,maj->mij", directions, region.gradients)
+    gradients = np.ascontiguousarray(region.gradients)
+    dual = np.einsum("ia,maj->mij", directions, gradients)
     basis = np.linalg.inv(dual).transpose(0, 2, 1)
-    lean = np.einsum("ka,maj,mij->mki", modes, region.gradients, basis)
+    lean = np.einsum("ka,maj,mij->mki", modes, gradients, basis)
     at_rest = np.einsum("ka,maj->mkj", modes, region.points[region.cells]) / corners
     share = np.einsum("mkj,mij->mki", at_rest, dual)
     return HourglassModes(region.material, region.volumes, basis, directions, modes, lean, share)

@@ -5,7 +5,6 @@ to 1). Corners are ordered as in VTK and ABAQUS. A cell with repeated corners is
 left when these fall together: a quadrilateral a b c c is the triangle a b c.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,9 +23,6 @@ PARENT_CORNERS = {
 # N_a at each corner's own point is this, and a share of the rest at the others: exact for
 # polynomials of second order (Zienkiewicz, Taylor, The Finite Element Method, vol. 1, ch. 5).
 SIMPLEX_POINT = {3: 2.0 / 3.0, 4: (5.0 + 3.0 * np.sqrt(5.0)) / 20.0}
-
-# Cells treated at a time: what is computed of them on the way takes a kilobyte or more each.
-BATCH = 16_384
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,16 +49,6 @@ class Quadrature:
         """Values at the points (m, g) of what is `depth` at the corners."""
         corners = np.broadcast_to(depth, (len(depth), self.values.shape[1]))
         return corners @ self.values.T
-
-
-def batches(count: int) -> list[slice]:
-    """So many cells, BATCH at a time; none are one batch, so that results have their shape."""
-    return [slice(k, k + BATCH) for k in range(0, max(1, count), BATCH)]
-
-
-def in_batches(of_cells: Callable[[np.ndarray], np.ndarray], cells: np.ndarray) -> np.ndarray:
-    """What a function finds (k, ...) of cells (k, corners), of all of them (m, ...)."""
-    return np.concatenate([of_cells(cells[batch]) for batch in batches(len(cells))])
 
 
 def quadrature(points: np.ndarray, cells: np.ndarray) -> Quadrature:

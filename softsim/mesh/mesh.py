@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from softsim.errors import MeshError
+from softsim.mesh.batches import in_batches
 
 SURFACE = "surface"
 CORNER_COUNTS = {2: (3, 4), 3: (4, 8)}
@@ -283,8 +284,12 @@ def signed_volumes(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
 
     A hexahedron's faces are bilinear.
     """
-    corners = points[cells] - points[cells[:, :1]]
-    return _VOLUMES[points.shape[1], cells.shape[1]](corners)
+    of_corners = _VOLUMES[points.shape[1], cells.shape[1]]
+
+    def of(cells: np.ndarray) -> np.ndarray:
+        return of_corners(points[cells] - points[cells[:, :1]])
+
+    return in_batches(of, cells)
 
 
 def _simplex_volumes(corners: np.ndarray) -> np.ndarray:
@@ -349,11 +354,10 @@ def renumbered(mesh: Mesh) -> Mesh:
 
     Nodes in reverse Cuthill-McKee order, cells by their smallest node.
     """
-    node_count, corner_count = len(mesh.points), mesh.cells.shape[1]
-    rows = np.repeat(mesh.cells, corner_count, axis=1).ravel()
-    columns = np.tile(mesh.cells, corner_count).ravel()
-    adjacency = coo_array((np.ones(len(rows)), (rows, columns)), shape=(node_count, node_count))
-    old_node = reverse_cuthill_mckee(adjacency.tocsr(), symmetric_mode=True)
+    of_cells = incidence(mesh.cells, len(mesh.points))
+    adjacency = of_cells.T.tocsr() @ of_cells
+    adjacency.sort_indices()
+    old_node = reverse_cuthill_mckee(adjacency, symmetric_mode=True)
     new_node = _inverse(old_node)
     cells = new_node[mesh.cells]
     old_cell = np.argsort(cells.min(axis=1), kind="stable")
@@ -364,6 +368,14 @@ def renumbered(mesh: Mesh) -> Mesh:
         node_sets={name: new_node[nodes] for name, nodes in mesh.node_sets.items()},
         facet_sets={name: new_node[facets] for name, facets in mesh.facet_sets.items()},
         cell_sets={name: new_cell[members] for name, members in mesh.cell_sets.items()},
+    )
+
+
+def incidence(cells: np.ndarray, node_count: int) -> csr_matrix:
+    """Which nodes, of so many, are corners of each of the cells (m, corners): (m, nodes)."""
+    starts = np.arange(0, cells.size + 1, cells.shape[1])
+    return csr_matrix(
+        (np.ones(cells.size, dtype=bool), cells.ravel(), starts), (len(cells), node_count)
     )
 
 

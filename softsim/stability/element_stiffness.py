@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.elements.geometry import Hoop, nodal_sums
-from softsim.elements.quadrature import batches
 from softsim.elements.region import Region
+from softsim.mesh.batches import batches
 from softsim.stability.hourglass_stiffness import HourglassStiffness
 from softsim.stability.tangent import tangent_bound
 
@@ -100,9 +100,9 @@ class RegionStiffness:
             gradient[: self.corners, :, batch] = of_corners[0]
             shape[: self.corners, : self.corners, batch] = of_corners[1]
             hoop[batch] = of_corners[2]
-        if self.hourglass is not None:
-            places = np.ascontiguousarray(x.T)[:, self.cells]
-            shape[: self.corners, : self.corners] += self.hourglass.at(places)
+            if self.hourglass is not None:
+                places = np.ascontiguousarray(x.T)[:, self.cells[:, batch]]
+                shape[: self.corners, : self.corners, batch] += self.hourglass.at(places, batch)
         if self.hoop is None:
             return ElementStiffness(gradient, shape, gradient[:, :, :0], self.around)
         share = J * self.volumes / self.shares

@@ -14,8 +14,8 @@ With r^2 = sum |h~_k|^2 / min |d_i|^2, g the largest row sum of the |e_i . e_j|,
 import numpy as np
 
 from softsim.elements.hourglass import amplitudes, hourglass_modes
-from softsim.elements.quadrature import batches
 from softsim.elements.region import Region
+from softsim.mesh.batches import batches
 
 
 class HourglassStiffness:
@@ -32,12 +32,13 @@ class HourglassStiffness:
         squares = np.concatenate(norms) ** 2
         self.modulus = region.material.instantaneous_shear_modulus * squares
 
-    def at(self, x: np.ndarray) -> np.ndarray:
-        """Between corners (corners, corners, m) [N/m], the same for every component, with the
-        corners at x (d, corners, m) [m].
+    def at(self, x: np.ndarray, batch: slice) -> np.ndarray:
+        """Of a batch of elements, between corners (corners, corners, batch) [N/m], the same for
+        every component, with the corners at x (d, corners, batch) [m].
         """
-        modes = np.einsum("kam,iam->kim", self.of_modes, x)
-        edges = np.einsum("jam,iam->jim", self.of_edges, x)
+        H, D = self.of_modes[:, :, batch], self.of_edges[:, :, batch]
+        modes = np.einsum("kam,iam->kim", H, x)
+        edges = np.einsum("jam,iam->jim", D, x)
         lengths = np.sqrt((edges**2).sum(axis=1))
         with np.errstate(invalid="ignore", divide="ignore"):
             directions = edges / lengths[:, None]
@@ -46,7 +47,6 @@ class HourglassStiffness:
         g = leaning.max(axis=0)
         of_modes = g * (1.0 + r) + np.sqrt(g) * r
         of_edges = r + r**2 + np.sqrt(g) * (r + 3.0 * r**2)
-        return self.modulus * (
-            of_modes * np.einsum("kam,kbm->abm", self.of_modes, self.of_modes)
-            + of_edges * np.einsum("jam,jbm->abm", self.of_edges, self.of_edges)
+        return self.modulus[batch] * (
+            of_modes * np.einsum("kam,kbm->abm", H, H) + of_edges * np.einsum("jam,jbm->abm", D, D)
         )

@@ -59,7 +59,7 @@ def lanczos(
     Without reorthogonalisation: directions are lost only when the largest Ritz value has converged
     (Paige 1976, J. Inst. Math. Appl. 18:341-349).
     """
-    basis = np.zeros((steps, len(start)))
+    basis = np.zeros((steps, len(start)), dtype=np.float32)  # only the vector hangs on it
     diagonal, beside = np.zeros(steps), np.zeros(steps)
     vector, previous = start, np.zeros_like(start)
     for k in range(steps):

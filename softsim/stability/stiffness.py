@@ -31,6 +31,7 @@ import scipy.sparse as sp
 
 from softsim.elements.geometry import Geometry
 from softsim.loads.pulled_cable import PulledCable
+from softsim.mesh.mesh import incidence
 from softsim.model import Model
 from softsim.stability.cable_stiffness import CableStiffness
 from softsim.stability.contact_stiffness import ContactStiffness
@@ -222,7 +223,7 @@ def pairs(
     each two are, the (a b m,) of all regions one after another.
     """
     of_first, of_second = (
-        sp.vstack([incidence(n, count) for n in numbers], format="csr")
+        sp.vstack([incidence(n.T, count) for n in numbers], format="csr")
         for numbers, count in zip((first, second), shape, strict=True)
     )
     pattern = of_first.T.tocsr() @ of_second
@@ -237,13 +238,6 @@ def pairs(
         for j in s
     ]
     return pattern, np.concatenate(entries)
-
-
-def incidence(numbers: np.ndarray, count: int) -> sp.csr_matrix:
-    """Which numbers (a, m), below `count`, are an element's: (m, count)."""
-    a, m = numbers.shape
-    starts = np.arange(0, a * m + 1, a)
-    return sp.csr_matrix((np.ones(a * m, dtype=bool), numbers.T.ravel(), starts), (m, count))
 
 
 def of_components(pattern: sp.csr_matrix, d: int) -> sp.csr_matrix:
