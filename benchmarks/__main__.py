@@ -54,16 +54,17 @@ def main(
         program = compiled(folder)
         if program is None:
             console.print("no C++ compiler ($CXX, c++, g++, clang++): no ceiling, no ratios")
-        for name in only or measurements:
-            console.print(f"measuring: {name}")
-            try:
+        try:
+            for name in only or measurements:
+                console.print(f"measuring: {name}")
                 rows += measurements[name](folder, program, QUICK if quick else FULL)
-            except CeilingError as error:
-                console.print(f"{name}: {error}", markup=False, highlight=False, soft_wrap=True)
-                raise typer.Exit(error.exit_code) from None
-    show(console, rows, about)
-    if json is not None:
-        write_json(json, rows, about)
+        except CeilingError as error:
+            console.print(f"{name}: {error}", markup=False, highlight=False, soft_wrap=True)
+            raise typer.Exit(error.exit_code) from None
+        finally:  # what was measured before an error took its time too
+            show(console, rows, about)
+            if json is not None:
+                write_json(json, rows, about)
 
 
 if __name__ == "__main__":

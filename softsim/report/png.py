@@ -278,6 +278,8 @@ def along_y(axes: Axes, axis: Axis, room: int) -> None:
 def space(along: XAxis | YAxis, scale: Scale) -> None:
     """Logarithmically with plain numbers, or with whole ones."""
     if scale.logarithmic:
+        if not np.isfinite(along.get_minpos()):  # nothing to show, of which there is no logarithm
+            along.axes.set(**{f"{along.axis_name}lim": scale.limits()})
         along.axes.set(**{f"{along.axis_name}scale": "log"})
         low, high = along.get_view_interval()
         along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < DENSE * low else (1.0,)))
