@@ -345,7 +345,7 @@ class _Block:
 def _make(dtype: type, values: np.ndarray, component_axes: int = 0) -> ti.Field:
     """A field of `values`; its memory starts as zeros, so only other values are written."""
     split = values.ndim - component_axes
-    cells = values.shape[:split] if values.size else (1,) * split
+    cells = tuple(max(1, extent) for extent in values.shape[:split])
     return _new(dtype, cells, values.shape[split:], values if np.any(values) else None)
 
 

@@ -151,7 +151,10 @@ def test_no_field_can_be_used_before_its_block_closes(cpu):
 
 
 def test_a_field_without_entries_has_one_cell(cpu):
+    """In each scenario."""
     assert fields.shape_of(fields.vector_field(np.zeros((0, 2)))) == (1, 2)
+    of_scenarios = fields.vector_field(np.zeros((3, 0, 2)))
+    assert fields.read_row(of_scenarios, 2).shape == (1, 2)
 
 
 def test_more_fields_than_one_tree_takes(cpu):
