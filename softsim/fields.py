@@ -111,7 +111,7 @@ class _Place(ABC):
 
     @abstractmethod
     def row(self, row: int) -> "_Place":
-        """Where a row lies, which is an index of the first axis."""
+        """Where a row lies, which is an index of the first axis. Raises IndexError."""
 
     @abstractmethod
     def read(self) -> np.ndarray:
@@ -158,7 +158,7 @@ class _DevicePlace(_Place):
     def row(self, row: int) -> "_DevicePlace":
         """Where a row lies."""
         words = math.prod(self.extents[1:]) * self.dtype.itemsize // WORD
-        first = self.first + row * words
+        first = self.first + range(self.shape[0])[row] * words  # a row beside the field is refused
         return _DevicePlace(self.block, first, self.shape[1:], self.extents[1:], self.dtype)
 
     def read(self) -> np.ndarray:

@@ -91,6 +91,13 @@ def test_a_row_is_read_and_written_alone(made):
             np.testing.assert_array_equal(fields.read(field), whole)
 
 
+def test_a_row_beside_its_field_is_refused(made):
+    with pytest.raises(IndexError):
+        fields.read_row(made["real"], 2)
+    with pytest.raises(IndexError):
+        fields.write_row(made["real"], 2, 0.0)
+
+
 def test_writing_changes_one_field_only(made):
     fields.write(made["vector"], 7.0)
     fields.write(made["index"], np.arange(7))

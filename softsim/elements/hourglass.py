@@ -92,6 +92,7 @@ def hourglass_modes(region: Region) -> HourglassModes:
     others = [np.delete(directions, i, axis=0).prod(axis=0) for i in range(d)]
     all_of_them = directions.prod(axis=0)
     modes = np.stack([all_of_them] if d == 2 else [*others, all_of_them])
+    # In another order of memory einsum would round otherwise, and with it all forces.
     gradients = np.ascontiguousarray(region.gradients)
     dual = np.einsum("ia,maj->mij", directions, gradients)
     basis = np.linalg.inv(dual).transpose(0, 2, 1)

@@ -51,8 +51,10 @@ class Energies:
 
 @ti.data_oriented
 class EnergyReader:
-    """Reads the energies of all scenarios in one launch: as each element's law has them, they are
-    in no field.
+    """Computes the energies of all scenarios in one launch, from stretches, gaps and velocities:
+    few of them are in a field.
+
+    readings (scenarios, 7) [J]: in the order of Energies.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:

@@ -317,7 +317,8 @@ class Scenario:
     def centre_of_mass(self) -> np.ndarray:
         """Of the meshed bodies (d,) [m]."""
         mass = self.model.mass[: self.model.meshed_count]
-        centre: np.ndarray = mass @ self.positions()[: len(mass)] / mass.sum()
+        moment = np.einsum("a,ai->i", mass, self.positions()[: len(mass)])  # not BLAS: lanczos.py
+        centre: np.ndarray = moment / mass.sum()
         return centre
 
     def has_missed_contact(self) -> bool:

@@ -41,6 +41,7 @@ RESOLVED = 0.8
 # The step over that of the stiffest element alone at rest, at most. Averaged pressure makes it some
 # 1.5 to 2; where every node is held or tied nothing else would limit it.
 LONGEST_OVER_ELEMENT = 4.0
+# The cause of a step that an element sets: which one, is named when it is told.
 STIFFEST = "an element"
 
 

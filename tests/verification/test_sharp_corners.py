@@ -88,7 +88,6 @@ def test_a_corner_gives_its_facet_force_and_moment(pressed):
     """The facet's nodes together get N n, along a line through the corner; the number of places
     that touch counts it.
     """
-
     solver, x = pressed
     x[:, 0] += 0.5e-3  # no node is at an edge now
     wall_forces(solver, x)
