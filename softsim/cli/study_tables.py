@@ -23,7 +23,8 @@ from softsim.study.cases import (
     PRUNED,
     Case,
 )
-from softsim.study.loading import LoadedStudy, describe
+from softsim.study.description import describe
+from softsim.study.loading import LoadedStudy
 from softsim.sweep.cost import foretold_cost, stored_cost, told_cost
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
 

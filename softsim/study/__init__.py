@@ -10,8 +10,8 @@ To be read in this order:
     composition  the scene that they make, and that it is one, before anything runs
     measures     columns read from summaries, and which of them is sought
     bisection    the boundary where a measure crosses a share: what to run next, what is known
-    loading      all of this from a file, or from Python, and in a few rows of text: `load_study`,
-                 `LoadedStudy`
+    loading      all of this from a file, or from Python: `load_study`, `LoadedStudy`
+    description  all of this in a few rows of text
 
 Nothing here imports Taichi; `softsim.sweep` runs studies.
 """

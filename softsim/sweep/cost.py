@@ -12,7 +12,7 @@ import polars
 from softsim.machine import choose, chosen_device, processor_count
 from softsim.report.readable import duration
 from softsim.study.cases import DONE, ChainSource, Source, resolved
-from softsim.study.loading import count_text
+from softsim.study.description import count_text
 from softsim.sweep.job import Job
 from softsim.sweep.ledger import WALL_TIME
 

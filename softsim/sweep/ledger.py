@@ -29,7 +29,8 @@ from softsim.output.study_folder import (
 from softsim.study.axes import Axis, column
 from softsim.study.bisection import Bisection
 from softsim.study.cases import DONE, WAITING, Case, key_of
-from softsim.study.loading import REPEAT, LoadedStudy, settings
+from softsim.study.description import settings
+from softsim.study.loading import REPEAT, LoadedStudy
 from softsim.study.measures import MeasureColumn
 from softsim.sweep.job import Job, Outcome, known_outcome
 
