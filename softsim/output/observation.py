@@ -23,7 +23,7 @@ from softsim.model import Model, Probe
 from softsim.output import along_path
 from softsim.output.crossing import COLUMNS as CROSSING_COLUMNS
 from softsim.output.crossing import end_readings
-from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
+from softsim.scene.columns import CHAMBER_PRESSURE, ROW_FORCE, SIDE_FORCE
 from softsim.scene.outputs import probe_columns
 from softsim.solver.energy import Energies, EnergyBalance, EnergyReader
 from softsim.solver.explicit import Scenario
@@ -41,6 +41,7 @@ def columns(model: Model) -> dict[str, str]:
     if chamber is not None:
         first["pressure"] = "Pa"  # of the robot's chamber: what its gauge shows
         first["section_pressure"] = "Pa"  # what acts on the plane model
+    first |= dict.fromkeys(of_chambers(model), "Pa")  # of each of several, what its gauge shows
     first["cycles_done"] = "-"  # cycles of the pressure that have ended
     if chamber is not None and isinstance(chamber.drive.course, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
@@ -134,6 +135,7 @@ class Observer:
         self.blank = dict.fromkeys(columns(model), float("nan"))
         self.hourglass_columns = hourglass_columns(model)
         self.parts_pressed = parts_pressed(model)
+        self.chambers = of_chambers(model)
         self.areas = np.zeros(len(model.points))
         for body in model.bodies:
             self.areas[body.nodes] = body.surface_areas
@@ -149,6 +151,8 @@ class Observer:
         row["time"] = scenario.time
         if model.chamber is not None:
             row |= chamber_readings(scenario, model.chamber)
+        for name, chamber in self.chambers.items():
+            row[name] = chamber_readings(scenario, chamber)["pressure"]
         if model.robot.frame is not None:
             row |= frame_readings(frame_pose(scenario, model.robot.frame))
         row["contact_count"] = walls.contact_count
@@ -211,6 +215,12 @@ def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, fl
     if isinstance(load.drive, AirLine):
         now |= term.source.readings(scenario.number, now["section_pressure"])
     return now
+
+
+def of_chambers(model: Model) -> dict[str, FollowerPressure]:
+    """The chambers of a robot that has several, by the column of the pressure of each."""
+    chambers = model.pressures
+    return {f"{CHAMBER_PRESSURE}{c.name}": c for c in chambers} if len(chambers) > 1 else {}
 
 
 def parts_pressed(model: Model) -> dict[str, np.ndarray]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from softsim.errors import OutputError
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY
+from softsim.scene.columns import CHAMBER_PRESSURE
 
 History = Mapping[str, np.ndarray]
 
@@ -37,8 +38,20 @@ def has(history: History, column: str) -> bool:
 
 
 def pressurised(history: History) -> bool:
-    """Whether the run had air pressure at any time."""
-    return has(history, "pressure") and bool(np.nanmax(np.abs(history["pressure"])) > 0.0)
+    """Whether a chamber had air pressure at any time."""
+    return any(np.nanmax(np.abs(air)) > 0.0 for air in chamber_pressures(history).values())
+
+
+def chamber_pressures(history: History) -> dict[str, np.ndarray]:
+    """The pressure of each chamber [Pa], (rows,), by its name; of a single one, "air pressure"."""
+    several = {
+        name.removeprefix(CHAMBER_PRESSURE): history[name]
+        for name in history
+        if name.startswith(CHAMBER_PRESSURE) and has(history, name)
+    }
+    if several or not has(history, "pressure"):
+        return several
+    return {"air pressure": history["pressure"]}
 
 
 def travelling_column(history: History) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 from softsim.report.colours import MILLI
 from softsim.report.curves import (
     History,
+    chamber_pressures,
     contacts_drawn,
     displacement,
     energies_drawn,
@@ -20,7 +21,7 @@ from softsim.report.curves import (
 )
 from softsim.report.diagram import FLAT, Axis, Diagram, Panel, Scale, Series
 from softsim.report.probes import QUANTITIES, curves_of, inflation_curves
-from softsim.report.style import BLUE, COLOURS, ORANGE, RED
+from softsim.report.style import BLUE, COLOURS, RED
 from softsim.report.thinning import thinned
 from softsim.scene.columns import ROW_FORCE, SIDE_FORCE
 
@@ -35,6 +36,9 @@ TITLES = {
     "pressure_probe": "Pressure over the probes",
 }
 """Name of a figure, as its file has it -> its title."""
+
+OF_CHAMBERS = COLOURS[1:]
+"""Colours of their pressures: the displacement beside them has the first."""
 
 ROWS_OF_A_GAIT = 160
 """Of the history, at the end of the run."""
@@ -71,12 +75,16 @@ def over_time(title: str, history: History, panels: Sequence[Panel]) -> Diagram:
 
 
 def pressure(history: History) -> Axis | None:
-    """The air pressure, if there is any."""
+    """The air pressure of each chamber, if there is any."""
     if not pressurised(history):
         return None
-    kilo = history["pressure"] / 1e3
-    line = Series("air pressure", history["time"], kilo, ORANGE, ":")
-    return Axis(Scale("air pressure [kPa]", from_zero=True), [line])
+    lines = [
+        Series(name, history["time"], air / 1e3, colour, ":")
+        for (name, air), colour in zip(
+            chamber_pressures(history).items(), itertools.cycle(OF_CHAMBERS), strict=False
+        )
+    ]
+    return Axis(Scale("air pressure [kPa]", from_zero=True), lines)
 
 
 def motion(history: History) -> Iterator[Panel]:

@@ -38,7 +38,7 @@ class FollowerPressure(Part):
 
     kind: Literal["follower_pressure"] = Field(description="Kind of load.")
     facets: tuple[SetReference, ...] = Field(
-        min_length=1, description='Facet sets: "skin.chamber_top".'
+        min_length=1, description="Facet sets, such as [skin.chamber_top]."
     )
     reacts_on: Text | None = Field(
         default=None, description="Rigid body that closes the chamber and feels the reaction."

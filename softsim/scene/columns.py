@@ -3,6 +3,9 @@
 ROW_FORCE, SIDE_FORCE = "row_force_", "side_force_"
 """Before the name of a row of spikes, of a side of the robot."""
 
+CHAMBER_PRESSURE = "pressure_"
+"""Before the name of each chamber of a robot that has several."""
+
 FIXED_COLUMNS = frozenset(
     {
         "time",
@@ -46,9 +49,10 @@ FIXED_COLUMNS = frozenset(
         "narrowing_drag",
     }
 )
-"""All that observation.columns names in any model without rows and probes."""
+"""All that observation.columns names in any model without rows, further chambers, probes."""
 
 
 def is_probe(column: str) -> bool:
     """Whether a column of a history is a probe's."""
-    return column not in FIXED_COLUMNS and not column.startswith((ROW_FORCE, SIDE_FORCE))
+    own = (ROW_FORCE, SIDE_FORCE, CHAMBER_PRESSURE)
+    return column not in FIXED_COLUMNS and not column.startswith(own)

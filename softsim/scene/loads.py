@@ -114,7 +114,9 @@ class SurfaceTraction(OverTime):
     """
 
     kind: Literal["surface_traction"] = Field(description="Kind of load.")
-    facets: tuple[SetReference, ...] = Field(min_length=1, description='Facet sets: "block.top".')
+    facets: tuple[SetReference, ...] = Field(
+        min_length=1, description="Facet sets, such as [block.top]."
+    )
     traction: StressVector = Field(description="Force per area at rest.")
 
 

@@ -46,7 +46,7 @@ class VolumeProbe(Part):
 
     kind: Literal["volume"] = Field(description="What is recorded.")
     facets: tuple[SetReference, ...] = Field(
-        min_length=1, description='Facet sets: "skin.chamber".'
+        min_length=1, description="Facet sets, such as [skin.chamber]."
     )
 
 

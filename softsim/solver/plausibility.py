@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from softsim.elements.fibre import Fibre
+from softsim.elements.plane_strain import PlaneStrain
 from softsim.loads.air_line import LAMINAR, AirLine, Course
 from softsim.loads.drive import ControlledPressure, GivenPressure
 from softsim.loads.prescribed import PrescribedMotion
@@ -64,7 +65,7 @@ def doubts(model: Model) -> dict[str, str]:
 
 
 def size_doubts(body: Body) -> Iterator[str]:
-    """Of a body that is tiny or huge."""
+    """Of a body that is tiny or huge, in its section or across it."""
     extent = np.ptp(body.points, axis=0)
     if not SIZES[0] <= extent.max() <= SIZES[1]:
         sides = " x ".join(f"{1e3 * side:.4g}" for side in extent)
@@ -72,6 +73,13 @@ def size_doubts(body: Body) -> Iterator[str]:
             f"body '{body.name}' measures {sides} mm; if that is off by a thousand, give its file "
             "another length_unit, or its dimensions another unit"
         )
+    depths = {r.geometry.thickness for r in body.regions if isinstance(r.geometry, PlaneStrain)}
+    for depth in depths:
+        if not SIZES[0] <= depth <= SIZES[1]:
+            yield (
+                f"body '{body.name}' is {1e3 * depth:.4g} mm deep across its section; if that is "
+                "off by a thousand, give its thickness another unit"
+            )
 
 
 def material_doubts(material: Material) -> dict[str, str]:

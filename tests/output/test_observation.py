@@ -48,15 +48,17 @@ bodies:
   b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
       formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
 environment: {walls: {floor: {kind: plane, point: [0 mm, 0 mm], normal: [0, 1]}}}
-robot: {rows: [b.top, b.bottom]}
 time: {end: 10 ms}
 """
+
+
+ROWS = "robot: {rows: [b.top, b.bottom]}\n"
 
 
 def test_walls_press_on_the_rows_and_sides_that_touch(write_scene, tmp_path):
     from softsim.run import run
 
-    history = run(write_scene(LYING), out=tmp_path, device="cpu").history
+    history = run(write_scene(LYING + ROWS), out=tmp_path, device="cpu").history
     floor = history["wall_force_normal"]
     assert floor.max() > 0.0
     for pressed in ("row_force_b.bottom", "side_force_bottom"):
@@ -70,6 +72,12 @@ FRAME = "rigid_bodies: {r: {mass: 1 g, inertia: 1 kg*mm^2}}\n"
 AIR = """\
 loads: {air: {kind: follower_pressure, facets: [b.top], profile: {kind: constant, value: 1 kPa}}}
 """
+TWO_CHAMBERS = """\
+loads:
+  rear: {kind: follower_pressure, facets: [b.top], profile: {kind: constant, value: 1 kPa}}
+  front: {kind: follower_pressure, facets: [b.bottom], profile: {kind: constant, value: -2 kPa}}
+robot: {chamber: front}
+"""
 OF_FRAME = {"frame_x", "frame_y", "frame_z", "frame_angle"} | {
     f"frame_rotation_{axis}" for axis in "xyz"
 }
@@ -82,14 +90,24 @@ OF_FRAME = {"frame_x", "frame_y", "frame_z", "frame_angle"} | {
         (FRAME, OF_FRAME),
         (AIR, {"pressure", "section_pressure"}),
         (FRAME + AIR, OF_FRAME | {"pressure", "section_pressure"}),
+        (TWO_CHAMBERS, {"pressure", "section_pressure", "pressure_rear", "pressure_front"}),
     ],
 )
 def test_columns_of_what_there_is(build, added, expected):
     """A robot without a chamber has no pressure, a body without a frame has no place of one."""
     from softsim.output.observation import columns
 
-    everything = OF_FRAME | {"pressure", "section_pressure"}
-    assert everything & set(columns(build(BAR + added))) == expected
+    found = set(columns(build(BAR + added)))
+    assert {name for name in found if name.startswith(("frame", "pressure", "section"))} == expected
+
+
+def test_each_of_several_chambers_has_its_pressure(write_scene, tmp_path):
+    from softsim.run import run
+
+    history = run(write_scene(LYING + TWO_CHAMBERS), out=tmp_path / "out", device="cpu").history
+    np.testing.assert_allclose(history["pressure_rear"], 1e3, rtol=1e-12)
+    np.testing.assert_allclose(history["pressure_front"], -2e3, rtol=1e-12)
+    np.testing.assert_array_equal(history["pressure"], history["pressure_front"])
 
 
 SPINNING = """\

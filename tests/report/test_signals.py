@@ -52,6 +52,14 @@ def test_pull_is_shown_where_a_tendon_holds_the_robot(history) -> None:
     assert "pull" not in signals(history, UNITS)
 
 
+def test_each_of_several_chambers_has_its_line(history) -> None:
+    history |= {"pressure": 0.0 * TIME, "pressure_rear": 0.0 * TIME, "pressure_front": 2e3 * TIME}
+    (panel,) = signals(history, UNITS)["displacement_pressure"].panels
+    rear, front = panel.right.series
+    assert (rear.name, front.name, front.y[-1]) == ("rear", "front", 2.0)
+    assert rear.colour != front.colour
+
+
 def test_a_line_is_named_by_its_axis_or_a_legend(history) -> None:
     found = signals(history, UNITS)
     assert [panel.has_legend for panel in found["energies"].panels] == [True, False]

@@ -10,7 +10,14 @@ import yaml
 from softsim.errors import OutputError
 from softsim.output.folder import SCENE, WRITTEN_ANEW
 from softsim.report.colours import MILLI
-from softsim.report.curves import displacement, has, pressurised, travelling_column, travels
+from softsim.report.curves import (
+    chamber_pressures,
+    displacement,
+    has,
+    pressurised,
+    travelling_column,
+    travels,
+)
 from softsim.report.page.animation import animation
 from softsim.report.page.charts import chart_of
 from softsim.report.page.verdicts import verdicts
@@ -90,7 +97,8 @@ def readings(history: Mapping[str, np.ndarray], times: np.ndarray) -> Iterator[d
     """Pressure and place at the times (f,) [s] of frames: name, unit, values (f,)."""
     columns = {}
     if pressurised(history):
-        columns["air pressure", "kPa"] = history["pressure"] / 1e3
+        for name, air in chamber_pressures(history).items():
+            columns[name, "kPa"] = air / 1e3
     if "arc_length" in history:
         columns["along the pipe", "mm"] = history["arc_length"] * MILLI
     elif travels(history):
