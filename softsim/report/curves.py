@@ -28,6 +28,9 @@ CONTACTS = {
 ROUND_OFF = 1e-6
 """Part of the largest curve of its kind below which another one stands for nothing."""
 
+BACK = 0.1
+"""Part of how far a body has swung, below which the way it has come is none."""
+
 STANDSTILL = 1e-7
 """Displacement [m] that is none: what round-off does to a body that is in balance."""
 
@@ -57,15 +60,25 @@ def chamber_pressures(history: History) -> dict[str, np.ndarray]:
 def travelling_column(history: History) -> str:
     """The column that says where the robot is: its frame's place, or its body's without a frame.
 
-    A robot's frame travels along x, if it can; a body goes where it goes furthest.
-    Raises OutputError if the history has neither.
+    A robot's frame travels along x, if it can. A body goes where it is at last, and one that is
+    back by then, where it has swung furthest. Raises OutputError if the history has neither.
     """
-    for body in ("frame", "body"):
-        columns = [f"{body}_{axis}" for axis in "xyz" if has(history, f"{body}_{axis}")]
-        if columns:
-            ranges = [float(np.nanmax(history[c]) - np.nanmin(history[c])) for c in columns]
-            enough = (ROUND_OFF if body == "frame" else 1.0) * max(ranges)
-            return next(c for c, r in zip(columns, ranges, strict=True) if r >= enough)
+    for name in ("frame", "body"):
+        paths = {
+            column: history[column][np.isfinite(history[column])]
+            for column in (f"{name}_{axis}" for axis in "xyz")
+            if has(history, column)
+        }
+        if not paths:
+            continue
+        swings = {column: float(np.ptp(path)) for column, path in paths.items()}
+        furthest = max(swings.values())
+        if name == "frame":
+            return next(c for c, swing in swings.items() if swing >= ROUND_OFF * furthest)
+        ways = {column: float(abs(path[-1] - path[0])) for column, path in paths.items()}
+        is_back = max(ways.values()) < BACK * furthest
+        told = swings if is_back else ways
+        return max(told, key=told.__getitem__)
     raise OutputError(
         "the history has neither frame_x nor body_x, so there is no displacement to draw"
     )

@@ -29,9 +29,12 @@ def test_a_frame_is_followed_along_x_if_it_can_move_there() -> None:
     assert travelling_column({"frame_x": held}) == "frame_x"
 
 
-def test_a_body_is_followed_where_it_goes_furthest() -> None:
+def test_a_body_is_followed_where_it_comes_to_or_swings_furthest() -> None:
     little, far = np.linspace(0, 1e-4, 9), np.linspace(0, -1e-3, 9)
     assert travelling_column({"body_x": little, "body_y": far, "body_z": little}) == "body_y"
+    bobbing = 1e-3 * np.sin(np.linspace(0.0, 2.0 * np.pi, 9))
+    assert travelling_column({"body_x": -4.0 * little, "body_y": bobbing}) == "body_x"  # a crawler
+    assert travelling_column({"body_x": little, "body_y": bobbing}) == "body_y"  # a beam
 
 
 @pytest.mark.parametrize(("far", "seen"), [(1e-3, True), (-1e-3, True), (1e-10, False)])
