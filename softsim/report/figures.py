@@ -5,9 +5,16 @@ from pathlib import Path
 import numpy as np
 
 from softsim.output.fields import Frames
-from softsim.report.curves import History, displacement, pressurised, travelling_column, travels
+from softsim.report.curves import (
+    History,
+    chamber_pressures,
+    displacement,
+    pressurised,
+    travelling_column,
+    travels,
+)
 from softsim.report.layout import draw_layout
-from softsim.report.moments import moments
+from softsim.report.moments import inflations, moments
 from softsim.report.png import draw
 from softsim.report.recorded import recorded
 from softsim.report.signals import TITLES, signals
@@ -48,6 +55,10 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
 
 def _draw_snapshots_of_run(history: History, frames: Frames, field: str, path: Path) -> None:
     time = history["time"]
+    chambers = chamber_pressures(history)
+    if len(chambers) > 1:
+        draw_snapshots(frames, inflations(time, chambers), time, None, field, path)
+        return
     pressure = history["pressure"] if pressurised(history) else None
     # Only a robot, which has a frame, sets off; a body that merely deforms does not.
     sets_off = travels(history) and travelling_column(history).startswith("frame")

@@ -1,5 +1,6 @@
 """The moments of a run worth a picture: start, full inflation, onset of motion, end."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +48,20 @@ def moments(time: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) ->
     if onset is not None and np.ptp(watched) > WORTH_A_PICTURE * np.ptp(displacement):
         found.append(Moment("onset of motion", float(time[after][onset])))
     return [*found, Moment("end", end)]
+
+
+def inflations(time: np.ndarray, pressures: Mapping[str, np.ndarray]) -> list[Moment]:
+    """Start, the full inflation of each chamber, by its name, and end of a run with several.
+
+    time [s] and pressures [Pa], (rows,) each.
+    """
+    found = [
+        Moment(f"{name} inflated", float(time[np.argmax(air >= FULL * np.nanmax(air))]))
+        for name, air in pressures.items()
+        if np.nanmax(air) > 0.0
+    ]
+    found.sort(key=lambda moment: moment.time)
+    return [Moment("start", float(time[0])), *found, Moment("end", float(time[-1]))]
 
 
 def onset_of_motion(displacement: np.ndarray) -> int | None:

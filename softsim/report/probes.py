@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from softsim.report.curves import History, has, pressurised
+from softsim.report.curves import History, chamber_pressures, has
 from softsim.report.diagram import Series
 from softsim.report.style import COLOURS
 from softsim.report.thinning import thinned
@@ -54,9 +54,11 @@ def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
 
 def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:
     """The air pressure [kPa] over the component of each displacement or radius probe that moves the
-    most [mm], without vibration; none of one at rest, and none without a pressure that changes.
+    most [mm], without vibration; none of one at rest, and none without a pressure that changes, or
+    with several.
     """
-    if not pressurised(history) or _range(history["pressure"]) == 0.0:
+    chambers = chamber_pressures(history)
+    if len(chambers) != 1 or _range(history["pressure"]) == 0.0:
         return []
     most: dict[str, Series] = {}
     for curve in curves_of(history, units).get("m", []):

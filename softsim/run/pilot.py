@@ -14,7 +14,6 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
 import psutil
 from rich.console import Console
 
@@ -23,6 +22,7 @@ from softsim.errors import OutputError, StabilityError
 from softsim.machine import Choice
 from softsim.model import Model
 from softsim.output.folder import RunFolder
+from softsim.output.observation import chamber_readings
 from softsim.run.batch import Batch
 from softsim.run.course import Run
 from softsim.run.files import RunFiles
@@ -184,13 +184,16 @@ def _marks(pilot: Batch, pilot_time: float) -> list[Mark]:
 
 
 def _stopped(run: Run, factor: float) -> str:
-    """Why a guard stopped a pilot whose loads are `factor` times as fast, and the gauge's pressure
-    then; empty where none did.
+    """Why a guard stopped a pilot whose loads are `factor` times as fast, and what the gauge of
+    each chamber showed then; empty where none did.
     """
     if not isinstance(run.outcome, StabilityError):
         return ""
-    pressure = run.files.rows().get("pressure", np.zeros(0))
-    shown = f" with {1e-3 * pressure[-1]:.3g} kPa on the gauge" if len(pressure) else ""
+    gauges = {
+        load.name: chamber_readings(run.scenario, load)["pressure"] for load in run.model.pressures
+    }
+    told = ", ".join(f"'{name}' at {1e-3 * pressure:.3g} kPa" for name, pressure in gauges.items())
+    shown = f" with {told}" if told else ""
     return f"loads played {factor:.3g} times as fast are stopped{shown}: {run.outcome.message}"
 
 

@@ -21,7 +21,7 @@ class Fixed(Part):
     """Nodes held in place."""
 
     kind: Literal["fixed"] = Field(description="Kind of condition.")
-    nodes: SetReference = Field(description='Node set: "beam.left".')
+    nodes: SetReference = Field(description='Node set, such as "beam.left".')
     directions: tuple[Axis, ...] | None = Field(
         default=None, min_length=1, description="Which components; all by default."
     )
@@ -31,7 +31,7 @@ class Symmetry(Part):
     """Nodes on a plane of symmetry: they stay in it."""
 
     kind: Literal["symmetry"] = Field(description="Kind of condition.")
-    nodes: SetReference = Field(description='Node set: "block.left".')
+    nodes: SetReference = Field(description='Node set, such as "block.left".')
     normal: Axis = Field(description="Direction across the plane.")
 
 
@@ -39,7 +39,7 @@ class Prescribed(Part):
     """Nodes of which one component follows a profile."""
 
     kind: Literal["prescribed"] = Field(description="Kind of condition.")
-    nodes: SetReference = Field(description='Node set: "block.right".')
+    nodes: SetReference = Field(description='Node set, such as "block.right".')
     direction: Axis = Field(description="Component that is prescribed.")
     displacement: LengthProfile = Field(description="Displacement over time, from zero.")
 
@@ -70,7 +70,7 @@ class PointMass(Part):
     """A mass on nodes, shared equally, without inertia of its own against turning."""
 
     kind: Literal["point_mass"] = Field(description="Kind of condition.")
-    nodes: SetReference = Field(description='Node set: "beam.tip".')
+    nodes: SetReference = Field(description='Node set, such as "beam.tip".')
     mass: PositiveMass = Field(description="In all.")
 
 
@@ -80,7 +80,7 @@ class InitialVelocity(Part):
     """
 
     kind: Literal["initial_velocity"] = Field(description="Kind of condition.")
-    nodes: SetReference = Field(description='Node set: "bar.end".')
+    nodes: SetReference = Field(description='Node set, such as "bar.end".')
     velocity: VelocityVector = Field(default=AT_REST, description="v, at the start.")
     angular_velocity: AngularVelocityOrVector | None = Field(
         default=None,

@@ -104,7 +104,7 @@ class NodalForce(OverTime):
     """A force on a node set, shared by mass."""
 
     kind: Literal["nodal_force"] = Field(description="Kind of load.")
-    nodes: SetReference = Field(description='Node set: "block.top".')
+    nodes: SetReference = Field(description='Node set, such as "block.top".')
     force: ForceVector = Field(description="Total force on the set.")
 
 

@@ -22,14 +22,14 @@ class DisplacementProbe(Part):
     """Mean displacement of a node set: columns NAME_x, NAME_y, in space NAME_z."""
 
     kind: Literal["displacement"] = Field(description="What is recorded.")
-    nodes: SetReference = Field(description='Node set: "skin.equator_outer".')
+    nodes: SetReference = Field(description='Node set, such as "skin.equator_outer".')
 
 
 class RadiusProbe(Part):
     """Mean distance of a node set from the axis: x in space, y in an axisymmetric model."""
 
     kind: Literal["radius"] = Field(description="What is recorded.")
-    nodes: SetReference = Field(description='Node set: "skin.equator_outer".')
+    nodes: SetReference = Field(description='Node set, such as "skin.equator_outer".')
 
 
 class ReactionProbe(Part):

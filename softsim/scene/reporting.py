@@ -12,6 +12,8 @@ from softsim.scene.structure import Model, Place, discriminators, first_key, pla
 from softsim.scene.tree import Keys, Tree, nearest
 
 MOST_SHOWN = 20
+# Names that begin with a word are told where it has so many letters, and so many of them.
+SHORTEST_BEGINNING, MOST_MEANT = 3, 3
 WANTED = {
     "float_type": "a number without a unit, such as 0.5",
     "int_type": "a whole number, such as 5",
@@ -52,10 +54,13 @@ def scene_error(
 
 
 def did_you_mean(word: str, allowed: Collection[str]) -> str:
-    """ "did you mean 'length'?", or all that is allowed where nothing is close."""
-    close = difflib.get_close_matches(word, allowed, n=1)
+    """ "did you mean 'length'?", of what begins with the word, else of what is close to it, or all
+    that is allowed.
+    """
+    longer = [name for name in allowed if len(word) >= SHORTEST_BEGINNING and name.startswith(word)]
+    close = longer[:MOST_MEANT] or difflib.get_close_matches(word, allowed, n=1)
     if close:
-        return f"did you mean '{close[0]}'?"
+        return f"did you mean {' or '.join(map(repr, close))}?"
     return f"allowed here: {', '.join(allowed)}"
 
 

@@ -80,6 +80,8 @@ def read_file(path: Path, kind: str = "scene") -> Tree:
     SceneError: the file is missing, too large, no UTF-8 text, no YAML, or no mapping.
     """
     try:
+        if path.is_dir():
+            raise SceneError(f"{path} is a folder", f"a {kind} is a YAML file")
         if not is_file(path):
             raise SceneError(f"{path}: no such file")
         with path.open("rb") as file:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from softsim.report.moments import moments, onset_of_motion
+from softsim.report.moments import Moment, inflations, moments, onset_of_motion
 
 TIME = np.linspace(0.0, 6.0, 6001)
 PRESSURE = np.interp(TIME, [0.0, 1.0, 1.5, 6.0], [0.0, 5e3, 5e3, 1e3])
@@ -67,3 +67,13 @@ def test_without_pressure_the_quarters(pressure: np.ndarray) -> None:
 
 def test_a_body_of_unknown_place_has_no_onset() -> None:
     assert onset_of_motion(np.full(100, np.nan)) is None
+
+
+def test_each_of_several_chambers_has_its_inflation() -> None:
+    time = np.linspace(0.0, 1.0, 5)
+    rear, front = np.array([0.0, 1.0, 1.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 2.0, 1.0])
+    found = inflations(time, {"front": front, "rear": rear, "unused": 0.0 * time})
+    assert found == [
+        Moment("start", 0.0), Moment("rear inflated", 0.25), Moment("front inflated", 0.75),
+        Moment("end", 1.0),
+    ]  # fmt: skip

@@ -62,6 +62,11 @@ def test_without_a_changing_pressure_there_is_no_inflation_curve(history, pressu
     assert inflation_curves(history | {"pressure": pressure}, UNITS) == []
 
 
+def test_over_several_pressures_there_is_no_inflation_curve(history) -> None:
+    several = {"pressure_rear": history["pressure"], "pressure_front": history["pressure"]}
+    assert inflation_curves(history | several, UNITS) == []
+
+
 def test_without_probes_there_is_no_figure_of_them(history) -> None:
     assert {"probes", "pressure_probe"} <= signals(history, UNITS).keys()
     units = {name: unit for name, unit in UNITS.items() if name in FIXED_COLUMNS}

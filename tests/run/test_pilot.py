@@ -85,15 +85,22 @@ def test_increments_of_a_short_run_are_foreseen(write_scene, tmp_path, kernel_ca
 
 
 def test_a_guard_that_stops_the_pilot_is_told(write_scene, kernel_cache, monkeypatch):
-    """An energy error that no run keeps."""
+    """An energy error that no run keeps, between two rows of the history; and what the gauges show
+    then.
+    """
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.builder import build_model
 
-    limit = ["solver.energy_error_limit=1e-9", "output.history_interval=1 ms"]
+    air = "{kind: follower_pressure, facets: [strip.surface], profile: {kind: constant, value: %s}}"
+    limit = [
+        "solver.energy_error_limit=1e-9", "output.history_interval=1 ms",
+        f"loads={{rear: {air % '20 Pa'}, front: {air % '10 Pa'}}}",
+    ]  # fmt: skip
     loaded = load_scene(write_scene(FALLING_STRIP), limit)
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
     assert foreseen.covered < 1.0
-    assert "loads played 1 times as fast are stopped: the energy balance is off" in foreseen.stopped
+    gauges = "with 'rear' at 0.02 kPa, 'front' at 0.01 kPa"
+    assert f"are stopped {gauges}: the energy balance is off" in foreseen.stopped
 
 
 @pytest.mark.slow

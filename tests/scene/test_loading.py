@@ -60,7 +60,7 @@ def test_the_smallest_scene_loads(write, smallest):
 def test_a_missing_file_is_named(write, smallest):
     write(a=smallest)
     assert "b.yaml: no such file" in problem("b.yaml")
-    assert "no such file" in problem(".")
+    assert ". is a folder" in problem(".")
     assert "no such file" in problem("a\0b")
 
 
@@ -132,6 +132,7 @@ def test_options_win_over_files_and_later_ones_over_earlier(write):
         ("time.end=3", 'a duration needs a unit: write "3 s"'),
         ("time.end=", "must be one text with a number and a unit"),
         ("time.and=3 s", "there is no 'time.and'\n  did you mean 'end'?"),
+        ("contact.friction=1", "did you mean 'friction_coefficient'"),
         ("tim.end=3 s", "there is no 'tim'\n  did you mean 'time'?"),
         ("bodies.skn.thickness=1 mm", "there is no 'bodies.skn'\n  did you mean 'skin'?"),
         ("bodies.skin.mesh.leen=1 mm", "did you mean 'lean'?"),
