@@ -41,7 +41,9 @@ def columns(model: Model) -> dict[str, str]:
     if chamber is not None:
         first["pressure"] = "Pa"  # of the robot's chamber: what its gauge shows
         first["section_pressure"] = "Pa"  # what acts on the plane model
-    first |= dict.fromkeys(of_chambers(model), "Pa")  # of each of several, what its gauge shows
+    first |= dict.fromkeys(
+        several_chambers(model), "Pa"
+    )  # of each of several, what its gauge shows
     first["cycles_done"] = "-"  # cycles of the pressure that have ended
     if chamber is not None and isinstance(chamber.drive.course, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase
@@ -135,7 +137,7 @@ class Observer:
         self.blank = dict.fromkeys(columns(model), float("nan"))
         self.hourglass_columns = hourglass_columns(model)
         self.parts_pressed = parts_pressed(model)
-        self.chambers = of_chambers(model)
+        self.chambers = several_chambers(model)
         self.areas = np.zeros(len(model.points))
         for body in model.bodies:
             self.areas[body.nodes] = body.surface_areas
@@ -217,7 +219,7 @@ def chamber_readings(scenario: Scenario, load: FollowerPressure) -> dict[str, fl
     return now
 
 
-def of_chambers(model: Model) -> dict[str, FollowerPressure]:
+def several_chambers(model: Model) -> dict[str, FollowerPressure]:
     """The chambers of a robot that has several, by the column of the pressure of each."""
     chambers = model.pressures
     return {f"{CHAMBER_PRESSURE}{c.name}": c for c in chambers} if len(chambers) > 1 else {}

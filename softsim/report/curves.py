@@ -29,7 +29,7 @@ ROUND_OFF = 1e-6
 """Part of the largest curve of its kind below which another one stands for nothing."""
 
 BACK = 0.1
-"""Part of how far a body has swung, below which the way it has come is none."""
+"""Share of a body's largest swing below which it counts as back where it started."""
 
 STANDSTILL = 1e-7
 """Displacement [m] that is none: what round-off does to a body that is in balance."""
@@ -57,11 +57,18 @@ def chamber_pressures(history: History) -> dict[str, np.ndarray]:
     return {"air pressure": history["pressure"]}
 
 
+def single_pressure(history: History) -> np.ndarray | None:
+    """The air pressure [Pa], (rows,), of a robot with one chamber, if it had any; else None."""
+    is_single = len(chamber_pressures(history)) == 1
+    return history["pressure"] if is_single and pressurised(history) else None
+
+
 def travelling_column(history: History) -> str:
     """The column that says where the robot is: its frame's place, or its body's without a frame.
 
-    A robot's frame travels along x, if it can. A body goes where it is at last, and one that is
-    back by then, where it has swung furthest. Raises OutputError if the history has neither.
+    A frame travels along x, if it can; a body along the axis of its largest displacement at the
+    end, or of its largest swing if it is back by then. Raises OutputError if the history has
+    neither.
     """
     for name in ("frame", "body"):
         paths = {

@@ -9,12 +9,12 @@ from softsim.report.curves import (
     History,
     chamber_pressures,
     displacement,
-    pressurised,
+    single_pressure,
     travelling_column,
     travels,
 )
 from softsim.report.layout import draw_layout
-from softsim.report.moments import inflations, moments
+from softsim.report.moments import moments
 from softsim.report.png import draw
 from softsim.report.recorded import recorded
 from softsim.report.signals import TITLES, signals
@@ -55,16 +55,11 @@ def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
 
 def _draw_snapshots_of_run(history: History, frames: Frames, field: str, path: Path) -> None:
     time = history["time"]
-    chambers = chamber_pressures(history)
-    if len(chambers) > 1:
-        draw_snapshots(frames, inflations(time, chambers), time, None, field, path)
-        return
-    pressure = history["pressure"] if pressurised(history) else None
     # Only a robot, which has a frame, sets off; a body that merely deforms does not.
     sets_off = travels(history) and travelling_column(history).startswith("frame")
     at = moments(
         time,
-        np.zeros(len(time)) if pressure is None else pressure,
+        chamber_pressures(history),
         displacement(history) if sets_off else np.zeros(len(time)),
     )
-    draw_snapshots(frames, at, time, pressure, field, path)
+    draw_snapshots(frames, at, time, single_pressure(history), field, path)

@@ -12,7 +12,7 @@ from softsim.errors import OutputError
 from softsim.output.fields import Frames
 from softsim.output.folder import explained
 from softsim.report.colours import FIELDS, refuse_missing_field, shared_scale
-from softsim.report.curves import pressurised
+from softsim.report.curves import single_pressure
 from softsim.report.recorded import Recorded
 from softsim.report.snapshots import add_scale, pictures, show, state
 from softsim.report.style import PAGE_WIDTH, STYLE
@@ -43,7 +43,7 @@ def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path
             f"there is no program to write {path.suffix}", hint="install ffmpeg, or write a .gif"
         )
     indices = picked(frames, most)
-    pressure = run.history["pressure"] if pressurised(run.history) else None
+    pressure = single_pressure(run.history)
     body = pictures(frames, indices, field)
     colours, extend = shared_scale(body.values)
     view = body.view

@@ -27,17 +27,31 @@ class Moment:
     time: float
 
 
-def moments(time: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) -> list[Moment]:
-    """Moments of a run that inflates and deflates, in order of time.
+def moments(
+    time: np.ndarray, pressures: Mapping[str, np.ndarray], displacement: np.ndarray
+) -> list[Moment]:
+    """Moments of a run that inflates and deflates, in order of time; of several chambers start, the
+    full inflation of each, end.
 
-    time [s], pressure [Pa] and displacement [m] along the pipe, (rows,) each. Without pressure
-    (all zero or NaN): start, quarter, half, end. A run in which nothing moves has no onset.
+    time [s], pressures [Pa] by the name of each chamber, and displacement [m] along the pipe,
+    (rows,) each. Without pressure (none, all zero or NaN): start, quarter, half, end. A run in
+    which nothing moves has no onset.
     """
     begin, end = float(time[0]), float(time[-1])
-    if not np.nanmax(pressure, initial=0.0) > 0.0:
+    fulls = {
+        name: pressure >= FULL * np.nanmax(pressure)
+        for name, pressure in pressures.items()
+        if np.nanmax(pressure, initial=0.0) > 0.0
+    }
+    if not fulls:
         names = {"start": 0.0, "quarter": 0.25, "half": 0.5, "end": 1.0}
         return [Moment(name, begin + part * (end - begin)) for name, part in names.items()]
-    full = pressure >= FULL * np.nanmax(pressure)
+    if len(pressures) > 1:
+        inflated_at = {name: float(time[np.argmax(full)]) for name, full in fulls.items()}
+        found = [Moment(f"{name} inflated", at) for name, at in inflated_at.items()]
+        found.sort(key=lambda moment: moment.time)
+        return [Moment("start", begin), *found, Moment("end", end)]
+    [full] = fulls.values()
     inflated = int(np.argmax(full))
     found = [Moment("start", begin), Moment("full inflation", float(time[inflated]))]
     if inflated == 0:
@@ -48,20 +62,6 @@ def moments(time: np.ndarray, pressure: np.ndarray, displacement: np.ndarray) ->
     if onset is not None and np.ptp(watched) > WORTH_A_PICTURE * np.ptp(displacement):
         found.append(Moment("onset of motion", float(time[after][onset])))
     return [*found, Moment("end", end)]
-
-
-def inflations(time: np.ndarray, pressures: Mapping[str, np.ndarray]) -> list[Moment]:
-    """Start, the full inflation of each chamber, by its name, and end of a run with several.
-
-    time [s] and pressures [Pa], (rows,) each.
-    """
-    found = [
-        Moment(f"{name} inflated", float(time[np.argmax(air >= FULL * np.nanmax(air))]))
-        for name, air in pressures.items()
-        if np.nanmax(air) > 0.0
-    ]
-    found.sort(key=lambda moment: moment.time)
-    return [Moment("start", float(time[0])), *found, Moment("end", float(time[-1]))]
 
 
 def onset_of_motion(displacement: np.ndarray) -> int | None:

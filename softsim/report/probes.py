@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from softsim.report.curves import History, chamber_pressures, has
+from softsim.report.curves import History, has, single_pressure
 from softsim.report.diagram import Series
 from softsim.report.style import COLOURS
 from softsim.report.thinning import thinned
@@ -54,18 +54,18 @@ def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
 
 def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:
     """The air pressure [kPa] over the component of each displacement or radius probe that moves the
-    most [mm], without vibration; none of one at rest, and none without a pressure that changes, or
-    with several.
+    most [mm], without vibration; none of one at rest, and none without a single
+    pressure that changes.
     """
-    chambers = chamber_pressures(history)
-    if len(chambers) != 1 or _range(history["pressure"]) == 0.0:
+    air = single_pressure(history)
+    if air is None or _range(air) == 0.0:
         return []
     most: dict[str, Series] = {}
     for curve in curves_of(history, units).get("m", []):
         probe = curve.name.rpartition(" ")[0] or curve.name  # a radius has no components
         if probe not in most or _range(curve.y) > _range(most[probe].y):
             most[probe] = curve
-    pressure = thinned(history["time"], history["pressure"] / 1e3).mean
+    pressure = thinned(history["time"], air / 1e3).mean
     return [
         Series(c.name, thinned(c.x, c.y).mean, pressure, c.colour, c.kind)
         for c in most.values()

@@ -44,12 +44,14 @@ MOST_DAYS, FAST = 30.0, 50e6
 def doubts(model: Model) -> dict[str, str]:
     """Warnings, kind -> text, of a model that may not be what its user meant.
 
-    Looked at: the size of bodies, shear moduli, densities and stability of their materials, how
-    high pressures, what air lines let through, how fast motors and motions are, how many increments
-    there are to do, which side of a tie is the finer one, how long the bars of fibres are.
+    Looked at: the size of bodies, the depth of sections, shear moduli, densities and stability of
+    materials, how high pressures, what air lines let through, how fast motors and motions are, how
+    many increments there are to do, which side of a tie is the finer one, how long the bars of
+    fibres are.
     """
     return {
         **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
+        **{f"depth of {b.name}": text for b in model.bodies for text in depth_doubts(b)},
         **{
             f"{kind} of {material.name}": text
             for material in {id(r.material): r.material for r in model.regions}.values()
@@ -65,7 +67,7 @@ def doubts(model: Model) -> dict[str, str]:
 
 
 def size_doubts(body: Body) -> Iterator[str]:
-    """Of a body that is tiny or huge, in its section or across it."""
+    """Of a body that is tiny or huge."""
     extent = np.ptp(body.points, axis=0)
     if not SIZES[0] <= extent.max() <= SIZES[1]:
         sides = " x ".join(f"{1e3 * side:.4g}" for side in extent)
@@ -73,8 +75,12 @@ def size_doubts(body: Body) -> Iterator[str]:
             f"body '{body.name}' measures {sides} mm; if that is off by a thousand, give its file "
             "another length_unit, or its dimensions another unit"
         )
+
+
+def depth_doubts(body: Body) -> Iterator[str]:
+    """Of a plane section that is very thin or deep."""
     depths = {r.geometry.thickness for r in body.regions if isinstance(r.geometry, PlaneStrain)}
-    for depth in depths:
+    for depth in sorted(depths):
         if not SIZES[0] <= depth <= SIZES[1]:
             yield (
                 f"body '{body.name}' is {1e3 * depth:.4g} mm deep across its section; if that is "

@@ -31,7 +31,7 @@ time: {end: 1 s}
     "override, kind, told",
     [
         ("bodies.b.mesh.length=20 m", "size of b", "measures 2e+04 x 2 mm"),
-        ("bodies.b.thickness=20 m", "size of b", "is 2e+04 mm deep across its section"),
+        ("bodies.b.thickness=20 m", "depth of b", "is 2e+04 mm deep across its section"),
         ("materials.m.C10=30 mPa", "stiffness of m", "shear modulus of 0.06 Pa"),
         ("materials.m.density=1000 g/cm^3", "density of m", "1e+06 kg/m^3"),
         ("materials.m.C20=-8 kPa", "stability of m", "uniaxial tension at a stretch of"),
