@@ -50,7 +50,7 @@ def start(
 
     Parameters
     ----------
-    device: "auto" (CUDA where present, else the CPU), "cpu" or "cuda".
+    device: "cpu", "cuda" or "auto": CUDA where present.
     cache: folder of compiled kernels; the user's cache folder by default.
     threads: CPU threads that share an increment; see `softsim.machine.choose`.
     most_lanes: elements in a lane vector of a CPU, CPU_LANES at most; see `Model.most_lanes`.
@@ -92,7 +92,7 @@ def start_taichi(name: str, folder: Path, threads: int) -> None:
         cpu_max_num_threads=threads,
         fast_math=name == "cpu",  # on CUDA it makes the f64 square root single-accurate
         # LLVM does the same again: 3 times the time to compile, and kernels no faster for it.
-        cfg_optimization=name == "cuda",  # not measured there
+        cfg_optimization=False,
         # Taichi 1.7.4 caches a[s, 0] across a store to a[s, r]: wrong inside our serial kernels.
         cache_loop_invariant_global_vars=False,
         offline_cache=True,

@@ -30,6 +30,10 @@ starts, compile in two thirds of the time and run at two thirds of the speed.
 """
 
 
+def pytest_addoption(parser):
+    parser.addoption("--device", default="cpu", help="where solvers run: cpu or cuda")
+
+
 def pytest_configure(config):
     if config.option.markexpr != "slow":
         backend.CPU_LANES = FEWER_LANES
@@ -52,21 +56,21 @@ def kernel_cache(tmp_path_factory):
 
 
 @pytest.fixture
-def restart(kernel_cache):
-    """Start Taichi on the CPU anew: fields made before are gone, kernels compiled before are found
-    again. (Two solvers beside each other share no kernels.)
+def restart(kernel_cache, request):
+    """Start Taichi anew, on the CPU or where `--device` says: fields made before are gone, kernels
+    compiled before are found again. (Two solvers beside each other share no kernels.)
     """
     from softsim import backend
 
-    def started(threads: int = 1):
-        return backend.start("cpu", cache=Path(kernel_cache), threads=threads)
+    def started(threads: int = 1, device: str = request.config.getoption("device")):
+        return backend.start(device, cache=Path(kernel_cache), threads=threads)
 
     return started
 
 
 @pytest.fixture
 def cpu(restart):
-    """Taichi on the CPU, started anew: fields of earlier tests are gone."""
+    """Taichi started anew: fields of earlier tests are gone."""
     return restart()
 
 

@@ -25,7 +25,7 @@ from softsim.builder import build_model
 from softsim.errors import DeviceError
 from softsim.scene.loading import load_scene
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.increments import LARGEST_INDEX
+from softsim.solver.increments import LARGEST_INDEX, TEAM
 from softsim.stability.time_step import first_time_increment
 
 BLOCK_TIME = 0.02  # seconds of one measurement, so that the call itself does not count
@@ -37,7 +37,7 @@ MOST_REPEATS = 5_000  # a multiple of UNROLLED
 # would divide the bulk viscosity's dJ/dt by zero. All repeats together stay below a hundredth of
 # an increment, and no product with it comes near subnormal numbers, which are slow.
 REPEATED_STEP = 1e-6
-# Launches in one kernel call on a GPU: the call itself costs some 20 us (measured on a CPU).
+# Launches in one kernel call on a GPU: the call itself costs 60 us.
 UNROLLED = 4
 INCREMENTS_TIME = 0.5  # seconds of whole increments measured
 
@@ -140,11 +140,13 @@ def _elapsed(repeat: Callable[[int], None], count: int) -> float:
 
 
 def _repetition(solver: ExplicitSolver, loops: list[Loop]) -> Callable[[int, int], None]:
-    """repeat(number of the loop, count): on a CPU by one thread, on a GPU by launches."""
+    """repeat(number of the loop, count): on a CPU by one thread, on a GPU by teams or launches."""
     repeated = _RepeatedLoops(loops, solver.scenarios)
     t, dt = solver.time, REPEATED_STEP * solver.time_increment
     if backend.device().name == "cpu":
         return lambda number, count: repeated.serially(number, count, t, dt)
+    if solver.kernels.is_small:
+        return lambda number, count: repeated.in_teams(number, count, t, dt)
 
     def launch(number: int, count: int) -> None:
         for _ in range(count // UNROLLED):
@@ -169,6 +171,18 @@ class _RepeatedLoops:
                     for _ in range(count):
                         for i in range(self.loops[n][0]):
                             self.loops[n][1](s, i & LARGEST_INDEX, t, dt)
+
+    @ti.kernel
+    def in_teams(self, number: ti.i32, count: ti.i32, t: ti.f64, dt: ti.f64):
+        ti.loop_config(block_dim=TEAM)
+        for thread in range(self.scenarios * TEAM):
+            s, member = thread // TEAM, thread % TEAM
+            for n in ti.static(range(len(self.loops))):
+                if number == n:
+                    for _ in range(count):
+                        for turn in range((self.loops[n][0] - member + TEAM - 1) // TEAM):
+                            self.loops[n][1](s, member + turn * TEAM, t, dt)
+                        ti.simt.block.sync()
 
     @ti.kernel
     def by_launches(self, number: ti.template(), t: ti.f64, dt: ti.f64):  # type: ignore[valid-type]  # Taichi wants an instance

@@ -19,12 +19,11 @@ from softsim.loads.load import Load
 from softsim.machine import memory_of
 from softsim.model import Model
 from softsim.solver.chatter import Chatter, chatter
-from softsim.solver.increments import IncrementKernels, Span, loops, size, work_at
+from softsim.solver.increments import IncrementKernels, Span
 from softsim.solver.memory import refuse_too_large
 from softsim.solver.terms import Terms
 
 
-@ti.data_oriented
 class ExplicitSolver:
     """Advances one model, or several scenarios of it side by side, each at its own pace: what
     becomes of a scenario does not depend on what it is computed with.
@@ -42,7 +41,6 @@ class ExplicitSolver:
         with fields.together(self.scenarios) as made:
             self.terms = Terms(models)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
-            self.shift_stages = loops(self.terms.shift_stages())
             self.impulses = [f for term in self.terms.everything for f in term.impulses()]
             device = backend.device().name
             refuse_too_large(models[0], made.size, device, memory_of(device))
@@ -148,7 +146,7 @@ class ExplicitSolver:
 
     def change_time_increment_of(self, s: int, dt: float) -> None:
         """Continue with another step [s] in scenario s, to whose half step its velocities move."""
-        self.shift_kernel(s, self.times[s], 0.5 * (dt - self.time_increments[s]))
+        self.kernels.shift(s, self.times[s], 0.5 * (dt - self.time_increments[s]))
         self._set_time_increment(s, dt)
 
     def advance(self, counts: int | np.ndarray) -> None:
@@ -195,12 +193,6 @@ class ExplicitSolver:
         for term in self.terms.everything:
             term.set_time_increment(s, dt)
 
-    @ti.kernel
-    def shift_kernel(self, s: ti.i32, t: ti.f64, dt: ti.f64):
-        for stage in ti.static(self.shift_stages):
-            for i in range(ti.static(size(stage))):
-                work_at(stage, s, i, t, dt)
-
     # --- what a checkpoint keeps -----------------------------------------------------------------
 
     def state(self) -> dict[str, np.ndarray]:
@@ -243,7 +235,7 @@ class ExplicitSolver:
     def go_back_half(self, dt: float) -> None:
         """Take velocities from half a step dt [s] later back to now, with the last forces."""
         for s in range(self.scenarios):
-            self.shift_kernel(s, self.times[s], -0.5 * dt)
+            self.kernels.shift(s, self.times[s], -0.5 * dt)
 
     def come_to_rest(self, dt: float) -> None:
         """Stand in equilibrium: nothing moves, Maxwell branches have relaxed, the energy books are

@@ -2,9 +2,11 @@
 
 On a CPU a block of increments runs inside one kernel call: waking threads would cost more than a
 small mesh. Each worker thread does its share of every pass and meets the others after each stage;
-scenarios follow one another. On a GPU each stage is a launch over scenarios and indices. Every
-number is summed in the same order in all three: workers give the same bits, launches the same to
-round-off (they are other kernels, and fast_math lets the compiler order the arithmetic of each).
+scenarios follow one another. On a GPU a team of threads, which share a multiprocessor, does the
+same for a scenario with a small mesh, all scenarios side by side; with a larger mesh each stage is
+a launch over scenarios and indices. Every number is summed in the same order in all of them:
+workers and teams give the same bits, launches the same to round-off (they are other kernels, and
+fast_math lets the compiler order the arithmetic of each).
 """
 
 import itertools
@@ -23,9 +25,18 @@ from softsim.solver.terms import Passes, Terms
 from softsim.solver.threads import ThreadCount
 from softsim.term import Pass
 
-# Increments in one call on a GPU: a call costs as much as a few launches, and each of these is
-# traced and compiled.
+# Increments in one call by launches: a call costs as much as ten of these (60 us; measured on an
+# H200), and each is traced and compiled.
 LAUNCHED_TOGETHER = 4
+# Threads of a team. For 256 sections of the robot side by side an H200 takes 29 us an increment
+# with 128, 45 with 64, 49 with 256; by launches 81.
+TEAM = 128
+# Indices of the largest pass up to which a team takes a scenario: of 834, 256 at once take 102 us,
+# by launches 149; of 1,112 about as long; 64 of 3,888 take 132 us, by launches 97.
+MOST_OF_A_TEAM = 8 * TEAM
+# Increments that teams do in one call: some 10 ms. A card that draws a screen ends calls that take
+# seconds.
+DONE_TOGETHER = 256
 # Taichi hands neighbouring indices of a parallel loop to a thread in shares of at least so many.
 SHARE = 512
 # Said to the compiler by a mask: it vectorises stores into neighbouring slots only where it can
@@ -93,14 +104,17 @@ class IncrementKernels:
         if backend.device().name == "cpu":
             refuse_uncountable(self.passes)
         self.drift_stages, self.force_stages, self.kick_stages = map(loops, stages)
+        self.shift_stages = loops(terms.shift_stages())
         self.threads = ThreadCount(backend.device().threads)
+        self.is_small = max(p.count for p in self.passes) <= MOST_OF_A_TEAM
         self.spans = real_field(np.zeros((scenarios, DONE + 1)))
         self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
 
     def run(self, spans: Sequence[Span]) -> None:
         """Run a span of each scenario in the way that suits the device."""
         if backend.device().name != "cpu":
-            self.by_launches(spans)
+            by = self.by_teams if self.is_small else self.by_launches
+            by(spans)
             ti.sync()
             return
         for s, span in enumerate(spans):
@@ -127,6 +141,12 @@ class IncrementKernels:
                 f"{workers} threads were started, and not all of them run",
                 hint="run with --threads 1, or with as many as there are free processors",
             )
+
+    def by_teams(self, spans: Sequence[Span]) -> None:
+        """Run spans by a team of a GPU's threads each."""
+        write(self.spans, np.array(spans))
+        for done in range(0, max(span.increments for span in spans), DONE_TOGETHER):
+            self._in_teams(done)
 
     def by_launches(self, spans: Sequence[Span]) -> None:
         """Run spans with a launch for each stage, as on a GPU, on any device. A scenario that has
@@ -212,6 +232,25 @@ class IncrementKernels:
         return met + 1
 
     @ti.kernel
+    def _in_teams(self, first: ti.i32):
+        ti.loop_config(block_dim=TEAM)
+        for thread in range(self.scenarios * TEAM):
+            s, member = thread // TEAM, thread % TEAM
+            last = ti.min(first + DONE_TOGETHER, ti.cast(self.spans[s, INCREMENTS], ti.i32))
+            for k in range(first, last):
+                t = self._time(s, k + 1)
+                if self.spans[s, DRIFT] > 0.0:
+                    for stage in ti.static(self.drift_stages):
+                        work_in_team(stage, s, member, t, self.spans[s, DRIFT])
+                        ti.simt.block.sync()
+                for stage in ti.static(self.force_stages):
+                    work_in_team(stage, s, member, t, self.spans[s, DT])
+                    ti.simt.block.sync()
+                for stage in ti.static(self.kick_stages):
+                    work_in_team(stage, s, member, t, self.spans[s, KICK])
+                    ti.simt.block.sync()
+
+    @ti.kernel
     def _launch(self, first: ti.i32):
         for n in ti.static(range(LAUNCHED_TOGETHER)):
             for stage in ti.static(self.drift_stages):
@@ -227,10 +266,29 @@ class IncrementKernels:
                     if first + n < self.spans[s, INCREMENTS]:
                         work_at(stage, s, i, self._time(s, first + n + 1), self.spans[s, KICK])
 
+    @ti.kernel
+    def shift(self, s: ti.i32, t: ti.f64, dt: ti.f64):
+        """Move the velocities of scenario s by dt [s] at time t [s], with the last forces."""
+        for stage in ti.static(self.shift_stages):
+            for i in range(ti.static(size(stage))):
+                work_at(stage, s, i, t, dt)
+
     @ti.func
     def _time(self, s, k):
         """Time [s] of scenario s after k increments of its span."""
         return self.spans[s, START] + (self.spans[s, DONE] + k) * self.spans[s, DT]
+
+
+@ti.func
+def work_in_team(stage: ti.template(), s, member, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
+    """What one of a team does of a stage: neighbours take neighbouring indices, as a GPU's memory
+    wants it.
+    """
+    for loop in ti.static(stage):
+        count = loop.counts[loop.number]
+        for function in ti.static(loop.functions):
+            for turn in range((count - member + TEAM - 1) // TEAM):
+                function(s, member + turn * TEAM, t, dt)
 
 
 @ti.func
