@@ -25,6 +25,11 @@ DEVICES = (AUTO, "cpu", "cuda")
 # as fast for 2,600, 1.9 times for 20,000 (measured): below, the other core does more good in a
 # second run.
 CORNERS_FOR_THREADS = 15_000
+# From so many on, those of 2,000 tetrahedra or 1,000 hexahedra, `auto` takes a graphics card. An
+# increment of the robot's section (432 corners) takes one thread of a Xeon 9 us and an H200 25 us,
+# one of the robot in space (9,072) one thread 510 us, 15 threads 110 us, and the H200 77 us; and a
+# card takes some ten seconds more to start.
+CORNERS_FOR_GPU = 8_000
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,8 @@ class GraphicsCard:
 
 @dataclass(frozen=True)
 class Choice:
-    """What a run takes: `device` is "cpu" or "cuda", `threads` a number or None for `auto`.
+    """What runs may take: `device` is "cpu", "cuda" or, where there is a card, `auto`; `threads` a
+    number or None for `auto`.
 
     Raises DeviceError: several threads on the GPU.
     """
@@ -82,27 +88,37 @@ class Choice:
                 hint=f"--device cpu --threads {self.threads}, or leave --threads out",
             )
 
+    def device_for(self, corner_count: int) -> str:
+        """ "cpu" or "cuda", for a model whose elements have so many corners: with `auto` the card
+        for a large one, unless several threads are asked for.
+        """
+        if self.device != AUTO:
+            return self.device
+        is_large = corner_count >= CORNERS_FOR_GPU
+        return "cuda" if is_large and self.threads in (None, 1) else "cpu"
+
     def threads_for(self, corner_count: int) -> int:
         """CPU threads for a model whose elements have so many corners."""
         if self.threads is not None:
             return self.threads
         is_large = corner_count >= CORNERS_FOR_THREADS
-        return processor_count() if is_large and self.device == "cpu" else 1
+        return processor_count() if is_large and self.device_for(corner_count) == "cpu" else 1
 
 
 def choose(device: str = AUTO, threads: int | str = AUTO) -> Choice:
-    """What a run takes of this machine.
+    """What runs may take of this machine.
 
-    device: "auto" (CUDA where a card answers, else the CPU), "cpu" or "cuda".
+    device: "auto" (what suits the model, see `Choice.device_for`), "cpu" or "cuda".
     threads: a number, or "auto".
 
     Raises DeviceError for what is not there, and says what is.
     """
-    return Choice(chosen_device(device), asked_threads(threads))
+    is_open = chosen_device(device) == "cuda" and device == AUTO
+    return Choice(AUTO if is_open else chosen_device(device), asked_threads(threads))
 
 
 def chosen_device(device: str) -> str:
-    """ "cpu" or "cuda", whichever `device` (one of DEVICES) means here.
+    """ "cpu" or "cuda", whichever `device` (one of DEVICES) means here for work that fills a card.
 
     Raises DeviceError: no such device.
     """
@@ -118,6 +134,15 @@ def chosen_device(device: str) -> str:
     if device == AUTO:
         return "cuda" if cuda_device_count() else "cpu"
     return device
+
+
+def device_of_trials(device: str) -> str:
+    """ "cpu" or "cuda", whichever `device` (one of DEVICES) means for runs that workers do one by
+    one: "auto" is the CPU, which has many workers, where a card is one's alone.
+
+    Raises DeviceError: no such device.
+    """
+    return "cpu" if device == AUTO else chosen_device(device)
 
 
 def asked_threads(threads: int | str) -> int | None:

@@ -8,6 +8,8 @@ from rich.console import Console
 
 from softsim.errors import DeviceError
 from softsim.machine import (
+    AUTO,
+    CORNERS_FOR_GPU,
     CORNERS_FOR_THREADS,
     Choice,
     asked_threads,
@@ -48,6 +50,16 @@ def test_auto_takes_every_processor_for_a_large_model_only():
     assert choice.threads_for(CORNERS_FOR_THREADS) == processor_count()
     assert choose("cpu", 1).threads_for(10**6) == 1
     assert Choice("cuda", None).threads_for(10**6) == 1
+
+
+def test_auto_takes_a_card_for_a_large_model_only():
+    """And never where several threads are asked for, which count processors."""
+    open_choice = Choice(AUTO, None)
+    assert open_choice.device_for(CORNERS_FOR_GPU - 1) == "cpu"
+    assert open_choice.device_for(CORNERS_FOR_GPU) == "cuda"
+    assert open_choice.threads_for(CORNERS_FOR_THREADS) == 1
+    assert Choice(AUTO, 2).device_for(CORNERS_FOR_GPU) == "cpu"
+    assert choose("auto").device == (AUTO if cuda_device_count() else "cpu")
 
 
 def test_a_missing_gpu_is_refused_with_what_there_is():

@@ -12,9 +12,9 @@ from softsim import __version__
 from softsim.cli.options import explained
 from softsim.errors import DeviceError
 from softsim.machine import (
+    CORNERS_FOR_GPU,
     CORNERS_FOR_THREADS,
     Memory,
-    choose,
     cores,
     cuda_device_count,
     graphics_card,
@@ -87,8 +87,12 @@ def print_devices(console: Console, seconds: float) -> None:
         console.print(f"cuda: {_why_there_is_none()}")
     for fault in faults:
         console.print(fault, highlight=False)
+    if "cuda" in described:
+        taken = f"the card from {CORNERS_FOR_GPU:,} corners of elements on, else the cpu"
+    else:
+        taken = "cpu"
     console.print(
-        f"auto takes {choose().device}; --threads auto takes one thread below "
+        f"auto takes {taken}; --threads auto takes one thread below "
         f"{CORNERS_FOR_THREADS:,} corners of elements, else all",
         highlight=False,
     )

@@ -46,6 +46,7 @@ def reach(
 
         loaded = load_layout(layout, robot, overrides or [], REACH)
         # Taichi is imported from here on: an error before is told at once.
+        from softsim.machine import device_of_trials
         from softsim.reach.plan import plan_for
         from softsim.reach.running import searches, seek
         from softsim.reach.writing import write_answer
@@ -54,18 +55,17 @@ def reach(
 
         plan = plan_for(loaded, robot, overrides or [])
         folder = out or Path("runs") / f"{layout.stem}_{robot}_reach"
+        taken = device_of_trials(device.value)
         if dry_run:
             with TemporaryDirectory() as written:
-                asked = searches(
-                    plan.scenes, plan.puller, Path(written), folder, ratio, device.value
-                )
+                asked = searches(plan.scenes, plan.puller, Path(written), folder, ratio, taken)
                 _tell_plan(asked, console)
-                _tell_cost(plan, asked, device.value, console)
+                _tell_cost(plan, asked, taken, console)
             return
-        asked = searches(plan.scenes, plan.puller, folder, folder, ratio, device.value)
+        asked = searches(plan.scenes, plan.puller, folder, folder, ratio, taken)
         _tell_plan(asked, console)
-        pool = pool_for(folder, device.value, workers, scheduler)
-        seek(asked, folder, pool, device.value, console)
+        pool = pool_for(folder, taken, workers, scheduler)
+        seek(asked, folder, pool, taken, console)
         write_answer(plan, robot, asked, folder)
         _tell_answer(folder, console)
         console.print(f"figure  {draw_reach(folder)}", highlight=False)

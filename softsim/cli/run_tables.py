@@ -136,7 +136,8 @@ def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     """The predicted duration, measured rates behind it, and what it is made of."""
     table = Table(show_header=False, box=None)
     workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
-    place = choice.device if choice.device == "cuda" else f"{choice.device}, {workers}"
+    device = choice.device_for(model.corner_count)
+    place = device if device == "cuda" else f"{device}, {workers}"
     settling = ", and the time until forces balance" if model.relaxation is not None else ""
     table.add_row(
         "expected",

@@ -156,7 +156,7 @@ def check(
                 )
         if modes is not None:
             folder = out or Path("runs") / f"{scene.stem}_modes"
-            _tell_modes(model, modes, choice.device, folder, console)
+            _tell_modes(model, modes, choice.device_for(model.corner_count), folder, console)
         console.print(f"{scene}: fine")
 
 

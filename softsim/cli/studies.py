@@ -79,11 +79,13 @@ def optimize(
         loaded = load_study(study, overrides or [])
         folder = out or Path("runs") / f"{study.stem}_optimum"
         from softsim.cli.study_tables import print_best, print_results
+        from softsim.machine import device_of_trials
         from softsim.sweep.engine import pool_for  # imports dask
         from softsim.sweep.study import optimize as run_trials
 
-        pool = pool_for(folder, device.value, workers, scheduler)
-        table = run_trials(loaded, folder, pool, device.value, trials, console)
+        taken = device_of_trials(device.value)
+        pool = pool_for(folder, taken, workers, scheduler)
+        table = run_trials(loaded, folder, pool, taken, trials, console)
         print_results(loaded, table, folder, console)
         report_study(folder, console)
         print_best(loaded, folder, console)

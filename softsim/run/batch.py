@@ -48,7 +48,7 @@ class Batch:
         self.console = files[0].console
         corners = len(files) * files[0].model.corner_count
         backend.start(
-            choice.device,
+            choice.device_for(corners),
             threads=choice.threads_for(corners),
             most_lanes=files[0].model.most_lanes,
         )

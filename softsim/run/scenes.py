@@ -78,7 +78,7 @@ def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_T
     Raises SceneError, MeshError, DeviceError.
     """
     model = build_model(loaded, beginning)
-    refuse_before_start(model, choice.device)
+    refuse_before_start(model, choice.device_for(model.corner_count))
     conditions_of_scene(loaded, model)
     return model
 
@@ -100,7 +100,7 @@ def resumed(
 
     Raises OutputError where there is none, or it is of another scene or device.
     """
-    checkpoint = fitting_checkpoint(loaded, target, choice.device)
+    checkpoint = fitting_checkpoint(loaded, target, choice.device_for(model.corner_count))
     files = RunFiles(loaded, model, target, console, float(checkpoint.progress["time"]))
     return Batch([files], choice, [stop_conditions], checkpoint)
 
@@ -170,9 +170,10 @@ def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
     for group in structures:
         size = len(group)
         if size > 1:
-            backend.start(choice.device)
-            place = memory_of(choice.device)
-            fitting = scenarios_that_fit(models[group[0]], choice.device, place)
+            model = models[group[0]]
+            device = choice.device_for(size * model.corner_count)
+            backend.start(device)
+            fitting = scenarios_that_fit(model, device, memory_of(device))
             size = size if fitting is None else max(1, fitting)
         parts += [group[k : k + size] for k in range(0, len(group), size)]
     return parts

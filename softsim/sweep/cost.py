@@ -58,7 +58,7 @@ def cost_in_pilot(job: Job, device: str) -> Cost:
     from softsim.run.pilot import predicted_duration  # Taichi is imported from here on
     from softsim.run.scenes import ready_model
 
-    choice, loaded = choose(device, "1"), resolved(job.case)
+    choice, loaded = choose(chosen_device(device), "1"), resolved(job.case)
     began = time.perf_counter()
     model = ready_model(loaded, choice)
     built_in = time.perf_counter() - began

@@ -256,7 +256,7 @@ def _run_elements(job: Job) -> None:
 
     silent = Console(file=io.StringIO())
     run(
-        scene_of(job), (), job.folder, job.device, _goes_on(job), silent, threads=1,
+        scene_of(job), (), job.folder, chosen_device(job.device), _goes_on(job), silent, threads=1,
         profile_after=math.inf, stop_conditions=job.stop_conditions,
     )  # fmt: skip
 
@@ -289,8 +289,8 @@ def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
         return faults
     try:
         found = run_batch(
-            list(scenes.values()), [job.folder for job in ready], ready[0].device, 1,
-            [job.stop_conditions for job in ready],
+            list(scenes.values()), [job.folder for job in ready],
+            chosen_device(ready[0].device), 1, [job.stop_conditions for job in ready],
         )  # fmt: skip
     except SoftsimError as error:  # a stop, a disk that is full: it concerns all
         return faults | dict.fromkeys(scenes, error)

@@ -13,6 +13,7 @@ import polars
 from rich.console import Console
 
 from softsim.errors import ClusterError, SceneError
+from softsim.machine import device_of_trials
 from softsim.output.folder import RunFolder
 from softsim.output.study_folder import CASES
 from softsim.scene.tree import nearest
@@ -211,8 +212,9 @@ class Study:
         default as many as the study says. The others, and what is raised, as for `run`.
         """
         folder = Path(out or Path("runs") / f"{self.loaded.path.stem}_optimum")
-        pool = _pool(folder, device, workers, scheduler)
-        return optimize(self.loaded, folder, pool, device, trials)
+        taken = device_of_trials(device)
+        pool = _pool(folder, taken, workers, scheduler)
+        return optimize(self.loaded, folder, pool, taken, trials)
 
     def report(self, out: Path | str | None = None) -> Path:
         """Draw the figures, and write report.html, of what is in a folder so far; its path.
