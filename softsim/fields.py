@@ -284,6 +284,7 @@ class Number:
     def __init__(self, value: int) -> None:
         self.value = value
         self.cell = index_field(np.array([value]))
+        self.parts = backend.device().parts
 
     def __index__(self) -> int:
         return self.value
@@ -292,6 +293,19 @@ class Number:
     def read(self):
         """The number, in a kernel."""
         return self.cell[0]
+
+    @ti.func
+    def first(self, part):
+        """In a kernel, the first of so many indices that belongs to a part of a sum over them; the
+        device says how many parts a sum has.
+        """
+        return self.cell[0] * part // self.parts
+
+
+@ti.func
+def once(part):
+    """1 in the first part of a sum, else 0: with it a sum counts what is one thing."""
+    return ti.cast(part == 0, backend.real)
 
 
 @ti.data_oriented

@@ -301,26 +301,26 @@ class Nodes:
         return self.velocity[s, a] - 0.5 * dt * self.acceleration(s, a)
 
     @ti.func
-    def kinetic_energy(self, s, dt):
+    def kinetic_energy(self, s, dt, part):
         """Of the free components [J], at the time of their positions."""
         energy = ti.cast(0.0, backend.real)
-        for a in range(self.count.read()):
+        for a in range(self.count.first(part), self.count.first(part + 1)):
             v = self.present_velocity(s, a, dt)
             for i in ti.static(range(self.dimension)):
                 if self.inverse_mass[a][i] > 0.0:
                     energy += 0.5 * self.mass[a] * v[i] * v[i]
-        return energy + self.added_kinetic_energy(s, dt)
+        return energy + self.added_kinetic_energy(s, dt, part)
 
     @ti.func
-    def added_kinetic_energy(self, s, dt):
+    def added_kinetic_energy(self, s, dt, part):
         """Of inertia beside the nodes' masses [J]."""
         return ti.cast(0.0, backend.real)
 
     @ti.func
-    def weight_work(self, s):
+    def weight_work(self, s, part):
         """Work of the free components' weight since the start [J]."""
         work = ti.cast(0.0, backend.real)
-        for a in range(self.count.read()):
+        for a in range(self.count.first(part), self.count.first(part + 1)):
             moved = self.position[s, a] - self.rest[a]
             for i in ti.static(range(self.dimension)):
                 if self.inverse_mass[a][i] > 0.0:
@@ -328,9 +328,9 @@ class Nodes:
         return work
 
     @ti.func
-    def damped_energy(self, s):
+    def damped_energy(self, s, part):
         """Taken out by local damping so far [J]."""
         energy = ti.cast(0.0, backend.real)
-        for a in range(self.count.read()):
+        for a in range(self.count.first(part), self.count.first(part + 1)):
             energy += self.damping_work[s, a]
         return energy

@@ -102,10 +102,10 @@ class ScaledNodes(Nodes):
         return self.drag[s, a]
 
     @ti.func
-    def added_kinetic_energy(self, s, dt):
+    def added_kinetic_energy(self, s, dt, part):
         """What mass scaling adds to it [J]: of the motion within groups."""
         energy = ti.cast(0.0, backend.real)
-        for g in range(self.groups.read()):
+        for g in range(self.groups.first(part), self.groups.first(part + 1)):
             mean = ti.Vector.zero(backend.real, self.dimension)
             for k in range(self.first_member[g], self.first_member[g + 1]):
                 mean += self.mass_share[k] * self.present_velocity(s, self.member[k], dt)

@@ -83,17 +83,17 @@ class Term:
         return {}
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Of springs and materials [J]."""
         return ti.cast(0.0, backend.real)
 
     @ti.func
-    def dissipated_energy(self, s):
+    def dissipated_energy(self, s, part):
         """Dissipated so far by friction, and by viscosity and damping [J]."""
         return ti.Vector([0.0, 0.0])
 
     @ti.func
-    def work_done(self, s, dt):
+    def work_done(self, s, dt, part):
         """Work on the bodies so far [J], up to the time of their positions."""
         return ti.cast(0.0, backend.real)
 
@@ -115,9 +115,9 @@ class WorkingTerm(Term):
         fields.write(self.work, 0.0)
 
     @ti.func
-    def work_done(self, s, dt):
+    def work_done(self, s, dt, part):
         """Work so far [J]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count.read()):
+        for i in range(self.count.first(part), self.count.first(part + 1)):
             total += self.work[s, i]
         return total

@@ -50,10 +50,10 @@ class Dissipation(Term):
         )
 
     @ti.func
-    def dissipated_energy(self, s):
+    def dissipated_energy(self, s, part):
         """Dissipated so far by friction and by damping [J]."""
         energy = ti.Vector([0.0, 0.0])
-        for i in range(self.count.read()):
+        for i in range(self.count.first(part), self.count.first(part + 1)):
             energy[0] += self.friction_dissipation[s, i]
             energy[1] += self.damping_dissipation[s, i]
         return energy

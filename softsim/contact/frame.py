@@ -31,7 +31,7 @@ class FixedFrame:
         return {}
 
     @ti.func
-    def work_done(self, s):
+    def work_done(self, s, part):
         """Work of the motion so far [J]."""
         return ti.cast(0.0, backend.real)
 

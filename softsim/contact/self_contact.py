@@ -252,10 +252,10 @@ class SelfContact(Dissipation):
             self.loaded[s, i] = loaded
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count.read()):
+        for i in range(self.count.first(part), self.count.first(part + 1)):
             total += 0.5 * self.penalty_stiffness[i] * self.gap[s, i] * self.gap[s, i]
             total += 0.5 * self.tangential_stiffness[i] * self.stretch[s, i].norm_sqr()
         return total

@@ -213,10 +213,10 @@ class SurfaceContact(NodalForces, Dissipation):
         self.touching[s, i, w], self.left_at[s, i, w] = 0, t
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count.read()):
+        for i in range(self.count.first(part), self.count.first(part + 1)):
             q = self.frame.local_position(s, self.nodes.position[s, self.node[i]])
             for w in range(self.surfaces):
                 gap, n = self.obstacle.gap_and_normal(s, i, w, q)
@@ -228,9 +228,9 @@ class SurfaceContact(NodalForces, Dissipation):
         return total
 
     @ti.func
-    def work_done(self, s, dt):
+    def work_done(self, s, dt, part):
         """Work of the frame's motion so far [J]."""
-        return self.frame.work_done(s)
+        return self.frame.work_done(s, part)
 
 
 @ti.func

@@ -146,14 +146,14 @@ class CableTerm(Term):
         self.nodes.corner_forces.write(s, self.first_bend + 3 * j + 2, after)
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Of stretching and bending [J]."""
         energy = ti.cast(0.0, backend.real)
-        for i in range(self.segments.read()):
+        for i in range(self.segments.first(part), self.segments.first(part + 1)):
             _, length = self.edge(s, self.segment[i, 0], self.segment[i, 1])
             stretch = length - self.length[i]
             energy += 0.5 * self.spring_stiffness[i] * stretch * stretch
-        for j in range(self.joints.read()):
+        for j in range(self.joints.first(part), self.joints.first(part + 1)):
             t1, _ = self.edge(s, self.joint[j, 0], self.joint[j, 1])
             t2, _ = self.edge(s, self.joint[j, 1], self.joint[j, 2])
             folding = (t2 - t1).norm_sqr() / (t1 + t2).norm_sqr()

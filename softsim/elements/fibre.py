@@ -163,10 +163,10 @@ class FibreTerm(Term):
         self.impulse[s, i] = self.impulse[s, i] + tension * dt
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Of stretching [J]."""
         energy = ti.cast(0.0, backend.real)
-        for i in range(self.bars.read()):
+        for i in range(self.bars.first(part), self.bars.first(part + 1)):
             elongation = self.elongation(i, self.way(s, i).norm())
             energy += 0.5 * self.spring_stiffness[i] * elongation * elongation
         return energy

@@ -235,10 +235,10 @@ class HourglassSprings:
         return mu * (0.5 * (y + last) - r - 0.5 * change) * change
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Energy of all springs [J]."""
         energy = self.lane(0.0)
-        for b in range(self.blocks.read()):
+        for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
             for m in range(ti.static(self.count)):
                 y = self.amplitude[s, b, m]
                 energy += 0.5 * self.modulus[0] * y * y
@@ -248,11 +248,11 @@ class HourglassSprings:
         return energy.sum()
 
     @ti.func
-    def dissipated_energy(self, s):
+    def dissipated_energy(self, s, part):
         """Dissipated by the branches so far [J]."""
         energy = self.lane(0.0)
         if ti.static(self.points.branch_count > 0):
-            for b in range(self.blocks.read()):
+            for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
                 energy += self.dissipation[s, b]
         return energy.sum()
 
@@ -277,11 +277,11 @@ class HourglassElements(OnePointElements):
         self.springs.forget_dissipation(scenario)
 
     @ti.func
-    def hourglass_energy(self, s):
+    def hourglass_energy(self, s, part):
         """In the hourglass modes [J]."""
-        return self.springs.stored_energy(s)
+        return self.springs.stored_energy(s, part)
 
     @ti.func
-    def hourglass_dissipation(self, s):
+    def hourglass_dissipation(self, s, part):
         """By their Maxwell branches so far [J]."""
-        return self.springs.dissipated_energy(s)
+        return self.springs.dissipated_energy(s, part)

@@ -166,10 +166,10 @@ class LayerTerm(Term):
             self.nodes.corner_forces.write(s, self.first_slot + self.corner_count * i + c, force)
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Of stretching [J]."""
         energy = ti.cast(0.0, backend.real)
-        for i in range(self.count.read()):
+        for i in range(self.count.first(part), self.count.first(part + 1)):
             E = self.strain(self.deformation(s, i), self.hoop(s, i))
             S = self.stress(E)
             for p, q in ti.static(ti.ndrange(2, 2)):

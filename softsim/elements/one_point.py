@@ -153,31 +153,35 @@ class OnePointElements(Term):
     # --- what observers ask ----------------------------------------------------------------------
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Energy [J] in the law, the Maxwell springs, the volume and hourglass modes."""
         in_elements = self.metric.lane(0.0)
-        for b in range(self.blocks.read()):
+        for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
             C, J = self.stretch(s, b)
             r = inverse_cube_root(J)
             in_elements += self.points.stored_energy(s, b, C, r * r) * self.volume[b]
-        return in_elements.sum() + self.pressure.stored_energy(s) + self.hourglass_energy(s)
+        return (
+            in_elements.sum()
+            + self.pressure.stored_energy(s, part)
+            + self.hourglass_energy(s, part)
+        )
 
     @ti.func
-    def hourglass_energy(self, s):
+    def hourglass_energy(self, s, part):
         """The part of it in hourglass modes, where elements have any: ABAQUS's ALLAE."""
         return ti.cast(0.0, backend.real)
 
     @ti.func
-    def dissipated_energy(self, s):
+    def dissipated_energy(self, s, part):
         """Dissipated so far [J]: nothing by friction; by Maxwell dashpots and bulk viscosity."""
         in_elements = self.metric.lane(0.0)
-        for b in range(self.blocks.read()):
+        for b in range(self.blocks.first(part), self.blocks.first(part + 1)):
             in_elements += self.points.dissipation(s, b) * self.volume[b]
-        viscous = in_elements.sum() + self.pressure.dissipated_energy(s)
-        return ti.Vector([0.0, viscous + self.hourglass_dissipation(s)])
+        viscous = in_elements.sum() + self.pressure.dissipated_energy(s, part)
+        return ti.Vector([0.0, viscous + self.hourglass_dissipation(s, part)])
 
     @ti.func
-    def hourglass_dissipation(self, s):
+    def hourglass_dissipation(self, s, part):
         """The part of it in hourglass modes."""
         return ti.cast(0.0, backend.real)
 

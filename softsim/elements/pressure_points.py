@@ -87,18 +87,22 @@ class PressurePoints:
                 self.pressure[s, a] = p[lane]
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """Energy of compression [J]."""
         energy = self.lane(0.0)
-        for b in range(self.elements_of.blocks.read()):
+        for b in range(
+            self.elements_of.blocks.first(part), self.elements_of.blocks.first(part + 1)
+        ):
             dilation = self.J[s, b] - 1.0
             energy += 0.5 * self.bulk_modulus[0] * dilation * dilation * self.volume[b]
         return energy.sum()
 
     @ti.func
-    def dissipated_energy(self, s):
+    def dissipated_energy(self, s, part):
         """Dissipated by bulk viscosity so far [J]."""
         energy = self.lane(0.0)
-        for b in range(self.elements_of.blocks.read()):
+        for b in range(
+            self.elements_of.blocks.first(part), self.elements_of.blocks.first(part + 1)
+        ):
             energy += self.dissipation[s, b]
         return energy.sum()

@@ -12,7 +12,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import fields
-from softsim.fields import Number, real_field, vector_field
+from softsim.fields import Number, once, real_field, vector_field
 from softsim.loads.load import Load
 from softsim.loads.sliding import dissipated, longest_stretch, stretched
 from softsim.nodes import Nodes
@@ -88,11 +88,11 @@ class EndDragTerm(Term):
         self.nodes.corner_forces.write(s, self.slot, -k * after * axis)
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """k s^2 / 2 [J]."""
-        return 0.5 * self.stiffness[s] * self.stretch[s] * self.stretch[s]
+        return once(part) * 0.5 * self.stiffness[s] * self.stretch[s] * self.stretch[s]
 
     @ti.func
-    def dissipated_energy(self, s):
+    def dissipated_energy(self, s, part):
         """Dissipated so far by friction, and nothing else [J]."""
-        return ti.Vector([self.dissipation[s], 0.0])
+        return once(part) * ti.Vector([self.dissipation[s], 0.0])

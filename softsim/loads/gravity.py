@@ -14,7 +14,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.fields import real_field, vector_field
+from softsim.fields import once, real_field, vector_field
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
@@ -107,11 +107,11 @@ class RisingGravityTerm(Term):
         self.missed_by_bodies[s, r] = self.missed_by_bodies[s, r] + work
 
     @ti.func
-    def work_done(self, s, dt):
+    def work_done(self, s, dt, part):
         """Work of all weights so far, less what it would be under the present gravity [J]."""
         work = ti.cast(0.0, backend.real)
-        for a in range(self.nodes.count.read()):
+        for a in range(self.nodes.count.first(part), self.nodes.count.first(part + 1)):
             work -= self.missed_by_nodes[s, a]
         for r in range(self.rigid_bodies.count):
-            work -= self.missed_by_bodies[s, r]
+            work -= once(part) * self.missed_by_bodies[s, r]
         return work

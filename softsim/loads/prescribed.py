@@ -64,10 +64,10 @@ class PrescribedMotionTerm(WorkingTerm):
         self.nodes.velocity[s, a][self.axis] = speed
 
     @ti.func
-    def work_done(self, s, dt):
+    def work_done(self, s, dt, part):
         """Work so far [J], the last half step with the force of now."""
         total = ti.cast(0.0, backend.real)
-        for i in range(self.count.read()):
+        for i in range(self.count.first(part), self.count.first(part + 1)):
             a = self.node[i]
             last_way = self.nodes.velocity[s, a][self.axis] * dt
             total += self.work[s, i] - 0.5 * self.nodes.force[s, a][self.axis] * last_way

@@ -20,7 +20,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
-from softsim.fields import Number, index_field, real_field, vector_field
+from softsim.fields import Number, index_field, once, real_field, vector_field
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
@@ -176,6 +176,6 @@ class PulledCableTerm(WorkingTerm):
         self.elongation[s], self.drawn_in[s], self.held[s] = stretched, drawn_in, held
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """k e^2 / 2 [J]."""
-        return 0.5 * self.stiffness[s] * self.elongation[s] * self.elongation[s]
+        return once(part) * 0.5 * self.stiffness[s] * self.elongation[s] * self.elongation[s]

@@ -7,7 +7,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import fields
-from softsim.fields import real_field
+from softsim.fields import once, real_field
 from softsim.loads.load import Load
 from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
@@ -93,7 +93,8 @@ class RigidMotionTerm(Term):
         self.rigid_bodies.velocity[s, self.body][self.axis] = speed
 
     @ti.func
-    def work_done(self, s, dt):
+    def work_done(self, s, dt, part):
         """Work so far [J], the last half step with the force of now."""
         way = self.rigid_bodies.velocity[s, self.body][self.axis] * dt
-        return self.work[s] - 0.5 * self.rigid_bodies.held_force[s, self.body][self.axis] * way
+        force = self.rigid_bodies.held_force[s, self.body][self.axis]
+        return once(part) * (self.work[s] - 0.5 * force * way)

@@ -13,7 +13,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
-from softsim.fields import real_field, vector_field
+from softsim.fields import once, real_field, vector_field
 from softsim.loads.load import Load, RigidSpring
 from softsim.nodes import Nodes
 from softsim.rigid.frame import RigidBodies
@@ -106,7 +106,7 @@ class TendonTerm(Term):
         self.impulse[s] = self.impulse[s] + tension * dt
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """k e^2 / 2 [J]."""
         e = self.elongation(s)
-        return 0.5 * self.stiffness[s] * e * e
+        return once(part) * 0.5 * self.stiffness[s] * e * e

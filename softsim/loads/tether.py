@@ -21,7 +21,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
-from softsim.fields import real_field, vector_field
+from softsim.fields import once, real_field, vector_field
 from softsim.loads.load import Load, RigidSpring
 from softsim.loads.sliding import dissipated, longest_stretch, stretched
 from softsim.nodes import Nodes
@@ -183,18 +183,18 @@ class TetherTerm(Term):
         return -2.0 * (w * resisting + q.cross(resisting))
 
     @ti.func
-    def stored_energy(self, s):
+    def stored_energy(self, s, part):
         """k s^2 / 2 + 2 sum K_i q_i^2 [J]."""
         stretch, q = self.stretch[s], self.turn(s)
         turned = 2.0 * (self.turning_stiffness[s] * q).dot(q)
-        return 0.5 * self.stiffness[s] * stretch * stretch + turned
+        return once(part) * (0.5 * self.stiffness[s] * stretch * stretch + turned)
 
     @ti.func
-    def dissipated_energy(self, s):
+    def dissipated_energy(self, s, part):
         """Dissipated so far by friction, and nothing else [J]."""
-        return ti.Vector([self.dissipation[s], 0.0])
+        return once(part) * ti.Vector([self.dissipation[s], 0.0])
 
     @ti.func
-    def work_done(self, s, dt):
+    def work_done(self, s, dt, part):
         """Work of the weight so far [J]."""
-        return self.work[s]
+        return once(part) * self.work[s]

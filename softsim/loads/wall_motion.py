@@ -10,7 +10,7 @@ from softsim import backend, fields
 from softsim.contact.frame import FixedFrame
 from softsim.contact.nodal_forces import NodalForces
 from softsim.contact.wall import Obstacle, Wall
-from softsim.fields import real_field
+from softsim.fields import once, real_field
 from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
 from softsim.sharing import Own
@@ -139,9 +139,9 @@ class MovingFrame(FixedFrame):
         self.offset[s], self.way[s], self.speed[s] = offset, way, way / dt
 
     @ti.func
-    def work_done(self, s):
+    def work_done(self, s, part):
         """Work of the motion so far [J], the last half step with the force of now."""
-        return self.work[s] + 0.5 * self._force(s) * self.way[s]
+        return once(part) * (self.work[s] + 0.5 * self._force(s) * self.way[s])
 
     @ti.func
     def _force(self, s):

@@ -14,6 +14,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
+from softsim.fields import once
 from softsim.model import Model
 from softsim.solver.explicit import ExplicitSolver
 
@@ -54,18 +55,21 @@ class EnergyReader:
     """Computes the energies of all scenarios in one launch, from stretches, gaps and velocities:
     few of them are in a field.
 
-    readings (scenarios, 7) [J]: in the order of Energies.
+    readings (scenarios, 7) [J]: in the order of Energies; in_parts (scenarios, parts, 7): what is
+    summed to them.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
         self.solver = solver
         self.terms, self.bodies = solver.terms, solver.terms.rigid_bodies
-        self.serially = backend.device().name == "cpu"
+        self.serially, self.parts = backend.device().name == "cpu", backend.device().parts
+        self.in_parts = np.zeros((solver.scenarios, self.parts, 7))
         self.readings = np.zeros((solver.scenarios, 7))
 
     def update(self) -> None:
         """Read the present energies of all scenarios; `of_scenario` returns them."""
-        self._read(self.solver.time_increments, self.readings)
+        self._read(self.solver.time_increments, self.in_parts)
+        self.readings = self.in_parts.sum(axis=1)
 
     def of_scenario(self, scenario: int) -> Energies:
         """Energies of a scenario at the last update."""
@@ -80,42 +84,45 @@ class EnergyReader:
     def _read(
         self,
         steps: ti.types.ndarray(ti.f64, ndim=1),  # type: ignore[valid-type]  # Taichi wants an instance
-        readings: ti.types.ndarray(ti.f64, ndim=2),  # type: ignore[valid-type]  # Taichi wants an instance
+        readings: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]  # Taichi wants an instance
     ):
-        # A parallel loop misses Taichi's kernel cache; on a GPU a scenario after the other is slow.
+        # A parallel loop misses Taichi's kernel cache; on a GPU one thread for all is slow.
         ti.loop_config(serialize=self.serially)
-        for s in range(self.solver.scenarios):
+        for k in range(self.solver.scenarios * self.parts):
+            s, part = k // self.parts, k % self.parts
             dt = steps[s]
             internal = ti.cast(0.0, backend.real)
             hourglass = ti.cast(0.0, backend.real)
             contact = ti.cast(0.0, backend.real)
             friction = ti.cast(0.0, backend.real)
             viscous = ti.cast(0.0, backend.real)
-            work = self.terms.nodes.weight_work(s) + self.bodies.weight_work(s)
-            work += self.bodies.work_done(s, dt)
+            kinetic = self.terms.nodes.kinetic_energy(s, dt, part)
+            work = self.terms.nodes.weight_work(s, part)
+            if part == 0:
+                kinetic += self.bodies.kinetic_energy(s, dt)
+                work += self.bodies.weight_work(s)
+                work += self.bodies.work_done(s, dt)
             for term in ti.static(self.terms.inner):
-                internal += term.stored_energy(s)
+                internal += term.stored_energy(s, part)
             for elements in ti.static(self.terms.elements):
-                hourglass += elements.hourglass_energy(s)
+                hourglass += elements.hourglass_energy(s, part)
             for term in ti.static(self.terms.touching):
-                contact += term.stored_energy(s)
+                contact += term.stored_energy(s, part)
             for term in ti.static(self.terms.everything):
-                dissipated = term.dissipated_energy(s)
+                dissipated = term.dissipated_energy(s, part)
                 friction += dissipated[0]
                 viscous += dissipated[1]
-                work += term.work_done(s, dt)
+                work += term.work_done(s, dt, part)
             if ti.static(self.terms.nodes.relaxes):
-                viscous += self.terms.nodes.damped_energy(s)
-                viscous += self.bodies.damped_energy(s)
-            readings[s, 0] = internal
-            readings[s, 1] = hourglass
-            readings[s, 2] = self.terms.nodes.kinetic_energy(s, dt) + self.bodies.kinetic_energy(
-                s, dt
-            )
-            readings[s, 3] = contact
-            readings[s, 4] = friction
-            readings[s, 5] = viscous
-            readings[s, 6] = work
+                viscous += self.terms.nodes.damped_energy(s, part)
+                viscous += once(part) * self.bodies.damped_energy(s)
+            readings[s, part, 0] = internal
+            readings[s, part, 1] = hourglass
+            readings[s, part, 2] = kinetic
+            readings[s, part, 3] = contact
+            readings[s, part, 4] = friction
+            readings[s, part, 5] = viscous
+            readings[s, part, 6] = work
 
 
 def weight_energy(model: Model) -> float:
