@@ -28,7 +28,7 @@ def drag_load(coefficients):
     import taichi as ti
 
     from softsim import backend
-    from softsim.fields import real_field
+    from softsim.fields import once, real_field
     from softsim.loads.load import Load
     from softsim.sharing import Own
     from softsim.term import Term
@@ -66,8 +66,8 @@ def drag_load(coefficients):
             self.force[s] = force[0]
 
         @ti.func
-        def dissipated_energy(self, s):
-            return ti.Vector([ti.cast(0.0, backend.real), self.dissipation[s]])
+        def dissipated_energy(self, s, part):
+            return once(part) * ti.Vector([ti.cast(0.0, backend.real), self.dissipation[s]])
 
     return [Drag(c) for c in coefficients]
 
