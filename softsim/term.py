@@ -84,7 +84,7 @@ class Term:
 
     @ti.func
     def stored_energy(self, s, part):
-        """Of springs and materials [J], as much as a part of the sum has: `Number.first`, `once`."""
+        """Of springs and materials [J]: what a part of the sum has (`Number.first`, `once`)."""
         return ti.cast(0.0, backend.real)
 
     @ti.func
