@@ -33,8 +33,8 @@ real = ti.f64
 class Device:
     """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector.
 
-    threads: CPU threads that share an increment; 1 on a GPU. parts: into which energies are summed,
-    each by a thread of a GPU.
+    threads: CPU threads that share an increment; 1 on a GPU. parts: of a sum of energies, each of
+    which a thread of a GPU makes.
     """
 
     name: str

@@ -296,8 +296,8 @@ class Number:
 
     @ti.func
     def first(self, part):
-        """In a kernel, the first of so many indices that belongs to a part of a sum over them; the
-        device says how many parts a sum has.
+        """In a kernel, the first of so many indices in a part of a sum, which has as many parts as
+        the device says.
         """
         return self.cell[0] * part // self.parts
 

@@ -97,6 +97,10 @@ class Choice:
         is_large = corner_count >= CORNERS_FOR_GPU
         return "cuda" if is_large and self.threads in (None, 1) else "cpu"
 
+    def allows(self, device: str) -> bool:
+        """Whether a run may go on there, on "cpu" or "cuda", where it was begun."""
+        return self.device in (AUTO, device)
+
     def threads_for(self, corner_count: int) -> int:
         """CPU threads for a model whose elements have so many corners."""
         if self.threads is not None:
@@ -113,8 +117,9 @@ def choose(device: str = AUTO, threads: int | str = AUTO) -> Choice:
 
     Raises DeviceError for what is not there, and says what is.
     """
-    is_open = chosen_device(device) == "cuda" and device == AUTO
-    return Choice(AUTO if is_open else chosen_device(device), asked_threads(threads))
+    taken = chosen_device(device)
+    is_open = device == AUTO and taken == "cuda"
+    return Choice(AUTO if is_open else taken, asked_threads(threads))
 
 
 def chosen_device(device: str) -> str:
@@ -138,7 +143,7 @@ def chosen_device(device: str) -> str:
 
 def device_of_trials(device: str) -> str:
     """ "cpu" or "cuda", whichever `device` (one of DEVICES) means for runs that workers do one by
-    one: "auto" is the CPU, which has many workers, where a card is one's alone.
+    one: "auto" is the CPU, where there are many workers; a card has one.
 
     Raises DeviceError: no such device.
     """

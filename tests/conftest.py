@@ -31,7 +31,7 @@ starts, compile in two thirds of the time and run at two thirds of the speed.
 
 
 def pytest_addoption(parser):
-    parser.addoption("--device", default="cpu", help="where solvers run: cpu or cuda")
+    parser.addoption("--device", default="cpu", choices=("cpu", "cuda"), help="of fixtures")
 
 
 def pytest_configure(config):

@@ -59,6 +59,8 @@ def test_auto_takes_a_card_for_a_large_model_only():
     assert open_choice.device_for(CORNERS_FOR_GPU) == "cuda"
     assert open_choice.threads_for(CORNERS_FOR_THREADS) == 1
     assert Choice(AUTO, 2).device_for(CORNERS_FOR_GPU) == "cpu"
+    assert open_choice.allows("cpu") and open_choice.allows("cuda")
+    assert not Choice("cpu", None).allows("cuda")
     assert choose("auto").device == (AUTO if cuda_device_count() else "cpu")
 
 

@@ -10,7 +10,7 @@ from softsim import backend, fields
 from softsim.contact.frame import FixedFrame
 from softsim.contact.nodal_forces import NodalForces
 from softsim.contact.wall import Obstacle, Wall
-from softsim.fields import once, real_field
+from softsim.fields import real_field
 from softsim.loads.profile import Profile
 from softsim.loads.table import ProfileTable
 from softsim.sharing import Own
@@ -141,7 +141,10 @@ class MovingFrame(FixedFrame):
     @ti.func
     def work_done(self, s, part):
         """Work of the motion so far [J], the last half step with the force of now."""
-        return once(part) * (self.work[s] + 0.5 * self._force(s) * self.way[s])
+        work = ti.cast(0.0, backend.real)
+        if part == 0:
+            work = self.work[s] + 0.5 * self._force(s) * self.way[s]
+        return work
 
     @ti.func
     def _force(self, s):

@@ -4,7 +4,7 @@ import signal
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 from rich.console import Console
@@ -46,12 +46,11 @@ class Batch:
     ) -> None:
         self.clock = WallClock()
         self.console = files[0].console
-        corners = len(files) * files[0].model.corner_count
-        backend.start(
-            choice.device_for(corners),
-            threads=choice.threads_for(corners),
-            most_lanes=files[0].model.most_lanes,
-        )
+        model = files[0].model
+        # Of one, lest a run go elsewhere beside others than alone.
+        choice = replace(choice, device=choice.device_for(model.corner_count))
+        threads = choice.threads_for(len(files) * model.corner_count)
+        backend.start(choice.device, threads=threads, most_lanes=model.most_lanes)
         self.solver = ExplicitSolver([of_run.model for of_run in files])
         self.reader = EnergyReader(self.solver)
         self.runs = [

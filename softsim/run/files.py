@@ -12,6 +12,7 @@ from rich.console import Console
 
 from softsim import backend
 from softsim.errors import OutputError
+from softsim.machine import Choice
 from softsim.model import Model
 from softsim.output import folder as files
 from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
@@ -119,7 +120,7 @@ class RunFiles:
         self.history.close()
 
 
-def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, device: str) -> Checkpoint:
+def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -> Checkpoint:
     """The checkpoint in a run folder.
 
     Raises OutputError where there is none, it is of another scene or device, or the history or the
@@ -132,10 +133,10 @@ def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, device: str) -> C
             f"the checkpoint in {path} belongs to another scene or other settings",
             hint=f"compare with {path / files.SCENE}, or run without --resume",
         )
-    if checkpoint.device != device:
+    if not choice.allows(checkpoint.device):
         raise OutputError(
             f"the checkpoint in {path} was computed on {checkpoint.device}, this is "
-            f"{device}: the run would not go on to the same bits",
+            f"{choice.device}: the run would not go on to the same bits",
             hint=f"resume with --device {checkpoint.device}",
         )
     progress = Progress.written(checkpoint.progress)

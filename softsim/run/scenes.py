@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
@@ -100,7 +101,8 @@ def resumed(
 
     Raises OutputError where there is none, or it is of another scene or device.
     """
-    checkpoint = fitting_checkpoint(loaded, target, choice.device_for(model.corner_count))
+    checkpoint = fitting_checkpoint(loaded, target, choice)
+    choice = replace(choice, device=checkpoint.device)
     files = RunFiles(loaded, model, target, console, float(checkpoint.progress["time"]))
     return Batch([files], choice, [stop_conditions], checkpoint)
 
@@ -171,7 +173,7 @@ def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
         size = len(group)
         if size > 1:
             model = models[group[0]]
-            device = choice.device_for(size * model.corner_count)
+            device = choice.device_for(model.corner_count)
             backend.start(device)
             fitting = scenarios_that_fit(model, device, memory_of(device))
             size = size if fitting is None else max(1, fitting)

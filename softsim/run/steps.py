@@ -48,13 +48,13 @@ def run_steps(
     is raised, too: the folder keeps the steps before.
     """
     choice, console = choose(device, threads), console or Console()
-    model = foreseen_models(steps, choice)[0]
+    foreseen_models(steps, choice)
     path = out or Path("runs") / steps[0].loaded.path.stem
     taken: list[Path] = []
     if source is not None:
         refuse_source(source, path, resume)
         named = {folder_name(number, step): step for number, step in enumerate(steps, 1)}
-        taken, reason = fitting_steps(source, named, choice.device_for(model.corner_count))
+        taken, reason = fitting_steps(source, named, choice)
         names = ", ".join(one.name for one in taken)
         said = f"taken from {source}: {names}" + (f"; no more: {reason}" if reason else "")
         console.print(said, highlight=False)
@@ -130,8 +130,7 @@ class Work:
                 beginning = following(before, beginning, scene, earlier.end)
             model = ready_model(step.loaded, self.choice, beginning)
             path = self.path(number)
-            device = self.choice.device_for(model.corner_count)
-            found = self._found(step, path, device) if number <= kept else None
+            found = self._found(step, path) if number <= kept else None
             if found is not None and read_summary(path).get("status") == "done":
                 self.console.print(f"step '{step.name}' is done: {path}", highlight=False)
                 results[step.name] = Results(path, read_summary(path), read_history(path / HISTORY))
@@ -143,17 +142,17 @@ class Work:
                 results[step.name] = self._run_step(step, model, path, found is not None, earlier)
             earlier, before = EarlierStep(model, read_checkpoint(path / CHECKPOINT)), scene
 
-    def _found(self, step: Step, path: Path, device: str) -> Checkpoint | None:
-        """The checkpoint of a step as it is asked for now, on a device; None where there is
+    def _found(self, step: Step, path: Path) -> Checkpoint | None:
+        """The checkpoint of a step as it is asked for now, on this device; None where there is
         none.
         """
         if not (path / CHECKPOINT).is_file():
             return None
         checkpoint = read_checkpoint(path / CHECKPOINT)
         same = checkpoint.scene == step.loaded.scene.model_dump_json()
-        if same and checkpoint.device == device:
+        if same and self.choice.allows(checkpoint.device):
             return checkpoint
-        other = "otherwise" if not same else f"on {device}"
+        other = "otherwise" if not same else f"on {self.choice.device}"
         self.console.print(
             f"step '{step.name}' is asked for {other} now: it begins anew", highlight=False
         )

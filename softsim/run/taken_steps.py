@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from softsim.errors import OutputError
+from softsim.machine import Choice
 from softsim.output.checkpoint import read_checkpoint
 from softsim.output.folder import (
     CHECKPOINT,
@@ -38,7 +39,9 @@ def refuse_source(source: Path, folder: Path, resume: bool) -> None:
         )
 
 
-def fitting_steps(source: Path, named: Mapping[str, Step], device: str) -> tuple[list[Path], str]:
+def fitting_steps(
+    source: Path, named: Mapping[str, Step], choice: Choice
+) -> tuple[list[Path], str]:
     """The folders of the first steps in `source`, as many as are done there as they are asked for
     now; and why the one after them is not taken, "" where there is no other. named: the steps by
     what their folders are called.
@@ -54,7 +57,7 @@ def fitting_steps(source: Path, named: Mapping[str, Step], device: str) -> tuple
     found: list[Path] = []
     for name, step in named.items():
         if name in [one["folder"] for one in told]:
-            reason = why_not(source / name, step, device)
+            reason = why_not(source / name, step, choice)
         else:
             reason = f"there is no {name}, but {', '.join(one['folder'] for one in told)}"
         if reason and not found:
@@ -68,7 +71,7 @@ def fitting_steps(source: Path, named: Mapping[str, Step], device: str) -> tuple
     return found, ""
 
 
-def why_not(path: Path, step: Step, device: str) -> str:
+def why_not(path: Path, step: Step, choice: Choice) -> str:
     """Why a step's folder is not the step that is asked for now, done; "" where it is."""
     status = read_summary(path).get("status", "not begun")
     if status != "done":
@@ -80,8 +83,8 @@ def why_not(path: Path, step: Step, device: str) -> str:
     if there != here:
         key = ".".join(first_difference(json.loads(there), json.loads(here)))
         return f"{path.name} was computed with another {key}"
-    if checkpoint.device != device:
-        return f"{path.name} was computed on {checkpoint.device}, this is {device}"
+    if not choice.allows(checkpoint.device):
+        return f"{path.name} was computed on {checkpoint.device}, this is {choice.device}"
     return ""
 
 

@@ -14,7 +14,6 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.fields import once
 from softsim.model import Model
 from softsim.solver.explicit import ExplicitSolver
 
@@ -64,7 +63,7 @@ class EnergyReader:
         self.terms, self.bodies = solver.terms, solver.terms.rigid_bodies
         self.serially, self.parts = backend.device().name == "cpu", backend.device().parts
         self.in_parts = np.zeros((solver.scenarios, self.parts, 7))
-        self.readings = np.zeros((solver.scenarios, 7))
+        self.readings = self.in_parts.sum(axis=1)
 
     def update(self) -> None:
         """Read the present energies of all scenarios; `of_scenario` returns them."""
@@ -84,7 +83,7 @@ class EnergyReader:
     def _read(
         self,
         steps: ti.types.ndarray(ti.f64, ndim=1),  # type: ignore[valid-type]  # Taichi wants an instance
-        readings: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]  # Taichi wants an instance
+        in_parts: ti.types.ndarray(ti.f64, ndim=3),  # type: ignore[valid-type]  # Taichi wants an instance
     ):
         # A parallel loop misses Taichi's kernel cache; on a GPU one thread for all is slow.
         ti.loop_config(serialize=self.serially)
@@ -115,14 +114,15 @@ class EnergyReader:
                 work += term.work_done(s, dt, part)
             if ti.static(self.terms.nodes.relaxes):
                 viscous += self.terms.nodes.damped_energy(s, part)
-                viscous += once(part) * self.bodies.damped_energy(s)
-            readings[s, part, 0] = internal
-            readings[s, part, 1] = hourglass
-            readings[s, part, 2] = kinetic
-            readings[s, part, 3] = contact
-            readings[s, part, 4] = friction
-            readings[s, part, 5] = viscous
-            readings[s, part, 6] = work
+                if part == 0:
+                    viscous += self.bodies.damped_energy(s)
+            in_parts[s, part, 0] = internal
+            in_parts[s, part, 1] = hourglass
+            in_parts[s, part, 2] = kinetic
+            in_parts[s, part, 3] = contact
+            in_parts[s, part, 4] = friction
+            in_parts[s, part, 5] = viscous
+            in_parts[s, part, 6] = work
 
 
 def weight_energy(model: Model) -> float:

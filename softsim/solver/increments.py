@@ -5,8 +5,9 @@ small mesh. Each worker thread does its share of every pass and meets the others
 scenarios follow one another. On a GPU a team of threads, which share a multiprocessor, does the
 same for a scenario with a small mesh, all scenarios side by side; with a larger mesh each stage is
 a launch over scenarios and indices. Every number is summed in the same order in all of them:
-workers and teams give the same bits, launches the same to round-off (they are other kernels, and
-fast_math lets the compiler order the arithmetic of each).
+workers give the bits of one thread, teams those of launches. Between a CPU and a card, and between
+threads and launches on a CPU, numbers agree to round-off: they are other kernels, of which
+fast_math lets a CPU's compiler order the arithmetic.
 """
 
 import itertools
@@ -25,8 +26,8 @@ from softsim.solver.terms import Passes, Terms
 from softsim.solver.threads import ThreadCount
 from softsim.term import Pass
 
-# Increments in one call by launches: a call costs as much as ten of these (60 us; measured on an
-# H200), and each is traced and compiled.
+# Increments in one call by launches: a call costs as much as ten launches (60 us; measured on an
+# H200), and each increment is traced and compiled.
 LAUNCHED_TOGETHER = 4
 # Threads of a team. For 256 sections of the robot side by side an H200 takes 29 us an increment
 # with 128, 45 with 64, 49 with 256; by launches 81.
@@ -34,9 +35,9 @@ TEAM = 128
 # Indices of the largest pass up to which a team takes a scenario: of 834, 256 at once take 102 us,
 # by launches 149; of 1,112 about as long; 64 of 3,888 take 132 us, by launches 97.
 MOST_OF_A_TEAM = 8 * TEAM
-# Increments that teams do in one call: some 10 ms. A card that draws a screen ends calls that take
-# seconds.
-DONE_TOGETHER = 256
+# Increments that teams do in one call: 3 ms for one section of the robot, 34 ms for 2,048 (H200). A
+# card that draws a screen ends calls that take seconds.
+DONE_TOGETHER = 128
 # Taichi hands neighbouring indices of a parallel loop to a thread in shares of at least so many.
 SHARE = 512
 # Said to the compiler by a mask: it vectorises stores into neighbouring slots only where it can

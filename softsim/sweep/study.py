@@ -209,7 +209,8 @@ class Study:
         """Seek what the study says under `optimize`, and return the table, a row a trial.
 
         out: folder, runs/STUDY_optimum by default. trials: how many there are in the end, by
-        default as many as the study says. The others, and what is raised, as for `run`.
+        default as many as the study says. device: auto is the CPU. The others, and what is raised,
+        as for `run`.
         """
         folder = Path(out or Path("runs") / f"{self.loaded.path.stem}_optimum")
         taken = device_of_trials(device)

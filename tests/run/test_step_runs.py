@@ -10,6 +10,7 @@ from batches import PRESSED_BLOCK
 from rich.console import Console
 
 from softsim.errors import OutputError, SceneError, StabilityError
+from softsim.machine import Choice
 from softsim.output.checkpoint import read_checkpoint
 from softsim.run.taken_steps import first_difference, fitting_steps
 from softsim.scene.steps import load_steps
@@ -193,7 +194,7 @@ def test_steps_taken_from_another_run_give_the_bits_of_a_run_made_whole(run_step
         ({"1_inflate": first}, "cpu", "there is no 1_inflate, but 1_press, 2_hold, 3_let_go"),
     ):
         with pytest.raises(OutputError, match=told):
-            fitting_steps(source, named, device)
+            fitting_steps(source, named, Choice(device, None))
     summary = source / "1_press" / "summary.json"
     summary.write_text(summary.read_text().replace('"done"', '"interrupted"'))
     assert "1_press is not done there, but interrupted" in refused()

@@ -53,7 +53,7 @@ def test_workers_give_the_bits_of_one(build, restart):
 
     if processor_count() == 1:
         pytest.skip("one processor")
-    restart(threads=2)
+    restart(threads=2, device="cpu")
     model = build(STRIP.replace("WALL", PATH))
     dt = 0.9 * stable_step(model, model.points).value
     solver = ExplicitSolver([model])

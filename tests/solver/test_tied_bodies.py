@@ -22,7 +22,7 @@ def test_the_same_bits_with_two_workers_and_from_a_kept_state(build, restart):
     """Launches, which are other kernels, give them to round-off."""
     from softsim.solver.explicit import ExplicitSolver
 
-    restart(threads=2)
+    restart(threads=2, device="cpu")
     model = build(TIED)
     dt = 0.9 * stable_step(model, model.points).value
     solver = ExplicitSolver([model])
