@@ -24,7 +24,7 @@ remember_sources()
 # quadrilaterals 4 are as fast as 8, of hexahedra faster by a tenth, and both compile in half the
 # time.
 CPU_LANES, QUAD_LANES = 8, 4
-# One thread of a card alone takes 6 ms for the energies of 1,100 hexahedra (H200).
+# A row of the history of 1,100 hexahedra took 6 ms while one thread of an H200 summed all energies.
 GPU_PARTS = 128
 real = ti.f64
 
@@ -33,8 +33,8 @@ real = ti.f64
 class Device:
     """Where kernels run: `name` is "cpu" or "cuda", `lanes` the elements in one lane vector.
 
-    threads: CPU threads that share an increment; 1 on a GPU. parts: of a sum of energies, each of
-    which a thread of a GPU makes.
+    threads: CPU threads that share an increment; 1 on a GPU. parts: into how many the sums of
+    energies are split, one for each thread of a GPU that sums.
     """
 
     name: str

@@ -304,7 +304,7 @@ class Number:
 
 @ti.func
 def once(part):
-    """1 in the first part of a sum, else 0: with it a sum counts what is one thing."""
+    """1 in the first part of a sum, else 0: a factor of what is not split, as a tether's energy."""
     return ti.cast(part == 0, backend.real)
 
 

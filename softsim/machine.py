@@ -27,8 +27,8 @@ DEVICES = (AUTO, "cpu", "cuda")
 CORNERS_FOR_THREADS = 15_000
 # From so many on, those of 2,000 tetrahedra or 1,000 hexahedra, `auto` takes a graphics card. An
 # increment of the robot's section (432 corners) takes one thread of a Xeon 9 us and an H200 25 us,
-# one of the robot in space (9,072) one thread 510 us, 15 threads 110 us, and the H200 77 us; and a
-# card takes some ten seconds more to start.
+# one of the robot in space (9,072) one thread 510 us, 8 threads 110 to 130 us, and the H200 77 us;
+# and a card takes some ten seconds more to start.
 CORNERS_FOR_GPU = 8_000
 
 

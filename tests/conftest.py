@@ -31,7 +31,7 @@ starts, compile in two thirds of the time and run at two thirds of the speed.
 
 
 def pytest_addoption(parser):
-    parser.addoption("--device", default="cpu", choices=("cpu", "cuda"), help="of fixtures")
+    parser.addoption("--device", default="cpu", choices=("cpu", "cuda"), help="where solvers run")
 
 
 def pytest_configure(config):

@@ -41,9 +41,8 @@ def columns(model: Model) -> dict[str, str]:
     if chamber is not None:
         first["pressure"] = "Pa"  # of the robot's chamber: what its gauge shows
         first["section_pressure"] = "Pa"  # what acts on the plane model
-    first |= dict.fromkeys(
-        several_chambers(model), "Pa"
-    )  # of each of several, what its gauge shows
+    # Of each of several, what its gauge shows.
+    first |= dict.fromkeys(several_chambers(model), "Pa")
     first["cycles_done"] = "-"  # cycles of the pressure that have ended
     if chamber is not None and isinstance(chamber.drive.course, ControlledPressure):
         first |= {"cycle": "-", "phase": "-"}  # from 1; loads/pressure_control.Phase

@@ -54,8 +54,8 @@ def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
 
 def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:
     """The air pressure [kPa] over the component of each displacement or radius probe that moves the
-    most [mm], without vibration; none of one at rest, and none without a single
-    pressure that changes.
+    most [mm], without vibration; none of one at rest, and none unless there is one chamber whose
+    pressure changes.
     """
     air = single_pressure(history)
     if air is None or _range(air) == 0.0:

@@ -144,7 +144,7 @@ class IncrementKernels:
             )
 
     def by_teams(self, spans: Sequence[Span]) -> None:
-        """Run spans by a team of a GPU's threads each."""
+        """Run the span of each scenario by a team of a GPU's threads; no CPU has such teams."""
         write(self.spans, np.array(spans))
         for done in range(0, max(span.increments for span in spans), DONE_TOGETHER):
             self._in_teams(done)
@@ -282,8 +282,8 @@ class IncrementKernels:
 
 @ti.func
 def work_in_team(stage: ti.template(), s, member, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
-    """What one of a team does of a stage: neighbours take neighbouring indices, as a GPU's memory
-    wants it.
+    """The share of a stage of one member of a team. Neighbouring members take neighbouring indices,
+    so that a GPU reads their numbers in one access.
     """
     for loop in ti.static(stage):
         count = loop.counts[loop.number]

@@ -15,7 +15,7 @@ from softsim.stability.time_step import first_time_increment
 
 SCENES = Path(__file__).parents[2] / "scenes"
 # Between them much that stores, dissipates or works: hourglass modes, a tether, a motor, mass
-# scaling, self-contact, a cable through eyelets, chambers, a wall in steps.
+# scaling, self-contact, a cable through eyelets, layers, chambers, a moved wall.
 FEW = ["pfr_36mm"]
 MANY = ["pfr_36mm_3d", "bellows", "tendon_finger", "leafbot3", "gripper", "spike_patch"]
 
