@@ -1,5 +1,6 @@
 """Shared by all tests: one Taichi start a process, and small models built from scene texts."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -38,6 +39,10 @@ def pytest_configure(config):
     if config.option.markexpr != "slow":
         backend.CPU_LANES = FEWER_LANES
         os.environ[OPTIMIZATION] = "0"
+
+
+def pytest_collection_finish():
+    gc.freeze()  # what is imported by now stays, and is no longer searched for garbage
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Errors in kernels still point at their own line, though lines are drawn once."""
+"""Errors in kernels still point at their own line, though no other line is drawn."""
 
 import inspect
 
@@ -12,8 +12,7 @@ def wrong(x):
     return double + nowhere  # noqa: F821 - the error that the test looks for
 
 
-@pytest.mark.parametrize("attempt", ["drawn", "remembered"])
-def test_an_error_names_its_function_and_line(cpu, attempt):
+def test_an_error_names_its_function_and_line(cpu):
     @ti.kernel
     def evaluate() -> ti.f64:
         return wrong(1.0)

@@ -61,7 +61,7 @@ from softsim.stability.time_step import StableStep, estimator
 # Element updates of a block of increments (output, signals): 80 ms at 50 M/s. Of a million elements
 # the shortest takes 0.3 s. It depends on the model only, so that every run has the same blocks.
 BLOCK_UPDATES = 4_000_000
-SHORTEST_BLOCK, LONGEST_BLOCK = 16, 512
+SHORTEST_BLOCK, LONGEST_BLOCK = 16, 1024
 # A stable step that has changed by this share is told.
 TOLD_CHANGE = 0.2
 

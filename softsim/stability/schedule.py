@@ -6,7 +6,7 @@ long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then is 8/100. An es
 as some hundred increments, a look at the elements a tenth of that. So where the step hardly falls,
 estimates lie further apart than looks, each of which asks for an estimate where elements were
 strained since the last one (stability/reference_shape.py): no load that starts, no impact goes
-unseen for longer than LOOK_INTERVAL.
+unseen for longer than LOOK_INTERVAL. Where the step may soon grow they follow each other faster.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,8 @@ import numpy as np
 
 FIRST_INTERVAL = 16
 LOOK_INTERVAL = 2048
-LONGEST_INTERVAL = 4 * LOOK_INTERVAL
+LONGEST_INTERVAL = 16 * LOOK_INTERVAL
+LONGEST_TO_GROW = 4 * LOOK_INTERVAL
 # A run is looked at so many times at least: what its loads do takes a share of its time.
 LEAST_INSPECTIONS = 32
 ALLOWED_CHANGE = 0.01
@@ -74,5 +75,6 @@ def next_interval(interval: int, lowest: float, now: float, run_length: float) -
     """
     fall = max(0.0, float(np.log(lowest / now)))
     factor = min(2.0, ALLOWED_CHANGE / fall) if fall > 0.0 else 2.0
-    longest = min(LONGEST_INTERVAL, run_length / LEAST_INSPECTIONS)
+    longest = LONGEST_TO_GROW if now > GROWTH * lowest else LONGEST_INTERVAL
+    longest = min(longest, run_length / LEAST_INSPECTIONS)
     return int(max(FIRST_INTERVAL // 2, min(interval * factor, longest)))

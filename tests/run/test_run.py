@@ -80,7 +80,7 @@ def test_blocks_follow_the_size_of_the_model():
     """A million element updates lie between two, within 16 to 512 increments."""
     from softsim.run.course import longest_block
 
-    assert longest_block(40) == 512
+    assert longest_block(40) == 1024
     assert longest_block(10_000) == 400
     assert longest_block(1_000_000) == 16
 

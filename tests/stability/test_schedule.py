@@ -9,6 +9,7 @@ from softsim.stability.schedule import (
     GROWTH,
     LEAST_INSPECTIONS,
     LONGEST_INTERVAL,
+    LONGEST_TO_GROW,
     LOOK_INTERVAL,
     StableStepSchedule,
     next_interval,
@@ -34,6 +35,7 @@ def test_a_fall_beyond_what_is_allowed_shortens_it():
 
 def test_a_stable_step_that_grows_needs_no_haste():
     assert next_interval(100, 5e-6, 7e-6, LONG) == 200
+    assert next_interval(LONGEST_INTERVAL, 5e-6, 7e-6, LONG) == LONGEST_TO_GROW
 
 
 def test_a_short_run_is_looked_at_often_enough():
