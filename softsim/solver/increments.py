@@ -66,7 +66,7 @@ class Span(NamedTuple):
 
 
 INCREMENTS, START, DT, DRIFT, KICK, DONE = range(6)
-"""Columns of IncrementKernels.spans, which launches read: the numbers of a Span, a row each."""
+"""Columns of IncrementKernels.spans, which kernels read: the numbers of a Span, a row each."""
 
 
 @dataclass(frozen=True)
@@ -113,30 +113,31 @@ class IncrementKernels:
 
     def run(self, spans: Sequence[Span]) -> None:
         """Run a span of each scenario in the way that suits the device."""
-        if backend.device().name != "cpu":
-            by = self.by_teams if self.is_small else self.by_launches
-            by(spans)
-            ti.sync()
+        if backend.device().name == "cpu":
+            self.by_workers(spans)
             return
+        by = self.by_teams if self.is_small else self.by_launches
+        by(spans)
+        ti.sync()
+
+    def by_workers(self, spans: Sequence[Span]) -> None:
+        """Run spans one after another, each by the calling thread, which has in its cache what it
+        reads between two calls, or by several of Taichi's threads side by side.
+
+        Raises DeviceError where these do not all run.
+        """
+        write(self.spans, np.array(spans))
         for s, span in enumerate(spans):
             if span.increments and self.threads.size == 1:
-                self.alone(s, span)
+                self._alone(s, 1)
             elif span.increments:
                 began = time.perf_counter()
-                self.together(s, span, self.threads.workers)
+                self._side_by_side(s, self.threads.workers)
                 if span.drift > 0.0:  # the first call, which compiles, has none
                     self.threads.note(span.increments, time.perf_counter() - began)
 
-    def alone(self, s: int, span: Span) -> None:
-        """Run a span in the calling thread, which has in its cache what it reads between two calls.
-
-        The number of workers is an argument so that the compiler treats both kernels alike.
-        """
-        self._alone(s, *span, 1)
-
-    def together(self, s: int, span: Span, workers: int) -> None:
-        """Run a span by so many of Taichi's threads side by side. Raises DeviceError."""
-        lost = self._together(s, *span, workers, 0)
+    def _side_by_side(self, s: int, workers: int) -> None:
+        lost = self._together(s, workers, 0)
         if lost:
             raise DeviceError(
                 f"{workers} threads were started, and not all of them run",
@@ -158,19 +159,14 @@ class IncrementKernels:
             self._launch(k)
 
     @ti.kernel
-    def _alone(
-        self, s: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
-        kick: ti.f64, done: ti.i32, workers: ti.i32,
-    ):  # fmt: skip
+    def _alone(self, s: ti.i32, workers: ti.i32):
+        # The number of workers is an argument so that the compiler treats both kernels alike.
         ti.loop_config(serialize=True)
         for worker in range(workers):
-            self._work_through(s, count, start, dt, drift, kick, done, worker, workers, 0)
+            self._work_through(s, worker, workers, 0)
 
     @ti.kernel
-    def _together(
-        self, s: ti.i32, count: ti.i32, start: ti.f64, dt: ti.f64, drift: ti.f64,
-        kick: ti.f64, done: ti.i32, workers: ti.i32, zero: ti.i32,
-    ) -> ti.i32:  # fmt: skip
+    def _together(self, s: ti.i32, workers: ti.i32, zero: ti.i32) -> ti.i32:
         self.arrived[0] = 0
         self.lost[0] = 0
         # The number of threads is written into the kernel: Taichi's cache of kernels would else
@@ -178,13 +174,11 @@ class IncrementKernels:
         for share in range(self.threads.size * SHARE):
             worker = share // SHARE
             if share % SHARE == 0 and worker < workers:
-                self._work_through(s, count, start, dt, drift, kick, done, worker, workers, zero)
+                self._work_through(s, worker, workers, zero)
         return self.lost[0]
 
     @ti.func
-    def _work_through(
-        self, only, count, start, dt, drift, kick, done, worker, workers, zero
-    ):  # fmt: skip
+    def _work_through(self, only, worker, workers, zero):
         """One worker's part of all the increments of scenario `only`. Which that is, is asked in a
         loop, so that the compiler knows it where there is but one.
         """
@@ -192,8 +186,9 @@ class IncrementKernels:
         for s in range(self.scenarios):
             if s != only:
                 continue
-            for k in range(count):
-                t = start + (done + k + 1) * dt
+            dt, drift, kick = self.spans[s, DT], self.spans[s, DRIFT], self.spans[s, KICK]
+            for k in range(ti.cast(self.spans[s, INCREMENTS], ti.i32)):
+                t = self._time(s, k + 1)
                 if drift > 0.0:
                     for stage in ti.static(self.drift_stages):
                         self._work(stage, s, worker, workers, t, drift)

@@ -76,5 +76,5 @@ def next_interval(interval: int, lowest: float, now: float, run_length: float) -
     fall = max(0.0, float(np.log(lowest / now)))
     factor = min(2.0, ALLOWED_CHANGE / fall) if fall > 0.0 else 2.0
     longest = LONGEST_TO_GROW if now > GROWTH * lowest else LONGEST_INTERVAL
-    longest = min(longest, run_length / LEAST_INSPECTIONS)
-    return int(max(FIRST_INTERVAL // 2, min(interval * factor, longest)))
+    most = min(longest, run_length / LEAST_INSPECTIONS)
+    return int(max(FIRST_INTERVAL // 2, min(interval * factor, most)))
