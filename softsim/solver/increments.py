@@ -21,7 +21,7 @@ import taichi as ti
 
 from softsim import backend
 from softsim.errors import DeviceError
-from softsim.fields import index_field, real_field, rounded, write
+from softsim.fields import index_field, real_field, rounded, write, write_row
 from softsim.solver.terms import Passes, Terms
 from softsim.solver.threads import ThreadCount
 from softsim.term import Pass
@@ -113,30 +113,31 @@ class IncrementKernels:
 
     def run(self, spans: Sequence[Span]) -> None:
         """Run a span of each scenario in the way that suits the device."""
-        if backend.device().name == "cpu":
-            self.by_workers(spans)
+        if backend.device().name != "cpu":
+            by = self.by_teams if self.is_small else self.by_launches
+            by(spans)
+            ti.sync()
             return
-        by = self.by_teams if self.is_small else self.by_launches
-        by(spans)
-        ti.sync()
-
-    def by_workers(self, spans: Sequence[Span]) -> None:
-        """Run spans one after another, each by the calling thread, which has in its cache what it
-        reads between two calls, or by several of Taichi's threads side by side.
-
-        Raises DeviceError where these do not all run.
-        """
-        write(self.spans, np.array(spans))
         for s, span in enumerate(spans):
             if span.increments and self.threads.size == 1:
-                self._alone(s, 1)
+                self.alone(s, span)
             elif span.increments:
                 began = time.perf_counter()
-                self._side_by_side(s, self.threads.workers)
+                self.together(s, span, self.threads.workers)
                 if span.drift > 0.0:  # the first call, which compiles, has none
                     self.threads.note(span.increments, time.perf_counter() - began)
 
-    def _side_by_side(self, s: int, workers: int) -> None:
+    def alone(self, s: int, span: Span) -> None:
+        """Run a span in the calling thread, which has in its cache what it reads between two calls.
+
+        The number of workers is an argument so that the compiler treats both kernels alike.
+        """
+        write_row(self.spans, s, np.array(span))
+        self._alone(s, 1)
+
+    def together(self, s: int, span: Span, workers: int) -> None:
+        """Run a span by so many of Taichi's threads side by side. Raises DeviceError."""
+        write_row(self.spans, s, np.array(span))
         lost = self._together(s, workers, 0)
         if lost:
             raise DeviceError(
@@ -160,7 +161,6 @@ class IncrementKernels:
 
     @ti.kernel
     def _alone(self, s: ti.i32, workers: ti.i32):
-        # The number of workers is an argument so that the compiler treats both kernels alike.
         ti.loop_config(serialize=True)
         for worker in range(workers):
             self._work_through(s, worker, workers, 0)
