@@ -63,7 +63,9 @@ class FieldWriter:
                 f"{path}: points {points.shape} and cells {cells.shape} are no mesh; "
                 "points must be (n, 2 or 3) and cells (m, 3 or 4), in space (m, 4 or 8)"
             )
-        self.path, self._declared = Path(path), False
+        self.path = Path(path)
+        self._lengths = {POINT_DATA: len(points), CELL_DATA: len(cells), EXTRA: 1}
+        self._shapes: dict[str, tuple[int, ...]] = {}  # of every frame; empty before the first
         self.last_time = -np.inf
         """Time of the newest frame [s]; minus infinity before the first."""
         self.frame_count = 0
@@ -75,7 +77,11 @@ class FieldWriter:
             times = _times(file)
             kept = int(np.searchsorted(times, resumed_at, side="right"))
             _shorten(file, kept)
-            self._declared = TIMES in file
+            self._shapes = {
+                f"{group}/{name}": (length, *entry.shape[1:])
+                for group, length in self._lengths.items()
+                for name, entry in file[group].items()
+            }
         self.frame_count = kept
         if kept:
             self.last_time = float(times[kept - 1])
@@ -130,15 +136,34 @@ class FieldWriter:
         }
         with explained(self.path):
             require_room(self.path, sum(array.nbytes for array in frame.values()))
-            if not self._declared:
+            self._check(frame)
+            if not self._shapes:
                 with _replaced(self.path) as file:
-                    _check(self.path, file, frame)
                     _declare(file, {**frame, **_step(time, 0, frame)})
-                self._declared = True
+                self._shapes = {name: array.shape for name, array in frame.items()}
             with _single_writer(self.path) as file:
-                _check(self.path, file, frame)
                 _append(file, time, frame)
         self.last_time, self.frame_count = float(time), self.frame_count + 1
+
+    def _check(self, frame: Arrays) -> None:
+        """Raise OutputError if a frame does not fit the mesh, or the frames before it."""
+        for group, length in self._lengths.items():
+            there, here = (
+                sorted(name.split("/")[-1] for name in names if name.startswith(f"{group}/"))
+                for names in (self._shapes, frame)
+            )
+            if self._shapes and there != here:
+                raise OutputError(
+                    f"{self.path}: every frame must have the same arrays: {group} has {there}, "
+                    f"this frame {here}"
+                )
+            for name in (f"{group}/{key}" for key in here):
+                shape = frame[name].shape
+                expected = self._shapes.get(name, (length, *shape[1:]))
+                if shape != expected:
+                    raise OutputError(
+                        f"{self.path}: {name} has the shape {shape}, expected {expected}"
+                    )
 
 
 class Series(Protocol):
@@ -371,30 +396,12 @@ def _shorten(file: h5py.File, count: int) -> None:
     file[STEPS].attrs.modify("NSteps", count)
 
 
-def _check(path: Path, file: h5py.File, frame: Arrays) -> None:
-    """Raise OutputError if the frame does not fit the mesh, or the frames that the file has."""
-    later = TIMES in file
-    for group in (POINT_DATA, CELL_DATA, EXTRA):
-        there = sorted(file[group])
-        here = sorted(name.split("/")[-1] for name in frame if name.startswith(f"{group}/"))
-        if later and there != here:
-            raise OutputError(
-                f"{path}: every frame must have the same arrays: {group} has {there}, "
-                f"this frame {here}"
-            )
-        for name in (f"{group}/{key}" for key in here):
-            shape = frame[name].shape
-            expected = (_rows(file, group), *(file[name].shape if later else shape)[1:])
-            if shape != expected:
-                raise OutputError(f"{path}: {name} has the shape {shape}, expected {expected}")
-
-
 def _append(file: h5py.File, time: float, frame: Arrays) -> None:
-    index = len(_times(file))
+    index = int(file[STEPS].attrs["NSteps"])
     for name, rows in {**frame, **_step(time, index, frame)}.items():
-        start = index * len(rows)
-        file[name].resize(start + len(rows), axis=0)
-        file[name][start:] = rows
+        start, entry = index * len(rows), file[name]
+        entry.resize(start + len(rows), axis=0)
+        entry[start:] = rows
     file.flush()
     file[STEPS].attrs.modify("NSteps", index + 1)
 
