@@ -275,7 +275,6 @@ def write_row(field: ti.Field, row: int, values: np.ndarray | float) -> None:
     _place(field).row(row).write(values)
 
 
-@ti.data_oriented
 class Number:
     """A whole number of a model, such as how many elements it has: an index in Python; in a kernel
     read when it runs, not written into it.

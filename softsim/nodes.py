@@ -27,7 +27,6 @@ def parts_of(counts: list[int]) -> np.ndarray:
     return np.concatenate([*starts, first[-1:]])
 
 
-@ti.data_oriented
 class CornerForces:
     """Slots of corner forces: per component a field (scenarios, slots) [N].
 
@@ -96,7 +95,6 @@ class CornerForces:
             self.component[k][s, slot] = force[k]
 
 
-@ti.data_oriented
 class NodeLists:
     """Which entries belong to each node, `lanes` nodes side by side.
 
@@ -165,7 +163,6 @@ def by_lane(corners: np.ndarray) -> np.ndarray:
     )
 
 
-@ti.data_oriented
 class Nodes:
     """Positions and half-step velocities of all nodes, and the central-difference update.
 

@@ -15,7 +15,6 @@ from softsim.mass_scaling import MassScaling
 from softsim.nodes import Nodes
 
 
-@ti.data_oriented
 class ScaledNodes(Nodes):
     """Nodes in groups; a node of no group is one alone. More as `Nodes` takes it.
 

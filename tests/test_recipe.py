@@ -41,7 +41,6 @@ def drag_load(coefficients):
         def term(self, alike, nodes, rigid_bodies):
             return DragTerm(rigid_bodies, np.array([load.coefficient for load in alike]))
 
-    @ti.data_oriented
     class DragTerm(Term):
         def __init__(self, rigid_bodies, coefficients):
             self.rigid_bodies = rigid_bodies

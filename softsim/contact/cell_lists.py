@@ -10,7 +10,6 @@ from softsim.fields import Number, index_field, real_field, vector_field
 PRIMES = (73856093, 19349663, 83492791)
 
 
-@ti.data_oriented
 class CellLists:
     """`count` places in space, by the cell they lie in; far cells may share a list.
 

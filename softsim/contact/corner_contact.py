@@ -25,7 +25,6 @@ AT_LIMIT = 1.0 - 1e-6
 """Share of its limit above which friction slips."""
 
 
-@ti.data_oriented
 class CornerContact(NodalForces, SelfContact):
     """Contact of a wall's corners with facets, each with the closest one.
 

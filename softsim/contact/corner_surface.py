@@ -19,7 +19,6 @@ NOWHERE = 1e6
 """Where corners are put [m] of which a scenario has fewer than others."""
 
 
-@ti.data_oriented
 class CornerSurface(DeformableSurface):
     """Facets that touch corners.
 

@@ -60,7 +60,6 @@ class Cylinder(Wall):
         return {"wall_faces": np.stack(sides, axis=2).reshape(-1, 4, 3)}
 
 
-@ti.data_oriented
 class CylinderObstacle(Obstacle):
     """A capped cylinder, solid inside; one entry of `walls` a scenario."""
 

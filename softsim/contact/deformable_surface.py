@@ -30,7 +30,6 @@ DEPTH = 0.75
 SHAPES: dict[int, Any] = {2: Edge, 3: Triangle}
 
 
-@ti.data_oriented
 class DeformableSurface:
     """Facets that touch, and the nodes that do.
 

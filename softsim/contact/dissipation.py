@@ -15,7 +15,6 @@ from softsim.fields import Number, real_field
 from softsim.term import Term
 
 
-@ti.data_oriented
 class Dissipation(Term):
     """Of `count` nodes in so many scenarios. Fields, (scenarios, count): friction_dissipation and
     damping_dissipation [J].

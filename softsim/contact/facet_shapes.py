@@ -64,7 +64,6 @@ def share_along(a, b, x):
     return ti.math.clamp((x - a).dot(along) / along.norm_sqr(), 0.0, 1.0)
 
 
-@ti.data_oriented
 class Edge:
     """An edge of a section, with the material to its left."""
 
@@ -95,7 +94,6 @@ class Edge:
         return ti.cast(1.0, backend.real)
 
 
-@ti.data_oriented
 class Triangle:
     """A triangle in space; seen from outside its corners go counter-clockwise."""
 

@@ -8,7 +8,6 @@ from softsim import backend
 from softsim.term import Pass, Stage
 
 
-@ti.data_oriented
 class FixedFrame:
     """The axes of space. A frame that moves says where, and what work its motion does."""
 

@@ -14,7 +14,6 @@ if TYPE_CHECKING:  # a wall imports its obstacle
     from softsim.contact.distance_grid import DistanceGrid
 
 
-@ti.data_oriented
 class GriddedObstacle(Obstacle):
     """One wall on a grid, as contact/distance_grid.py describes it; an entry of `walls` a scenario.
 

@@ -57,7 +57,6 @@ def facing_one_way(normals: np.ndarray) -> np.ndarray:
     return normals[(alike > opposite) | ((alike == opposite) & first)]
 
 
-@ti.data_oriented
 class FlatObstacle(Obstacle):
     """Half spaces (half planes in a section), solid behind; one entry of `walls` a scenario."""
 

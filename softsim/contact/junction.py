@@ -165,7 +165,6 @@ class Junction:
         return theta
 
 
-@ti.data_oriented
 class RoundedEdges:
     """The edges of junctions in kernels (contact/junction.py); of each scenario those in `walls`.
 

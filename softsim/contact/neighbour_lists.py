@@ -49,7 +49,6 @@ def part_of(count, p):
     return count * p // PARTS, count * (p + 1) // PARTS
 
 
-@ti.data_oriented
 class NeighbourLists:
     """Pairs of nodes and facets of a surface that may touch.
 

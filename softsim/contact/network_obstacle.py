@@ -24,7 +24,6 @@ if TYPE_CHECKING:  # a wall imports its obstacle
     from softsim.contact.pipe_path import PipePath
 
 
-@ti.data_oriented
 class NetworkObstacle(Obstacle):
     """The wall of pipes that branch, one of `walls` a scenario; places: of the contact nodes at the
     start (k, d) [m].

@@ -7,7 +7,6 @@ from softsim import backend, fields
 from softsim.fields import Number, index_field, real_field, vector_field
 
 
-@ti.data_oriented
 class NodalForces:
     """Fields, (scenarios, touched_count): normal_force [N] and force (d) [N] now; since they were
     last cleared [N s] normal_impulse, the part of it that was carried in slip slipping_impulse, and

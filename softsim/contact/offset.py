@@ -52,7 +52,6 @@ class OffsetWall(Wall):
         return self.wall.drawn()
 
 
-@ti.data_oriented
 class OffsetObstacle(Obstacle):
     """An obstacle that a ball of a radius [m] meets."""
 

@@ -18,7 +18,6 @@ ENDLESS = 1e30
 """Length of an edge without an end [m]."""
 
 
-@ti.data_oriented
 class PolylineObstacle(Obstacle):
     """One wall along a polyline, an entry of `walls` a scenario; equal ones are kept once."""
 

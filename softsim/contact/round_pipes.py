@@ -46,7 +46,6 @@ class RoundPipes(Wall):
         return {"pipes": np.concatenate([self.points, self.axes, self.radii[:, None]], axis=1)}
 
 
-@ti.data_oriented
 class RoundObstacle(Obstacle):
     """Straight pipes of circular section in space, free inside; one entry of `walls` a scenario."""
 

@@ -28,7 +28,6 @@ from softsim.nodes import PARTS
 from softsim.term import Pass, Stage
 
 
-@ti.data_oriented
 class SelfContact(Dissipation):
     """Contact of the nodes of a surface with its facets, each with the closest one.
 

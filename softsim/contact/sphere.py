@@ -54,7 +54,6 @@ class Sphere(Wall):
         return {"wall_faces": np.stack(sides, axis=2).reshape(-1, 4, 3)}
 
 
-@ti.data_oriented
 class SphereObstacle(Obstacle):
     """A ball, solid inside; one entry of `walls` a scenario."""
 

@@ -21,7 +21,6 @@ RESTS = 1e-6
 rest: some um/s. A limit that creeps to its value lets a node creep, ever more slowly."""
 
 
-@ti.data_oriented
 class SurfaceContact(NodalForces, Dissipation):
     """Contact of a list of nodes with every surface of an obstacle.
 

@@ -73,7 +73,6 @@ class Wall(ABC):
         """
 
 
-@ti.data_oriented
 class Obstacle:
     """A wall in kernels: `count` surfaces, each with `gap_and_normal(s, i, w, q)` at a place q in
     the axes of the wall's frame.

@@ -14,7 +14,6 @@ from softsim.nodes import Nodes
 from softsim.term import Pass, Stage
 
 
-@ti.data_oriented
 class Across:
     """Of plane strain."""
 
@@ -45,7 +44,6 @@ class Across:
         return self.lane(0.0)
 
 
-@ti.data_oriented
 class SectionElements(OnePointElements):
     """Elements of a section; across: what happens across it. Others as for OnePointElements."""
 

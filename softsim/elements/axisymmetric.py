@@ -100,7 +100,6 @@ class Axisymmetric(Geometry):
         return RevolvedFacets(nodes, facets)
 
 
-@ti.data_oriented
 class RevolvedAcross(Across):
     """Of rings: F_zz of each block, and the weights w_a of its corners."""
 
@@ -134,7 +133,6 @@ class RevolvedAcross(Across):
         return self.corner_weight[corner][b]
 
 
-@ti.data_oriented
 class RevolvedFacets(Facets):
     """Edges (k, 2) of a half section, revolved about the y axis: frustums of cones."""
 

@@ -78,7 +78,6 @@ class Cable:
         return np.asarray((apart**2).sum(axis=1) / (along**2).sum(axis=1))
 
 
-@ti.data_oriented
 class CableTerm(Term):
     """A cable in kernels. tension_impulse (scenarios,) [N s]: of its gauge, since last cleared."""
 

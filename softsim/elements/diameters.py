@@ -14,7 +14,6 @@ from softsim.fields import index_field, lane_field, real_field
 from softsim.nodes import NodeLists, Nodes, by_lane
 
 
-@ti.data_oriented
 class Diameters:
     """Diameters of one body, a lane vector of them side by side.
 

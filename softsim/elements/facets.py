@@ -9,13 +9,11 @@ is on the other side.
 from typing import Any
 
 import numpy as np
-import taichi as ti
 
 from softsim.fields import index_field
 from softsim.nodes import Nodes
 
 
-@ti.data_oriented
 class Facets:
     """Facets with the nodes (k, corners) that a pressure on them acts on."""
 

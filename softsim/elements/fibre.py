@@ -94,7 +94,6 @@ class Fibre:
         return (G.T @ sp.diags(self.spring_stiffness) @ G).tocsr()
 
 
-@ti.data_oriented
 class FibreTerm(Term):
     """All fibres of a model in kernels, bar after bar: a term each would be compiled each.
     least (bars,) [m]: l - l_0 below which a bar gives no less force. impulse (scenarios, bars)

@@ -37,7 +37,6 @@ MODES, AMPLITUDES = 4, 12
 SIGNS = tuple(map(tuple, PARENT_CORNERS[8].tolist()))  # xi_i of the corners
 
 
-@ti.data_oriented
 class Hexahedra(HourglassElements, SpaceElements):
     """Hexahedra; parameters as for SpaceElements."""
 

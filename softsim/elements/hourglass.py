@@ -161,7 +161,6 @@ def amplitudes(modes: HourglassModes) -> np.ndarray:
 UNROLLED = 2
 
 
-@ti.data_oriented
 class HourglassSprings:
     """Springs on the amplitudes y of `count` modes, whose energy is 1/2 mu y^2 [J]: the law's, and
     one of each Maxwell branch of `points`, which relaxes.
@@ -257,7 +256,6 @@ class HourglassSprings:
         return energy.sum()
 
 
-@ti.data_oriented
 class HourglassElements(OnePointElements):
     """Elements whose hourglass modes have `springs`."""
 

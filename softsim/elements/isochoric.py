@@ -16,7 +16,7 @@ from softsim.materials.functions import Functions
 from softsim.materials.law import Law
 
 
-@ti.data_oriented
+@ti.data_oriented  # an argument of functions in kernels
 class LaneFunctions(Functions):
     """What laws are computed with beyond arithmetic, of lane vectors."""
 
@@ -31,7 +31,6 @@ class LaneFunctions(Functions):
     sinh_ratio = ti.func(Functions.sinh_ratio)
 
 
-@ti.data_oriented
 class Isochoric:
     """The constants of a law, in a field: kernels are the same for all their values."""
 
@@ -51,7 +50,6 @@ class Isochoric:
         return ti.Vector([self.constants[i] for i in range(self.count)])
 
 
-@ti.data_oriented
 class OfFirstInvariant(Isochoric):
     """Of a FirstInvariantLaw."""
 
@@ -71,7 +69,6 @@ class OfFirstInvariant(Isochoric):
         return self.law_energy(r2 * self.metric.contraction(C, identity), self.c())
 
 
-@ti.data_oriented
 class OfTwoInvariants(Isochoric):
     """Of a TwoInvariantLaw."""
 

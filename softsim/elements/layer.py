@@ -94,7 +94,6 @@ class Layer:
         return sp.csr_matrix(entries, shape=(n * d, n * d))
 
 
-@ti.data_oriented
 class LayerTerm(Term):
     """A layer in kernels."""
 

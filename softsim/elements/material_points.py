@@ -30,7 +30,6 @@ from softsim.materials.material import Material
 from softsim.term import Pass
 
 
-@ti.data_oriented
 class MaterialPoints:
     """Points of elements with the edges `rest_edges` (m, edges, d) at rest, m whole lane vectors.
 

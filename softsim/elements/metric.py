@@ -17,7 +17,6 @@ import taichi as ti
 from softsim import backend
 
 
-@ti.data_oriented
 class PlaneMetric:
     """`Symmetric`: components aa, bb, ab in the plane and zz across it."""
 
@@ -103,7 +102,6 @@ class PlaneMetric:
         fields[3][s, b] = A.zz
 
 
-@ti.data_oriented
 class SpaceMetric:
     """`Symmetric`: components aa, bb, cc, ab, bc, ca."""
 

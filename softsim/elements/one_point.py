@@ -19,7 +19,6 @@ from softsim.nodes import Nodes, by_lane
 from softsim.term import Pass, Stage, Term
 
 
-@ti.data_oriented
 class OnePointElements(Term):
     """All elements of one region.
 

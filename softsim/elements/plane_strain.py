@@ -59,7 +59,6 @@ class PlaneStrain(Geometry):
         return PlaneFacets(nodes, facets, self.thickness)
 
 
-@ti.data_oriented
 class PlaneFacets(Facets):
     """Edges (k, 2) of a section; `thickness` deep [m]."""
 

@@ -18,7 +18,6 @@ from softsim.materials.material import Material
 from softsim.nodes import NodeLists
 
 
-@ti.data_oriented
 class PressurePoints:
     """Pressures of one region of a body.
 

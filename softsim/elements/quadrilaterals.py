@@ -22,7 +22,6 @@ from softsim.fields import lane_field
 from softsim.nodes import Nodes
 
 
-@ti.data_oriented
 class Quadrilaterals(HourglassElements, SectionElements):
     """Quadrilaterals; parameters as for SectionElements."""
 

@@ -25,7 +25,6 @@ MOST_HELD = 8  # increments
 TAU_SHARE = 1 / 8
 
 
-@ti.data_oriented
 class Relaxation:
     """Of the branches with these relaxation times [s], in each scenario.
 

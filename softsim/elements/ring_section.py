@@ -180,7 +180,6 @@ def _across(vectors: np.ndarray) -> np.ndarray:
     return np.stack([vectors[..., 1], -vectors[..., 0]], axis=-1)
 
 
-@ti.data_oriented
 class RingAcross(Across):
     """Of ring cells and single ones."""
 
@@ -238,7 +237,6 @@ class RingAcross(Across):
         return self.lane(0.0)
 
 
-@ti.data_oriented
 class RingFacets(Facets):
     """Edges of a section with the nodes opposite their ends (k, 4), over `sector` of the
     ring: parts of frusta. With the edge D = x_b - x_a, the diameters d_a = x_a - x_a' and d_b, and

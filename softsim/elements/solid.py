@@ -82,7 +82,6 @@ def _at_corners(facets: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.einsum("ct,kti->kci", touches, of_facet)
 
 
-@ti.data_oriented
 class TriangleFacets(Facets):
     """Triangles (k, 3) in space, outward normal of the material by the right-hand rule."""
 
@@ -116,7 +115,6 @@ class TriangleFacets(Facets):
         return a.dot(c.cross(b)) / 6.0
 
 
-@ti.data_oriented
 class QuadrilateralFacets(TriangleFacets):
     """Quadrilaterals (k, 4) in space: half of each of the four triangles between their corners."""
 

@@ -9,7 +9,6 @@ from softsim.elements.region import Region
 from softsim.nodes import Nodes
 
 
-@ti.data_oriented
 class SpaceElements(OnePointElements):
     """Elements in space; parameters as for OnePointElements."""
 
@@ -59,7 +58,6 @@ class SpaceElements(OnePointElements):
         return x, y, z
 
 
-@ti.data_oriented
 class Tetrahedra(SpaceElements):
     """Tetrahedra; parameters as for SpaceElements."""
 

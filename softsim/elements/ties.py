@@ -92,7 +92,6 @@ class Ties:
         return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
 
 
-@ti.data_oriented
 class TieTerm(Term):
     """Ties in kernels: before forces are computed tied nodes are placed, after that their forces
     are handed over.

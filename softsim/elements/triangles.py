@@ -12,7 +12,6 @@ from softsim import backend
 from softsim.elements.across import SectionElements
 
 
-@ti.data_oriented
 class Triangles(SectionElements):
     """Triangles; parameters as for SectionElements."""
 

@@ -155,7 +155,6 @@ class AirLine:
         return AirLineSource(alike)
 
 
-@ti.data_oriented
 class AirLineSource:
     """The pressure in the chamber, after what has flowed since it was last asked for."""
 

@@ -38,7 +38,6 @@ class AxialRelief(Load):
         return AxialReliefTerm(rigid_bodies, self.body, np.array([relief.mass for relief in alike]))
 
 
-@ti.data_oriented
 class AxialReliefTerm(Term):
     """On rigid body number `body`, whose axis is its own x. masses: share times the robot's mass
     (scenarios,) [kg].

@@ -100,7 +100,6 @@ class GivenPressure(_Scheduled):
         return GivenPressureSource(alike)
 
 
-@ti.data_oriented
 class GivenPressureSource:
     """The pressure on the facets is given."""
 
@@ -146,7 +145,6 @@ class AddedVolume(_Scheduled):
         return AddedVolumeSource(alike)
 
 
-@ti.data_oriented
 class AddedVolumeSource:
     """p = kappa_f (V_0 + added - V) / V_0."""
 
@@ -206,7 +204,6 @@ class AddedGas(_Scheduled):
         return AddedGasSource(alike)
 
 
-@ti.data_oriented
 class AddedGasSource:
     """p = m R T / (V + V_s) - p_a."""
 
@@ -264,7 +261,6 @@ class ControlledPressure(_Immediate):
         return ControlledPressureSource(alike)
 
 
-@ti.data_oriented
 class ControlledPressureSource:
     """p(t) = p_0 + r (t - t_0), between p_0 and where the command ends.
 

@@ -41,7 +41,6 @@ class EndDrag(Load):
         return EndDragTerm(nodes, alike)
 
 
-@ti.data_oriented
 class EndDragTerm(Term):
     """Fields, (scenarios,), of the last increment's end: place (d) [m] of the node, axis (d),
     stretch [m]; dissipation [J] since the start.

@@ -44,7 +44,6 @@ class RisingGravity(Load):
         return replace(self, share=self.share.time_scaled(factor))
 
 
-@ti.data_oriented
 class RisingGravityTerm(Term):
     """Sets the gravity of all nodes and rigid bodies to `table` times `full` (scenarios, d)
     [m/s^2]; before the table's first time to its first value.
@@ -101,9 +100,8 @@ class RisingGravityTerm(Term):
     @ti.func
     def miss_bodies(self, s, r, t, dt):
         """Book m (g_1 - g_0) . (u_0 + u_1)/2 of a rigid body."""
-        bodies = self.rigid_bodies
-        moved = bodies.displacement(s, r) - 0.5 * dt * bodies.velocity[s, r]
-        work = bodies.mass[r] * self.increase[s].dot(moved)
+        moved = self.rigid_bodies.displacement(s, r) - 0.5 * dt * self.rigid_bodies.velocity[s, r]
+        work = self.rigid_bodies.mass[r] * self.increase[s].dot(moved)
         self.missed_by_bodies[s, r] = self.missed_by_bodies[s, r] + work
 
     @ti.func

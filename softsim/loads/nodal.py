@@ -38,7 +38,6 @@ class NodalForce(Load):
         return replace(self, share=self.share.time_scaled(factor))
 
 
-@ti.data_oriented
 class NodalForceTerm(WorkingTerm):
     """`forces` (scenarios, k, d) [N] times `table` on `loaded` nodes (k,)."""
 

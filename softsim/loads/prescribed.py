@@ -37,7 +37,6 @@ class PrescribedMotion(Load):
         return replace(self, profile=self.profile.time_scaled(factor))
 
 
-@ti.data_oriented
 class PrescribedMotionTerm(WorkingTerm):
     """Component `axis` of the `moved` nodes (k,) is displaced by `table` [m over s].
 

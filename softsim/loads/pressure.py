@@ -60,7 +60,6 @@ class FollowerPressure(Load):
         return self.geometry.enclosed_volume(x, np.concatenate([self.facets, self.lids]))
 
 
-@ti.data_oriented
 class FollowerPressureTerm(WorkingTerm):
     """Pressure on facets.
 

@@ -85,7 +85,6 @@ class PulledCable(Load):
         return gradient
 
 
-@ti.data_oriented
 class PulledCableTerm(WorkingTerm):
     """A cable in its eyelets.
 

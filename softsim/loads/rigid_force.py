@@ -37,7 +37,6 @@ class RigidForce(Load):
         return replace(self, share=self.share.time_scaled(factor))
 
 
-@ti.data_oriented
 class RigidForceTerm(Term):
     """`forces` (scenarios, d) [N] times `table` on rigid body number `body`."""
 

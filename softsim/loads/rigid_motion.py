@@ -45,7 +45,6 @@ class RigidMotion(Load):
         return replace(self, profile=self.profile.time_scaled(factor))
 
 
-@ti.data_oriented
 class RigidMotionTerm(Term):
     """Component `axis` of rigid body number `body` is displaced by `table` [m over s].
 

@@ -137,7 +137,6 @@ class CarriedRotor(Rotor):
         return replace(now.at_frequency(frequency, t), cosine=cosine, sine=sine)
 
 
-@ti.data_oriented
 class RotorTerm(Term):
     """What shakes rigid body number `body`; one RotorForce a scenario."""
 
@@ -187,7 +186,6 @@ class RotorTerm(Term):
         return force
 
 
-@ti.data_oriented
 class CarriedRotorTerm(RotorTerm):
     """A motor whose axis turns with rigid body number `body`."""
 

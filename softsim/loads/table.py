@@ -11,7 +11,6 @@ LEAST_ROOM = 8
 """Points that fit into a table at least, so that a command fits, read off a gauge's scale."""
 
 
-@ti.data_oriented
 class ProfileTable:
     """One profile a scenario; linear between points, constant after the last, zero before t = 0,
     when bodies settle without loads.

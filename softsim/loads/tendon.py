@@ -54,7 +54,6 @@ class Tendon(Load):
         return [RigidSpring("tendon", self.body, self.stiffness, goes_taut=True)]
 
 
-@ti.data_oriented
 class TendonTerm(Term):
     """A tendon on rigid body number `body`.
 

@@ -74,7 +74,6 @@ class Tether(Load):
         return [RigidSpring("tether", self.body, self.stiffness, turning)]
 
 
-@ti.data_oriented
 class TetherTerm(Term):
     """A tether on rigid body number `body`.
 
@@ -141,16 +140,15 @@ class TetherTerm(Term):
     @ti.func
     def pull(self, s, i, t, dt):
         """Follow the body to where it is now, book what that took, hold it there."""
-        bodies = self.rigid_bodies
-        arm = bodies.to_space(s, self.body, self.arm[s])
-        way = bodies.centre[s, self.body] + arm - self.place[s]
+        arm = self.rigid_bodies.to_space(s, self.body, self.arm[s])
+        way = self.rigid_bodies.centre[s, self.body] + arm - self.place[s]
         self.place[s] = self.place[s] + way
         drag = self.slide(s, way)
-        weight = self.carried_mass[s] * bodies.nodes.gravity[s]
+        weight = self.carried_mass[s] * self.rigid_bodies.nodes.gravity[s]
         self.work[s] = self.work[s] + 0.5 * (self.weight[s] + weight).dot(way)
         self.weight[s] = weight
-        bodies.hold_at(s, self.body, drag + weight, arm)
-        bodies.twist(s, self.body, self.righting_torque(s))
+        self.rigid_bodies.hold_at(s, self.body, drag + weight, arm)
+        self.rigid_bodies.twist(s, self.body, self.righting_torque(s))
         self.impulse[s] = self.impulse[s] + self.stiffness[s] * self.stretch[s] * dt
 
     @ti.func

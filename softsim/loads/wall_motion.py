@@ -87,7 +87,6 @@ def force_column(surface: str) -> str:
     return f"{surface.partition('.')[0]}_drive_force"
 
 
-@ti.data_oriented
 class MovingFrame(FixedFrame):
     """Axes whose origin is displaced along `axis` by `table` [m over s], without turning.
 

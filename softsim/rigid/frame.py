@@ -17,7 +17,6 @@ from softsim.nodes import PARTS, Nodes, parts_of
 from softsim.rigid.body import RigidBodyData, in_space
 
 
-@ti.data_oriented
 class RigidBodies:
     """All rigid bodies of a model.
 

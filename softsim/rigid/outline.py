@@ -6,7 +6,6 @@ from softsim.contact.frame import FixedFrame
 from softsim.rigid.frame import RigidBodies
 
 
-@ti.data_oriented
 class BodyFrame(FixedFrame):
     """The axes of rigid body number `body`, from its centre of mass."""
 
