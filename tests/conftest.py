@@ -74,7 +74,7 @@ def restart(kernel_cache, request):
 
 
 @pytest.fixture
-def cpu(restart):
+def fresh_taichi(restart):
     """Taichi started anew: fields of earlier tests are gone."""
     return restart()
 

@@ -30,7 +30,7 @@ def test_an_old_lock_goes_and_a_fresh_one_stays(tmp_path):
     assert fresh.exists()
 
 
-def test_lane_blocks_round_up(cpu):
+def test_lane_blocks_round_up(fresh_taichi):
     assert backend.lane_blocks(1) == 1
     assert backend.lane_blocks(backend.CPU_LANES + 1) == 2
 

@@ -7,7 +7,7 @@ from softsim import backend, fields
 from softsim.nodes import PARTS, NodeLists, parts_of
 
 
-def test_nodes_sum_their_entries(cpu):
+def test_nodes_sum_their_entries(fresh_taichi):
     """Side by side as one by one: nodes without entries, entries without a node, a last block that
     is not full.
     """

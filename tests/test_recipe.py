@@ -71,7 +71,7 @@ def drag_load(coefficients):
     return [Drag(c) for c in coefficients]
 
 
-def test_a_load_of_ones_own(build, cpu):
+def test_a_load_of_ones_own(build, fresh_taichi):
     """In two scenarios; checkpoint, energy and history know it."""
     from softsim.output.observation import Observer, columns
     from softsim.solver.energy import EnergyBalance, EnergyReader

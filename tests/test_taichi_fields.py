@@ -32,10 +32,10 @@ MAKERS = {
 
 
 @pytest.fixture(params=["in this process", "on a device"])
-def made(cpu, request, monkeypatch):
+def made(fresh_taichi, request, monkeypatch):
     """As a CPU's fields are reached, and, on the CPU, as those of a device are."""
     if request.param == "on a device":
-        device = replace(cpu, name="another")
+        device = replace(fresh_taichi, name="another")
         monkeypatch.setattr(backend, "_device", device)
     with fields.together():
         return {name: make(ARRAYS[name]) for name, make in MAKERS.items()}
@@ -62,14 +62,14 @@ def test_meshes_of_about_the_same_size_have_fields_of_the_same_extents(made):
         assert fields.rounded(extent) & (fields.rounded(extent) - 1)
 
 
-def test_scenarios_take_no_more_memory_than_they_need(cpu):
+def test_scenarios_take_no_more_memory_than_they_need(fresh_taichi):
     with fields.together(scenarios=20):
         field = fields.real_field(np.ones((20, 30)))
     assert field.shape == (20, fields.rounded(30))
     np.testing.assert_array_equal(fields.read_row(field, 19), np.ones(30))
 
 
-def test_a_number_is_read_when_a_kernel_runs(cpu):
+def test_a_number_is_read_when_a_kernel_runs(fresh_taichi):
     number = fields.Number(12)
 
     @ti.kernel
@@ -143,7 +143,7 @@ def test_no_field_is_reached_after_taichi_was_started_anew(restart):
         fields.write(field, 0.0)
 
 
-def test_no_field_can_be_used_before_its_block_closes(cpu):
+def test_no_field_can_be_used_before_its_block_closes(fresh_taichi):
     @ti.kernel
     def first(field: ti.template()) -> ti.f64:
         return field[0]
@@ -157,14 +157,14 @@ def test_no_field_can_be_used_before_its_block_closes(cpu):
     assert first(field) == 1.0
 
 
-def test_a_field_without_entries_has_one_cell(cpu):
+def test_a_field_without_entries_has_one_cell(fresh_taichi):
     """In each scenario."""
     assert fields.shape_of(fields.vector_field(np.zeros((0, 2)))) == (1, 2)
     of_scenarios = fields.vector_field(np.zeros((3, 0, 2)))
     assert fields.read_row(of_scenarios, 2).shape == (1, 2)
 
 
-def test_more_fields_than_one_tree_takes(cpu):
+def test_more_fields_than_one_tree_takes(fresh_taichi):
     """Each has 17 of Taichi's nodes, of which a tree has 1024 at most."""
     values = random.random((80, 3, 4, 4))
     with fields.together():

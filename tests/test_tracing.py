@@ -12,7 +12,7 @@ def wrong(x):
     return double + nowhere  # noqa: F821 - the error that the test looks for
 
 
-def test_an_error_names_its_function_and_line(cpu):
+def test_an_error_names_its_function_and_line(fresh_taichi):
     @ti.kernel
     def evaluate() -> ti.f64:
         return wrong(1.0)

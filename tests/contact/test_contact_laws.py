@@ -36,14 +36,14 @@ def evaluate_limit(
     return limit_with_memory(last, instant, age, memory, 30e-6, speed, dt)
 
 
-def test_the_normal_force_pushes_and_never_pulls(cpu):
+def test_the_normal_force_pushes_and_never_pulls(fresh_taichi):
     assert evaluate_normal(1e-6, -1.0, 1e4, 1.0) == 0.0
     assert evaluate_normal(-1e-3, 0.0, 1e4, 1.0) == 10.0
     assert evaluate_normal(-1e-3, -2.0, 1e4, 1.0) == 12.0
     assert evaluate_normal(-1e-3, 100.0, 1e4, 1.0) == 0.0
 
 
-def test_slip_brings_the_spring_back_to_the_limit(cpu):
+def test_slip_brings_the_spring_back_to_the_limit(fresh_taichi):
     assert not np.any(evaluate_slip(3e-6, 4e-6, 0.0, 1e4, 0.0, 0.06).to_numpy())
     slipped = evaluate_slip(3e-6, 4e-6, 0.0, 1e4, 0.0, 0.03).to_numpy()
     left = np.array([3e-6, 4e-6]) - slipped
@@ -51,7 +51,7 @@ def test_slip_brings_the_spring_back_to_the_limit(cpu):
     np.testing.assert_allclose(left / np.linalg.norm(left), [0.6, 0.8], rtol=1e-12)
 
 
-def test_slip_brings_spring_and_dashpot_together_back_to_the_limit(cpu):
+def test_slip_brings_spring_and_dashpot_together_back_to_the_limit(fresh_taichi):
     """k_t s + c_t (s - s_0) / dt of what is left of the elastic slip has the size of the limit and
     the direction that it had.
     """
@@ -66,11 +66,11 @@ def test_slip_brings_spring_and_dashpot_together_back_to_the_limit(cpu):
     np.testing.assert_allclose(force, 0.03 * trial / size, rtol=1e-12)
 
 
-def test_without_memory_the_limit_follows_at_once(cpu):
+def test_without_memory_the_limit_follows_at_once(fresh_taichi):
     assert evaluate_limit(0.7, 0.2, 1.0, 0.0, 1.0, 1e-5) == pytest.approx(0.2, rel=1e-15)
 
 
-def test_a_new_contact_has_the_mean_limit(cpu):
+def test_a_new_contact_has_the_mean_limit(fresh_taichi):
     """Within the first t*: the mean of mu N since it touched."""
     dt, instants = 1e-3, np.array([0.5, 0.1, 0.9, 0.3])
     limit = 0.0
@@ -80,7 +80,7 @@ def test_a_new_contact_has_the_mean_limit(cpu):
 
 
 @pytest.mark.parametrize(("speed", "time"), [(0.0, 10e-3), (3e-3, 5e-3), (0.3, 0.1e-3 / 1.01)])
-def test_the_limit_follows_a_step_of_the_normal_force_exponentially(cpu, speed, time):
+def test_the_limit_follows_a_step_of_the_normal_force_exponentially(fresh_taichi, speed, time):
     """From 1 to 0.2, in the time of 1 / (1 / t* + |V| / d), to the first order of dt over it."""
     dt = 0.01 * time
     limit = 1.0

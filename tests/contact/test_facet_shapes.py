@@ -9,7 +9,7 @@ from softsim.contact.facet_shapes import Edge, Triangle, is_farther
 
 
 @pytest.mark.parametrize("shape", [Edge(), Triangle()], ids=["edge", "triangle"])
-def test_a_facet_that_is_told_to_be_farther_is(cpu, shape):
+def test_a_facet_that_is_told_to_be_farther_is(fresh_taichi, shape):
     """Of facets and places at random: told apart for most that are far, for none that is near."""
     d, count = shape.dimension, 4000
     rng = np.random.default_rng(3)

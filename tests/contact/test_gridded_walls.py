@@ -34,7 +34,7 @@ def look(walls, scenario, places):
     return fields.read(gaps), fields.read(normals)
 
 
-def test_gap_as_in_numpy_and_its_gradient_as_normal(cpu):
+def test_gap_as_in_numpy_and_its_gradient_as_normal(fresh_taichi):
     """Inside the box and outside; the gradient by central differences, within a cell."""
     grid = hollow()
     (name,) = grid.names
@@ -64,7 +64,7 @@ def test_gap_as_in_numpy_and_its_gradient_as_normal(cpu):
     np.testing.assert_allclose(normals[within][steep], (gradient / length)[steep], atol=1e-8)
 
 
-def test_scenarios_share_a_grid_or_have_their_own(cpu):
+def test_scenarios_share_a_grid_or_have_their_own(fresh_taichi):
     same, finer = hollow(), hollow(0.6e-3)
     places = np.random.default_rng(3).uniform(-9e-3, 9e-3, (200, 3))
     walls = [same, finer, hollow()]
@@ -74,7 +74,7 @@ def test_scenarios_share_a_grid_or_have_their_own(cpu):
         np.testing.assert_allclose(gaps, grid.gaps(places)["hollow"], rtol=1e-13, atol=1e-17)
 
 
-def test_a_lost_node_reads_nothing_outside_the_table(cpu):
+def test_a_lost_node_reads_nothing_outside_the_table(fresh_taichi):
     """A run that fails goes on with NaN until a guard reads it: that must not end the process."""
     grid = hollow()
     places = np.full((3, len(grid.origin)), np.nan)

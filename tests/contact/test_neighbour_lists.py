@@ -27,7 +27,7 @@ def listed(rig):
     return found
 
 
-def test_lists_hold_every_pair_within_reach_of_the_longest_facet(build, cpu):
+def test_lists_hold_every_pair_within_reach_of_the_longest_facet(build, fresh_taichi):
     """Short ones too: whether they are closer than a long one has to be known."""
     model = build(PLANE, "bodies.upper.mesh.length=5.4 mm")
     rig = SurfaceRig(model)
@@ -48,7 +48,7 @@ def test_lists_hold_every_pair_within_reach_of_the_longest_facet(build, cpu):
     assert len(by_node) > 50
 
 
-def test_lists_are_made_anew_when_nodes_have_moved_by_the_margin(build, cpu):
+def test_lists_are_made_anew_when_nodes_have_moved_by_the_margin(build, fresh_taichi):
     """Relative to each other: not when the whole moves."""
     model = build(PLANE)
     rig = SurfaceRig(model)
@@ -65,7 +65,7 @@ def test_lists_are_made_anew_when_nodes_have_moved_by_the_margin(build, cpu):
     assert listed(rig) != first
 
 
-def test_a_list_without_room_is_seen(build, cpu):
+def test_a_list_without_room_is_seen(build, fresh_taichi):
     model = build(PLANE)
     rig = SurfaceRig(model)
     rig.lists.node_room = 2

@@ -38,7 +38,7 @@ def asking(obstacle, places, scenarios):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_gap_and_normal(cpu, dimension):
+def test_gap_and_normal(fresh_taichi, dimension):
     """The gap of numpy to round-off (1e-16 of the face's 100 m), and its gradient as normal but
     where two walls are equally near. Side by side in both ways to close the ends; the nodes start
     where they are.
@@ -65,7 +65,7 @@ def test_gap_and_normal(cpu, dimension):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_nodes_are_followed_through_the_whole_path(cpu, dimension):
+def test_nodes_are_followed_through_the_whole_path(fresh_taichi, dimension):
     """From before the start into the wall of any segment at once: they pass every joint on their
     way, and back again.
     """
@@ -86,7 +86,7 @@ def test_nodes_are_followed_through_the_whole_path(cpu, dimension):
     assert set(fields.read(obstacle.near).ravel()) == {0}
 
 
-def test_scenarios_of_other_lengths(cpu):
+def test_scenarios_of_other_lengths(fresh_taichi):
     """Paths of another number of segments side by side: each has its own."""
     from softsim.contact.network_obstacle import NetworkObstacle
     from softsim.contact.pipe_layout import Straight, path_of_items
@@ -100,7 +100,7 @@ def test_scenarios_of_other_lengths(cpu):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_nodes_that_cannot_touch_are_not_asked(cpu, dimension):
+def test_nodes_that_cannot_touch_are_not_asked(fresh_taichi, dimension):
     """While they wander about at random, up to a tenth of a millimetre a step: every node in the
     wall is asked, and once more when it is out again; of those a millimetre from it few are.
     """

@@ -128,7 +128,7 @@ def test_branches_that_meet_again_cross():
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_kernels(cpu, dimension):
+def test_kernels(fresh_taichi, dimension):
     """Gaps of numpy to round-off, of networks with one to three bores side by side, and unit
     normals that are the gradient of the gap.
     """
@@ -150,7 +150,7 @@ def test_kernels(cpu, dimension):
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_a_penalty_does_no_work_around_a_loop(cpu, dimension):
+def test_a_penalty_does_no_work_around_a_loop(fresh_taichi, dimension):
     """k g n along closed ways through the walls of an edge: k g^2 / 2 is its potential, so the work
     is what the trapezoidal rule leaves of it.
     """

@@ -60,7 +60,7 @@ def scattered(wall, share, count=4000):
 
 
 @pytest.mark.parametrize("made", [ground, pipe, printed])
-def test_gap_is_exact_and_its_gradient_the_normal(cpu, made):
+def test_gap_is_exact_and_its_gradient_the_normal(fresh_taichi, made):
     """Everywhere in the cells. Central differences over 1 nm, where no other edge gets nearer."""
     wall = made()
     (name,) = wall.names
@@ -78,7 +78,7 @@ def test_gap_is_exact_and_its_gradient_the_normal(cpu, made):
     np.testing.assert_allclose(normals[smooth], gradient[smooth], atol=2e-6)
 
 
-def test_beyond_the_cells_lines_go_on_and_free_remains_free(cpu):
+def test_beyond_the_cells_lines_go_on_and_free_remains_free(fresh_taichi):
     wall = ground()
     x = scattered(wall, 3.0)
     gaps, _ = look([wall], 0, x)
@@ -92,7 +92,7 @@ def test_beyond_the_cells_lines_go_on_and_free_remains_free(cpu):
 
 
 @pytest.mark.parametrize("made", [ground, pipe, printed])
-def test_no_node_in_the_wall_is_passed_over(cpu, made):
+def test_no_node_in_the_wall_is_passed_over(fresh_taichi, made):
     """Asked again and again, while it comes and goes; most that are far off are."""
     wall = made()
     x = np.concatenate([scattered(wall, 0.1), scattered(wall, 3.0)])
@@ -113,7 +113,7 @@ def test_no_node_in_the_wall_is_passed_over(cpu, made):
     assert fields.read(asked)[free].mean() < 0.2
 
 
-def test_normals_at_corners(cpu):
+def test_normals_at_corners(fresh_taichi):
     """Outside a convex corner from it to the place; behind a concave one back to it: the springs of
     both edges; behind a convex one that of the nearer edge.
     """
@@ -125,7 +125,7 @@ def test_normals_at_corners(cpu):
     np.testing.assert_allclose(normals, expected, atol=1e-9)
 
 
-def test_in_space_it_is_the_same_at_every_z(cpu):
+def test_in_space_it_is_the_same_at_every_z(fresh_taichi):
     x = scattered(ground(), 0.5)
     z = np.linspace(-1.0, 1.0, len(x))
     gaps, normals = look([ground()], 0, x)
@@ -134,7 +134,7 @@ def test_in_space_it_is_the_same_at_every_z(cpu):
     assert np.array_equal(of_space, np.column_stack([normals, 0.0 * z]))
 
 
-def test_scenarios_share_a_line_or_have_their_own(cpu):
+def test_scenarios_share_a_line_or_have_their_own(fresh_taichi):
     """Of other extents, too."""
     walls = [ground(), PolylineWall("step", checked_polyline(STEP, False), None), ground()]
     assert len(fields.read(walls[0].obstacle(walls, GROUND).start)) == 6 + 3
@@ -146,7 +146,7 @@ def test_scenarios_share_a_line_or_have_their_own(cpu):
         np.testing.assert_allclose(gaps[near], wall.gaps(x[near])[wall.name], atol=1e-16)
 
 
-def test_a_lost_node_reads_nothing_outside_the_tables(cpu):
+def test_a_lost_node_reads_nothing_outside_the_tables(fresh_taichi):
     """A run that fails goes on with NaN until a guard reads it: that must not end the process."""
     places = np.full((3, 2), np.nan)
     places[1], places[2, 0] = np.inf, 0.0

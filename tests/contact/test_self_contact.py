@@ -13,7 +13,7 @@ DEPTH = 50e-6
 
 
 @pytest.mark.parametrize("text", [PLANE, SPACE], ids=["plane", "space"])
-def test_forces_of_nodes_on_facets_edges_and_corners(build, cpu, text):
+def test_forces_of_nodes_on_facets_edges_and_corners(build, fresh_taichi, text):
     """They are the gradient of the energy; with friction and dashpots at work, while everything
     moves at random, they have no resultant and no moment.
 
@@ -46,7 +46,7 @@ def test_forces_of_nodes_on_facets_edges_and_corners(build, cpu, text):
     np.testing.assert_allclose(moments.sum(axis=0), 0.0, atol=1e-13 * np.abs(moments).sum())
 
 
-def test_the_springs_press_with_k_g(build, cpu):
+def test_the_springs_press_with_k_g(build, fresh_taichi):
     """Seven nodes of the upper block on the lower one's facets, and six the other way round."""
     model = build(PLANE, *FRICTIONLESS)
     rig = SurfaceRig(model)
@@ -57,7 +57,7 @@ def test_the_springs_press_with_k_g(build, cpu):
     assert rig.energy() == pytest.approx((7 + 6) * 0.5 * k_n * DEPTH**2, rel=1e-9)
 
 
-def test_the_force_is_continuous_over_a_joint(build, cpu):
+def test_the_force_is_continuous_over_a_joint(build, fresh_taichi):
     """A corner of the upper block slides over a hollow of the lower one: with the normal turning
     about the node at its bottom, the force k (x - y) changes by no more than k times the step.
     """
@@ -81,7 +81,7 @@ def test_the_force_is_continuous_over_a_joint(build, cpu):
     assert np.linalg.norm(np.diff(found, axis=0), axis=1).max() < 1.001 * k_n * step
 
 
-def test_a_turning_pair_does_not_rub(build, cpu):
+def test_a_turning_pair_does_not_rub(build, fresh_taichi):
     """Pressed together and turned as one: no sliding, so friction's springs stay as they are."""
     model = build(PLANE)
     rig = SurfaceRig(model)
@@ -104,7 +104,7 @@ time: {end: 1 s}
 """
 
 
-def test_spikes_of_one_body_touch_each_other(build, cpu):
+def test_spikes_of_one_body_touch_each_other(build, fresh_taichi):
     """At rest nothing touches: not what is next to it, not the other side of skin and spikes; nor
     when the skin is half as thick. A spike a little inside the next one is pushed back by it.
     """

@@ -28,7 +28,7 @@ SPACE = FAR.format(
 
 
 @pytest.mark.parametrize("scene", [PLANE, SPACE])
-def test_forces_are_the_slopes_of_the_energy_and_keep_momentum(build, cpu, scene):
+def test_forces_are_the_slopes_of_the_energy_and_keep_momentum(build, fresh_taichi, scene):
     """At places off the line by up to a third of a segment: bends of up to 90 deg."""
     from softsim.solver.energy import EnergyReader
 
@@ -60,7 +60,7 @@ def test_forces_are_the_slopes_of_the_energy_and_keep_momentum(build, cpu, scene
 
 
 @pytest.mark.parametrize("scene", [PLANE, SPACE])
-def test_the_stiffness_bound_holds_however_it_is_bent(build, cpu, scene):
+def test_the_stiffness_bound_holds_however_it_is_bent(build, fresh_taichi, scene):
     """No direction is stiffer than the bound says; straight, the stiffest is nearly as stiff."""
     model = build(scene)
     solver = ExplicitSolver([model])

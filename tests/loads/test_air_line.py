@@ -30,7 +30,7 @@ def line(tube, *points, volume=5e-6, line_volume=2e-6, pump=10e-6, stall=1e9):
 
 
 @pytest.fixture
-def course(cpu):
+def course(fresh_taichi):
     """Makes an air line go through increments; `breath` [m^3]: amplitude of the chamber at 5 Hz."""
     import taichi as ti
 

@@ -14,7 +14,7 @@ CYCLES = EventCycles(
 
 
 @pytest.fixture
-def source(cpu):
+def source(fresh_taichi):
     """Of two scenarios."""
 
     return ControlledPressure(CYCLES).source([ControlledPressure(CYCLES)] * 2)

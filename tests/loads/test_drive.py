@@ -43,7 +43,7 @@ def pressures(drive, volumes, t):
 
 
 @pytest.mark.parametrize("name", list(DRIVES))
-def test_stiffness_is_the_slope_of_the_pressure(cpu, name):
+def test_stiffness_is_the_slope_of_the_pressure(fresh_taichi, name):
     """Central difference: error of order step^2, 1e-6 relative at a thousandth of the volume."""
     drive, volume, step = DRIVES[name], 6e-6, 6e-9
     low, high = pressures(drive, [volume - step, volume + step], FULLEST)
@@ -51,12 +51,12 @@ def test_stiffness_is_the_slope_of_the_pressure(cpu, name):
     assert drive.stiffness(volume) == pytest.approx(slope, rel=1e-5, abs=1e-6)
 
 
-def test_the_chamber_starts_at_ambient_pressure(cpu):
+def test_the_chamber_starts_at_ambient_pressure(fresh_taichi):
     for name in ("liquid", "gas"):
         assert pressures(DRIVES[name], [5e-6], 0.0)[0] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_twice_the_gas_in_the_same_room_has_twice_the_absolute_pressure(cpu):
+def test_twice_the_gas_in_the_same_room_has_twice_the_absolute_pressure(fresh_taichi):
     gas = DRIVES["gas"]
     doubled = Profile(np.array([0.0]), np.array([gas.initial_mass]))
     drive = AddedGas(doubled, 5e-6, 2e-6, gas.specific_energy, gas.ambient_pressure)

@@ -49,7 +49,7 @@ GROUND = SECTION.replace(
     [SECTION, SPIKES, RINGS, RING, SOLID, GROUND],
     ids=["plane", "spikes that touch", "rings", "revolved", "space", "ground"],
 )
-def test_the_count_is_that_of_the_fields(build, cpu, text):
+def test_the_count_is_that_of_the_fields(build, fresh_taichi, text):
     """To the byte, of one scenario and of three."""
     from softsim.solver.explicit import ExplicitSolver
 
@@ -100,7 +100,7 @@ def test_what_fits_is_let_through_and_one_byte_less_is_not(build):
         refuse_too_large(model, size, "cuda", Card(need - 1))
 
 
-def test_as_many_scenarios_fit_as_there_is_memory_for(build, cpu):
+def test_as_many_scenarios_fit_as_there_is_memory_for(build, fresh_taichi):
     model = build(SECTION)
     need = int(field_bytes(model, 10) + BESIDE["cuda"][0])
     assert scenarios_that_fit(model, "cuda", Card(need)) == 10
@@ -127,7 +127,9 @@ def test_a_device_that_does_not_tell_refuses_nothing(build):
     refuse_too_large(build(SECTION), 10**18, "cuda", None)
 
 
-def test_a_solver_that_does_not_fit_is_refused_before_it_takes_memory(build, cpu, monkeypatch):
+def test_a_solver_that_does_not_fit_is_refused_before_it_takes_memory(
+    build, fresh_taichi, monkeypatch
+):
     from softsim.solver import explicit
 
     model = build(SECTION)
@@ -136,7 +138,7 @@ def test_a_solver_that_does_not_fit_is_refused_before_it_takes_memory(build, cpu
         explicit.ExplicitSolver([model])
 
 
-def test_what_cannot_fit_leaves_an_earlier_run_alone(cpu, tmp_path, monkeypatch):
+def test_what_cannot_fit_leaves_an_earlier_run_alone(fresh_taichi, tmp_path, monkeypatch):
     from softsim.run import run
     from softsim.solver import memory
 

@@ -39,13 +39,13 @@ def scene(formulation: str) -> str:
 
 
 @pytest.fixture
-def block(build, cpu):
+def block(build, fresh_taichi):
     """A plane block that nothing holds."""
     return build(scene(next(iter(MESHES))))
 
 
 @pytest.mark.parametrize("formulation", MESHES)
-def test_a_free_body_moves_as_a_whole_without_frequency(build, cpu, formulation):
+def test_a_free_body_moves_as_a_whole_without_frequency(build, fresh_taichi, formulation):
     """Whatever the formulation, forces have a symmetric stiffness between the nodes that are said
     to be coupled, else it would be refused.
     """
@@ -70,7 +70,7 @@ def test_what_is_held_leaves_fewer_motions(block):
         assert natural_modes(held, held.bodies[0], 2).rigid_motions == motions
 
 
-def test_modes_do_not_know_what_else_the_scene_has(build, cpu, block):
+def test_modes_do_not_know_what_else_the_scene_has(build, fresh_taichi, block):
     """Loads, walls, other bodies and the step are no part of a body's own modes."""
     text = scene(next(iter(MESHES)))
     crowded = build(
@@ -115,7 +115,7 @@ def test_a_body_that_is_held_everywhere_is_none_that_moves(block):
         movable_bodies(held)
 
 
-def test_a_region_that_is_held_everywhere_adds_nothing(build, cpu):
+def test_a_region_that_is_held_everywhere_adds_nothing(build, fresh_taichi):
     """Of a strip the upper row is a region; where that is held, the other swings on it."""
     above = "sets: {above: {plane: {point: [0 mm, 2 mm], normal: [0, 1]}}}, "
     text = scene(next(iter(MESHES))).replace("material: soft}", f"material: soft, {above}MORE}}")

@@ -72,7 +72,7 @@ def write_mesh(tmp_path):
 
 
 @pytest.fixture
-def largest_energies(cpu):
+def largest_energies(fresh_taichi):
     """Largest kinetic energy within 3000 increments, seen every 30, over that of the start, for
     each of the steps [s].
     """

@@ -35,7 +35,7 @@ MEAN_AREA = np.pi / 4.0 * (0.5 * (INNER_DIAMETER + OUTER_DIAMETER)) ** 2
 
 
 @pytest.fixture
-def silicone(cpu):
+def silicone(fresh_taichi):
     """The bellows of the scene, ready to be strained a little."""
     return AtRest(build_model(load_scene(SCENE)))
 

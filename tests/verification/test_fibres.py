@@ -144,7 +144,7 @@ def parted(K, x, ends, forces, pull):
     return float(spsolve((T.T @ K @ T).tocsc(), load)[-1])
 
 
-def test_a_bar_with_straight_threads_is_pulled(build, cpu, record_verification):
+def test_a_bar_with_straight_threads_is_pulled(build, fresh_taichi, record_verification):
     """With E_m A_m + E_f A_f, whatever the elements around the threads, as long as what narrows it
     is not held: all strains are uniform.
     """
@@ -228,7 +228,7 @@ def wound_tube_strain(angle):
     [((1, 12, 12), 1e-3, 0.10), pytest.param((2, 24, 20), 0.6e-3, 0.08, marks=pytest.mark.slow)],
 )
 def test_a_wound_tube_neither_lengthens_nor_shortens_at_the_magic_angle(
-    build, cpu, tmp_path, record_verification, counts, spacing, band
+    build, fresh_taichi, tmp_path, record_verification, counts, spacing, band
 ):
     """Threads at 45 deg to the axis shorten a tube that is inflated, at 65 deg they lengthen it, by
     what Lame's tube in a sheet of threads does; at 54.7 deg it keeps its length.
@@ -304,7 +304,7 @@ output: {{probes: {{end: {{kind: displacement, nodes: b.right}}}}}}
 
 
 @pytest.mark.slow
-def test_a_beam_with_a_thread_bends_as_a_composite(build, cpu, record_verification):
+def test_a_beam_with_a_thread_bends_as_a_composite(build, fresh_taichi, record_verification):
     """A beam, E_B b h, with a thread EA at e beside its middle: about the neutral axis it bends
     with E_B b h^3 / 12 + E_B b h EA / (E_B b h + EA) e^2; held at its root it swings at
     1.8751^2 / 2 pi L^2 sqrt(EI / m'). The thread makes it 1.6 times as fast.
@@ -344,7 +344,7 @@ time: {{end: 1 s}}
 
 
 @pytest.mark.parametrize("kind", [pytest.param("plane", marks=pytest.mark.slow), "space"])
-def test_the_stable_step_bounds_a_fibre(build, cpu, kind):
+def test_the_stable_step_bounds_a_fibre(build, fresh_taichi, kind):
     """The largest omega with the fibres' own stiffness is below 2 / dt, and no less than half of
     it, where the threads limit the step.
     """

@@ -96,7 +96,7 @@ def test_a_belt_carries_a_particle(build, start_settled, record_verification):
     assert seen.row["energy_error"] < 1e-6
 
 
-def test_goes_on_to_the_same_bits(build, cpu):
+def test_goes_on_to_the_same_bits(build, fresh_taichi):
     from softsim.solver.explicit import ExplicitSolver
 
     model = build(PLATE)

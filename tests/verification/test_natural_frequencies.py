@@ -51,7 +51,7 @@ time: {{end: 1 s}}
 """
 
 
-def test_two_triangles_by_hand(build, cpu, tmp_path):
+def test_two_triangles_by_hand(build, fresh_taichi, tmp_path):
     """Of two right triangles with the legs a and b along x and y all but the end of a is held:
     along y it has the spring mu V / a^2, along x (kappa + 4/3 mu) V / a^2, and rho V / 3.
     """
@@ -74,7 +74,7 @@ def test_two_triangles_by_hand(build, cpu, tmp_path):
     ("guided", "modulus", "off"),
     [("x", SHEAR_MODULUS, 1.2), ("y", KAPPA + 4.0 / 3.0 * SHEAR_MODULUS, 7.2)],
 )
-def test_rods(build, cpu, record_verification, guided, modulus, off):
+def test_rods(build, fresh_taichi, record_verification, guided, modulus, off):
     """Waves across and along a rod whose nodes all are guided."""
     model = build(ROD.replace("GUIDED", guided))
     body, length, count = model.bodies[0], 20e-3, 20
@@ -91,7 +91,7 @@ def test_rods(build, cpu, record_verification, guided, modulus, off):
     assert np.abs(mass - np.diag(np.diag(mass))).max() < 1e-9 * mass.max()
 
 
-def test_a_rod_of_two_materials(build, cpu, record_verification):
+def test_a_rod_of_two_materials(build, fresh_taichi, record_verification):
     """Waves across, halves l of the impedances Z = sqrt(mu rho): where
     tan(omega l / c_1) tan(omega l / c_2) = Z_1 / Z_2; with the branches mu_2 is that at omega. Of
     the shape without them the frequency is too high, by the square of what it changes.

@@ -41,7 +41,7 @@ conditions:
 """ + MATERIAL.replace("1000 kg/m^3", "1 kg/m^3")
 
 
-def test_period_of_a_mass_on_a_spring(build, cpu, record_verification):
+def test_period_of_a_mass_on_a_spring(build, fresh_taichi, record_verification):
     """Two triangles that can only be stretched are a spring of (kappa + 4 mu/3) b l/h; without mass
     of their own (1e-7 of the load) they carry it as one degree of freedom.
 
@@ -196,7 +196,7 @@ def test_energy_over_a_million_increments(build, start, record_verification):
     assert early == pytest.approx(initial, rel=0.05)
 
 
-def test_inflation_does_not_depend_on_the_step(build, cpu, record_verification):
+def test_inflation_does_not_depend_on_the_step(build, fresh_taichi, record_verification):
     """A ring blown up within a millisecond swings about its new radius; the difference to the
     finest step falls with the square.
 
@@ -240,7 +240,7 @@ def test_inflation_does_not_depend_on_the_step(build, cpu, record_verification):
     assert off[1] / off[2] == pytest.approx(4.2, rel=0.1)
 
 
-def test_work_of_a_prescribed_motion(build, cpu, record_verification):
+def test_work_of_a_prescribed_motion(build, fresh_taichi, record_verification):
     """The end of a block is moved, faster than waves can follow quietly: the work of the support
     is what the block stores and what still moves in it, to the second order of the step.
     """

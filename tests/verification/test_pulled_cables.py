@@ -177,7 +177,7 @@ def test_a_tendon_beside_the_middle_bends_a_beam(
 @pytest.mark.parametrize(
     ("driven", "limit"), [("pulled hard", "a pulled cable"), ("under tension", "cable 'kept'")]
 )
-def test_the_stable_step_bounds_a_cable(build, cpu, kind, driven, limit):
+def test_the_stable_step_bounds_a_cable(build, fresh_taichi, kind, driven, limit):
     """The largest omega of the block with its cables, one very stiff or under a large tension, is
     below 2 / dt, and no less than half of it: along k dL dL^T, across T d2L/dx2, by differences.
     """

@@ -48,7 +48,7 @@ def test_place_force_and_work(build, start, record_verification):
     assert seen.row["energy_error"] < 1e-5
 
 
-def test_goes_on_to_the_same_bits(build, cpu):
+def test_goes_on_to_the_same_bits(build, fresh_taichi):
     from softsim.solver.explicit import ExplicitSolver
 
     model = build(SCENE)

@@ -30,7 +30,7 @@ def fallen(solver):
     return np.concatenate([nodes, body])[:, 1]
 
 
-def test_free_fall_under_a_ramp(build, cpu, record_verification):
+def test_free_fall_under_a_ramp(build, fresh_taichi, record_verification):
     """Within the ramp and after it; the books miss m (dt g)^2 / 8, as of any force that changes
     within an increment (half a kick at either end), and go on from a checkpoint to the same bits.
     """

@@ -41,7 +41,7 @@ def scaled_momentum(solver):
     return root * (inertia @ (root * velocity).ravel()).reshape(velocity.shape)
 
 
-def test_momenta_and_energy_are_kept(build, cpu):
+def test_momenta_and_energy_are_kept(build, fresh_taichi):
     """A struck block that flies and vibrates: angular momentum is that of M'. The balance is off by
     the square of the step: 2e-3 at 0.9 of the stable one.
     """
@@ -71,7 +71,7 @@ def test_momenta_and_energy_are_kept(build, cpu):
     assert after.balance == pytest.approx(energies.balance, rel=3e-4)
 
 
-def test_one_group_slows_every_mode_alike(build, cpu):
+def test_one_group_slows_every_mode_alike(build, fresh_taichi):
     """Where all nodes are in one group, every vibration has 1 / sqrt(factor) of its frequency."""
     model, scaled = build(BLOCK), build(BLOCK, *WHOLE)
     of_block = [natural_modes(m, m.bodies[0], 4) for m in (model, scaled)]
@@ -80,7 +80,7 @@ def test_one_group_slows_every_mode_alike(build, cpu):
     assert of_block[1].rigid_motions == 3
 
 
-def test_small_groups_leave_slow_modes_alone(build, cpu, record_verification):
+def test_small_groups_leave_slow_modes_alone(build, fresh_taichi, record_verification):
     """Of a cantilever with one element across, whose cross sections are the groups: they turn, and
     h^2 / 4 of the ends' masses is added (factor - 1) times. By Rayleigh, with the turning energy
     of a clamped beam's first mode, 4.648 / L^2 of that of its motion.
@@ -116,6 +116,6 @@ def test_statics_are_untouched(build, restart):
     assert sags[1] == pytest.approx(sags[0], rel=1e-4)
 
 
-def test_a_distance_that_joins_nothing_is_refused(build, cpu):
+def test_a_distance_that_joins_nothing_is_refused(build, fresh_taichi):
     with pytest.raises(SceneError, match=r"shortest edge of an element has 0\.5 mm"):
         build(BLOCK, "solver.mass_scaling={within: 0.4 mm}")

@@ -53,7 +53,7 @@ FLOOR = (
 
 
 @pytest.fixture
-def limits(build, cpu):
+def limits(build, fresh_taichi):
     """The exact stable step and the bound [s] with the nodes at x, the metric of the Maxwell branch
     unrelaxed (as at rest) or relaxed to the present strain.
     """

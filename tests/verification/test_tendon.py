@@ -61,7 +61,7 @@ def test_the_gauge_shows_the_force(build, start, record_verification):
     assert found == pytest.approx(FORCE, rel=1e-9)
 
 
-def test_frequency_while_taut(build, cpu, record_verification):
+def test_frequency_while_taut(build, fresh_taichi, record_verification):
     """A sudden force F swings the robot as F/k (1 - cos omega t), always taut. The half-step scheme
     shortens the period by the share (omega dt)^2 / 24, of second order.
     """
@@ -90,7 +90,7 @@ def test_frequency_while_taut(build, cpu, record_verification):
     assert order == pytest.approx(2.0, abs=0.1)
 
 
-def test_thrown_into_a_slack_tendon(build, cpu, record_verification):
+def test_thrown_into_a_slack_tendon(build, fresh_taichi, record_verification):
     """It flies 3 mm until the tendon is taut, turns round within half a period at a tension of
     v sqrt(k m), and flies back as fast as it came: while slack, nothing pulls.
 
@@ -193,7 +193,7 @@ def test_a_stiff_tendon_on_a_light_body(build, start):
     assert 0.0 < energies.kinetic + energies.internal < 1.05 * before
 
 
-def test_goes_on_to_the_same_bits(build, cpu):
+def test_goes_on_to_the_same_bits(build, fresh_taichi):
     """From a checkpoint in the middle of an interval, while taut."""
     from softsim.solver.explicit import ExplicitSolver
 

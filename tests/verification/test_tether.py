@@ -63,7 +63,7 @@ def swing(omega, t):
 
 
 @pytest.fixture
-def robots(build, cpu):
+def robots(build, fresh_taichi):
     """A solver of all scenarios, started with their velocities, and their numbers."""
     from softsim.solver.explicit import ExplicitSolver
 
@@ -156,7 +156,7 @@ def test_the_robots(robots, record_verification):
         np.testing.assert_array_equal(once[name], array, err_msg=name)
 
 
-def test_frequencies_of_turning(build, cpu, record_verification):
+def test_frequencies_of_turning(build, fresh_taichi, record_verification):
     """sqrt(K/I) about each axis in space."""
     from softsim.solver.explicit import ExplicitSolver
 

@@ -181,7 +181,7 @@ time: {{end: 1 s}}
 
 
 @pytest.mark.slow
-def test_a_tied_bar_swings_as_one_of_one_mesh(build, start, cpu, record_verification):
+def test_a_tied_bar_swings_as_one_of_one_mesh(build, start, fresh_taichi, record_verification):
     """First modes in bending and along; released from the first one, it swings with its period."""
     from softsim.solver.natural_modes import movable_bodies, natural_modes
 
@@ -213,7 +213,7 @@ def test_a_tied_bar_swings_as_one_of_one_mesh(build, start, cpu, record_verifica
     assert period * found[0].frequency == pytest.approx(1.0, rel=1e-3)
 
 
-def test_one_of_two_tied_bodies_does_not_vibrate_alone(build, cpu):
+def test_one_of_two_tied_bodies_does_not_vibrate_alone(build, fresh_taichi):
     from softsim.errors import ModesError
     from softsim.solver.natural_modes import natural_modes
 
@@ -222,7 +222,7 @@ def test_one_of_two_tied_bodies_does_not_vibrate_alone(build, cpu):
         natural_modes(model, model.bodies[1], 1)
 
 
-def test_a_free_pair_moves_as_a_whole_without_frequency(build, cpu):
+def test_a_free_pair_moves_as_a_whole_without_frequency(build, fresh_taichi):
     """Three rigid motions of both together; the lowest frequency is that of the whole block."""
     from softsim.solver.natural_modes import movable_bodies, natural_modes
 
@@ -235,7 +235,7 @@ def test_a_free_pair_moves_as_a_whole_without_frequency(build, cpu):
 @pytest.mark.parametrize(
     "scaled", [(), ("solver.mass_scaling.within=1 mm",)], ids=["own", "scaled"]
 )
-def test_the_stable_step_bounds_what_is_tied(build, cpu, scaled):
+def test_the_stable_step_bounds_what_is_tied(build, fresh_taichi, scaled):
     """The largest omega of K phi = omega^2 M phi, with the coupling and the masses of the tie, is
     below 2 / dt, and less than a third below it.
     """

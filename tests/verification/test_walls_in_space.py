@@ -67,7 +67,7 @@ def kernel_gaps(obstacle, places):
     return fields.read(gaps), fields.read(normals)
 
 
-def test_gap_and_normal(build, cpu):
+def test_gap_and_normal(build, fresh_taichi):
     """Of two pipes and a plane at scattered places, on both sides of the walls: as geometry has it,
     in numpy and in kernels, to round-off: 2e-16 of 50 mm, and for the normals of 50 mm over the
     distance from an axis.
