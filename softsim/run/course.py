@@ -239,12 +239,17 @@ class Run:
         scenario.change_time_increment(left / to_end)
         return to_end
 
+    def _run_length(self) -> float:
+        """Increments of the whole run, with the present step."""
+        duration = self.model.end_time - self.model.start_time
+        return duration / self.scenario.time_increment
+
     def _look(self) -> None:
         """Inspect the elements if that is due, or if they deformed much since the last time."""
         count, schedule = self.scenario.increment_count, self.progress.schedule
         near = count < schedule.estimate_due and self.shape.is_near(self.scenario.positions())
         if near:
-            schedule.plan_look(count)
+            schedule.plan_look(count, self._run_length())
         else:
             self._inspect()
 
@@ -254,8 +259,8 @@ class Run:
         self._refuse_broken_elements()
         self.shape = ReferenceShape(model, scenario.positions())
         stable = self.estimator.at(self.shape.x)
-        run_length = (model.end_time - model.start_time) / scenario.time_increment
-        self.progress.schedule.plan_next(stable.value, scenario.increment_count, run_length)
+        count, length = scenario.increment_count, self._run_length()
+        self.progress.schedule.plan_next(stable.value, count, length)
         self._tell_step(stable)
         with self._failed_frame_kept():
             refuse_collapsed_step(model, stable, self.estimator.at_rest, scenario.time)

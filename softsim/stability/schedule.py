@@ -6,19 +6,19 @@ long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then is 8/100. An es
 as some hundred increments, a look at the elements a tenth of that. So where the step hardly falls,
 estimates lie further apart than looks, each of which asks for an estimate where elements were
 strained since the last one (stability/reference_shape.py): no load that starts, no impact goes
-unseen for longer than LOOK_INTERVAL. Where the step may soon grow they follow each other faster.
+unseen for longer than LOOK_INTERVAL, or, as loads of a short run act for a share of it, than such a
+share. Where the step may soon grow estimates follow each other as fast.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-FIRST_INTERVAL = 16
+FIRST_INTERVAL, SHORTEST_INTERVAL = 16, 8
 LOOK_INTERVAL = 2048
 LONGEST_INTERVAL = 16 * LOOK_INTERVAL
 LONGEST_TO_GROW = 4 * LOOK_INTERVAL
-# A run is looked at so many times at least: what its loads do takes a share of its time.
-LEAST_INSPECTIONS = 32
+LEAST_LOOKS = 32  # of a run
 ALLOWED_CHANGE = 0.01
 # The step shrinks at once. It grows when so many estimates in a row have found the stable one
 # grown by this factor: that of a body that swings rises and falls with every swing, and to follow
@@ -52,7 +52,7 @@ class StableStepSchedule:
         """
         self.interval = next_interval(self.interval, self.lowest, stable, run_length)
         self.estimate_due = increment_count + self.interval
-        self.plan_look(increment_count)
+        self.plan_look(increment_count, run_length)
         if stable <= GROWTH * self.lowest:
             self.grown, self.lowest = 0, min(self.lowest, stable)
             return
@@ -61,9 +61,10 @@ class StableStepSchedule:
         if self.grown == ESTIMATES_TO_GROW:
             self.grown, self.lowest = 0, self.lowest_grown
 
-    def plan_look(self, increment_count: int) -> None:
-        """Plan the next look, so many increments being done."""
-        self.look_due = min(self.estimate_due, increment_count + LOOK_INTERVAL)
+    def plan_look(self, increment_count: int, run_length: float) -> None:
+        """Plan the next look, so many increments being done, of a run of so many."""
+        interval = max(SHORTEST_INTERVAL, int(min(LOOK_INTERVAL, run_length / LEAST_LOOKS)))
+        self.look_due = min(self.estimate_due, increment_count + interval)
 
 
 def next_interval(interval: int, lowest: float, now: float, run_length: float) -> int:
@@ -75,6 +76,6 @@ def next_interval(interval: int, lowest: float, now: float, run_length: float) -
     """
     fall = max(0.0, float(np.log(lowest / now)))
     factor = min(2.0, ALLOWED_CHANGE / fall) if fall > 0.0 else 2.0
-    longest = LONGEST_TO_GROW if now > GROWTH * lowest else LONGEST_INTERVAL
-    most = min(longest, run_length / LEAST_INSPECTIONS)
-    return int(max(FIRST_INTERVAL // 2, min(interval * factor, most)))
+    to_grow = min(LONGEST_TO_GROW, run_length / LEAST_LOOKS)
+    longest = to_grow if now > GROWTH * lowest else LONGEST_INTERVAL
+    return max(SHORTEST_INTERVAL, int(min(interval * factor, longest)))

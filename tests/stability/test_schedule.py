@@ -7,10 +7,11 @@ from softsim.stability.schedule import (
     ESTIMATES_TO_GROW,
     FIRST_INTERVAL,
     GROWTH,
-    LEAST_INSPECTIONS,
+    LEAST_LOOKS,
     LONGEST_INTERVAL,
     LONGEST_TO_GROW,
     LOOK_INTERVAL,
+    SHORTEST_INTERVAL,
     StableStepSchedule,
     next_interval,
 )
@@ -38,8 +39,13 @@ def test_a_stable_step_that_grows_needs_no_haste():
     assert next_interval(LONGEST_INTERVAL, 5e-6, 7e-6, LONG) == LONGEST_TO_GROW
 
 
-def test_a_short_run_is_looked_at_often_enough():
-    assert next_interval(2000, 5e-6, 5e-6, 3200.0) == 3200 // LEAST_INSPECTIONS
+def test_a_short_run_is_looked_at_often_enough_and_its_step_may_grow():
+    plan = StableStepSchedule(5e-6, interval=2000)
+    plan.plan_next(5e-6, 100, 3200.0)
+    assert (plan.look_due, plan.estimate_due) == (100 + 3200 // LEAST_LOOKS, 100 + 4000)
+    plan.plan_look(200, 32.0)
+    assert plan.look_due == 200 + SHORTEST_INTERVAL
+    assert next_interval(2000, 5e-6, 6e-6, 3200.0) == 3200 // LEAST_LOOKS
 
 
 def test_the_plan_starts_from_the_step_found_at_the_start():
@@ -68,5 +74,5 @@ def test_looks_lie_closer_together_than_estimates():
     while count < plan.estimate_due:
         count = plan.look_due
         looks.append(count)
-        plan.plan_look(count)
+        plan.plan_look(count, LONG)
     assert looks == [*range(LOOK_INTERVAL, LONGEST_INTERVAL + 1, LOOK_INTERVAL)]
