@@ -26,7 +26,6 @@ remember_sources()
 CPU_LANES, QUAD_LANES = 8, 4
 # A row of the history of 1,100 hexahedra took 6 ms while one thread of an H200 summed all energies.
 GPU_PARTS = 128
-KEPT_KERNELS = 2**30  # bytes, at most
 real = ti.f64
 
 
@@ -101,8 +100,6 @@ def start_taichi(name: str, folder: Path, threads: int) -> None:
         # Taichi 1.7.4 caches a[s, 0] across a store to a[s, r]: wrong inside our serial kernels.
         cache_loop_invariant_global_vars=False,
         offline_cache=True,
-        # Of a robot in space kernels take 3 MB; Taichi clears a quarter of them away above 100 MB.
-        offline_cache_max_size_of_files=KEPT_KERNELS,
         offline_cache_file_path=str(folder),
         log_level=ti.WARN,
     )
