@@ -6,8 +6,8 @@ long, its effect may grow eightfold: ALLOWED_CHANGE, 1/100, then is 8/100. An es
 as some hundred increments, a look at the elements a tenth of that. So where the step hardly falls,
 estimates lie further apart than looks, each of which asks for an estimate where elements were
 strained since the last one (stability/reference_shape.py): no load that starts, no impact goes
-unseen for longer than LOOK_INTERVAL, nor, in a short run, for longer than 1/LEAST_LOOKS of it. Where
-the step may soon grow, estimates lie no further apart than LONGEST_TO_GROW.
+unseen for longer than LOOK_INTERVAL, nor, in a short run, for longer than 1/LEAST_LOOKS of it.
+Where the step may soon grow, estimates lie no further apart than LONGEST_TO_GROW.
 """
 
 from dataclasses import dataclass
