@@ -111,6 +111,9 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         acting |= {"environment.gravity_profile": RisingGravity(full_gravity, rise)}
     for further in (end_drags(names), motions, rigid.rigid_motions(names)):
         acting |= further
+    # Of a kind in the order of the scene; kinds in one order, so that scenes with the same loads
+    # share compiled kernels, whichever comes first in the file.
+    acting = dict(sorted(acting.items(), key=lambda named: type(named[1]).__name__))
     model = Model(
         bodies=bodies,
         cables=built_cables(names, is_free, stiffness, all_walls),

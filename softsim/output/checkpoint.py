@@ -29,6 +29,14 @@ class Checkpoint:
     scene: str
     device: str
 
+    def other_key(self, scene: str) -> str:
+        """The first key whose value another scene, as JSON, has not in common with its own: a.b.c;
+        "" where they are the same.
+        """
+        if scene == self.scene:
+            return ""
+        return ".".join(_first_difference(json.loads(self.scene), json.loads(scene)))
+
 
 def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
     """Replace the checkpoint; a reader finds the old or the new one, never a part.
@@ -82,3 +90,15 @@ def read_checkpoint(path: Path) -> Checkpoint:
 def _write(file: h5py.File, name: str, array: np.ndarray) -> None:
     """Write an array, with checksums; one of no numbers has nothing to check."""
     file.create_dataset(name, data=array, fletcher32=array.size > 0)
+
+
+def _first_difference(there: object, here: object) -> list[str]:
+    """The keys that lead to the first value in which two scenes differ; where it is but their
+    order, which numbers loads, that.
+    """
+    if not (isinstance(there, dict) and isinstance(here, dict)):
+        return []
+    for key in [*there, *here]:
+        if key not in there or key not in here or there[key] != here[key]:
+            return [key, *_first_difference(there.get(key), here.get(key))]
+    return ["order of keys"]

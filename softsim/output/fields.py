@@ -65,7 +65,7 @@ class FieldWriter:
             )
         self.path = Path(path)
         self._lengths = {POINT_DATA: len(points), CELL_DATA: len(cells), EXTRA: 1}
-        self._shapes: dict[str, tuple[int, ...]] = {}  # of every frame; empty before the first
+        self._shapes: dict[str, tuple[int, ...]] | None = None  # of every frame, from the first on
         self.last_time = -np.inf
         """Time of the newest frame [s]; minus infinity before the first."""
         self.frame_count = 0
@@ -77,11 +77,12 @@ class FieldWriter:
             times = _times(file)
             kept = int(np.searchsorted(times, resumed_at, side="right"))
             _shorten(file, kept)
-            self._shapes = {
-                f"{group}/{name}": (length, *entry.shape[1:])
-                for group, length in self._lengths.items()
-                for name, entry in file[group].items()
-            }
+            if TIMES in file:
+                self._shapes = {
+                    f"{group}/{name}": (length, *entry.shape[1:])
+                    for group, length in self._lengths.items()
+                    for name, entry in file[group].items()
+                }
         self.frame_count = kept
         if kept:
             self.last_time = float(times[kept - 1])
@@ -137,7 +138,7 @@ class FieldWriter:
         with explained(self.path):
             require_room(self.path, sum(array.nbytes for array in frame.values()))
             self._check(frame)
-            if not self._shapes:
+            if self._shapes is None:
                 with _replaced(self.path) as file:
                     _declare(file, {**frame, **_step(time, 0, frame)})
                 self._shapes = {name: array.shape for name, array in frame.items()}
@@ -147,19 +148,20 @@ class FieldWriter:
 
     def _check(self, frame: Arrays) -> None:
         """Raise OutputError if a frame does not fit the mesh, or the frames before it."""
+        known = frame if self._shapes is None else self._shapes
         for group, length in self._lengths.items():
             there, here = (
                 sorted(name.split("/")[-1] for name in names if name.startswith(f"{group}/"))
-                for names in (self._shapes, frame)
+                for names in (known, frame)
             )
-            if self._shapes and there != here:
+            if there != here:
                 raise OutputError(
                     f"{self.path}: every frame must have the same arrays: {group} has {there}, "
                     f"this frame {here}"
                 )
             for name in (f"{group}/{key}" for key in here):
                 shape = frame[name].shape
-                expected = self._shapes.get(name, (length, *shape[1:]))
+                expected = (length, *shape[1:]) if self._shapes is None else self._shapes[name]
                 if shape != expected:
                     raise OutputError(
                         f"{self.path}: {name} has the shape {shape}, expected {expected}"

@@ -128,9 +128,10 @@ def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -
     """
     path = target.path
     checkpoint = read_checkpoint(path / files.CHECKPOINT)
-    if checkpoint.scene != loaded.scene.model_dump_json():
+    key = checkpoint.other_key(loaded.scene.model_dump_json())
+    if key:
         raise OutputError(
-            f"the checkpoint in {path} belongs to another scene or other settings",
+            f"the checkpoint in {path} was computed with another {key}",
             hint=f"compare with {path / files.SCENE}, or run without --resume",
         )
     if not choice.allows(checkpoint.device):

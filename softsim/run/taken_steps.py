@@ -1,6 +1,5 @@
 """Steps that a run takes from another run's folder in place of computing them anew."""
 
-import json
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
@@ -79,25 +78,12 @@ def why_not(path: Path, step: Step, choice: Choice) -> str:
     if not (path / CHECKPOINT).is_file():
         return f"{path.name} has lost its {CHECKPOINT}"
     checkpoint = read_checkpoint(path / CHECKPOINT)
-    there, here = checkpoint.scene, step.loaded.scene.model_dump_json()
-    if there != here:
-        key = ".".join(first_difference(json.loads(there), json.loads(here)))
+    key = checkpoint.other_key(step.loaded.scene.model_dump_json())
+    if key:
         return f"{path.name} was computed with another {key}"
     if not choice.allows(checkpoint.device):
         return f"{path.name} was computed on {checkpoint.device}, this is {choice.device}"
     return ""
-
-
-def first_difference(there: object, here: object) -> list[str]:
-    """The keys that lead to the first value in which two scenes differ; where it is but their
-    order, which numbers loads, that.
-    """
-    if not (isinstance(there, dict) and isinstance(here, dict)):
-        return []
-    for key in [*there, *here]:
-        if key not in there or key not in here or there[key] != here[key]:
-            return [key, *first_difference(there.get(key), here.get(key))]
-    return ["order of keys"]
 
 
 def take_step(source: Path, target: RunFolder) -> None:

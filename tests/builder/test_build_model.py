@@ -171,6 +171,19 @@ def test_each_refusal_points_at_the_key_and_says_what_would_be_right(
     assert message in error.message and hint in error.hint
 
 
+def test_scenes_with_the_same_loads_have_them_in_one_order(build):
+    """Of a kind in the order of the scene."""
+    loads = {
+        "pull": "{kind: nodal_force, nodes: cube.top, force: [1 N, 0 N]}",
+        "push": "{kind: nodal_force, nodes: cube.top, force: [-1 N, 0 N]}",
+        "air": "{kind: follower_pressure, facets: [cube.left], "
+        "profile: {kind: constant, value: 1 kPa}}",
+    }
+    for names in (("pull", "air", "push"), ("pull", "push", "air")):
+        of_scene = "".join(f"  {name}: {loads[name]}\n" for name in names)
+        assert build(f"{CUBE}loads:\n{of_scene}").load_names == ("air", "pull", "push")
+
+
 def test_what_an_option_breaks_is_reported_under_the_option(refused):
     pipe = "environment: {walls: {pipe: {kind: pipe, diameter: 40 mm}}}\n"
     error = refused(PFR + pipe, "environment.walls.pipe.diameter=20 mm")

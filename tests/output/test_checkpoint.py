@@ -1,5 +1,7 @@
 """Checkpoints keep every bit, and say what is wrong with a file that is none."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -75,3 +77,19 @@ def test_a_truncated_checkpoint_is_told_wherever_it_ends(tmp_path):
         with pytest.raises(OutputError, match="not a readable checkpoint") as told:
             read_checkpoint(tmp_path / "c.h5")
         assert "remove it" in told.value.hint
+
+
+@pytest.mark.parametrize(
+    ("there", "here", "differs"),
+    [
+        ({"a": 1, "b": {"c": 2, "d": 3}}, {"a": 1, "b": {"c": 2, "d": 4}}, "b.d"),
+        ({"a": [1, 2]}, {"a": [1, 3]}, "a"),
+        ({"loads": {"air": 1}}, {"loads": {"air": 1, "motor": 2}}, "loads.motor"),
+        ({"loads": {"air": {"kind": "x"}}}, {"loads": {}}, "loads.air"),
+        ({"b": {"c": 2, "d": 3}}, {"b": {"d": 3, "c": 2}}, "order of keys"),
+    ],
+)
+def test_the_first_difference_of_two_scenes_is_told(there, here, differs):
+    checkpoint = Checkpoint({}, {}, np.zeros((0, 2)), json.dumps(there), "cpu")
+    assert checkpoint.other_key(json.dumps(here)) == differs
+    assert not checkpoint.other_key(checkpoint.scene)

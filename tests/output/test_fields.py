@@ -152,6 +152,14 @@ def test_a_resumed_run_has_the_frames_of_an_uninterrupted_one(path: Path, kept: 
         assert file["VTKHDF/PointData/pressure"].shape == (42,)
 
 
+def test_frames_may_hold_nothing_but_their_times(path: Path) -> None:
+    FieldWriter(path, POINTS, QUADS).append(0.0, {}, {})
+    FieldWriter(path, POINTS, QUADS, 0.0).append(0.1, {}, {})
+    assert read_frames(path).times.tolist() == [0.0, 0.1]
+    with pytest.raises(OutputError, match="same arrays"):
+        FieldWriter(path, POINTS, QUADS, 0.1).append(**frame(2))
+
+
 def test_a_frame_read_while_the_run_goes_on(path: Path) -> None:
     writer = written(path, 2)
     frames = read_frames(path)

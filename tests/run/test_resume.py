@@ -110,7 +110,7 @@ def test_resume_on_another_device_is_refused(ended, run):
 
 def test_resume_of_another_scene_is_refused(ended, run):
     scene, out = ended
-    with pytest.raises(OutputError, match="another scene"):
+    with pytest.raises(OutputError, match=r"another time\.end"):
         run(scene, "time.end=6 ms", out=out, resume=True)
 
 

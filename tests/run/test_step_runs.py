@@ -12,7 +12,7 @@ from rich.console import Console
 from softsim.errors import OutputError, SceneError, StabilityError
 from softsim.machine import Choice
 from softsim.output.checkpoint import read_checkpoint
-from softsim.run.taken_steps import first_difference, fitting_steps
+from softsim.run.taken_steps import fitting_steps
 from softsim.scene.steps import load_steps
 
 # With a branch, which remembers; the block lies on the floor and rubs on it.
@@ -198,17 +198,3 @@ def test_steps_taken_from_another_run_give_the_bits_of_a_run_made_whole(run_step
     summary = source / "1_press" / "summary.json"
     summary.write_text(summary.read_text().replace('"done"', '"interrupted"'))
     assert "1_press is not done there, but interrupted" in refused()
-
-
-@pytest.mark.parametrize(
-    ("there", "here", "differs"),
-    [
-        ({"a": 1, "b": {"c": 2, "d": 3}}, {"a": 1, "b": {"c": 2, "d": 4}}, ["b", "d"]),
-        ({"a": [1, 2]}, {"a": [1, 3]}, ["a"]),
-        ({"loads": {"air": 1}}, {"loads": {"air": 1, "motor": 2}}, ["loads", "motor"]),
-        ({"loads": {"air": {"kind": "x"}}}, {"loads": {}}, ["loads", "air"]),
-        ({"b": {"c": 2, "d": 3}}, {"b": {"d": 3, "c": 2}}, ["order of keys"]),
-    ],
-)
-def test_the_first_difference_of_two_scenes_is_told(there, here, differs):
-    assert first_difference(there, here) == differs
