@@ -29,9 +29,9 @@ class Checkpoint:
     scene: str
     device: str
 
-    def other_key(self, scene: str) -> str:
-        """The first key whose value another scene, as JSON, has not in common with its own: a.b.c;
-        "" where they are the same.
+    def differing_key(self, scene: str) -> str:
+        """The first key, as a.b.c, in which a scene (JSON) differs from that of the checkpoint; ""
+        where none does.
         """
         if scene == self.scene:
             return ""
@@ -93,8 +93,8 @@ def _write(file: h5py.File, name: str, array: np.ndarray) -> None:
 
 
 def _first_difference(there: object, here: object) -> list[str]:
-    """The keys that lead to the first value in which two scenes differ; where it is but their
-    order, which numbers loads, that.
+    """The keys that lead to the first value in which two scenes differ. Where only the order of the
+    keys differs, it says so: loads are numbered by it.
     """
     if not (isinstance(there, dict) and isinstance(here, dict)):
         return []

@@ -128,7 +128,7 @@ def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -
     """
     path = target.path
     checkpoint = read_checkpoint(path / files.CHECKPOINT)
-    key = checkpoint.other_key(loaded.scene.model_dump_json())
+    key = checkpoint.differing_key(loaded.scene.model_dump_json())
     if key:
         raise OutputError(
             f"the checkpoint in {path} was computed with another {key}",

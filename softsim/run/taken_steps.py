@@ -78,7 +78,7 @@ def why_not(path: Path, step: Step, choice: Choice) -> str:
     if not (path / CHECKPOINT).is_file():
         return f"{path.name} has lost its {CHECKPOINT}"
     checkpoint = read_checkpoint(path / CHECKPOINT)
-    key = checkpoint.other_key(step.loaded.scene.model_dump_json())
+    key = checkpoint.differing_key(step.loaded.scene.model_dump_json())
     if key:
         return f"{path.name} was computed with another {key}"
     if not choice.allows(checkpoint.device):

@@ -91,5 +91,5 @@ def test_a_truncated_checkpoint_is_told_wherever_it_ends(tmp_path):
 )
 def test_the_first_difference_of_two_scenes_is_told(there, here, differs):
     checkpoint = Checkpoint({}, {}, np.zeros((0, 2)), json.dumps(there), "cpu")
-    assert checkpoint.other_key(json.dumps(here)) == differs
-    assert not checkpoint.other_key(checkpoint.scene)
+    assert checkpoint.differing_key(json.dumps(here)) == differs
+    assert not checkpoint.differing_key(checkpoint.scene)
