@@ -38,7 +38,8 @@ class Body:
 
     node_sets, facet_sets: numbered within the model (within the body plus first_node). cell_sets:
     numbers of cells within the body.
-    remarks: what reading its mesh changed, for people.
+    remarks: texts that say what reading its mesh changed. not_read: what its mesh file says besides
+    the mesh, such as "*MATERIAL rubber".
     """
 
     name: str
@@ -50,6 +51,7 @@ class Body:
     facet_sets: Own[dict[str, np.ndarray]]
     cell_sets: Own[dict[str, np.ndarray]]
     remarks: Own[tuple[str, ...]]
+    not_read: Own[tuple[str, ...]]
 
     @property
     def nodes(self) -> slice:

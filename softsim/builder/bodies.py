@@ -1,6 +1,7 @@
 """Deformable bodies: their meshes and kinematics."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -17,7 +18,7 @@ from softsim.errors import MeshError
 from softsim.mesh.abaqus_elements import family, plane_stress_advice
 from softsim.mesh.mesh import Mesh, mirrored, of_corners, transformed
 from softsim.mesh.quality import check
-from softsim.mesh.reading import read_mesh
+from softsim.mesh.reading import MeshFile, read_mesh
 from softsim.model import Body
 from softsim.robots.block import block
 from softsim.robots.box import box
@@ -58,15 +59,17 @@ def meshed_bodies(loaded: LoadedScene) -> dict[str, MeshedBody]:
         refuse_other_formulation(loaded, name)
         placed[name] = placed_mesh(loaded, name, data)
     # The stable step and the files take the elements of all bodies together.
-    corners = max(mesh.cells.shape[1] for mesh, _ in placed.values())
+    corners = max(found.mesh.cells.shape[1] for found in placed.values())
     result: dict[str, MeshedBody] = {}
     first_node = 0
-    for name, (found, remarks) in placed.items():
-        mesh = of_corners(found, corners)
+    for name, found in placed.items():
+        mesh = of_corners(found.mesh, corners)
         geometry = kinematics(loaded, name, loaded.scene.bodies[name], mesh)
         mesh = with_defined_sets(loaded, name, mesh)
         regions = meshed_regions(loaded, name, mesh, geometry)
-        result[name] = MeshedBody(mesh, first_node, geometry, regions, remarks)
+        result[name] = MeshedBody(
+            mesh, first_node, geometry, regions, found.changes, found.not_read
+        )
         first_node += len(mesh.points)
     return result
 
@@ -154,16 +157,15 @@ def refuse_half_rings(
         )
 
 
-def placed_mesh(
-    loaded: LoadedScene, name: str, data: scene_bodies.Body
-) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh of a body, checked and moved to its place, and remarks on how it was read."""
+def placed_mesh(loaded: LoadedScene, name: str, data: scene_bodies.Body) -> MeshFile:
+    """Return the mesh of a body, checked and moved to its place, and how it was read."""
     keys = ("bodies", name, "mesh")
     try:
-        mesh, remarks = read_or_generated(loaded, name, data)
-        check(mesh)
+        found = read_or_generated(loaded, name, data)
+        check(found.mesh)
     except MeshError as error:
         raise loaded.error(keys, error.message, error.hint) from None
+    mesh = found.mesh
     dimension = 3 if data.formulation == "solid" else 2
     if mesh.dimension != dimension:
         needed = {2: "triangles or quadrilaterals", 3: "tetrahedra or hexahedra"}
@@ -194,16 +196,14 @@ def placed_mesh(
                 "radius of an axisymmetric body and not negative",
                 "the axis is y; mesh the half section at x >= 0",
             )
-    return mesh, remarks
+    return replace(found, mesh=mesh)
 
 
-def read_or_generated(
-    loaded: LoadedScene, name: str, data: scene_bodies.Body
-) -> tuple[Mesh, tuple[str, ...]]:
-    """The mesh from its file or its generator, and remarks. Raises MeshError."""
+def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.Body) -> MeshFile:
+    """Return the mesh from its file or its generator. Raises MeshError."""
     source = data.mesh
     if not isinstance(source, FileMesh):
-        return GENERATORS[source.generator](**source.model_dump(exclude={"generator"})), ()
+        return MeshFile(GENERATORS[source.generator](**source.model_dump(exclude={"generator"})))
     found = read_mesh(loaded.resolve_file(("bodies", name, "mesh", "file")), source.length_unit)
     kind = family(found.element_type)
     if kind == "CPS":
@@ -219,11 +219,7 @@ def read_or_generated(
             f"formulation is {data.formulation}",
             hint=f'write "formulation: {meant[0]}", or other elements into the file',
         )
-    counted = {
-        "inverted cells turned": found.turned_cells,
-        "reference points left out": found.dropped_nodes,
-    }
-    return found.mesh, tuple(f"{count} {what}" for what, count in counted.items() if count)
+    return found
 
 
 def built_bodies(names: Names) -> tuple[Body, ...]:
@@ -236,6 +232,7 @@ def built_bodies(names: Names) -> tuple[Body, ...]:
             cells=part.mesh.cells,
             regions=tuple(built_region(names, name, region) for region in part.regions),
             remarks=part.remarks,
+            not_read=part.not_read,
             node_sets={k: part.first_node + v for k, v in part.mesh.node_sets.items()},
             facet_sets={k: part.first_node + v for k, v in part.mesh.facet_sets.items()},
             cell_sets=part.mesh.cell_sets,

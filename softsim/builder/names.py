@@ -28,7 +28,7 @@ class MeshedRegion:
 @dataclass(frozen=True)
 class MeshedBody:
     """A body's mesh, placed, where its nodes begin, its kinematics without regions, these, remarks
-    on its file.
+    on its file, and what that says besides the mesh.
     """
 
     mesh: Mesh
@@ -36,6 +36,7 @@ class MeshedBody:
     geometry: Geometry
     regions: tuple[MeshedRegion, ...]
     remarks: tuple[str, ...]
+    not_read: tuple[str, ...]
 
     def has_nodes(self, nodes: np.ndarray) -> np.ndarray:
         """Which of the model's nodes are the body's: an array of their shape."""

@@ -31,6 +31,9 @@ _REFUSED = {
 }
 """Keywords that change the body which the file describes -> what to do about them."""
 
+_WITHOUT_MEANING = {"HEADING", "PREPRINT", "END STEP"}
+"""Keywords that say nothing about the body or what acts on it."""
+
 _SET_PARAMETERS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"}
 
 
@@ -38,9 +41,9 @@ def read_abaqus(path: Path) -> Content:
     """The body in an ABAQUS input file: flat, or one part with one instance where it was drawn.
 
     Read are *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE; materials, steps and the like are
-    skipped. A surface of elements becomes a facet set, a surface of nodes a node set. What
-    ABAQUS/CAE marks INTERNAL only serves other sets and surfaces. Where part and assembly both
-    have a set of one name, the part's is called INSTANCE.NAME.
+    skipped and listed in `not_read`. A surface of elements becomes a facet set, a surface of nodes
+    a node set. What ABAQUS/CAE marks INTERNAL only serves other sets and surfaces. Where part and
+    assembly both have a set of one name, the part's is called INSTANCE.NAME.
 
     Raises MeshError, naming file and line, if the file cannot be read, has elements other than
     those of abaqus_elements.py (hybrid or not) or of several families, several parts or instances,
@@ -67,6 +70,7 @@ class _Deck:
         self.element_type = ("", 0)
         self.nodes, self.elements = Sets("node"), Sets("element")
         self.surfaces: dict[Key, NamedSet] = {}
+        self.skipped: dict[str, list[Card]] = {}
 
     def add(self, card: Card) -> None:
         """Take in the next card of the file."""
@@ -89,6 +93,8 @@ class _Deck:
                 self.scope = BODY
             case keyword if keyword in _REFUSED:
                 raise card.fault(f"*{keyword} is not supported", hint=_REFUSED[keyword])
+            case keyword if keyword not in _WITHOUT_MEANING:
+                self.skipped.setdefault(keyword, []).append(card)
 
     def _add_owner(self, card: Card) -> None:
         """A part or an instance: from here on, the body's own nodes and sets."""
@@ -240,6 +246,7 @@ class _Deck:
             element_type=self.element_type[0],
             reference_nodes=np.array(list(self.nodes.numbers[ASSEMBLY].values()), dtype=np.int64),
             labels=Labels(np.array(self.node_labels), np.array(list(self.elements.numbers[BODY]))),
+            not_read=tuple(_skipped(keyword, found) for keyword, found in self.skipped.items()),
         )
 
     def _cells(self) -> np.ndarray:
@@ -323,6 +330,15 @@ class _Deck:
                 )
             found.append(self._nodes_of(of_kind)[:, faces[names.index(name)]])
         return found
+
+
+def _skipped(keyword: str, found: list[Card]) -> str:
+    """Describe the cards of a keyword that is not read: their names, else how much they say."""
+    names = [card.parameters["NAME"] for card in found if card.parameters.get("NAME")]
+    if names:
+        return f"*{keyword} {', '.join(names)}"
+    lines = sum(len(card.rows) for card in found)
+    return f"*{keyword} ({lines} line{'s' if lines > 1 else ''})" if lines else f"*{keyword}"
 
 
 def _element_rows(card: Card, length: int) -> Iterator[tuple[int, list[str]]]:

@@ -43,12 +43,23 @@ class MeshFile:
         without its H), "" if the file names no formulation (.msh, .vtu).
     turned_cells: how many cells were inverted and have been turned.
     dropped_nodes: how many reference points of an assembly have been left out.
+    not_read: what the file says besides the body, see `Content`.
     """
 
     mesh: Mesh
-    element_type: str
-    turned_cells: int
-    dropped_nodes: int
+    element_type: str = ""
+    turned_cells: int = 0
+    dropped_nodes: int = 0
+    not_read: tuple[str, ...] = ()
+
+    @property
+    def changes(self) -> tuple[str, ...]:
+        """Texts that say what reading the file changed."""
+        counted = {
+            "inverted cells turned": self.turned_cells,
+            "reference points left out": self.dropped_nodes,
+        }
+        return tuple(f"{count} {what}" for what, count in counted.items() if count)
 
 
 def read_mesh(path: Path, length_unit: float = 1e-3) -> MeshFile:
@@ -127,7 +138,7 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
     pieces = piece_count(mesh)
     if pieces > 1:
         log.warning("%s: the body is in %d pieces that share no node", path, pieces)
-    return MeshFile(mesh, content.element_type, len(inverted), len(dropped))
+    return MeshFile(mesh, content.element_type, len(inverted), len(dropped), content.not_read)
 
 
 def refuse_loose_nodes(loose: np.ndarray, content: Content) -> None:

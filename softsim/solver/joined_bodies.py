@@ -63,4 +63,5 @@ def joined(bodies: Sequence[Body]) -> Body:
             for name, cells in b.cell_sets.items()
         },
         remarks=tuple(remark for body in bodies for remark in body.remarks),
+        not_read=tuple(text for body in bodies for text in body.not_read),
     )

@@ -31,6 +31,15 @@ def test_a_flat_file(read):
     assert set(file.mesh.node_sets) == {"surface"}
 
 
+def test_keywords_that_are_not_read_are_listed(read):
+    file = read(
+        "*HEADING\nan actuator\n" + SQUARE + "*MATERIAL, NAME=DragonSkin30\n*DENSITY\n1.08e-9\n"
+        "*MATERIAL, NAME=steel\n*STEP\n*BOUNDARY\n1, 1, 2\n2, 1, 2\n*END STEP\n"
+    )
+    listed = ("*MATERIAL DragonSkin30, steel", "*DENSITY (1 line)", "*STEP", "*BOUNDARY (2 lines)")
+    assert file.not_read == listed
+
+
 @pytest.mark.parametrize("kind", ["CPE3", "CPS3", "CAX3"])
 def test_an_element_type_and_its_hybrid_are_one_formulation(read, kind):
     text = SQUARE.replace("CPE3\n", f"{kind.lower()}\n").replace(
