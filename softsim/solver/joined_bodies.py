@@ -16,19 +16,23 @@ def joined_bodies(model: Model) -> list[Body]:
     Nodes of a body are numbered without a gap: what lies between two joined bodies in the scene is
     taken along.
     """
-    starts = np.array([body.first_node for body in model.bodies])
-    first, second = (
-        np.searchsorted(starts, nodes, side="right") - 1
-        for nodes in (model.ties.nodes, model.ties.corners[:, 0])
-    )
-    count = len(starts)
-    between = [(k, b) for a, b in zip(first, second, strict=True)
-               for k in range(min(a, b), max(a, b) + 1)]  # fmt: skip
-    rows, columns = np.array(between, dtype=int).reshape(-1, 2).T
-    links = csr_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-    _, group = connected_components(links, directed=False)
+    between = [(k, max(a, b)) for a, b in tied_pairs(model) for k in range(min(a, b), max(a, b))]
+    group = linked_groups(np.array(between, dtype=int).reshape(-1, 2), len(model.bodies))
     groups = [np.flatnonzero(group == g) for g in dict.fromkeys(group.tolist())]
     return [joined([model.bodies[k] for k in members]) for members in groups]
+
+
+def tied_pairs(model: Model) -> np.ndarray:
+    """Return the numbers (k, 2) of the two bodies that each tied node joins."""
+    starts = np.array([body.first_node for body in model.bodies])
+    ends = np.column_stack([model.ties.nodes, model.ties.corners[:, 0]])
+    return np.searchsorted(starts, ends, side="right") - 1
+
+
+def linked_groups(pairs: np.ndarray, count: int) -> np.ndarray:
+    """Return the group (count,) of each of `count` bodies, which pairs (k, 2) of them link."""
+    links = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    return np.asarray(connected_components(links, directed=False)[1])
 
 
 def joined(bodies: Sequence[Body]) -> Body:

@@ -5,10 +5,12 @@ overlooked.
 """
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from softsim.elements.embedding import holding_cells
 from softsim.elements.fibre import Fibre
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.loads.air_line import LAMINAR, AirLine, Course
@@ -19,7 +21,10 @@ from softsim.loads.rigid_motion import RigidMotion
 from softsim.loads.rotor import Rotor
 from softsim.materials.material import Material
 from softsim.materials.stability import instability_stretch
+from softsim.mesh.closest import at, closest_on_facets
+from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Model
+from softsim.solver.joined_bodies import linked_groups, tied_pairs
 from softsim.stability.time_step import first_time_increment
 
 # Of soft robots and what they are made of, with much room: from a gel to hard plastic.
@@ -37,6 +42,10 @@ FARTHEST_TIED = 1.5
 # Bars of a fibre, over the elements around them: longer ones pass over elements on their way,
 # shorter ones cost time and tell no more.
 BAR_LENGTHS = 0.1, 2.0
+# Two bodies may meet if the boxes around them are nearer than this share of the smaller one's size.
+MEETING_DISTANCE = 0.5
+# Share of the smaller body's size by which bodies that just touch may overlap through round-off.
+TOUCHING = 1e-6
 # A run that nobody waits for [days], at so many element updates a second: of a fast processor.
 MOST_DAYS, FAST = 30.0, 50e6
 
@@ -62,6 +71,7 @@ def doubts(model: Model) -> dict[str, str]:
         **pace_doubts(model),
         **length_doubts(model),
         **tie_doubts(model),
+        **meeting_doubts(model),
         **{f"bars of {f.name}": text for f in model.fibres for text in fibre_doubts(model, f)},
     }
 
@@ -272,3 +282,63 @@ def fibre_doubts(model: Model, fibre: Fibre) -> Iterator[str]:
             f"fibre '{fibre.name}' has bars of {1e3 * bar:.3g} mm in elements of "
             f"{1e3 * size:.3g} mm, which {which}: give a spacing of about {0.5e3 * size:.2g} mm"
         )
+
+
+def meeting_doubts(model: Model) -> dict[str, str]:
+    """Return warnings of bodies that start inside each other, or so near that they may meet, while
+    the scene asks for no contact between them.
+    """
+    group = linked_groups(tied_pairs(model), len(model.bodies))
+    listed = np.zeros(len(model.points), dtype=bool)
+    if model.self_contact is not None:
+        listed[model.self_contact.contact.nodes] = True
+    found = {}
+    for (i, a), (j, b) in combinations(enumerate(model.bodies), 2):
+        if group[i] == group[j] or (listed[a.nodes].any() and listed[b.nodes].any()):
+            continue
+        size = min(np.ptp(a.points, axis=0).max(), np.ptp(b.points, axis=0).max())
+        if box_distance(a, b) > MEETING_DISTANCE * size:
+            continue
+        depth = overlap(a, b)
+        overlaps = depth > TOUCHING * size
+        found[f"contact of {a.name} and {b.name}"] = (
+            f"bodies '{a.name}' and '{b.name}' have no contact with each other, and "
+            + (
+                f"overlap at the start, where a node lies {1e3 * depth:.3g} mm deep: move one of "
+                "them, and name both"
+                if overlaps
+                else "start so near that they may meet and pass through each other: name both"
+            )
+            + " in contact.self_contact, or join them by ties"
+        )
+    return found
+
+
+def box_distance(a: Body, b: Body) -> float:
+    """Return the distance [m] between the boxes around two bodies, 0 where these overlap."""
+    apart = np.maximum(
+        a.points.min(axis=0) - b.points.max(axis=0), b.points.min(axis=0) - a.points.max(axis=0)
+    )
+    return float(np.linalg.norm(np.maximum(apart, 0.0)))
+
+
+def overlap(a: Body, b: Body) -> float:
+    """Return the depth [m] of the node of either body that is deepest inside the other, 0 where
+    none is.
+    """
+    return max(depth_in(a, b), depth_in(b, a))
+
+
+def depth_in(body: Body, other: Body) -> float:
+    """Return how deep [m] the nodes of a body lie inside the other at most, 0 where none does."""
+    low, high = other.points.min(axis=0), other.points.max(axis=0)
+    places = body.points[((body.points >= low) & (body.points <= high)).all(axis=1)]
+    if not len(places):
+        return 0.0
+    inside = places[holding_cells(places, other.points, other.cells)[0] >= 0]
+    if not len(inside):
+        return 0.0
+    surface = other.facet_sets[SURFACE] - other.first_node
+    facet, weights = closest_on_facets(inside, other.points, surface)
+    closest = at(weights, other.points[surface[facet]])
+    return float(np.linalg.norm(inside - closest, axis=1).max())

@@ -50,7 +50,19 @@ def test_what_is_hardly_meant_is_told(build, override, kind, told):
 
 def test_what_is_meant_is_not_doubted(build):
     assert doubts(build(SCENE)) == {}
-    assert doubts(build_model(load_scene(SCENES / "pfr_36mm.yaml"))) == {}
+
+
+@pytest.mark.parametrize("name", ["first_look", "gripper", "pfr_36mm", "pfr_free_inflation"])
+def test_no_shipped_scene_is_doubted(name):
+    assert doubts(build_model(load_scene(SCENES / f"{name}.yaml"))) == {}
+
+
+@pytest.mark.physics
+@pytest.mark.parametrize("path", sorted(SCENES.glob("*.yaml")), ids=lambda path: path.stem)
+def test_no_scene_at_all_is_doubted(path):
+    """The literal section of the thesis is meant to be as thin as it says."""
+    known = {"pfr_36mm_literal": ["depth of skin"]}
+    assert list(doubts(build_model(load_scene(path)))) == known.get(path.stem, [])
 
 
 def test_a_motion_faster_than_its_increments(build):
@@ -117,3 +129,37 @@ ties: {glue: {nodes: FINER, facets: COARSER}}
         right, wrong = right.replace(side, sides[side]), wrong.replace(side, sides[other])
     assert doubts(build(right)) == {}
     assert "exchange nodes and facets" in doubts(build(wrong))["sides of ties"]
+
+
+TWO = """
+bodies:
+  a: {mesh: {generator: block, length: 10 mm, height: 6 mm, element_size: 2 mm},
+      formulation: plane_strain, thickness: 3 mm, material: dragon_skin_10}
+  b: {mesh: {generator: block, length: 10 mm, height: 6 mm, element_size: 2 mm},
+      formulation: plane_strain, thickness: 3 mm, material: dragon_skin_10,
+      position: [0 mm, 8 mm]}
+time: {end: 1 s}
+"""
+
+
+@pytest.mark.parametrize(
+    ("height", "told"),
+    [("8 mm", "start so near that they may meet"), ("6 mm", "start so near that they may meet"),
+     ("1 mm", "overlap at the start, where a node lies 3 mm deep"), ("12 mm", None)],
+)  # fmt: skip
+def test_bodies_that_may_meet_without_contact(build, height, told):
+    """Two blocks of 6 mm, the upper one beginning at this height: near, touching, inside, far."""
+    found = doubts(build(TWO, f"bodies.b.position.1={height}"))
+    if told is None:
+        assert found == {}
+        return
+    assert list(found) == ["contact of a and b"]
+    assert told in found["contact of a and b"]
+    assert "contact.self_contact" in found["contact of a and b"]
+
+
+def test_bodies_with_contact_or_tied_are_not_doubted(build):
+    assert doubts(build(TWO, "contact.self_contact=[a, b.bottom]")) == {}
+    assert "contact of a and b" in doubts(build(TWO, "contact.self_contact=[a]"))
+    glue = TWO + "ties: {glue: {nodes: b.bottom, facets: a.top}}\n"
+    assert doubts(build(glue, "bodies.b.position.1=6 mm")) == {}
