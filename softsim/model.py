@@ -15,6 +15,7 @@ from softsim.contact.cylinder import Cylinder
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.sphere import Sphere
 from softsim.contact.wall import Wall
+from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.cable import Cable
 from softsim.elements.fibre import Fibre
 from softsim.elements.geometry import Geometry, nodal_sums
@@ -311,6 +312,11 @@ class Model:
     def dimension(self) -> int:
         """Coordinates of a node: 2 or 3."""
         return self.points.shape[1]
+
+    @property
+    def is_axisymmetric(self) -> bool:
+        """True if x is the radius and y the axis of revolution."""
+        return any(isinstance(region.geometry, Axisymmetric) for region in self.regions)
 
     @property
     def regions(self) -> tuple[Region, ...]:

@@ -1,6 +1,6 @@
 """What a run says of its robot, from its history, and whether its scene expects that."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from softsim.output.ground_track import track_report
 from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.passage import Verdict
 from softsim.output.touching import interval_integrals, row_contacts, touching_areas
+from softsim.output.travel import BODY, FRAME, travel_axis, without_radius
 from softsim.output.verdict import layout_report
 from softsim.output.vibration import dominant_frequency
 from softsim.scene.outputs import Expect, Range, probe_columns
@@ -29,14 +30,17 @@ def measures(model: Model, history: History) -> dict[str, Any]:
     """
     if len(history["time"]) == 0:
         return {}
-    found: dict[str, Any] = body_motion(history)
+    followed = without_radius(history) if model.is_axisymmetric else history
+    found: dict[str, Any] = body_motion(followed)
+    if model.is_axisymmetric:
+        found |= radial_motion(history)
     found["slip_share"] = slip_share(history)
     found |= touching_areas(history)
     if model.robot.rows:
         found["rows_in_contact"] = float(history["rows_in_contact"].max())
         found |= row_contacts(model, history)
     if model.robot.frame is not None:
-        found |= frame_motion(model, history)
+        found |= frame_motion(model, followed)
         if model.robot.rows:
             found["rows_at_highest"] = rows_at_highest(history)
         found["dominant_frequency"] = dominant_frequency(model, history)
@@ -56,23 +60,85 @@ def measures(model: Model, history: History) -> dict[str, Any]:
     return found
 
 
-def body_motion(history: History) -> dict[str, float | None]:
-    """Of the meshed bodies' centre of mass: displacement [m], speed in the last tenth [m/s]."""
-    t, x = history["time"], history["body_x"]
-    late = t >= 0.9 * t[-1]
-    span = t[late][-1] - t[late][0]
+def body_motion(history: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Return how far the centre of mass of the meshed bodies moved, and how fast it moves late.
+
+    Parameters
+    ----------
+    history : mapping of str to ndarray, shape (rows,)
+        Columns of the history; of an axisymmetric run without the mean radii.
+
+    Returns
+    -------
+    dict
+        Displacement [m] and speed over the last tenth of the run [m/s]: each component, and the one
+        along the axis that figures show, with that axis.
+    """
+    t = history["time"]
+    found = component_displacements(history, BODY)
+    speeds = {
+        f"body_speed_{axis}": late_speed(t, history[f"body_{axis}"])
+        for axis in "xyz"
+        if f"body_{axis}" in history
+    }
+    axis = travel_axis(history, BODY)
     return {
-        "body_displacement": float(x[-1] - x[0]),
-        "body_speed": float((x[late][-1] - x[late][0]) / span) if span > 0.0 else None,
+        "body_displacement": found.get(f"body_displacement_{axis}"),
+        "body_displacement_axis": axis,
+        **found,
+        "body_speed": speeds.get(f"body_speed_{axis}"),
+        **speeds,
     }
 
 
-def frame_motion(model: Model, history: History) -> dict[str, Any]:
-    """Of the robot's frame: displacements [m], speed [m/s], pressures of onset and end [Pa]."""
-    t, x = history["time"], history["frame_x"]
+def component_displacements(history: Mapping[str, np.ndarray], name: str) -> dict[str, float]:
+    """Return the displacement [m] from start to end of FRAME or BODY along each axis."""
+    paths = {axis: history[f"{name}_{axis}"] for axis in "xyz" if f"{name}_{axis}" in history}
+    return {f"{name}_displacement_{axis}": float(x[-1] - x[0]) for axis, x in paths.items()}
+
+
+def radial_motion(history: Mapping[str, np.ndarray]) -> dict[str, float | None]:
+    """Return by how much the mean radius of an axisymmetric body grew [m], and how fast [m/s]."""
+    radius = history["body_x"]
+    return {
+        "body_displacement_radial": float(radius[-1] - radius[0]),
+        "body_speed_radial": late_speed(history["time"], radius),
+    }
+
+
+def late_speed(t: np.ndarray, x: np.ndarray) -> float | None:
+    """Return the mean velocity [m/s] over the last tenth of a run; None if it has no two rows."""
+    late = t >= 0.9 * t[-1]
+    span = t[late][-1] - t[late][0]
+    return float((x[late][-1] - x[late][0]) / span) if span > 0.0 else None
+
+
+def frame_motion(model: Model, history: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """Return how the robot's frame moved, and at which pressures it started and stopped.
+
+    Parameters
+    ----------
+    model : Model
+        It has a robot with a frame.
+    history : mapping of str to ndarray, shape (rows,)
+        Columns of the history; of an axisymmetric run without the mean radii.
+
+    Returns
+    -------
+    dict
+        Displacements [m]: each component, and the one along the axis that figures show, with that
+        axis. Along the same axis the mean speed [m/s] and, per pressure cycle, displacements [m]
+        and the pressures [Pa] at which the frame started and stopped moving.
+    """
+    axis = travel_axis(history, FRAME)
+    if axis is None:
+        return {}
+    t, x = history["time"], history[f"frame_{axis}"]
     cycles = whole_cycles(model, history)
     found: dict[str, Any] = {
         "frame_displacement": float(x[-1] - x[0]),
+        "frame_displacement_axis": axis,
+        **component_displacements(history, FRAME),
         "mean_speed": mean_speed(cycles, t, x),
     }
     if cycles:

@@ -1,14 +1,10 @@
-"""What the columns of a history say: where the robot is, which energies and contacts there were."""
-
-from collections.abc import Mapping
+"""Curves of a history: pressures of chambers, energies, contacts."""
 
 import numpy as np
 
-from softsim.errors import OutputError
+from softsim.output.travel import ROUND_OFF, History, has
 from softsim.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY
 from softsim.scene.columns import CHAMBER_PRESSURE
-
-History = Mapping[str, np.ndarray]
 
 ENERGIES = {
     "internal_energy": ("internal", BLUE, "-"),
@@ -24,20 +20,6 @@ CONTACTS = {
     "rows_in_contact": ("rows in contact", BLUE),
     "wall_force_normal": ("normal wall force [N]", ORANGE),
 }
-
-ROUND_OFF = 1e-6
-"""Part of the largest curve of its kind below which another one stands for nothing."""
-
-BACK = 0.1
-"""Share of a body's largest swing below which it counts as back where it started."""
-
-STANDSTILL = 1e-7
-"""Displacement [m] that is none: what round-off does to a body that is in balance."""
-
-
-def has(history: History, column: str) -> bool:
-    """Whether the history has the column, and a number in it."""
-    return column in history and bool(np.isfinite(history[column]).any())
 
 
 def pressurised(history: History) -> bool:
@@ -61,47 +43,6 @@ def single_pressure(history: History) -> np.ndarray | None:
     """The air pressure [Pa], (rows,), of a robot with one chamber, if it had any; else None."""
     is_single = len(chamber_pressures(history)) == 1
     return history["pressure"] if is_single and pressurised(history) else None
-
-
-def travelling_column(history: History) -> str:
-    """The column that says where the robot is: its frame's place, or its body's without a frame.
-
-    A frame travels along x, if it can; a body along the axis of its largest displacement at the
-    end, or of its largest swing if it is back by then. Raises OutputError if the history has
-    neither.
-    """
-    for name in ("frame", "body"):
-        paths = {
-            column: history[column][np.isfinite(history[column])]
-            for column in (f"{name}_{axis}" for axis in "xyz")
-            if has(history, column)
-        }
-        if not paths:
-            continue
-        swings = {column: float(np.ptp(path)) for column, path in paths.items()}
-        furthest = max(swings.values())
-        if name == "frame":
-            return next(c for c, swing in swings.items() if swing >= ROUND_OFF * furthest)
-        ways = {column: float(abs(path[-1] - path[0])) for column, path in paths.items()}
-        is_back = max(ways.values()) < BACK * furthest
-        told = swings if is_back else ways
-        return max(told, key=told.__getitem__)
-    raise OutputError(
-        "the history has neither frame_x nor body_x, so there is no displacement to draw"
-    )
-
-
-def displacement(history: History) -> np.ndarray:
-    """How far the robot is from where it started, along `travelling_column` [m], (rows,)."""
-    x = history[travelling_column(history)]
-    return x - x[np.isfinite(x)][0]
-
-
-def travels(history: History) -> bool:
-    """Whether the robot is ever elsewhere than where it started."""
-    if not any(has(history, f"{body}_{axis}") for body in ("frame", "body") for axis in "xyz"):
-        return False
-    return bool(np.nanmax(np.abs(displacement(history))) > STANDSTILL)
 
 
 def energies_drawn(history: History) -> dict[str, tuple[str, str, str]]:

@@ -5,14 +5,8 @@ from pathlib import Path
 import numpy as np
 
 from softsim.output.fields import Frames
-from softsim.report.curves import (
-    History,
-    chamber_pressures,
-    displacement,
-    single_pressure,
-    travelling_column,
-    travels,
-)
+from softsim.output.travel import History, displacement, travelling_column, travels
+from softsim.report.curves import chamber_pressures, single_pressure
 from softsim.report.layout import draw_layout
 from softsim.report.moments import moments
 from softsim.report.png import draw

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
+from softsim.output.travel import History
 from softsim.report.along_pipe import (
     LEFT,
     Pipe,
@@ -19,7 +20,6 @@ from softsim.report.along_pipe import (
     write_beside,
 )
 from softsim.report.colours import MILLI
-from softsim.report.curves import History
 from softsim.report.png import PANEL_HEIGHT, draw_panels
 from softsim.report.style import GREEN, PAGE_WIDTH, QUIET, SKY, drawing
 from softsim.report.way import ENDS, Report, way

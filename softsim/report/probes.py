@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from softsim.report.curves import History, has, single_pressure
+from softsim.output.travel import History, has
+from softsim.report.curves import single_pressure
 from softsim.report.diagram import Series
 from softsim.report.style import COLOURS
 from softsim.report.thinning import thinned

@@ -11,7 +11,7 @@ from softsim.errors import OutputError
 from softsim.output.fields import Frames, read_frames
 from softsim.output.folder import HISTORY, RESULTS, read_summary
 from softsim.output.history import read_history, read_units
-from softsim.report.curves import has
+from softsim.output.travel import has, without_radius
 from softsim.report.snapshots import is_axisymmetric
 
 
@@ -46,7 +46,5 @@ def recorded(folder: Path) -> Recorded:
         )
     frames = read_frames(folder / RESULTS) if (folder / RESULTS).exists() else None
     if frames is not None and is_axisymmetric(frames):
-        # The mean radius of a half section is not where its body is, which is on the axis.
-        for column in ("frame_x", "body_x"):
-            history.pop(column, None)
+        history = without_radius(history)
     return Recorded(history, units, frames, read_summary(folder))

@@ -5,19 +5,15 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from softsim.output.travel import History, displacement, has, travelling_column, travels
 from softsim.report.colours import MILLI
 from softsim.report.curves import (
-    History,
     chamber_pressures,
     contacts_drawn,
-    displacement,
     energies_drawn,
-    has,
     joules,
     pressurised,
     time_label,
-    travelling_column,
-    travels,
 )
 from softsim.report.diagram import FLAT, Axis, Diagram, Panel, Scale, Series
 from softsim.report.probes import QUANTITIES, curves_of, inflation_curves

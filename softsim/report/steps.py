@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from softsim.output.folder import SUMMARY, read_summary
-from softsim.report.curves import History
+from softsim.output.travel import History
 from softsim.report.diagram import FLAT, Axis, Diagram, Panel, Scale, Series
 from softsim.report.png import draw
 from softsim.report.recorded import Recorded, recorded

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from softsim.output.travel import History
 from softsim.report.colours import MILLI
-from softsim.report.curves import History, pressurised, time_label
+from softsim.report.curves import pressurised, time_label
 from softsim.report.diagram import (
     FLAT,
     POINTS,

@@ -50,6 +50,7 @@ OF_RUNS = {
 }
 OF_BODIES = {
     "body_displacement": LENGTH,
+    "body_displacement_axis": LABEL,
     "body_speed": SPEED,
     "slip_share": SHARE,
     "largest_contact_area": AREA,
@@ -62,6 +63,7 @@ OF_ROWS = {
 }
 OF_RIGID_BODIES = {
     "frame_displacement": LENGTH,
+    "frame_displacement_axis": LABEL,
     "mean_speed": SPEED,
     "dominant_frequency": FREQUENCY,
 }
@@ -113,6 +115,7 @@ OF_PROBES = {
     "reaction": FORCE,
     "volume": Measure("m^3"),
 }
+RADIAL = "radial"
 CHAMBERS = ("follower_pressure", "added_volume", "added_gas", "pneumatic")
 
 
@@ -124,11 +127,15 @@ def produced(scene: Scene) -> dict[str, Measure]:
     chambers = {name: load for name, load in scene.loads.items() if load.kind in CHAMBERS}
     chamber = chambers.get(scene.robot.chamber or next(iter(chambers), ""))
     profile = chamber.profile if isinstance(chamber, FollowerPressure | Pneumatic) else None
+    axes = axes_of(scene)
     found = OF_RUNS | OF_BODIES
+    found |= {f"body_displacement_{axis}": LENGTH for axis in axes}
+    found |= {f"body_speed_{axis}": SPEED for axis in axes}
     if scene.robot.rows:
         found |= OF_ROWS
     if scene.rigid_bodies:
         found |= OF_RIGID_BODIES
+        found |= {f"frame_displacement_{axis}": LENGTH for axis in axes if axis != RADIAL}
         if scene.robot.rows:
             found |= OF_ROWS_ON_RIGID_BODIES
         if has_cycles(profile):
@@ -146,6 +153,18 @@ def produced(scene: Scene) -> dict[str, Measure]:
     if scene.crossing is not None:
         found |= OF_CROSSINGS
     return found | of_probes(scene)
+
+
+def axes_of(scene: Scene) -> tuple[str, ...]:
+    """Return the components of a displacement in a scene, as names in summary.json end with them.
+
+    In an axisymmetric model x is the radius, and a body lies on the axis: its component is called
+    RADIAL, as it is no place.
+    """
+    formulations = {body.formulation for body in scene.bodies.values()}
+    if "axisymmetric" in formulations:
+        return ("y", RADIAL)
+    return ("x", "y", "z") if "solid" in formulations else ("x", "y")
 
 
 def has_cycles(profile: Part | None) -> bool:

@@ -157,23 +157,39 @@ class Expect(Part):
         default=None, description="By which exit of the layout's pipes the robot leaves."
     )
     frame_displacement: LengthRange | None = Field(
-        default=None, description="Of the robot's frame along x, from start to end."
+        default=None,
+        description="Displacement of the robot's frame from start to end, along x; along y where "
+        "it cannot move along x.",
     )
     displacement_per_cycle: LengthRange | None = Field(
         default=None, description="The same for every pressure cycle."
     )
     mean_speed: VelocityRange | None = Field(
-        default=None, description="Of the robot's frame along x, over the whole pressure cycles "
-        "(over the whole run without any)."
-    )  # fmt: skip
+        default=None,
+        description="Speed of the robot's frame along the same axis, over the whole pressure "
+        "cycles (over the whole run without any).",
+    )
     peak_pull: ForceRange | None = Field(
         default=None, description="Largest tension of the first tendon, mean of a history row."
     )
     body_displacement: LengthRange | None = Field(
-        default=None, description="Of the meshed bodies' centre of mass along x."
+        default=None,
+        description="Displacement of the meshed bodies' centre of mass from start to end, along "
+        "the axis of its largest displacement (`body_displacement_axis` in summary.json).",
+    )
+    body_displacement_x: LengthRange | None = Field(
+        default=None, description="Its component along x. Not in an axisymmetric model."
+    )
+    body_displacement_y: LengthRange | None = Field(
+        default=None, description="Its component along y."
+    )
+    body_displacement_z: LengthRange | None = Field(
+        default=None, description="Its component along z. In space only."
     )
     body_speed: VelocityRange | None = Field(
-        default=None, description="Of that, mean over the last tenth of the run."
+        default=None,
+        description="Speed along the axis of body_displacement, mean over the last tenth of the "
+        "run.",
     )
     rows_in_contact: NumberRange | None = Field(
         default=None, description="Most rows of spikes that touched at a time."

@@ -49,6 +49,13 @@ output:
     moved: {kind: displacement, nodes: b.top}
     held: {kind: reaction, nodes: b.bottom}
 """
+OF_REVOLUTION = """
+bodies:
+  b: {mesh: {generator: block, length: 4 mm, height: 1 mm, element_size: 1 mm},
+      formulation: axisymmetric, material: dragon_skin_10, fixed: [bottom], position: [3 mm, 0 mm]}
+time: {end: 2 s}
+rigid_bodies: {frame: {mass: 8.8 g, inertia: 1 g*mm^2, center: [0 mm, 9 mm]}}
+"""
 IN_SPACE = """
 bodies:
   b: {mesh: {generator: box, length: 4 mm, height: 1 mm, width: 1 mm, element_size: 1 mm},
@@ -96,6 +103,7 @@ def flat(found, prefix=""):
         (BODY, FRAME, SECOND),
         (BODY, PROBES),
         (IN_SPACE,),
+        (OF_REVOLUTION,),
     ],
 )
 def test_names_and_kinds(write_scene, parts):

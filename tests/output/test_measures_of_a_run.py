@@ -114,6 +114,31 @@ def test_without_pressure(build):
     assert not absent & set(found)
 
 
+OF_REVOLUTION = """
+bodies:
+  b: {mesh: {generator: block, length: 10 mm, height: 1 mm, element_size: 1 mm},
+      formulation: axisymmetric, material: dragon_skin_10, fixed: [bottom], position: [8 mm, 0 mm]}
+rigid_bodies: {frame: {mass: 8.8 g, inertia: 1 g*mm^2, center: [0 mm, 9 mm]}}
+"""
+
+
+def test_an_axisymmetric_robot_moves_along_its_axis(build):
+    """Its skin swells by 0.05 mm while its centre climbs by 3.5 mm, its frame by 2 mm."""
+    t = np.linspace(0.0, 1.0, 11)
+    rows = history(1.0) | {"time": t, "body_x": 8e-3 + 5e-5 * t, "body_y": 3.5e-3 * t}
+    rows |= {"frame_x": 0.0 * t, "frame_y": 2e-3 * t, "contact_area": 0.0 * t}
+    rows |= {"wall_force_normal": 0.0 * t, "slip_share": 0.0 * t}
+    del rows["pressure"]
+    found = measures(build(OF_REVOLUTION + END), rows)
+    assert found["body_displacement"] == found["body_displacement_y"] == pytest.approx(3.5e-3)
+    assert found["body_speed"] == pytest.approx(3.5e-3)
+    assert found["body_displacement_radial"] == pytest.approx(5e-5)
+    assert found["body_speed_radial"] == pytest.approx(5e-5)
+    assert found["frame_displacement"] == pytest.approx(2e-3)
+    assert found["mean_speed"] == pytest.approx(2e-3)
+    assert found["frame_displacement_axis"] == found["body_displacement_axis"] == "y"
+
+
 def test_nothing_of_a_run_without_rows(build):
     nothing = {name: column[:0] for name, column in history(1.0).items()}
     assert measures(build(BODY + END), nothing) == {}

@@ -9,15 +9,9 @@ import yaml
 
 from softsim.errors import OutputError
 from softsim.output.folder import SCENE, WRITTEN_ANEW
+from softsim.output.travel import FRAME, displacement, travel_axis, travelling_column, travels
 from softsim.report.colours import MILLI
-from softsim.report.curves import (
-    chamber_pressures,
-    displacement,
-    has,
-    pressurised,
-    travelling_column,
-    travels,
-)
+from softsim.report.curves import chamber_pressures, pressurised
 from softsim.report.page.animation import animation
 from softsim.report.page.charts import chart_of
 from softsim.report.page.verdicts import verdicts
@@ -89,7 +83,7 @@ def animation_of(run: Recorded) -> dict[str, Any] | None:
     shown = animation(run.frames, field, summary.get("failed_element"))
     opens_at = len(shown["times"]) - 1 if summary.get("status") == "aborted" else 0
     said = list(readings(run.history, shown["times"]))
-    what = "robot" if has(run.history, "frame_x") else "body"
+    what = "body" if travel_axis(run.history, FRAME) is None else "robot"
     return shown | {"opens_at": opens_at, "readings": said, "what": what}
 
 
