@@ -29,11 +29,16 @@ second = [time] = s
 gram = [mass] = g
 radian = [angle] = rad
 inch = 0.0254 * meter = in
+foot = 12 * inch = ft
 liter = 1e-3 * meter ** 3 = l
 minute = 60 * second = min
 hour = 3600 * second = h
 tonne = 1e6 * gram = t
+pound = 453.59237 * gram = lb
+ounce = pound / 16 = oz
 newton = kilogram * meter / second ** 2 = N
+pound_force = 4.4482216152605 * newton = lbf
+slug = pound_force * second ** 2 / foot
 joule = newton * meter = J
 pascal = newton / meter ** 2 = Pa
 bar = 1e5 * pascal
@@ -46,9 +51,9 @@ rpm = turn / minute
 """
 # fmt: off
 UNIT_NAMES = (
-    "nm", "um", "mm", "cm", "m", "in", "ul", "ml", "l", "ms", "s", "min", "h", "mg", "g", "kg", "t",
-    "mN", "N", "kN", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "mmHg", "Hz", "kHz",
-    "rpm", "rad", "deg", "turn",
+    "nm", "um", "mm", "cm", "m", "in", "ft", "ul", "ml", "l", "ms", "s", "min", "h", "mg", "g", "kg",
+    "t", "oz", "lb", "slug", "mN", "N", "kN", "lbf", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar",
+    "psi", "mmHg", "Hz", "kHz", "rpm", "rad", "deg", "turn",
 )
 # fmt: on
 RADIANS_PER_TURN = Decimal("6.283185307179586476925286767")

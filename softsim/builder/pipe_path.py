@@ -28,6 +28,9 @@ PIPE = "pipe"
 SIDES = {"left": 0.0, "right": np.pi}
 # Diameters and lengths that differ by less are the same: rounding of units.
 ALIKE = 1e-9
+LENGTHS = ("straight", "radius", "taper", "to", "step", "tee", "cross", "fillet", "diameter")
+# A pipe is at most so many times as long as it is wide at its start, and may widen by as much.
+LARGEST_RATIO = 1e5
 
 
 def pipe_networks(names: Names) -> list[PipeNetwork]:
@@ -51,6 +54,7 @@ def pipe_network(names: Names, name: str, wall: PipePathWall) -> PipeNetwork:
     refuse_loose_branches(names, keys, wall)
     refuse_unknown_ends(names, keys, wall)
     refuse_idle_steps(names, keys, wall)
+    refuse_absurd_sizes(names, keys, wall)
     start_diameter = {PIPE: wall.diameter}
     laid: dict[str, list[pipe_layout.Item]] = {}
     for place, listed in reached_from_the_start(wall):
@@ -255,6 +259,24 @@ def refuse_idle_steps(names: Names, keys: Keys, wall: PipePathWall) -> None:
                 "nothing comes after this step",
                 "go on with a straight, or leave the step out",
             )
+
+
+def refuse_absurd_sizes(names: Names, keys: Keys, wall: PipePathWall) -> None:
+    """The sizes of a layout are within some powers of ten of its diameter."""
+    for place, listed in pipes(wall).items():
+        for k, item in enumerate(listed):
+            for key in LENGTHS:
+                size = getattr(item, key, None) or wall.diameter
+                ratio = size / wall.diameter
+                if key in ("to", "step"):
+                    ratio = max(ratio, 1.0 / ratio)
+                if ratio > LARGEST_RATIO:
+                    raise names.loaded.error(
+                        (*keys, *place, k, key),
+                        f"{in_words(size)} beside a pipe that starts {in_words(wall.diameter)} "
+                        f"wide: sizes differ by more than a factor of {LARGEST_RATIO:g}",
+                        "check the units of this size and of the wall's diameter",
+                    )
 
 
 def refuse_wrong_diameters(

@@ -240,36 +240,136 @@ def turned(vector: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
     )
 
 
-def crossing(network: PipeNetwork) -> tuple[Segment, Segment] | None:
-    """Two segments of a network that run into each other, or None.
+@dataclass(frozen=True, eq=False)
+class _Stretches:
+    """Pairs of stretches of two segments' centre lines, arrays (n, 2).
 
-    Looked for between points a quarter of a radius apart on the centre lines: neighbours touch
-    each other at their joint, so they count only where more than half a turn of the tightest bend
-    possible, whose radius is the pipe's own, lies between the points on the way along the pipes.
+    owner: numbers of the segments. middle, half: arc length [m] of each stretch's middle, and half
+    its length.
     """
-    paths = [branch.path for branch in network.branches]
-    spacing = 0.25 * min(min(g.radii) for path in paths for g in path.segments)
-    x, r, s, branch, owner = [], [], [], [], []
-    for number, path in enumerate(paths):
-        first = path.segments[0].start
-        along = np.linspace(first, path.length, 2 + int((path.length - first) / spacing))
-        segments = [path.segment_at(one) for one in along]
-        x.append(path.axis_place(along)[0])
-        r += [g.radius(np.array([a - g.start]))[0] for g, a in zip(segments, along, strict=True)]
-        s.append(along)
-        branch.append(np.full(len(along), number))
-        owner += segments
-    place, radius, arc = np.concatenate(x), np.array(r), np.concatenate(s)
-    common = arcs_in_common(network)
-    numbers = np.concatenate(branch)
-    for k in range(len(arc)):
-        touching = np.linalg.norm(place - place[k], axis=1) < radius + radius[k] - 1e-9
-        shared = np.minimum(common[numbers[k]][numbers], np.minimum(arc, arc[k]))
-        apart = arc + arc[k] - 2.0 * shared > 0.5 * np.pi * (radius + radius[k])
-        for j in np.flatnonzero(touching & apart):
-            if j > k and owner[j] is not owner[k]:
-                return owner[k], owner[j]
-    return None
+
+    owner: np.ndarray
+    middle: np.ndarray
+    half: np.ndarray
+
+    def chosen(self, mask: np.ndarray) -> "_Stretches":
+        """Return the pairs of a mask (n,)."""
+        return _Stretches(self.owner[mask], self.middle[mask], self.half[mask])
+
+    def halved(self) -> "_Stretches":
+        """Return pairs in which the longer stretch of each is cut in two."""
+        rows, longer = np.arange(len(self.half)), self.half.argmax(axis=1)
+        half = self.half.copy()
+        half[rows, longer] *= 0.5
+        shift = np.zeros_like(half)
+        shift[rows, longer] = half[rows, longer]
+        return _Stretches(
+            np.repeat(self.owner, 2, axis=0),
+            np.stack([self.middle - shift, self.middle + shift], axis=1).reshape(-1, 2),
+            np.repeat(half, 2, axis=0),
+        )
+
+
+class _CentreLines:
+    """Centre lines and radii of all segments of a network, as arrays over the segments."""
+
+    def __init__(self, network: PipeNetwork) -> None:
+        owned = [
+            (segment, number)
+            for number, branch in enumerate(network.branches)
+            for segment in branch.path.segments
+        ]
+        self.segments = [segment for segment, _ in owned]
+        self.branch = np.array([number for _, number in owned])
+        self.common = arcs_in_common(network)
+        self.start, self.length, self.bend_radius, self.radius, self.slope = np.array(
+            [(s.start, s.length, s.bend_radius, s.radii[0], s.slope) for s in self.segments]
+        ).T
+        self.point, self.tangent, self.side = (
+            np.array([getattr(s, name) for s in self.segments])
+            for name in ("point", "tangent", "side")
+        )
+
+    def whole(self, first: int) -> _Stretches:
+        """Return segment number `first` and each that comes after it, in their whole lengths."""
+        later = np.arange(first + 1, len(self.segments))
+        owner = np.stack([np.full_like(later, first), later], axis=1)
+        half = 0.5 * self.length[owner]
+        return _Stretches(owner, self.start[owner] + half, half)
+
+    def places(self, owner: np.ndarray, arc: np.ndarray) -> np.ndarray:
+        """Return points (n, 2, d) [m] of centre lines at arc lengths (n, 2) [m]."""
+        along = arc - self.start[owner]
+        bend = self.bend_radius[owner]
+        bent = np.isfinite(bend)
+        safe = np.where(bent, bend, 1.0)
+        ahead = np.where(bent, safe * np.sin(along / safe), along)
+        aside = np.where(bent, 2.0 * safe * np.sin(0.5 * along / safe) ** 2, 0.0)
+        return np.asarray(
+            self.point[owner]
+            + ahead[..., None] * self.tangent[owner]
+            + aside[..., None] * self.side[owner]
+        )
+
+    def radii(self, pairs: _Stretches) -> np.ndarray:
+        """Return radii (n, 2) [m] of the pipes in the middle of each stretch."""
+        along = pairs.middle - self.start[pairs.owner]
+        return np.asarray(self.radius[pairs.owner] + self.slope[pairs.owner] * along)
+
+    def margins(self, pairs: _Stretches) -> tuple[np.ndarray, np.ndarray]:
+        """Return (n,) [m] by how much the pipes overlap in the middles, and by how much the way
+        along the pipes is longer than that of neighbours; two pipes cross where both are positive.
+        """
+        place = self.places(pairs.owner, pairs.middle)
+        width = self.radii(pairs).sum(axis=1)
+        branch = self.branch[pairs.owner]
+        nearer = pairs.middle.min(axis=1)
+        shared = np.minimum(self.common[branch[:, 0], branch[:, 1]], nearer)
+        way = pairs.middle.sum(axis=1) - 2.0 * shared
+        overlap = width - 1e-9 - np.linalg.norm(place[:, 0] - place[:, 1], axis=1)
+        return overlap, way - 0.5 * np.pi * width
+
+    def may_cross(self, pairs: _Stretches) -> np.ndarray:
+        """Return which pairs (n,) can cross anywhere in their stretches.
+
+        No distance and no way changes by more than the arc length, nor a radius by more than its
+        slope times that: so the margins in the middles bound those elsewhere.
+        """
+        overlap, way = self.margins(pairs)
+        slope = np.abs(self.slope[pairs.owner])
+        return np.asarray(
+            (overlap + (pairs.half * (1.0 + slope)).sum(axis=1) > 0.0)
+            & (way + (pairs.half * (1.0 + 0.5 * np.pi * slope)).sum(axis=1) > 0.0)
+        )
+
+
+def crossing(network: PipeNetwork) -> tuple[Segment, Segment] | None:
+    """Return two segments of a network that run into each other, or None.
+
+    Neighbours touch each other at their joint, so places count only where more than half a turn of
+    the tightest bend possible, whose radius is the pipe's own, lies between them on the way along
+    the pipes. Stretches of centre lines that cannot meet are left out, the others halved, down to
+    a quarter of the radius: the work grows with the logarithm of the lengths.
+    """
+    lines = _CentreLines(network)
+    near = [lines.whole(number) for number in range(len(lines.segments))]
+    near = [pairs.chosen(lines.may_cross(pairs)) for pairs in near]
+    pairs = _Stretches(
+        np.concatenate([p.owner for p in near]),
+        np.concatenate([p.middle for p in near]),
+        np.concatenate([p.half for p in near]),
+    )
+    first = len(lines.segments), 0
+    while len(pairs.owner):
+        met = (np.stack(lines.margins(pairs)) > 0.0).all(axis=0)
+        first = min([first, *map(tuple, pairs.owner[met].tolist())])
+        earlier = (pairs.owner[:, 0] < first[0]) | (
+            (pairs.owner[:, 0] == first[0]) & (pairs.owner[:, 1] < first[1])
+        )
+        coarse = pairs.half.max(axis=1) > 0.125 * lines.radii(pairs).min(axis=1)
+        pairs = pairs.chosen(earlier & coarse).halved()
+        pairs = pairs.chosen(lines.may_cross(pairs))
+    return (lines.segments[first[0]], lines.segments[first[1]]) if first[1] else None
 
 
 def arcs_in_common(network: PipeNetwork) -> np.ndarray:

@@ -109,7 +109,7 @@ def fields(text: str) -> list[str]:
 def _lines(path: Path) -> Iterator[tuple[int, str]]:
     try:
         # Headings and comments may be in any 8-bit encoding; nothing else is beyond ASCII.
-        text = path.read_text(encoding="utf-8", errors="replace")
+        text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as fault:
         raise MeshError(f"{path}: cannot be read ({fault.strerror})") from fault
     for number, line in enumerate(text.split("\n"), start=1):

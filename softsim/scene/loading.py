@@ -1,5 +1,6 @@
 """Scene files: YAML, the parts they include, the command line's overrides, the validated scene."""
 
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -218,7 +219,15 @@ def _inside(folder: Path, named: Tree) -> Path:
             f"put the file into {folder} or below and name it relative to this one",
             named.origin,
         )
-    return folder.joinpath(*steps)
+    inside = folder.joinpath(*steps)
+    target = os.path.realpath(inside)
+    if not Path(target).is_relative_to(os.path.realpath(folder)):
+        raise SceneError(
+            f"{name!r} leaves the scene's folder by a symbolic link, to {target}",
+            f"copy the file into {folder} or below",
+            named.origin,
+        )
+    return inside
 
 
 def _normal(path: PurePath) -> list[str] | None:

@@ -16,6 +16,10 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from softsim import units
 
 Bound = Literal["any", "positive", "not negative"]
+IN_RANGE = 1e-40, 1e40
+"""Smallest and largest size of a quantity in SI units with which a model can be computed."""
+SQUARABLE = 1e-140, 1e140
+"""Numbers between these have squares, and sums of squares, that a float holds in full precision."""
 NAME = r"[A-Za-z_][A-Za-z0-9_-]*"
 
 
@@ -54,6 +58,9 @@ class Quantity:
             raise self._refusal(f"{value!r} must be greater than {zero}")
         if self.bound == "not negative" and number < 0.0:
             raise self._refusal(f"{value!r} must not be less than {zero}")
+        if self.bound == "positive" and number < IN_RANGE[0] or abs(number) > IN_RANGE[1]:
+            size = "small" if abs(number) < 1.0 else "large"
+            raise self._refusal(f"{value!r} is too {size} to compute with")
         return number
 
     def _refusal(self, problem: str) -> PydanticCustomError:
@@ -179,9 +186,13 @@ Inertia = Annotated[
 
 
 def _not_zero(direction: tuple[float, ...]) -> tuple[float, ...]:
-    if not any(direction):
+    """Return the direction, scaled where the square of its length would overflow or underflow."""
+    largest = max(abs(component) for component in direction)
+    if largest == 0.0:
         raise ValueError(f"a direction must not be {list(direction)}")
-    return direction
+    if SQUARABLE[0] < largest < SQUARABLE[1]:
+        return direction
+    return tuple(component / largest for component in direction)
 
 
 Axis = Literal["x", "y", "z"]

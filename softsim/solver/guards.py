@@ -113,9 +113,10 @@ def hourglass_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
     """A warning where hourglass modes hold much of the internal energy when they hold most [J]."""
     if HOURGLASS not in history or not len(history[HOURGLASS]):
         return {}
-    most = int(np.argmax(history[HOURGLASS]))
+    counted = np.isfinite(history[HOURGLASS]) & np.isfinite(history["internal_energy"])
+    most = int(np.argmax(np.where(counted, history[HOURGLASS], -np.inf)))
     held, internal = history[HOURGLASS][most], history["internal_energy"][most]
-    if held <= HOURGLASS_SHARE * internal:
+    if not held > HOURGLASS_SHARE * internal:
         return {}
     return {
         "hourglass": f"at {history['time'][most]:.4g} s hourglass modes hold "

@@ -92,6 +92,10 @@ def refused_with(message, hint, pointed_at, text, write_scene):
         ("        - {straight: 100 mm, diameter: 30 mm}\n", "", "{step", "nothing comes after", ""),
         ("{bend: -90 deg, radius: 60 mm}", "{bend: 300 deg, radius: 60 mm}", "{",
          "the pipe runs into itself: pipe[2], bend, meets pipe[0], straight, of ", "turned"),
+        ("{straight: 120 mm}", "{straight: 6e7 mm}", "6e7 mm}", "6e+07 mm beside a pipe that "
+         "starts 36 mm wide: sizes differ by more than a factor of 100000", "check the units"),
+        ("to: 41 mm}", "to: 2e10 mm}", "2e10 mm}", "2e+10 mm beside a pipe", "check the units"),
+        ("diameter: 36 mm", "diameter: 3e-14 mm", "120 mm}", "starts 3e-14 mm wide", "diameter"),
         ("diameter: 36 mm", "diameter: 5 mm", "{straight", "pipe[0] of 'pipe', straight, starts",
          "at least 6 mm wide"),
         ("diameter: 36 mm", "diameter: 36 mm\n      start: [8 mm, 0 mm]", "[start]",

@@ -64,6 +64,16 @@ def test_a_path_that_crosses_itself():
     assert [segment.item for segment in found] == [0, 4]
 
 
+def test_a_long_path_that_crosses_itself_far_away():
+    """The work grows with the logarithm of the length: kilometres are no more than metres."""
+    three = [Bend(RIGHT_ANGLE, 0.05, LEFT)] * 3
+    for last, met in ((4000.0, True), (0.03, False)):
+        items = [Straight(3000.0), *three, Straight(last)]
+        path = path_of_items("p", items, 0.02, np.zeros(2), OPEN)
+        found = crossing(PipeNetwork.of_one(path))
+        assert (found is not None) == met
+
+
 @pytest.mark.parametrize(
     "items",
     [

@@ -96,11 +96,15 @@ def test_another_kind_replaces_the_included_mapping(write, smallest):
         ("null", "a file name is due"),
         ("x" * 5000, "there is no file"),
         ('"a\\0"', "leaves the scene's folder"),
+        ("away.yaml", "'away.yaml' leaves the scene's folder by a symbolic link, to /etc/hostname"),
+        ("loop.yaml", "there is no file loop.yaml to include"),
         ("a.yaml", "a.yaml -> a.yaml"),
         ("circle.yaml", "a.yaml -> circle.yaml -> a.yaml"),
     ],
 )
-def test_includes_that_cannot_be(write, smallest, include, message):
+def test_includes_that_cannot_be(write, smallest, tmp_path, include, message):
+    (tmp_path / "away.yaml").symlink_to("/etc/hostname")
+    (tmp_path / "loop.yaml").symlink_to("loop.yaml")
     write(a=f"include: {include}\n" + smallest, circle="include: ./sub/../a.yaml")
     assert message in problem("a.yaml")
 
@@ -173,6 +177,12 @@ def test_mesh_files_are_found_beside_the_file_that_names_them(write, smallest, t
         load_scene("a.yaml", ["bodies.block.mesh.file=sub/y.msh"]).resolve_file(keys)
     with pytest.raises(SceneError, match="leaves the scene's folder"):
         load_scene("a.yaml", ["bodies.block.mesh.file=../y.msh"]).resolve_file(keys)
+    (tmp_path / "sub/beside.msh").symlink_to("x.msh")
+    at_x, away = ["bodies.block.mesh.file=sub/beside.msh"], ["bodies.block.mesh.file=sub/away.msh"]
+    assert load_scene("a.yaml", at_x).resolve_file(keys) == Path("sub/beside.msh")
+    (tmp_path / "sub/away.msh").symlink_to("/etc/hostname")
+    with pytest.raises(SceneError, match="leaves the scene's folder by a symbolic link, to /etc/"):
+        load_scene("a.yaml", away).resolve_file(keys)
 
 
 def test_a_resolved_scene_tells_origins_and_loads_to_the_same(write):

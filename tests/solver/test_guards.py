@@ -109,6 +109,9 @@ def test_hourglass_modes_are_judged_when_they_hold_most():
     assert hourglass_warnings(history | {"internal_energy": np.array([1e-9, 1.3, 2.0])}) == {}
     assert hourglass_warnings({"time": np.zeros(0), "hourglass_energy": np.zeros(0)}) == {}
     assert hourglass_warnings({"time": history["time"]}) == {}
+    burst = {k: np.append(v, np.nan) for k, v in history.items()}
+    assert hourglass_warnings(burst)["hourglass"] == said
+    assert hourglass_warnings({k: np.full(3, np.nan) for k in history}) == {}
 
 
 def test_groups_that_are_not_small_against_a_body_are_doubtful(build):
