@@ -51,8 +51,8 @@ rpm = turn / minute
 """
 # fmt: off
 UNIT_NAMES = (
-    "nm", "um", "mm", "cm", "m", "in", "ft", "ul", "ml", "l", "ms", "s", "min", "h", "mg", "g", "kg",
-    "t", "oz", "lb", "slug", "mN", "N", "kN", "lbf", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar",
+    "nm", "um", "mm", "cm", "m", "in", "ft", "ul", "ml", "l", "ms", "s", "min", "h", "mg", "g",
+    "kg", "t", "oz", "lb", "slug", "mN", "N", "kN", "lbf", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar",
     "psi", "mmHg", "Hz", "kHz", "rpm", "rad", "deg", "turn",
 )
 # fmt: on

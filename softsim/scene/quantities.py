@@ -58,7 +58,7 @@ class Quantity:
             raise self._refusal(f"{value!r} must be greater than {zero}")
         if self.bound == "not negative" and number < 0.0:
             raise self._refusal(f"{value!r} must not be less than {zero}")
-        if self.bound == "positive" and number < IN_RANGE[0] or abs(number) > IN_RANGE[1]:
+        if (self.bound == "positive" and number < IN_RANGE[0]) or abs(number) > IN_RANGE[1]:
             size = "small" if abs(number) < 1.0 else "large"
             raise self._refusal(f"{value!r} is too {size} to compute with")
         return number
