@@ -52,8 +52,8 @@ rpm = turn / minute
 # fmt: off
 UNIT_NAMES = (
     "nm", "um", "mm", "cm", "m", "in", "ft", "ul", "ml", "l", "ms", "s", "min", "h", "mg", "g",
-    "kg", "t", "oz", "lb", "slug", "mN", "N", "kN", "lbf", "J", "Pa", "kPa", "MPa", "GPa", "bar", "mbar",
-    "psi", "mmHg", "Hz", "kHz", "rpm", "rad", "deg", "turn",
+    "kg", "t", "oz", "lb", "slug", "mN", "N", "kN", "lbf", "J", "Pa", "kPa", "MPa", "GPa", "bar",
+    "mbar", "psi", "mmHg", "Hz", "kHz", "rpm", "rad", "deg", "turn",
 )
 # fmt: on
 RADIANS_PER_TURN = Decimal("6.283185307179586476925286767")
