@@ -38,6 +38,22 @@ def stop_signals() -> Iterator[list[int]]:
             signal.signal(number, handler)
 
 
+@contextmanager
+def interrupted_by_sigterm() -> Iterator[None]:
+    """Let SIGTERM raise KeyboardInterrupt in the block, as SIGINT does, so that it can clean up.
+
+    In a thread other than the main one, which signals do not reach, nothing changes.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+
+
 def ask_threads_to_stop() -> None:
     """Ask what collects signals in other threads of this process to stop, as SIGTERM would."""
     for asked in list(_in_threads.values()):

@@ -10,13 +10,14 @@ import typer
 from rich.console import Console
 
 from softsim.cli.options import explained
-from softsim.errors import OutputError, RunError
+from softsim.errors import Interrupted, OutputError, RunError
+from softsim.interruption import interrupted_by_sigterm
 
 
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
     """Draw the figures of a run's or a study's folder again, and write its page report.html; of a
     chain's, or of how far a robot gets, the figure."""
-    with explained() as console:
+    with explained() as console, drawing_can_stop(folder):
         from softsim.output.study_folder import is_study
         from softsim.report.reach import ANSWER, draw_reach
 
@@ -75,6 +76,20 @@ def ended_by(show: Callable[[], None]) -> Iterator[None]:
     show()
 
 
+@contextmanager
+def drawing_can_stop(folder: Path) -> Iterator[None]:
+    """Turn Ctrl-C and SIGTERM while figures are drawn into Interrupted, which names what draws the
+    rest."""
+    with interrupted_by_sigterm():
+        try:
+            yield
+        except KeyboardInterrupt as stop:
+            raise Interrupted(
+                f"stopped while figures were drawn: the numbers in {folder} are complete",
+                hint=f"softsim report {folder} draws the rest",
+            ) from stop
+
+
 def report_what_there_is(folder: Path, console: Console) -> None:
     """The report of a run, unless it ended before t = 0: its first summary is written then."""
     if (folder / "summary.json").is_file():
@@ -83,9 +98,10 @@ def report_what_there_is(folder: Path, console: Console) -> None:
 
 def report_runs(folder: Path, console: Console) -> None:
     """The report of a run, or of each of its steps and of all together."""
-    for of_run in run_folders(folder):
-        report_what_there_is(of_run, console)
-    report_steps(folder, console)
+    with drawing_can_stop(folder):
+        for of_run in run_folders(folder):
+            report_what_there_is(of_run, console)
+        report_steps(folder, console)
 
 
 def report_steps(folder: Path, console: Console) -> None:
@@ -175,6 +191,7 @@ def report_study(folder: Path, console: Console) -> None:
     from softsim.report.study.figures import draw_study
     from softsim.report.study.page import write_study_page
 
-    for figure in draw_study(folder):
-        console.print(f"figure  {figure}", highlight=False)
-    console.print(f"page    {write_study_page(folder)}", highlight=False)
+    with drawing_can_stop(folder):
+        for figure in draw_study(folder):
+            console.print(f"figure  {figure}", highlight=False)
+        console.print(f"page    {write_study_page(folder)}", highlight=False)

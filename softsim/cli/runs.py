@@ -9,6 +9,7 @@ from rich.console import Console
 
 from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
 from softsim.cli.reporting import (
+    drawing_can_stop,
     ended_by,
     put_off_reports,
     report_runs,
@@ -218,7 +219,8 @@ def _show_passage(folder: Path, console: Console) -> None:
     from softsim.cli.run_tables import segments_table
     from softsim.output.folder import read_summary
 
-    report_what_there_is(folder, console)
+    with drawing_can_stop(folder):
+        report_what_there_is(folder, console)
     report = read_summary(folder).get("layout")
     if report is not None:
         console.print(segments_table(report))

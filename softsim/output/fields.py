@@ -274,7 +274,7 @@ def read_frames(path: Path | str) -> Frames:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[h5py.File]:
-    """The file for reading; single-writer mode also opens what a killed run left.
+    """The file for reading, also one that a killed run left or a run is writing.
 
     Raises OutputError if there is none, it is not softsim's, or it is found damaged in the block.
     """
@@ -282,36 +282,44 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         raise OutputError(
             f"there is no {path}", hint="name a folder that a run with field output has written"
         )
+    changed = path.stat().st_mtime_ns
     try:
-        _refuse_truncated(path)
-        with h5py.File(path, "r", libver=FORMAT, swmr=True, locking=False) as file:
+        # Single-writer mode reads a wrong checksum again and again, waiting longer each time: a
+        # damaged file would never be refused. Only a file with a writer needs it.
+        writer = _has_writer(path)
+        with h5py.File(path, "r", libver=FORMAT, swmr=writer, locking=False) as file:
             if OWN not in file or STEPS not in file:
                 raise OutputError(
                     f"{path} is no result of softsim: {OWN} or {STEPS} is missing in it"
                 )
             yield file
     except (OSError, KeyError, RuntimeError) as error:  # h5py has no error of its own
-        raise OutputError(
-            f"cannot read {path}: {error}",
-            hint="it is damaged or no HDF5 file: run again, without --resume",
-        ) from error
+        if path.is_file() and path.stat().st_mtime_ns != changed:
+            hint = "a run wrote to it meanwhile: try again"
+        else:
+            hint = "it is damaged or no HDF5 file: run again, without --resume"
+        raise OutputError(f"cannot read {path}: {error}", hint) from error
 
 
-def _refuse_truncated(path: Path) -> None:
-    """Raise OSError if the file is shorter than when it was closed: a reader in single-writer
-    mode would wait for the rest without end.
+def _has_writer(path: Path) -> bool:
+    """Return True if a writer has the file open, or was killed while it had.
+
+    Raises OSError if the file is shorter than when it was closed: a reader would wait for the rest
+    without end.
 
     HDF5 File Format Specification II.A, superblock of version 3: byte 8 is the version, byte 11
-    tells of a writer, bytes 28 to 35 are the end of the file.
+    has the flags of a writer, bytes 28 to 35 are the end of the file.
     """
     with path.open("rb") as stream:
         superblock = stream.read(36)
     if len(superblock) < 36:
         raise OSError("it ends before its superblock does")
-    closed = (superblock[8], superblock[11]) == (3, 0)
+    if superblock[8] == 3 and superblock[11] != 0:
+        return True
     size, end = path.stat().st_size, int.from_bytes(superblock[28:36], "little")
-    if closed and size < end:
+    if superblock[8] == 3 and size < end:
         raise OSError(f"it is truncated, {size} of {end} bytes are left")
+    return False
 
 
 @contextmanager

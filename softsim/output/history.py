@@ -12,6 +12,9 @@ from softsim.output.folder import explained, replacing
 
 TIME = "time"
 
+REPLACED = "\N{REPLACEMENT CHARACTER}"
+"""What Python reads in place of a byte that is no UTF-8."""
+
 
 class History:
     """Writes history.csv, a line a row; each line is with the operating system when written.
@@ -134,7 +137,8 @@ def _numbers(path: Path, lines: list[str], count: int) -> np.ndarray:
 def _whole_lines(path: Path) -> list[str]:
     """The lines that end, the header's two at least; a killed run leaves one that does not."""
     try:
-        with path.open(encoding="utf-8", newline="") as stream:
+        # A byte that is no UTF-8 becomes a character that no number and no name has.
+        with path.open(encoding="utf-8", errors="replace", newline="") as stream:
             lines = stream.readlines()
     except OSError as error:
         raise OutputError(
@@ -143,7 +147,13 @@ def _whole_lines(path: Path) -> list[str]:
         ) from error
     if lines and not lines[-1].endswith("\n"):
         lines.pop()
-    if len(lines) < 2 or lines[0].count(",") != lines[1].count(","):
+    header = lines[:2]
+    if (
+        len(header) < 2
+        or header[0].count(",") != header[1].count(",")
+        or TIME not in header[0].strip().split(",")
+        or REPLACED in "".join(header)
+    ):
         raise OutputError(
             f"{path} is no history: its first line must name the columns, its second their units",
             hint="the run was stopped before it began, or this is another file",

@@ -10,6 +10,7 @@ only), `status`, `reason`, `wall_time [s]`, `key`. A column of numbers with a un
 """
 
 import io
+import re
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -21,6 +22,9 @@ from softsim.study.axes import Axis, Goal, Plot
 from softsim.study.bisection import Bisection
 
 STUDY, TABLE, TABLE_TEXT, CASES = "study.json", "table.parquet", "table.csv", "cases"
+
+FORMULA_STARTS = r"^[=+\-@\t\r\n]"
+"""Pattern of the texts that a spreadsheet may take for a formula (OWASP, CSV injection)."""
 
 BEGIN_AGAIN = "remove it and start the study again: cases that have ended do not run again"
 
@@ -76,7 +80,24 @@ def write_table(folder: Path, table: polars.DataFrame) -> None:
     with replacing(folder / TABLE) as partial:
         partial.write_bytes(content.getvalue())
     with replacing(folder / TABLE_TEXT) as partial:
-        partial.write_text(table.write_csv(), encoding="utf-8")
+        partial.write_text(inert(table).write_csv(), encoding="utf-8")
+
+
+def inert(table: polars.DataFrame) -> polars.DataFrame:
+    """Return the table with an apostrophe before every text that a spreadsheet would compute.
+
+    Spreadsheets take a text that begins with one of FORMULA_STARTS for a formula and run it.
+    Columns of numbers, negative ones among them, stay as they are.
+    """
+    texts = polars.col(polars.String)
+    escaped = table.with_columns(
+        polars.when(texts.str.contains(FORMULA_STARTS))
+        .then(polars.concat_str(polars.lit("'"), texts))
+        .otherwise(texts)
+        .name.keep()
+    )
+    names = {name: f"'{name}" for name in table.columns if re.match(FORMULA_STARTS, name)}
+    return escaped.rename(names)
 
 
 def read_table(folder: Path) -> polars.DataFrame:

@@ -5,7 +5,6 @@ Taichi is imported here only when a job runs.
 """
 
 import io
-import json
 import math
 import shutil
 import time
@@ -13,8 +12,9 @@ import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+from pydantic import BaseModel, ValidationError
 from rich.console import Console
 
 from softsim.errors import (
@@ -89,6 +89,15 @@ class Outcome:
     summary: Mapping[str, Any] = field(default_factory=dict)
 
 
+class StoredOutcome(BaseModel):
+    """The part of case.json that an `Outcome` is read from."""
+
+    key: str
+    status: Literal["done", "failed", "pruned", "lost"]
+    reason: str
+    wall_time: float
+
+
 def write_outcome(job: Job, outcome: Outcome) -> None:
     """Write case.json, which says that the case has ended. Raises OutputError."""
     content = {
@@ -113,15 +122,15 @@ def stored_outcome(folder: Path) -> Outcome | None:
     if not file.is_file():
         return None
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
-        return Outcome(
-            found["key"], found["status"], found["reason"], found["wall_time"], read_summary(folder)
-        )
-    except (ValueError, KeyError) as error:
+        found = StoredOutcome.model_validate_json(file.read_bytes(), strict=True)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = "".join(f"{key}: " for key in first["loc"])
         raise OutputError(
-            f"{file} is not what softsim wrote: {error!r}",
+            f"{file} is not what softsim wrote: {place}{first['msg']}",
             hint=f"remove the folder {folder}: its case runs anew",
         ) from error
+    return Outcome(found.key, found.status, found.reason, found.wall_time, read_summary(folder))
 
 
 def known_outcome(job: Job, again: Collection[str]) -> Outcome | None:

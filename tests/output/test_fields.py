@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import time
 from collections import namedtuple
 from itertools import pairwise
 from pathlib import Path
@@ -47,6 +48,19 @@ def test_a_truncated_file_is_told(path: Path) -> None:
         path.write_bytes(whole[:size])
         with pytest.raises(OutputError, match=r"results\.vtkhdf"):
             check_frames(path, 3)
+
+
+def test_a_damaged_file_is_told_at_once(path: Path) -> None:
+    """HDF5 would read a wrong checksum again and again, were it asked to expect a writer."""
+    written(path, 3)
+    whole = bytearray(path.read_bytes())
+    starts = [at for at in range(512, len(whole) - 512, 512) if b"OHDR" in whole[at : at + 512]]
+    for start in starts[:4]:
+        path.write_bytes(whole[:start] + bytes(512) + whole[start + 512 :])
+        began = time.monotonic()
+        with pytest.raises(OutputError, match="it is damaged"):
+            check_frames(path, 3)
+        assert time.monotonic() - began < 5.0
 
 
 def check_frames(path: Path, count: int) -> None:

@@ -104,20 +104,24 @@ def test_a_row_that_does_not_fit_is_refused_by_name(tmp_path: Path) -> None:
     history.close()
 
 
-@pytest.mark.parametrize("damage", ["0.2,abc,1\n", "0.2,1.0\n", "0.2,1.0,2.0,3.0\n", "\n"])
-def test_a_damaged_line_is_named_with_its_number(tmp_path: Path, damage: str) -> None:
+@pytest.mark.parametrize(
+    "damage", [b"0.2,abc,1\n", b"0.2,1.0\n", b"0.2,1.0,2.0,3.0\n", b"\n", b"0.2,\xff,1\n"]
+)
+def test_a_damaged_line_is_named_with_its_number(tmp_path: Path, damage: bytes) -> None:
     path = tmp_path / "history.csv"
-    lines = written(path, 3).decode().splitlines(keepends=True)
-    path.write_text("".join([*lines[:3], damage, *lines[4:]]))
+    lines = written(path, 3).splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:3], damage, *lines[4:]]))
     with pytest.raises(OutputError, match=r"history\.csv:4: not 3 numbers"):
         read_history(path)
 
 
 @pytest.mark.parametrize(
-    "text", ["", "time,pressure\n", "time,pressure\ns\n", "time,pressure\ns,P"]
-)
-def test_a_file_without_its_header_is_no_history(tmp_path: Path, text: str) -> None:
-    (tmp_path / "history.csv").write_text(text)
+    "content",
+    [b"", b"time,pressure\n", b"time,pressure\ns\n", b"time,pressure\ns,P", b"tine,u\ns,m\n",
+     b"time,u\xfe\ns,m\n"],
+)  # fmt: skip
+def test_a_file_without_its_header_is_no_history(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "history.csv").write_bytes(content)
     with pytest.raises(OutputError, match="is no history"):
         read_history(tmp_path / "history.csv")
 

@@ -128,6 +128,21 @@ def test_names_in_charts_are_escaped(tmp_path: Path) -> None:
     assert r"\u003c/script\u003e\u003cb\u003e" in charts
 
 
+def test_marks_of_writing_directions_are_shown_as_what_they_are(tmp_path: Path) -> None:
+    name = "p\u202egnp.exe\u200f"
+    history = History(tmp_path / HISTORY, {"time": "s", name: "N"})
+    for time in (0.0, 1.0):
+        history.append({"time": time, name: time})
+    history.close()
+    write_summary(tmp_path, title=name)
+    text = write_run_page(tmp_path).read_text("utf-8")
+    packed = re.findall("data-packed>([^<]*)<", text)
+    charts = [json.loads(gzip.decompress(b64decode(one))) for one in packed]
+    assert "\u202e" not in text + str(charts) and "\u200f" not in text + str(charts)
+    assert text.count(r"<title>p\u202egnp.exe\u200f</title>") == 1
+    assert r"p\u202egnp.exe\u200f" in {trace["name"] for c in charts for trace in c["data"]}
+
+
 def test_the_page_is_one_small_file_that_has_all_it_needs(folder: Path) -> None:
     text = write_run_page(folder).read_text("utf-8")
     assert '<link rel="stylesheet"' not in text and "<script src" not in text

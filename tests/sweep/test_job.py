@@ -39,3 +39,23 @@ def test_a_batch_that_one_brings_down_is_run_one_by_one(jobs, monkeypatch):
 def test_a_stop_and_a_full_disk_concern_all(jobs, monkeypatch, error):
     monkeypatch.setattr(softsim.run, "run_batch", brought_down_by(error))
     assert job.simulate(jobs) == [error, error]
+
+
+@pytest.mark.parametrize(
+    "content",
+    ["[]", "null", "1", "{", '"done"', "{}", '{"key": 1, "status": "done"}',
+     '{"key": "k", "status": "done", "reason": "", "wall_time": "long"}',
+     '{"key": "k", "status": ["done"], "reason": "", "wall_time": 1.0}'],
+)  # fmt: skip
+def test_a_damaged_outcome_is_refused_by_name(tmp_path, content):
+    (tmp_path / job.CASE).write_text(content)
+    with pytest.raises(OutputError, match=r"case\.json is not what softsim wrote: .") as refused:
+        job.stored_outcome(tmp_path)
+    assert "its case runs anew" in refused.value.hint
+
+
+def test_an_outcome_comes_back_as_it_was_written(jobs):
+    jobs[0].folder.mkdir()
+    outcome = job.Outcome("key1", "failed", "a guard stopped it", 2.0)
+    job.write_outcome(jobs[0], outcome)
+    assert job.stored_outcome(jobs[0].folder) == outcome

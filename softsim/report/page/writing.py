@@ -23,12 +23,24 @@ from softsim.report import style
 
 PAGE = "report.html"
 
+DIRECTIONS = {
+    code: f"\\u{code:04x}"
+    for code in (0x061C, 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
+}
+"""Marks, embeddings, overrides and isolates of writing directions, and how a page shows each: as
+they are, they would let a name or a path read differently from what it is (Unicode TR36)."""
+
 
 @cache
 def plotly_js() -> str:
     """plotly.js, compressed: charts of kinds scatter, scatter3d, mesh3d, heatmap and parcoords."""
     bundle = files("softsim.report.page") / "plotly_js" / "plotly.min.js.gz"
     return b64encode(bundle.read_bytes()).decode("ascii")
+
+
+def visible(value: Any) -> Any:
+    """Return a text with the code points of DIRECTIONS written out, any other value as it is."""
+    return value.translate(DIRECTIONS) if isinstance(value, str) else value
 
 
 def compressed(text: str) -> str:
@@ -53,6 +65,7 @@ def _environment() -> Environment:
         loader=PackageLoader("softsim.report.page"),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=visible,
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -64,4 +77,7 @@ def _environment() -> Environment:
 
 def _compact_json(content: Any, **options: Any) -> str:
     """JSON that browsers read: they know neither NaN nor infinity, which become null."""
-    return json.dumps(json_value(content), separators=(",", ":"), allow_nan=False)
+    text = json.dumps(
+        json_value(content), separators=(",", ":"), allow_nan=False, ensure_ascii=False
+    )
+    return text.translate({code: f"\\{written}" for code, written in DIRECTIONS.items()})

@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 
 from softsim.output.folder import RunFolder
+from softsim.output.study_folder import inert
 from softsim.report.page.charts import Chart, Trace, chart_of, colour_axis, rounded, shades
 from softsim.report.png import draw
 from softsim.report.study.boundary import TABLE, boundary_maps, boundary_table
@@ -36,7 +37,7 @@ def draw_study(folder: Path) -> list[Path]:
     sought = findings.record.bisection
     if sought is not None:
         figures[BOUNDARIES] = boundary_maps(findings, sought)
-        table = boundary_table(findings, sought).write_csv()
+        table = inert(boundary_table(findings, sought)).write_csv()
         RunFolder(folder).write_text_atomic(TABLE, table)
     for name, plots in figures.items():
         draw(folder / name, *plots)
