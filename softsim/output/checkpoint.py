@@ -1,7 +1,7 @@
 """checkpoint.h5: the full state, so that a run goes on to the very same bits."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from softsim.errors import OutputError
 from softsim.output.folder import replacing
+from softsim.scene.loading import Loaded
 
 FORMAT = ("v110", "v110")
 """HDF5 1.10's file format, which has checksums of all that is no array's content."""
@@ -17,10 +18,16 @@ FORMAT = ("v110", "v110")
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """state: name -> array of the solver. progress: numbers of the run, as JSON keeps them.
+    """State of a run, from which it can be continued.
 
-    inspected: places of the nodes (n, d) [m] at the last inspection of the elements. scene: the
-    scene it belongs to, as JSON. device: where it was computed.
+    Parameters
+    ----------
+    state: name -> array of the solver.
+    progress: numbers of the run, in JSON types.
+    inspected: positions of the nodes at the last inspection of the elements (n, d) [m].
+    scene: the scene of the run, as JSON.
+    device: the device on which it was computed.
+    files: path of each file that the scene names -> digest of its content.
     """
 
     state: dict[str, np.ndarray]
@@ -28,6 +35,26 @@ class Checkpoint:
     inspected: np.ndarray
     scene: str
     device: str
+    files: dict[str, str] = field(default_factory=dict)
+
+    def mismatch(self, loaded: Loaded[Any]) -> str:
+        """Return how a scene or one of its files differs from those of the checkpoint.
+
+        Returns
+        -------
+        A predicate for a message, such as "was computed before m.inp changed"; "" if scene and
+        files are the same.
+
+        Raises
+        ------
+        SceneError: a file that the scene names is missing.
+        """
+        key = self.differing_key(loaded.scene.model_dump_json())
+        if key:
+            return f"was computed with another {key}"
+        digests = loaded.file_digests()
+        changed = [name for name, digest in self.files.items() if digests.get(name) != digest]
+        return f"was computed before {', '.join(changed)} changed" if changed else ""
 
     def differing_key(self, scene: str) -> str:
         """The first key, as a.b.c, in which a scene (JSON) differs from that of the checkpoint; ""
@@ -49,6 +76,7 @@ def write_checkpoint(path: Path, checkpoint: Checkpoint) -> None:
         "progress": json.dumps(checkpoint.progress),
         "scene": checkpoint.scene,
         "device": checkpoint.device,
+        "files": json.dumps(checkpoint.files),
     }
     with replacing(path) as partial, h5py.File(partial, "w", libver=FORMAT) as file:
         for name, array in checkpoint.state.items():
@@ -77,14 +105,17 @@ def read_checkpoint(path: Path) -> Checkpoint:
         with h5py.File(path, "r") as file:
             file["state"].visititems(note)
             inspected = file["inspected"][()]
-            texts = [file[name][:].tobytes().decode() for name in ("progress", "scene", "device")]
-        progress = json.loads(texts[0])
+            progress, scene, device, files = (
+                file[name][:].tobytes().decode() for name in ("progress", "scene", "device", "files")
+            )
+        return Checkpoint(
+            state, json.loads(progress), inspected, scene, device, json.loads(files)
+        )
     except (OSError, KeyError, ValueError, RuntimeError) as error:
         raise OutputError(
             f"{path} is not a readable checkpoint: {error}",
             hint="remove it, and the run starts anew",
         ) from error
-    return Checkpoint(state, progress, inspected, texts[1], texts[2])
 
 
 def _write(file: h5py.File, name: str, array: np.ndarray) -> None:

@@ -48,6 +48,7 @@ class RunFiles:
     ) -> None:
         self.loaded, self.model, self.target, self.console = loaded, model, target, console
         self.path = target.path
+        self.file_digests = loaded.file_digests()  # of the files that the model was just built from
         self.summary: dict[str, Any] = {}
         self.warned: set[str] = set()
         if resumed_at is None:
@@ -103,7 +104,9 @@ class RunFiles:
         self.history.save()
         progress.row_count, progress.frame_count = self.history.row_count, self.fields.frame_count
         scene, device = self.loaded.scene.model_dump_json(), backend.device().name
-        content = Checkpoint(scenario.state(), asdict(progress), inspected, scene, device)
+        content = Checkpoint(
+            scenario.state(), asdict(progress), inspected, scene, device, self.file_digests
+        )
         write_checkpoint(self.path / files.CHECKPOINT, content)
 
     def write_summary(self, summary: dict[str, Any]) -> None:
@@ -128,10 +131,10 @@ def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -
     """
     path = target.path
     checkpoint = read_checkpoint(path / files.CHECKPOINT)
-    key = checkpoint.differing_key(loaded.scene.model_dump_json())
-    if key:
+    mismatch = checkpoint.mismatch(loaded)
+    if mismatch:
         raise OutputError(
-            f"the checkpoint in {path} was computed with another {key}",
+            f"the checkpoint in {path} {mismatch}",
             hint=f"compare with {path / files.SCENE}, or run without --resume",
         )
     if not choice.allows(checkpoint.device):

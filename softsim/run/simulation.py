@@ -7,6 +7,7 @@ goes on there, so that steps of any length pass through the increments of the ru
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from numbers import Integral
 from pathlib import Path
 from signal import Signals
 from typing import Any
@@ -24,6 +25,7 @@ from softsim.loads.pressure import FollowerPressure
 from softsim.loads.pressure_control import Command
 from softsim.loads.rotor import Rotor, RotorForce
 from softsim.machine import AUTO, choose
+from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.observation import Pose, frame_pose, wall_forces
 from softsim.run.batch import Batch
@@ -54,8 +56,12 @@ class State:
 
 @dataclass(frozen=True)
 class Saved:
-    """All that a simulation needs to go on to the same bits. Its parts are the simulation's own."""
+    """A saved moment of one simulation, from which it continues to the same bits.
 
+    model: that of the simulation which saved it; no other one can restore it.
+    """
+
+    model: Model = field(repr=False)
     checkpoint: Checkpoint
     rows: int
     asked: float
@@ -133,6 +139,7 @@ class Simulation:
         StabilityError, ExpectationError: as `run`. Interrupted: SIGINT or SIGTERM came; the
         simulation is whole and can go on.
         """
+        duration = _number(duration, "the duration of a step")
         asked = self._asked + duration
         self._refuse_step(duration, asked)
         self._asked = asked
@@ -188,7 +195,7 @@ class Simulation:
         if backend.device() is not self._device:
             raise SimulationError(
                 "another simulation or run has begun in this process and ended this one",
-                hint="use one after the other, or a process for each; reset() starts one anew",
+                hint="make a new Simulation of the scene; two at a time need a process each",
             )
 
     @property
@@ -228,6 +235,11 @@ class Simulation:
 
     # --- what is commanded -----------------------------------------------------------------------
 
+    @property
+    def chambers(self) -> tuple[str, ...]:
+        """Names of the chambers, which `set_load` takes."""
+        return self._names(FollowerPressure)
+
     def set_load(self, name: str, value: float, within: float = 0.0) -> None:
         """Let a chamber go to a value from what it has now, linearly `within` a time [s]; it stays
         there until the next command. The profile of the scene is over for it, events too.
@@ -239,6 +251,8 @@ class Simulation:
         """
         self._refuse_stale()
         load = self._named(name, FollowerPressure, "chamber")
+        value = _number(value, f"the value of '{name}'")
+        within = _number(within, f"the time within which '{name}' changes")
         if not (np.isfinite(value) and 0.0 <= within < np.inf):
             raise SimulationError(
                 f"'{name}' cannot go to {value} within {within} s: two finite numbers are due, "
@@ -269,6 +283,7 @@ class Simulation:
         Raises SimulationError: there is none of this name, or the frequency is no number.
         """
         self._refuse_stale()
+        frequency = _number(frequency, "the frequency of a motor")
         if not 0.0 <= frequency < np.inf:
             raise SimulationError(f"a motor cannot turn at {frequency} Hz")
         motors = self._motors() if name is None else [self._named(name, Rotor, "motor")]
@@ -280,11 +295,14 @@ class Simulation:
             term.follow(self._scenario.number, motor.at_frequency(now, frequency, self.time))
 
     def _named(self, name: str, kind: type, called: str) -> Any:
-        known = [k for k, load in self._loads.items() if isinstance(load, kind)]
+        known = self._names(kind)
         if name not in known:
-            hint = did_you_mean(name, known) if known else f"the scene has no {called}"
+            hint = did_you_mean(str(name), known) if known else f"the scene has no {called}"
             raise SimulationError(f"there is no {called} '{name}'", hint)
         return self._loads[name]
+
+    def _names(self, kind: type) -> tuple[str, ...]:
+        return tuple(name for name, load in self._loads.items() if isinstance(load, kind))
 
     def _said(self, name: str) -> Any:
         return self.loaded.scene.loads[name]
@@ -305,6 +323,7 @@ class Simulation:
         self._run.checkpoint()
         s, term_of = self._scenario.number, self._scenario.term_of
         return Saved(
+            self.model,
             self.record.checkpoint,
             len(self.record.history.kept),
             self._asked,
@@ -317,8 +336,16 @@ class Simulation:
         )
 
     def restore(self, saved: Saved) -> None:
-        """Go back to a moment that this simulation saved; what follows has the same bits."""
+        """Go back to a moment that this simulation saved; what follows has the same bits.
+
+        Raises SimulationError: the moment is that of another simulation; nothing changes then.
+        """
         self._refuse_stale()
+        if not isinstance(saved, Saved) or saved.model is not self.model:
+            raise SimulationError(
+                "restore() takes a moment that save() of the same simulation has returned",
+                hint="a new Simulation of the same scene has its own moments",
+            )
         s, term_of = self._scenario.number, self._scenario.term_of
         del self.record.history.kept[saved.rows :]
         self._run.resume(saved.checkpoint)
@@ -341,7 +368,11 @@ class Simulation:
 
         seed: draws the angle at which each motor starts, which nobody knows of a real one; None:
         those of the scene.
+
+        Raises SimulationError: a seed that is no whole number from 0 on.
         """
+        if seed is not None and not (isinstance(seed, Integral) and seed >= 0):
+            raise SimulationError(f"reset({seed!r}): a seed is a whole number from 0 on, or None")
         self.restore(self._start)
         if seed is None:
             return
@@ -363,4 +394,19 @@ def _loaded(
             "overrides change what a file or a dict says",
             hint="change the object, or load the file with them",
         )
-    return scene if isinstance(scene, Loaded) else scene_of(scene)
+    if isinstance(scene, Loaded):
+        return scene
+    if not isinstance(scene, Scene):
+        raise SimulationError(
+            f"a {type(scene).__name__} is no scene",
+            hint="give the path of a scene file, a dict, a Scene or a loaded scene",
+        )
+    return scene_of(scene)
+
+
+def _number(value: Any, meaning: str) -> float:
+    """Return a real number of any type, numpy's too, as float. SimulationError: it is none."""
+    found = np.asarray(value)
+    if found.dtype.kind not in "iuf" or found.size != 1:
+        raise SimulationError(f"{meaning} must be a number, not {value!r}")
+    return float(found.item())

@@ -149,13 +149,12 @@ class Work:
         if not (path / CHECKPOINT).is_file():
             return None
         checkpoint = read_checkpoint(path / CHECKPOINT)
-        same = checkpoint.scene == step.loaded.scene.model_dump_json()
-        if same and self.choice.allows(checkpoint.device):
+        mismatch = checkpoint.mismatch(step.loaded)
+        if not mismatch and not self.choice.allows(checkpoint.device):
+            mismatch = f"was computed on {checkpoint.device}, this is {self.choice.device}"
+        if not mismatch:
             return checkpoint
-        other = "otherwise" if not same else f"on {self.choice.device}"
-        self.console.print(
-            f"step '{step.name}' is asked for {other} now: it begins anew", highlight=False
-        )
+        self.console.print(f"step '{step.name}' {mismatch}: it begins anew", highlight=False)
         return None
 
     def _forget_from(self, number: int) -> None:

@@ -78,9 +78,9 @@ def why_not(path: Path, step: Step, choice: Choice) -> str:
     if not (path / CHECKPOINT).is_file():
         return f"{path.name} has lost its {CHECKPOINT}"
     checkpoint = read_checkpoint(path / CHECKPOINT)
-    key = checkpoint.differing_key(step.loaded.scene.model_dump_json())
-    if key:
-        return f"{path.name} was computed with another {key}"
+    mismatch = checkpoint.mismatch(step.loaded)
+    if mismatch:
+        return f"{path.name} {mismatch}"
     if not choice.allows(checkpoint.device):
         return f"{path.name} was computed on {checkpoint.device}, this is {choice.device}"
     return ""

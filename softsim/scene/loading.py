@@ -1,9 +1,11 @@
 """Scene files: YAML, the parts they include, the command line's overrides, the validated scene."""
 
+import hashlib
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path, PurePath
 from typing import Any, Generic, TypeVar
 
@@ -68,8 +70,47 @@ class Loaded(Generic[Kind]):
             raise self.error(keys, f"{title(keys)}: there is no file {path}")
         return path
 
+    def file_digests(self) -> dict[str, str]:
+        """Return the SHA-256 digests of all files that the scene names, such as meshes and walls.
+
+        Returns
+        -------
+        The file's path relative to the scene's folder -> hexadecimal digest of its content.
+
+        Raises
+        ------
+        SceneError: as `resolve_file`.
+        """
+        paths = [self.resolve_file(keys) for keys in file_keys(self.scene)]
+        return {path.relative_to(self.folder).as_posix(): _content_digest(path) for path in paths}
+
 
 LoadedScene = Loaded[Scene]
+
+
+def file_keys(part: Any, keys: Keys = ()) -> Iterator[Keys]:
+    """Yield the keys of all files that a part of a scene names: meshes of bodies, walls."""
+    entries: list[tuple[str | int, Any]] = []
+    if isinstance(part, BaseModel):
+        entries = [(name, getattr(part, name)) for name in type(part).model_fields]
+    elif isinstance(part, dict):
+        entries = list(part.items())
+    for name, entry in entries:
+        if isinstance(part, BaseModel) and name == "file" and entry is not None:
+            yield (*keys, name)
+        else:
+            yield from file_keys(entry, (*keys, name))
+
+
+def _content_digest(path: Path) -> str:
+    """Return the digest of a file's content, which is read again only after a change."""
+    state = path.stat()
+    return _digest_of_state(path, state.st_mtime_ns, state.st_size)
+
+
+@lru_cache(maxsize=256)
+def _digest_of_state(path: Path, changed_at: int, size: int) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:

@@ -3,7 +3,7 @@ its result is stored under, and what became of it.
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
@@ -20,7 +20,7 @@ from softsim.scene.loading import Loaded, overridden, read_scene, validated_as
 from softsim.scene.measures import Measure, produced
 from softsim.scene.resolved import flow_text
 from softsim.scene.schema import Scene
-from softsim.scene.tree import Keys, Origin, Tree
+from softsim.scene.tree import Origin, Tree
 
 Value = float | str
 
@@ -230,9 +230,8 @@ def case_key(loaded: Loaded[Any]) -> str:
     """
     digest = hashlib.sha256(source_digest().encode())
     digest.update(loaded.scene.model_dump_json().encode())
-    for keys in file_keys(loaded.scene):
-        path = loaded.resolve_file(keys)
-        digest.update(_content_digest(path, path.stat().st_mtime_ns))
+    for content in loaded.file_digests().values():
+        digest.update(content.encode())
     return digest.hexdigest()[:20]
 
 
@@ -255,22 +254,3 @@ def source_digest() -> str:
     for path in sorted(p for p in home.rglob("*") if p.suffix in (".py", ".yaml")):
         digest.update(str(path.relative_to(home)).encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()
-
-
-def file_keys(part: Any, keys: Keys = ()) -> Iterator[Keys]:
-    """The keys of all files that a scene names: meshes of bodies, walls."""
-    entries: list[tuple[str | int, Any]] = []
-    if isinstance(part, BaseModel):
-        entries = [(name, getattr(part, name)) for name in type(part).model_fields]
-    elif isinstance(part, dict):
-        entries = list(part.items())
-    for name, entry in entries:
-        if isinstance(part, BaseModel) and name == "file" and entry is not None:
-            yield (*keys, name)
-        else:
-            yield from file_keys(entry, (*keys, name))
-
-
-@lru_cache(maxsize=256)
-def _content_digest(path: Path, changed_at: int) -> bytes:
-    return hashlib.sha256(path.read_bytes()).digest()

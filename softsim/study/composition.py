@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from softsim.errors import SceneError
-from softsim.scene.loading import Loaded
+from softsim.scene.loading import Loaded, file_keys
 from softsim.scene.reporting import did_you_mean
 from softsim.scene.robots import robot_names
 from softsim.scene.tree import Tree, child, entries
@@ -21,7 +21,6 @@ from softsim.study.cases import (
     Setting,
     Source,
     Value,
-    file_keys,
     known_tree,
     option_setting,
     refuse_overwriting,

@@ -5,8 +5,17 @@ import json
 import numpy as np
 import pytest
 
-from softsim.errors import OutputError
+from softsim.errors import OutputError, SceneError
 from softsim.output.checkpoint import Checkpoint, read_checkpoint, write_checkpoint
+from softsim.scene.loading import load_scene
+
+SCENE_OF_FILES = """
+bodies:
+  b: {mesh: {file: m.inp}, formulation: plane_strain, thickness: 5 mm, material: dragon_skin_10}
+environment:
+  walls: {ground: {kind: polyline, file: ground.txt}}
+time: {end: 1 s}
+"""
 
 
 def test_round_trip_to_the_bit(tmp_path):
@@ -14,12 +23,13 @@ def test_round_trip_to_the_bit(tmp_path):
     memory = {"nodes/position": rng.standard_normal((1, 5, 2)), "a/0/touching": np.arange(3)}
     progress = {"time": 0.1 + 0.2, "increments": 7}
     places = rng.standard_normal((5, 2))
-    kept = Checkpoint(memory, progress, places, "scene: text\n", "cpu")
+    files = {"parts/m.inp": "0f"}
+    kept = Checkpoint(memory, progress, places, "scene: text\n", "cpu", files)
     write_checkpoint(tmp_path / "c.h5", kept)
     read = read_checkpoint(tmp_path / "c.h5")
     assert read.progress == progress
     np.testing.assert_array_equal(read.inspected, places)
-    assert (read.scene, read.device) == ("scene: text\n", "cpu")
+    assert (read.scene, read.device, read.files) == ("scene: text\n", "cpu", files)
     assert read.state.keys() == memory.keys()
     for name, array in memory.items():
         np.testing.assert_array_equal(read.state[name], array)
@@ -93,3 +103,22 @@ def test_the_first_difference_of_two_scenes_is_told(there, here, differs):
     checkpoint = Checkpoint({}, {}, np.zeros((0, 2)), json.dumps(there), "cpu")
     assert checkpoint.differing_key(json.dumps(here)) == differs
     assert not checkpoint.differing_key(checkpoint.scene)
+
+
+def test_a_changed_file_of_the_scene_is_named(tmp_path):
+    (tmp_path / "s.yaml").write_text(SCENE_OF_FILES, encoding="utf-8")
+    for name in ("m.inp", "ground.txt"):
+        (tmp_path / name).write_text("1, 0, 0", encoding="utf-8")
+    loaded = load_scene(tmp_path / "s.yaml")
+    scene = loaded.scene.model_dump_json()
+    checkpoint = Checkpoint({}, {}, np.zeros((0, 2)), scene, "cpu", loaded.file_digests())
+    assert sorted(checkpoint.files) == ["ground.txt", "m.inp"]
+    assert checkpoint.mismatch(loaded) == ""
+
+    other = load_scene(tmp_path / "s.yaml", ["time.end=2 s"])
+    assert checkpoint.mismatch(other) == "was computed with another time.end"
+    (tmp_path / "m.inp").write_text("1, 0, 1", encoding="utf-8")
+    assert checkpoint.mismatch(loaded) == "was computed before m.inp changed"
+    (tmp_path / "ground.txt").unlink()
+    with pytest.raises(SceneError, match=r"there is no file .*ground\.txt"):
+        checkpoint.mismatch(loaded)

@@ -1,5 +1,7 @@
 """A simulation in steps: the run's bits, commands, and back again."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from batches import PRESSED_BLOCK
@@ -90,6 +92,8 @@ def test_commands(simulate):
     simulation.step(4e-3)
     assert simulation.history["frame_y"][-1] != drawn["frame_y"][-1]
 
+    rows = len(simulation.history["time"])
+    foreign = replace(middle, model=replace(simulation.model))
     for refused, ask in (
         ("no chamber 'ari'", lambda: simulation.set_load("ari", 1.0)),
         ("no chamber 'motor'", lambda: simulation.set_load("motor", 1.0)),
@@ -99,9 +103,19 @@ def test_commands(simulate):
         ("a step of -1", lambda: simulation.step(-1.0)),
         ("a step of 0", lambda: simulation.step(0.0)),
         ("the scene ends at 0.02 s", lambda: simulation.step(1.0)),
+        ("duration of a step must be a number, not 'x'", lambda: simulation.step("x")),
+        ("value of 'air' must be a number, not None", lambda: simulation.set_load("air", None)),
+        ("no chamber 'None'", lambda: simulation.set_load(None, 1.0)),
+        ("frequency of a motor must be a number", lambda: simulation.set_motor([1.0, 2.0])),
+        (r"reset\(-1\): a seed is a whole number", lambda: simulation.reset(-1)),
+        (r"reset\('x'\)", lambda: simulation.reset("x")),
+        ("of the same simulation", lambda: simulation.restore(None)),
+        ("of the same simulation", lambda: simulation.restore(foreign)),
     ):
         with pytest.raises(SimulationError, match=refused):
             ask()
+    assert len(simulation.history["time"]) == rows  # nothing was dropped before a refusal
+    simulation.step(np.float32(1e-3))
 
 
 def test_a_guard_stops_a_simulation_as_a_run(simulate, run, write_scene, tmp_path):
@@ -117,8 +131,16 @@ def test_a_guard_stops_a_simulation_as_a_run(simulate, run, write_scene, tmp_pat
     simulation.reset()
     simulation.step(1e-3)
     simulate()  # another one
-    with pytest.raises(SimulationError, match="another simulation"):
+    with pytest.raises(SimulationError, match="another simulation") as ended:
         simulation.reset()
+    assert "make a new Simulation" in str(ended.value)
+
+
+def test_what_is_no_scene_is_refused():
+    from softsim import Simulation
+
+    with pytest.raises(SimulationError, match="a NoneType is no scene"):
+        Simulation(None)
 
 
 def test_a_scene_said_in_python(write_scene):

@@ -5,12 +5,11 @@ from pathlib import Path
 import pytest
 
 from softsim.errors import SceneError
-from softsim.scene.loading import load_scene
+from softsim.scene.loading import file_keys, load_scene
 from softsim.study.cases import (
     Case,
     Source,
     case_key,
-    file_keys,
     forget_files,
     key_of,
     load_source,
