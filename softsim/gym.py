@@ -20,8 +20,8 @@ class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
 
     An action (1,) from -1 to 1 is a pressure between `lowest` and `highest` [Pa], to which the
     chamber goes linearly within the `interval` [s] of an action. An action beyond this range is
-    clipped to it, as the control range of a MuJoCo actuator clips. What is seen is the latest row of
-    the history, so that the interval should be no shorter than the scene's
+    clipped to it, as the control range of a MuJoCo actuator clips. What is seen is the latest row
+    of the history, so that the interval should be no shorter than the scene's
     `output.history_interval`. The reward is what the column `progress` has gained, less
     `time_price` for each second. An episode is terminated where the scene ends by a condition of
     its own, as when the robot has passed its pipe, or where a guard stops it (`info["failure"]`

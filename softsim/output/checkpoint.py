@@ -15,6 +15,8 @@ from softsim.scene.loading import Loaded
 FORMAT = ("v110", "v110")
 """HDF5 1.10's file format, which has checksums of all that is no array's content."""
 
+TEXTS = ("progress", "scene", "device", "files")
+
 
 @dataclass(frozen=True)
 class Checkpoint:
@@ -105,12 +107,11 @@ def read_checkpoint(path: Path) -> Checkpoint:
         with h5py.File(path, "r") as file:
             file["state"].visititems(note)
             inspected = file["inspected"][()]
-            progress, scene, device, files = (
-                file[name][:].tobytes().decode() for name in ("progress", "scene", "device", "files")
-            )
+            texts = {name: file[name][:].tobytes().decode() for name in TEXTS}
         return Checkpoint(
-            state, json.loads(progress), inspected, scene, device, json.loads(files)
-        )
+            state, json.loads(texts["progress"]), inspected, texts["scene"], texts["device"],
+            json.loads(texts["files"]),
+        )  # fmt: skip
     except (OSError, KeyError, ValueError, RuntimeError) as error:
         raise OutputError(
             f"{path} is not a readable checkpoint: {error}",
