@@ -6,6 +6,6 @@ is said here, at the key that says it.
 
 from softsim.builder.assembly import build_model
 from softsim.builder.materials import library_material, library_names
-from softsim.builder.profiles import pressure_profile
+from softsim.builder.profiles import built_profile
 
-__all__ = ["build_model", "library_material", "library_names", "pressure_profile"]
+__all__ = ["build_model", "built_profile", "library_material", "library_names"]

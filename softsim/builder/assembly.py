@@ -23,7 +23,7 @@ from softsim.builder.ending import end_time, refuse_steady_probe, steady_probe
 from softsim.builder.loaded import Loaded
 from softsim.builder.names import Names
 from softsim.builder.pressure_control import refuse_what_cannot_be_felt
-from softsim.builder.profiles import share_over_time
+from softsim.builder.profiles import over_the_run
 from softsim.builder.regions import material_keys
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.loads.gravity import RisingGravity
@@ -213,7 +213,7 @@ def gravity_share(names: Names) -> Profile | None:
             "before t = 0 a body settles under its whole weight, which cannot rise afterwards",
             "leave gravity_profile or time.settle out",
         )
-    return None if given is None else share_over_time(names, given, keys)
+    return None if given is None else over_the_run(names, given, keys)
 
 
 def bulk_viscosity(names: Names) -> float:

@@ -13,7 +13,7 @@ from softsim.builder.closure import (
 )
 from softsim.builder.loaded import Loaded
 from softsim.builder.names import Names
-from softsim.builder.profiles import pressure_profile, rising_profile
+from softsim.builder.profiles import over_the_run
 from softsim.builder.regions import common_geometry
 from softsim.loads.air_line import AirLine, Tube
 from softsim.loads.drive import (
@@ -95,7 +95,7 @@ def built_drive(
         )
     if isinstance(load, scene_chambers.Pneumatic):
         return air_line(names, load, volume, nothing, keys)
-    profile = rising_profile(load.profile).delayed(names.beginning.of(keys))
+    profile = over_the_run(names, load.profile, keys)
     if isinstance(load, scene_chambers.AddedGas):
         side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
         specific_energy = load.gas_constant * load.temperature
@@ -124,11 +124,11 @@ def followed(
     names: Names, profile: PressureProfile, on_facets: Callable[[Profile], Profile], keys: Keys
 ) -> GivenPressure | ControlledPressure:
     """What a gauge shows, or the rules that it follows."""
-    start = names.beginning.of(keys)
     if isinstance(profile, EventCyclesProfile):
         settings = EventCycles(**profile.model_dump(exclude={"kind"}))
+        start = names.beginning.of(keys)
         return ControlledPressure(replace(settings, start=start + settings.start))
-    given = pressure_profile(profile).delayed(start)
+    given = over_the_run(names, profile, keys)
     return GivenPressure(given, on_facets(given))
 
 

@@ -109,7 +109,7 @@ def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
                 "a component follows one condition only",
             )
         taken[nodes, axis] = True
-        profile = displacement(names, condition.displacement, (*keys, "displacement"))
+        profile = displacement(names, condition, keys)
         result[f"conditions.{name}"] = PrescribedMotion(nodes, axis, profile)
     return result
 

@@ -11,7 +11,7 @@ from softsim.builder.closure import joined_facets
 from softsim.builder.embedding import in_bodies, refuse_all_around
 from softsim.builder.loaded import Loaded
 from softsim.builder.names import Names, in_mm
-from softsim.builder.profiles import share_over_time
+from softsim.builder.profiles import over_the_run
 from softsim.builder.regions import bounded
 from softsim.builder.rigid import freedom
 from softsim.elements.geometry import nodal_sums
@@ -44,11 +44,26 @@ def built_loads(loaded: Loaded) -> dict[str, Load]:
     }
 
 
+def sized(
+    loaded: Loaded, load: scene_loads.OverTime | scene_loads.Directed[Any], full: str, keys: Keys
+) -> tuple[np.ndarray, Profile]:
+    """Return the vector of a load and the factor of it over time [s] of the whole run.
+
+    The vector is the load's full value, at the key `full`, or the unit vector along its direction,
+    and the profile has the value then.
+    """
+    names = loaded.names
+    if isinstance(load, scene_loads.OverTime):
+        return names.vector(getattr(load, full), (*keys, full)), over_time(loaded, load, keys)
+    direction = names.vector(load.direction, (*keys, "direction"))
+    return direction / np.linalg.norm(direction), over_the_run(names, load.profile, keys)
+
+
 def over_time(loaded: Loaded, load: scene_loads.OverTime, keys: Keys) -> Profile:
     """Share of a load over time [s] of the whole run."""
     if load.profile is None:
         return smooth_rise(load.ramp).delayed(loaded.names.beginning.of(keys))
-    return share_over_time(loaded.names, load.profile, keys)
+    return over_the_run(loaded.names, load.profile, keys)
 
 
 def eccentric_motor(loaded: Loaded, load: scene_loads.EccentricMass, keys: Keys) -> CarriedRotor:
@@ -82,7 +97,9 @@ def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
     return names.rigid_number(acts_on, (*keys, "acts_on"))
 
 
-def nodal_force(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> NodalForce:
+def nodal_force(
+    loaded: Loaded, load: scene_loads.NodalForce | scene_loads.DirectedNodalForce, keys: Keys
+) -> NodalForce:
     """A force on a node set."""
     names = loaded.names
     nodes = names.node_set(load.nodes, (*keys, "nodes"))
@@ -93,11 +110,13 @@ def nodal_force(loaded: Loaded, load: scene_loads.NodalForce, keys: Keys) -> Nod
             "load free nodes, or put the load on the rigid body",
         )
     share = loaded.mass[nodes] / loaded.mass[nodes].sum()
-    force = names.vector(load.force, (*keys, "force"))
-    return NodalForce(nodes, np.outer(share, force), over_time(loaded, load, keys))
+    force, factor = sized(loaded, load, "force", keys)
+    return NodalForce(nodes, np.outer(share, force), factor)
 
 
-def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Keys) -> NodalForce:
+def surface_traction(
+    loaded: Loaded, load: scene_loads.SurfaceTraction | scene_loads.DirectedTraction, keys: Keys
+) -> NodalForce:
     """A force per area at rest on facets: on each corner int N_a t dA."""
     names = loaded.names
     facets = joined_facets(names, load.facets, keys)
@@ -105,12 +124,13 @@ def surface_traction(loaded: Loaded, load: scene_loads.SurfaceTraction, keys: Ke
     for body, region, chosen in bounded(names, facets):
         of_body = facets[chosen] - body.first_node
         areas[chosen] = region.geometry.corner_areas(body.mesh.points, of_body)
-    traction = names.vector(load.traction, (*keys, "traction"))
     measure = nodal_sums(facets, areas, len(loaded.points))
-    return distributed(loaded, load, measure, traction, keys)
+    return distributed(measure, *sized(loaded, load, "traction", keys))
 
 
-def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> NodalForce:
+def body_force(
+    loaded: Loaded, load: scene_loads.BodyForce | scene_loads.DirectedBodyForce, keys: Keys
+) -> NodalForce:
     """A force per volume at rest on bodies, by their lumped volume."""
     names = loaded.names
     volumes = np.zeros(len(loaded.points))
@@ -124,26 +144,25 @@ def body_force(loaded: Loaded, load: scene_loads.BodyForce, keys: Keys) -> Nodal
         for r in body.regions:
             shares = r.geometry.mass_shares(r.points, r.cells) * r.volumes[:, None]
             volumes[r.nodes] += nodal_sums(r.cells, shares, len(r.points))
-    density = names.vector(load.density, (*keys, "density"))
-    return distributed(loaded, load, volumes, density, keys)
+    return distributed(volumes, *sized(loaded, load, "density", keys))
 
 
-def distributed(
-    loaded: Loaded, load: scene_loads.OverTime, measure: np.ndarray, per_measure: np.ndarray,
-    keys: Keys,
-) -> NodalForce:  # fmt: skip
-    """A force per area or volume on the nodes that stand for some: `measure` (n,) [m^2, m^3]."""
+def distributed(measure: np.ndarray, per_measure: np.ndarray, factor: Profile) -> NodalForce:
+    """Return a force per area or volume on the nodes that stand for some.
+
+    measure : (n,) [m^2, m^3]
+    """
     nodes = np.flatnonzero(measure)
-    return NodalForce(nodes, np.outer(measure[nodes], per_measure), over_time(loaded, load, keys))
+    return NodalForce(nodes, np.outer(measure[nodes], per_measure), factor)
 
 
-def rigid_force(loaded: Loaded, load: scene_loads.RigidForce, keys: Keys) -> RigidForce:
+def rigid_force(
+    loaded: Loaded, load: scene_loads.RigidForce | scene_loads.DirectedRigidForce, keys: Keys
+) -> RigidForce:
     """A force on a rigid body."""
     names = loaded.names
     body = names.rigid_number(load.acts_on, (*keys, "acts_on"))
-    return RigidForce(
-        body, names.vector(load.force, (*keys, "force")), over_time(loaded, load, keys)
-    )
+    return RigidForce(body, *sized(loaded, load, "force", keys))
 
 
 def axial_relief(loaded: Loaded, load: scene_loads.AxialRelief, keys: Keys) -> AxialRelief:
@@ -216,18 +235,10 @@ def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> P
         anchor = names.vector(load.pulled_from, (*keys, "pulled_from"))
         corners, weights = (np.pad(rows, ((1, 0), (0, 0))) for rows in (corners, weights))
         anchors = np.concatenate([anchor[None], anchors])
-    share = over_time(loaded, load, keys)
-    if (share.values < 0.0).any():
-        raise names.loaded.error(
-            (*keys, "profile"),
-            f"the share falls to {share.values.min():.4g}: a cable pulls and never pushes",
-            "write shares of 0 and more",
-        )
+    pull, tension = driven(loaded, load, keys)
     cable = PulledCable(
         name=str(keys[-1]), corners=corners, weights=weights, anchors=anchors, rest_length=0.0,
-        stiffness=load.stiffness or 0.0,
-        pull=replace(share, values=(load.pull or 0.0) * share.values),
-        tension=replace(share, values=(load.tension or 0.0) * share.values),
+        stiffness=load.stiffness or 0.0, pull=pull, tension=tension,
     )  # fmt: skip
     held = cable.places(loaded.points)
     pieces = np.linalg.norm(np.diff(held, axis=0), axis=1)
@@ -242,6 +253,29 @@ def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> P
     return replace(cable, rest_length=float(pieces.sum()))
 
 
+def driven(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> tuple[Profile, Profile]:
+    """Return the length [m] of a cable that is drawn in and its tension [N] over time [s] of the
+    whole run; the one that the scene does not give is zero.
+    """
+    names = loaded.names
+    key, given = "profile", None
+    for name, values in (
+        ("pull_profile", load.pull_profile), ("tension_profile", load.tension_profile)
+    ):  # fmt: skip
+        if values is not None:
+            key, given = name, over_the_run(names, values, keys)
+    course = over_time(loaded, load, keys) if given is None else given
+    if (course.values < 0.0).any():
+        raise names.loaded.error(
+            (*keys, key),
+            f"falls to {course.values.min():.4g}: a cable pulls and never pushes",
+            "write values of 0 and more",
+        )
+    pull = 1.0 if key == "pull_profile" else load.pull or 0.0
+    tension = 1.0 if key == "tension_profile" else load.tension or 0.0
+    return course.times_factor(pull), course.times_factor(tension)
+
+
 BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
     scene_chambers.FollowerPressure: pressure,
     scene_chambers.AddedVolume: pressure,
@@ -250,9 +284,13 @@ BUILDERS: dict[type, Callable[[Loaded, Any, Keys], Load]] = {
     scene_loads.EccentricMass: eccentric_motor,
     scene_loads.SinusoidalForce: sinusoid,
     scene_loads.NodalForce: nodal_force,
+    scene_loads.DirectedNodalForce: nodal_force,
     scene_loads.SurfaceTraction: surface_traction,
+    scene_loads.DirectedTraction: surface_traction,
     scene_loads.BodyForce: body_force,
+    scene_loads.DirectedBodyForce: body_force,
     scene_loads.RigidForce: rigid_force,
+    scene_loads.DirectedRigidForce: rigid_force,
     scene_loads.AxialRelief: axial_relief,
     scene_loads.Tendon: tendon,
     scene_loads.Tether: tether,

@@ -8,78 +8,71 @@ import numpy as np
 from softsim.builder.names import Names
 from softsim.loads import profile as profiles
 from softsim.loads.profile import Profile
+from softsim.scene.conditions import Prescribed, RigidMotion, WallMotion
+from softsim.scene.part import Part
 from softsim.scene.profiles import (
-    FixedProfile,
-    FullShare,
+    Constant,
+    CyclesProfile,
+    NaturalDeflationProfile,
+    PeriodicCycles,
     Ramp,
-    RampedShare,
-    SineShare,
-    SmoothShare,
+    Sine,
     SmoothStep,
     Table,
 )
 from softsim.scene.tree import Keys
 
-Share = FullShare | RampedShare | SmoothShare | SineShare | Table[float]
-
-CURVES: dict[str, Callable[..., Profile]] = {
-    "cycles": profiles.cycles,
-    "natural_deflation": profiles.natural_deflation,
-    "constant": profiles.constant,
-}
-
-SHARES: dict[str, Callable[..., Profile]] = {
-    "constant": lambda end: profiles.constant(1.0, 0.0),
-    "ramp": lambda end, duration: profiles.constant(1.0, duration),
-    "smooth_step": lambda end, duration: profiles.smooth_rise(duration),
-    "sine": profiles.sine,
+CURVES: dict[type, Callable[..., Profile]] = {
+    Constant: lambda end, value, ramp: profiles.constant(value, ramp),
+    Ramp: lambda end, value, duration: profiles.constant(value, duration),
+    SmoothStep: lambda end, value, duration: profiles.smooth_rise(duration).times_factor(value),
+    Sine: profiles.sine,
+    Table: lambda end, points: Profile(*np.array(points, dtype=float).T),
+    PeriodicCycles: profiles.periodic_cycles,
+    CyclesProfile: lambda end, **said: profiles.cycles(**said),
+    NaturalDeflationProfile: lambda end, **said: profiles.natural_deflation(**said),
 }
 
 
-def pressure_profile(data: FixedProfile) -> Profile:
-    """The profile [Pa over s] that a scene describes."""
-    if isinstance(data, Table):
-        return table_profile(data)
-    return CURVES[data.kind](**data.model_dump(exclude={"kind"}))
+def built_profile(data: Part, end: float) -> Profile:
+    """Return the profile that a scene describes.
+
+    Parameters
+    ----------
+    data : Part
+        Any profile of scene/profiles.py, except cycles by events.
+    end : float
+        Time [s] until which a profile without an end of its own is written out.
+    """
+    curve = next(CURVES[each] for each in type(data).__mro__ if each in CURVES)
+    said = {name: getattr(data, name) for name in type(data).model_fields if name != "kind"}
+    return curve(end=end, **said)
 
 
-def share_over_time(names: Names, data: Share, keys: Keys) -> Profile:
-    """A share over time [s] of the whole run, up to the end of its step."""
+def over_the_run(names: Names, data: Part, keys: Keys) -> Profile:
+    """Return the profile over time [s] of the whole run, up to the end of its step."""
     start, time = names.beginning.of(keys), names.beginning.time
-    return share_profile(data, time + names.scene.time.end - start).delayed(start)
-
-
-def rising_profile(data: Ramp[Any] | SmoothStep[Any] | Table[Any]) -> Profile:
-    """A ramp, a smooth step or a table of any quantity, over time [s]."""
-    if isinstance(data, Table):
-        return table_profile(data)
-    if isinstance(data, SmoothStep):
-        rise = profiles.smooth_rise(data.duration)
-        return Profile(rise.times, data.value * rise.values)
-    return profiles.constant(data.value, data.duration)
+    return built_profile(data, time + names.scene.time.end - start).delayed(start)
 
 
 def displacement(
-    names: Names, data: Ramp[Any] | SmoothStep[Any] | Table[Any], keys: Keys
+    names: Names, motion: Prescribed | RigidMotion | WallMotion, keys: Keys
 ) -> Profile:
-    """A displacement [m over s of the whole run], which starts from zero."""
-    profile = rising_profile(data)
-    if profile.values[0] != 0.0 or profile.times[0] != 0.0:
+    """Return a displacement [m over s of the whole run], which starts from zero."""
+    if motion.displacement is None:
+        return _integrated_velocity(names, motion.velocity, keys)
+    profile = over_the_run(names, motion.displacement, keys)
+    if profile.values[0] != 0.0 or profile.times[0] != names.beginning.of(keys):
         raise names.loaded.error(
-            keys,
+            (*keys, "displacement"),
             "the displacement must start with [0 s, 0 mm]",
             "a jump at the start would be an infinite velocity",
         )
-    return profile.delayed(names.beginning.of(keys))
+    return profile
 
 
-def share_profile(data: Share, end: float) -> Profile:
-    """A share over time [s], up to `end` [s]."""
-    if isinstance(data, Table):
-        return table_profile(data)
-    return SHARES[data.kind](end=end, **data.model_dump(exclude={"kind"}))
-
-
-def table_profile(data: Table[Any]) -> Profile:
-    """The points of a table."""
-    return Profile(*np.array(data.points, dtype=float).T)
+def _integrated_velocity(names: Names, velocity: Any, keys: Keys) -> Profile:
+    """Return the displacement [m over s of the whole run] of a velocity."""
+    start, time = names.beginning.of(keys), names.beginning.time
+    end = time + names.scene.time.end - start
+    return built_profile(velocity, end).integrated(end).delayed(start)

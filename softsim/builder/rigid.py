@@ -85,7 +85,7 @@ def rigid_motions(names: Names) -> dict[str, RigidMotion]:
                 f"'{condition.body}' is held or moved along {condition.direction} already",
                 f"let it move that way (rigid_bodies.{condition.body}.free), by one condition",
             )
-        profile = displacement(names, condition.displacement, (*keys, "displacement"))
+        profile = displacement(names, condition, keys)
         result[f"conditions.{key}"] = RigidMotion(body, axis, profile)
     return result
 

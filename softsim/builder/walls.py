@@ -87,7 +87,7 @@ def moving(names: Names, wall: Wall, motions: Mapping[str, str]) -> Wall:
             f"a layout asks whether a robot passes '{name}', which stands still for that",
             "leave out the layout, or the motion",
         )
-    profile = displacement(names, condition.displacement, (*keys, "displacement"))
+    profile = displacement(names, condition, keys)
     return MovingWall(wall, axis, profile)
 
 

@@ -10,8 +10,12 @@ from softsim.sharing import Own
 POINTS_PER_TIME_CONSTANT = 80
 # Points of a period: the chord is off by at most (2 pi/n)^2/8, 5e-5 of the amplitude.
 POINTS_PER_PERIOD = 320
+# Of a period: corners of a cycle that are no farther apart are one.
+ROUND_OFF = 1e-9
 # Points of a smooth rise: the chord is off by at most 6/(8 n^2), 1e-5 of it.
 RISE_POINTS = 257
+# Distance of a parabola, which a ramp of velocity gives, from its chords, over the range of values.
+CHORD_ERROR = 1e-5
 
 
 @dataclass(frozen=True)
@@ -32,6 +36,35 @@ class Profile:
     def delayed(self, by: float) -> "Profile":
         """The same values, each later `by` a time [s]."""
         return Profile(self.times + by, self.values)
+
+    def times_factor(self, factor: float) -> "Profile":
+        """Return the profile with all values multiplied by a factor."""
+        return Profile(self.times, factor * self.values)
+
+    def integrated(self, end: float) -> "Profile":
+        """Return the integral over time from zero at t = 0, up to `end` [s].
+
+        It is exact at its points, which lie so close that chords are off by CHORD_ERROR of the
+        whole range at most.
+        """
+        times = np.unique(np.concatenate([self.times, [0.0, end]]))
+        way = self._areas(times)
+        bulge = 0.125 * np.abs(np.diff(self.at(times))) * np.diff(times)
+        allowed = CHORD_ERROR * np.ptp(way)
+        parts = np.ones(len(bulge), dtype=int)
+        if allowed > 0.0:
+            parts = np.maximum(1, np.ceil(np.sqrt(bulge / allowed)).astype(int))
+        piece = np.repeat(np.arange(len(parts)), parts)
+        number = np.arange(len(piece)) - np.repeat(np.cumsum(parts) - parts, parts)
+        within = times[piece] + np.diff(times)[piece] * number / parts[piece]
+        fine = np.append(within, times[-1])
+        return Profile(fine, self._areas(fine))
+
+    def _areas(self, times: np.ndarray) -> np.ndarray:
+        """Return the integral from times[0] to each of `times`, which hold all points between."""
+        values = self.at(times)
+        steps = 0.5 * (values[1:] + values[:-1]) * np.diff(times)
+        return np.concatenate([[0.0], np.cumsum(steps)])
 
     def translated(self, scale: np.ndarray) -> "Profile":
         """Each value read off a scale (k, 2): value here -> value there, rising, linear in between
@@ -63,10 +96,12 @@ class Profile:
         return Profile(times[order], values[order])
 
 
-def sine(frequency: float, phase: float, end: float) -> Profile:
-    """sin(2 pi f t + phase) up to `end` [s]; phase [rad]."""
+def sine(
+    amplitude: float, frequency: float, phase: float, mean: float | None, end: float
+) -> Profile:
+    """Return mean + amplitude sin(2 pi f t + phase) up to `end` [s]; phase [rad], no mean: 0."""
     t = np.linspace(0.0, end, 2 + int(POINTS_PER_PERIOD * frequency * end))
-    return Profile(t, np.sin(2.0 * np.pi * frequency * t + phase))
+    return Profile(t, (mean or 0.0) + amplitude * np.sin(2.0 * np.pi * frequency * t + phase))
 
 
 def constant(value: float, ramp: float) -> Profile:
@@ -149,3 +184,35 @@ def natural_deflation(
         t += fall_time
         p = lowest
     return Profile(*np.array(points).T)
+
+
+def periodic_cycles(
+    period: float,
+    highest: float,
+    lowest: float | None,
+    rise: float,
+    hold: float,
+    fall: float,
+    phase: float,
+    count: int | None,
+    end: float,
+) -> Profile:
+    """Return trapezoids that repeat, up to `end` [s] or for `count` periods.
+
+    Times [s]; phase [rad]: a cycle begins at t = -phase / (2 pi) period, the first of them there
+    where that is not before t = 0 or a `count` is given. No lowest value: 0.
+    """
+    low = lowest or 0.0
+    begin = -phase / (2.0 * np.pi) * period
+    first = 0 if begin >= 0.0 or count is not None else int(np.floor(-begin / period))
+    last = count if count is not None else max(first + 1, int(np.ceil((end - begin) / period)))
+    corners = np.array([0.0, rise, rise + hold, rise + hold + fall])
+    times = (begin + period * np.arange(first, last)[:, None] + corners).ravel()
+    values = np.tile([low, highest, highest, low], last - first)
+    distinct = np.append(np.diff(times) > ROUND_OFF * period, True)
+    times, values = times[distinct], values[distinct]
+    at_zero = np.interp(0.0, times, values)
+    later = times > 0.0
+    return Profile(
+        np.concatenate([[0.0], times[later]]), np.concatenate([[at_zero], values[later]])
+    )

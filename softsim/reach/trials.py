@@ -106,7 +106,7 @@ class Puller:
             raise loaded.error(
                 ("loads", chamber, "profile") if chamber else ("loads",),
                 "a robot's pull is sought at its pressure cycle, and it has none",
-                "give its pressure a profile of kind cycles or event_cycles",
+                "give its pressure a profile of kind cycles, with rates, or event_cycles",
             )
         relief = [load.share for _, load in loads if isinstance(load, AxialRelief)]
         return cls(

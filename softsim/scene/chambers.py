@@ -11,7 +11,7 @@ from softsim.scene.profiles import (
     MassProfile,
     PressureProfile,
     VolumeProfile,
-    is_ever_suction,
+    is_ever_negative,
 )
 from softsim.scene.quantities import (
     NotNegativePressure,
@@ -45,7 +45,7 @@ class FollowerPressure(Part):
     )
     profile: PressureProfile = Field(
         description="Pressure over time, as a gauge shows it, or the rules that it follows. "
-        "Kinds constant and table may be negative: suction."
+        "Negative values are suction."
     )
     on_skin: tuple[tuple[NotNegativePressure, NotNegativePressure], ...] = Field(
         default=(),
@@ -53,7 +53,9 @@ class FollowerPressure(Part):
         "where a line between gauge and robot lets them differ; linear in between and beyond.",
     )
     factor: Number = Field(
-        default=1.0, gt=0.0, description="Pressure on the plane model over that of the profile."
+        default=1.0,
+        gt=0.0,
+        description="Multiplier: on the facets acts factor times the pressure of the profile.",
     )
     offset: NotNegativePressure = Field(
         default=written("0 Pa"),
@@ -78,11 +80,11 @@ class FollowerPressure(Part):
     @classmethod
     def _goes_with_the_profile(cls, value: Q, info: ValidationInfo) -> Q:
         profile = info.data.get("profile")
-        if value == AS_GIVEN[info.field_name or ""]:
+        if profile is None or value == AS_GIVEN[info.field_name or ""]:
             return value
         if isinstance(profile, EventCyclesProfile):
             raise ValueError("does not go with event_cycles: its pressures are those on the skin")
-        if is_ever_suction(profile):
+        if is_ever_negative(profile):
             raise ValueError(
                 "does not go with a negative pressure, which acts on the facets as given: "
                 "what on_skin, factor and offset say holds for overpressure"
@@ -110,7 +112,7 @@ class AddedVolume(_Chamber):
     """A chamber into which a liquid is pumped: its volume is prescribed, its pressure follows."""
 
     kind: Literal["added_volume"] = Field(description="Kind of load.")
-    profile: VolumeProfile = Field(description="Volume added since the start.")
+    profile: VolumeProfile = Field(description="Volume added since the start, over time.")
 
 
 class _Gas(_Chamber):
@@ -135,7 +137,7 @@ class AddedGas(_Gas):
     """A chamber into which a mass of gas is let: ideal, isothermal."""
 
     kind: Literal["added_gas"] = Field(description="Kind of load.")
-    profile: MassProfile = Field(description="Mass of gas added since the start.")
+    profile: MassProfile = Field(description="Mass of gas added since the start, over time.")
 
 
 class Pump(Part):
@@ -199,6 +201,6 @@ class Pneumatic(_Gas):
     @field_validator("profile")
     @classmethod
     def _pump_only_blows(cls, profile: Any) -> Any:
-        if is_ever_suction(profile):
+        if is_ever_negative(profile):
             raise ValueError("must not be negative: the pump blows and the valve opens outwards")
         return profile

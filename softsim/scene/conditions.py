@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from softsim.scene.part import AT_REST, Part
-from softsim.scene.profiles import LengthProfile
+from softsim.scene.profiles import LengthProfile, VelocityProfile
 from softsim.scene.quantities import (
     AngularVelocityOrVector,
     Axis,
@@ -35,35 +35,49 @@ class Symmetry(Part):
     normal: Axis = Field(description="Direction across the plane.")
 
 
-class Prescribed(Part):
+class _Moved(Part):
+    """A motion along one direction, given by its displacement or by its velocity over time."""
+
+    displacement: LengthProfile | None = Field(
+        default=None, description="Displacement over time, from zero."
+    )
+    velocity: VelocityProfile | None = Field(
+        default=None, description="Velocity over time, in place of the displacement."
+    )
+
+    @model_validator(mode="after")
+    def _is_moved_once(self) -> "_Moved":
+        if (self.displacement is None) == (self.velocity is None):
+            raise ValueError("is moved by a displacement or a velocity: give one of them")
+        return self
+
+
+class Prescribed(_Moved):
     """Nodes of which one component follows a profile."""
 
     kind: Literal["prescribed"] = Field(description="Kind of condition.")
     nodes: SetReference = Field(description='Node set, such as "block.right".')
     direction: Axis = Field(description="Component that is prescribed.")
-    displacement: LengthProfile = Field(description="Displacement over time, from zero.")
 
 
-class RigidMotion(Part):
+class RigidMotion(_Moved):
     """A rigid body of which the centre follows a profile along one direction, such as a plate of a
     press; it stays free otherwise.
     """
 
     kind: Literal["rigid_motion"] = Field(description="Kind of condition.")
     body: Text = Field(description="Rigid body.")
-    direction: Axis = Field(description="Along which it is moved.")
-    displacement: LengthProfile = Field(description="Displacement over time, from zero.")
+    direction: Axis = Field(description="Direction along which it is moved.")
 
 
-class WallMotion(Part):
+class WallMotion(_Moved):
     """A wall of any kind that is displaced along one direction, such as a press or a shaking
     ground.
     """
 
     kind: Literal["wall_motion"] = Field(description="Kind of condition.")
     wall: Text = Field(description="Wall, by its name in environment.walls.")
-    direction: Axis = Field(description="Along which it is moved.")
-    displacement: LengthProfile = Field(description="Displacement over time, from zero.")
+    direction: Axis = Field(description="Direction along which it is moved.")
 
 
 class PointMass(Part):

@@ -36,6 +36,7 @@ MOST_FILES = 100
 STEPS = "steps"
 IN_PYTHON = Option("the scene given in Python")
 PATH = re.compile(r"[^.\s]+(\.[^.\s]+)*")
+ENTRY = re.compile(r"\[(\d+)\]")
 
 Kind = TypeVar("Kind", bound=BaseModel)
 
@@ -119,8 +120,8 @@ def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     Parameters
     ----------
     path: the scene file.
-    overrides: "time.end=3 s" each: keys joined by dots (whole numbers count list entries from 0),
-        then a YAML value. Later ones win, and all win over files.
+    overrides: "time.end=3 s" each: keys joined by dots, then a YAML value; points.2.1 or
+        points[2][1] is an entry of a list, counted from 0. Later ones win, and all win over files.
 
     Raises
     ------
@@ -302,8 +303,9 @@ def overridden(tree: Tree, override: str, root: Model = Scene) -> Tree:
 
 
 def keys_at(tree: Tree, path: str, origin: Origin, root: Model = Scene) -> Keys:
-    """The keys of "time.end"; `origin` is where the path is written, `root` the class of the whole
-    file.
+    """Return the keys of "time.end", or of "points[2][1]", which may be written "points.2.1".
+
+    `origin` is where the path is written, `root` the class of the whole file.
 
     Raises
     ------
@@ -311,7 +313,7 @@ def keys_at(tree: Tree, path: str, origin: Origin, root: Model = Scene) -> Keys:
     """
     if not PATH.fullmatch(path):
         raise SceneError(f"{path!r} is no path of keys", 'such as "time.end"', origin)
-    return tuple(_keys(tree, path.split("."), origin, root))
+    return tuple(_keys(tree, ENTRY.sub(r".\1", path).split("."), origin, root))
 
 
 def _keys(tree: Tree, words: Sequence[str], origin: Origin, root: Model) -> Iterator[Key]:

@@ -1,13 +1,17 @@
 """Loads: of chambers (scene/chambers.py), motors, forces, tendons, tethers, pulled cables."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
 from softsim.scene.chambers import AddedGas, AddedVolume, FollowerPressure, Pneumatic
-from softsim.scene.part import ORIGIN, Part
+from softsim.scene.part import ORIGIN, Part, told_by_presence
 from softsim.scene.profiles import (
-    ShareProfile,
+    FactorProfile,
+    ForceDensityProfile,
+    ForceProfile,
+    LengthProfile,
+    StressProfile,
 )
 from softsim.scene.quantities import (
     Angle,
@@ -32,6 +36,8 @@ from softsim.scene.quantities import (
     Text,
     written,
 )
+
+P = TypeVar("P")
 
 
 class EccentricMass(Part):
@@ -82,14 +88,15 @@ class SinusoidalForce(Part):
 
 
 class OverTime(Part):
-    """A load that may rise, or swing, over time."""
+    """A load of a given full value that may rise, or swing, over time."""
 
     ramp: NotNegativeTime = Field(
         default=written("0 s"), description="Time to the full load, smooth."
     )
-    profile: ShareProfile | None = Field(
-        default=None, description="Share of the load over time, such as {kind: sine, frequency: "
-        "20 Hz}; instead of the ramp."
+    profile: FactorProfile | None = Field(
+        default=None, description="Factor of the full load over time, such as {kind: sine, "
+        "frequency: 20 Hz}; instead of the ramp. Values with units go with `direction`, in place "
+        "of the full load."
     )  # fmt: skip
 
     @field_validator("profile")
@@ -100,40 +107,80 @@ class OverTime(Part):
         return profile
 
 
-class NodalForce(OverTime):
-    """A force on a node set, shared by mass."""
+class Directed(Part, Generic[P]):
+    """A load along a direction, whose size over time is a profile of values with units."""
 
+    direction: Direction = Field(
+        description="Direction of positive values; its length does not matter."
+    )
+    profile: P = Field(
+        description="Size over time, such as {kind: sine, amplitude: 10 mN, frequency: 20 Hz} of a "
+        "force."
+    )
+
+
+class _OfNodes(Part):
     kind: Literal["nodal_force"] = Field(description="Kind of load.")
     nodes: SetReference = Field(description='Node set, such as "block.top".')
+
+
+class NodalForce(_OfNodes, OverTime):
+    """A force on a node set, shared by mass."""
+
     force: ForceVector = Field(description="Total force on the set.")
 
 
-class SurfaceTraction(OverTime):
-    """A force per area at rest that keeps its direction and size, however the surface moves: a
-    dead load (ABAQUS: TRVEC without following).
-    """
+class DirectedNodalForce(_OfNodes, Directed[ForceProfile]):
+    """A force on a node set, shared by mass, along a direction."""
 
+
+class _OfFacets(Part):
     kind: Literal["surface_traction"] = Field(description="Kind of load.")
     facets: tuple[SetReference, ...] = Field(
         min_length=1, description="Facet sets, such as [block.top]."
     )
+
+
+class SurfaceTraction(_OfFacets, OverTime):
+    """A force per area at rest that keeps its direction and size, however the surface moves: a
+    dead load (ABAQUS: TRVEC without following).
+    """
+
     traction: StressVector = Field(description="Force per area at rest.")
 
 
-class BodyForce(OverTime):
-    """A force per volume at rest that keeps its direction."""
+class DirectedTraction(_OfFacets, Directed[StressProfile]):
+    """A force per area at rest along a direction, whatever the surface does: a dead load."""
 
+
+class _OfBodies(Part):
     kind: Literal["body_force"] = Field(description="Kind of load.")
     bodies: tuple[Text, ...] = Field(min_length=1, description="Bodies, by name.")
+
+
+class BodyForce(_OfBodies, OverTime):
+    """A force per volume at rest that keeps its direction."""
+
     density: ForceDensityVector = Field(description="Force per volume at rest.")
 
 
-class RigidForce(OverTime):
-    """A force of constant direction on a rigid body, at its centre of mass."""
+class DirectedBodyForce(_OfBodies, Directed[ForceDensityProfile]):
+    """A force per volume at rest along a direction."""
 
+
+class _OfRigidBody(Part):
     kind: Literal["rigid_force"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body.")
+
+
+class RigidForce(_OfRigidBody, OverTime):
+    """A force of constant direction on a rigid body, at its centre of mass."""
+
     force: ForceVector = Field(description="The force.")
+
+
+class DirectedRigidForce(_OfRigidBody, Directed[ForceProfile]):
+    """A force along a direction on a rigid body, at its centre of mass."""
 
 
 class AxialRelief(Part):
@@ -229,24 +276,61 @@ class PulledCable(OverTime):
         "default 5 % of the mean side of the facets of its surface.",
     )
     pull: PositiveLength | None = Field(
-        default=None, description="How much of it is drawn in, times the profile."
+        default=None, description="Length of it that is drawn in, times the profile."
+    )
+    pull_profile: LengthProfile | None = Field(
+        default=None, description="Length of it that is drawn in, over time; in place of pull."
     )
     stiffness: PositiveStiffness | None = Field(
-        default=None, description="Tension over elongation of the whole cable, where it is pulled."
-    )
+        default=None, description="Tension over elongation of the whole cable, where it is drawn "
+        "in."
+    )  # fmt: skip
     tension: PositiveForce | None = Field(
         default=None, description="Its tension, times the profile."
+    )
+    tension_profile: ForceProfile | None = Field(
+        default=None, description="Its tension over time; in place of tension."
     )
 
     @model_validator(mode="after")
     def _is_driven_once(self) -> "PulledCable":
-        if (self.pull is None) == (self.tension is None):
-            raise ValueError("is driven by either a pull or a tension: give one of them")
-        if (self.pull is None) != (self.stiffness is None):
+        drives = ("pull", "pull_profile", "tension", "tension_profile")
+        given = [key for key in drives if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                "is driven by either a pull or a tension: give one of " + ", ".join(drives)
+            )
+        if given[0].startswith("pull") != (self.stiffness is not None):
             raise ValueError("needs a stiffness where it is drawn in by a pull, and only there")
+        if given[0].endswith("_profile") and (self.profile is not None or self.ramp != 0.0):
+            raise ValueError(
+                f"{given[0]} has the values over time: leave out profile and ramp, which are of a "
+                "pull or a tension of full value"
+            )
         return self
 
 
+def _by_direction(otherwise: str) -> Discriminator:
+    """Tell a load whose profile has values in units from one whose profile has factors."""
+    return told_by_presence("direction", ("direction",), otherwise)
+
+
+NodalLoad = Annotated[
+    Annotated[NodalForce, Tag("force")] | Annotated[DirectedNodalForce, Tag("direction")],
+    _by_direction("force"),
+]
+SurfaceLoad = Annotated[
+    Annotated[SurfaceTraction, Tag("traction")] | Annotated[DirectedTraction, Tag("direction")],
+    _by_direction("traction"),
+]
+BodyLoad = Annotated[
+    Annotated[BodyForce, Tag("density")] | Annotated[DirectedBodyForce, Tag("direction")],
+    _by_direction("density"),
+]
+RigidLoad = Annotated[
+    Annotated[RigidForce, Tag("force")] | Annotated[DirectedRigidForce, Tag("direction")],
+    _by_direction("force"),
+]
 Load = Annotated[
     FollowerPressure
     | AddedVolume
@@ -254,10 +338,10 @@ Load = Annotated[
     | Pneumatic
     | EccentricMass
     | SinusoidalForce
-    | NodalForce
-    | SurfaceTraction
-    | BodyForce
-    | RigidForce
+    | NodalLoad
+    | SurfaceLoad
+    | BodyLoad
+    | RigidLoad
     | AxialRelief
     | Tendon
     | Tether

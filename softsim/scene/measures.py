@@ -5,19 +5,11 @@ two together.
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 from softsim.scene.chambers import FollowerPressure, Pneumatic
 from softsim.scene.loads import Tendon
 from softsim.scene.outputs import probe_columns
-from softsim.scene.part import Part
-from softsim.scene.profiles import (
-    ConstantProfile,
-    CyclesProfile,
-    EventCyclesProfile,
-    NaturalDeflationProfile,
-    Table,
-)
+from softsim.scene.profiles import EventCyclesProfile, ever_falls
 from softsim.scene.schema import Scene
 
 
@@ -138,7 +130,7 @@ def produced(scene: Scene) -> dict[str, Measure]:
         found |= {f"frame_displacement_{axis}": LENGTH for axis in axes if axis != RADIAL}
         if scene.robot.rows:
             found |= OF_ROWS_ON_RIGID_BODIES
-        if has_cycles(profile):
+        if profile is not None and ever_falls(profile):
             found |= OF_RIGID_BODIES_IN_CYCLES
     if scene.robot.track is not None:
         found |= OF_TRACKS
@@ -165,15 +157,6 @@ def axes_of(scene: Scene) -> tuple[str, ...]:
     if "axisymmetric" in formulations:
         return ("y", RADIAL)
     return ("x", "y", "z") if "solid" in formulations else ("x", "y")
-
-
-def has_cycles(profile: Part | None) -> bool:
-    """Whether a pressure ever falls."""
-    if isinstance(profile, ConstantProfile):
-        return profile.value < 0.0 < profile.ramp
-    if isinstance(profile, Table):
-        return any(later[1] < earlier[1] for earlier, later in pairwise(profile.points))
-    return isinstance(profile, CyclesProfile | NaturalDeflationProfile | EventCyclesProfile)
 
 
 def of_probes(scene: Scene) -> dict[str, Measure]:

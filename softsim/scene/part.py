@@ -1,6 +1,6 @@
 """What every part of a scene is."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Discriminator
@@ -26,3 +26,16 @@ def told_by_key(classes: Mapping[str, type[Part]]) -> Discriminator:
         return next((key for key, each in classes.items() if isinstance(value, each)), None)
 
     return Discriminator(tag)
+
+
+def told_by_presence(tag: str, keys: Collection[str], otherwise: str) -> Discriminator:
+    """Tell two spellings of one kind apart: `tag` is meant where a mapping has any of `keys`, and
+    `otherwise` where it has none.
+    """
+
+    def told(value: Any) -> str:
+        if isinstance(value, Mapping):
+            return tag if any(key in value for key in keys) else otherwise
+        return tag if any(hasattr(value, key) for key in keys) else otherwise
+
+    return Discriminator(told)

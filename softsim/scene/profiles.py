@@ -1,14 +1,22 @@
-"""Values over time."""
+"""Values over time: one family of profiles for every load and condition, in the unit of each.
+
+`constant`, `ramp`, `smooth_step`, `sine`, `table` and `cycles` with a period exist for any
+quantity Q. Loads that are given as a full value take the same family as factors, plain numbers
+that are 1 by default. Pressures also have cycles told by rates, natural deflation and cycles by
+events.
+"""
 
 import math
 from itertools import pairwise
-from typing import Annotated, Generic, Literal, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, Tag, ValidationInfo, field_validator, model_validator
 
-from softsim.scene.part import Part
+from softsim.scene.part import Part, told_by_presence
 from softsim.scene.quantities import (
     Angle,
+    Force,
+    ForceDensity,
     Length,
     Mass,
     NotNegativePressure,
@@ -21,6 +29,7 @@ from softsim.scene.quantities import (
     PositiveTime,
     PositiveVelocity,
     Pressure,
+    Velocity,
     Volume,
     WholeNumber,
     written,
@@ -29,32 +38,65 @@ from softsim.scene.quantities import (
 Q = TypeVar("Q")
 
 
-class ConstantProfile(Part):
-    """A constant pressure."""
+class Constant(Part, Generic[Q]):
+    """A constant value, reached at once or by a linear rise from zero."""
 
     kind: Literal["constant"] = Field(description="Kind of profile.")
-    value: Pressure = Field(description="The pressure; negative: suction.")
+    value: Q = Field(description="The value, which may be negative (of a pressure: suction).")
     ramp: NotNegativeTime = Field(
-        default=written("0 s"), description="Time in which it is reached from zero."
+        default=written("0 s"), description="Time of the linear rise from zero; 0 s: at once."
     )
+
+    @property
+    def turns(self) -> tuple[Q | float, ...]:
+        """Values between which the profile is monotonic, in their order."""
+        return (0.0, self.value) if self.ramp > 0.0 else (self.value,)
 
 
 class Ramp(Part, Generic[Q]):
     """A linear rise from zero, then constant."""
 
     kind: Literal["ramp"] = Field(description="Kind of profile.")
-    value: Q = Field(description="Reached at the end of the rise.")
+    value: Q = Field(description="Value at the end of the rise, and after it.")
     duration: PositiveTime = Field(description="Time of the rise.")
+
+    @property
+    def turns(self) -> tuple[Q | float, ...]:
+        """Values between which the profile is monotonic, in their order."""
+        return (0.0, self.value)
 
 
 class SmoothStep(Part, Generic[Q]):
-    """A rise from zero as u^2 (3 - 2 u), u = time / duration, then constant: without a jump of the
-    rate, so that little vibrates (ABAQUS's amplitude SMOOTH STEP is of this kind).
+    """A rise from zero as u^2 (3 - 2 u), u = time / duration, then constant: the rate has no jump,
+    so that little vibrates (as with ABAQUS's amplitude SMOOTH STEP).
     """
 
     kind: Literal["smooth_step"] = Field(description="Kind of profile.")
-    value: Q = Field(description="Reached at the end of the rise.")
+    value: Q = Field(description="Value at the end of the rise, and after it.")
     duration: PositiveTime = Field(description="Time of the rise.")
+
+    @property
+    def turns(self) -> tuple[Q | float, ...]:
+        """Values between which the profile is monotonic, in their order."""
+        return (0.0, self.value)
+
+
+class Sine(Part, Generic[Q]):
+    """mean + amplitude sin(2 pi f t + phase), for as long as the run lasts."""
+
+    kind: Literal["sine"] = Field(description="Kind of profile.")
+    amplitude: Q = Field(description="Half of the difference of the highest and lowest values.")
+    frequency: PositiveFrequency = Field(description="f.")
+    phase: Angle = Field(default=written("0 deg"), description="Angle at t = 0.")
+    mean: Q | None = Field(
+        default=None, description="Value about which it oscillates; 0 by default."
+    )
+
+    @property
+    def turns(self) -> tuple[Any, ...]:
+        """Values between which the profile is monotonic, in their order."""
+        mean: Any = self.mean or 0.0
+        return (mean + self.amplitude, mean - self.amplitude)
 
 
 class Table(Part, Generic[Q]):
@@ -73,45 +115,92 @@ class Table(Part, Generic[Q]):
                 raise ValueError(f"point {number + 1} must come later than point {number}")
         return points
 
-
-class RampedShare(Part):
-    """A linear rise from 0 to 1, then 1."""
-
-    kind: Literal["ramp"] = Field(description="Kind of profile.")
-    duration: PositiveTime = Field(description="Time of the rise.")
+    @property
+    def turns(self) -> tuple[Q, ...]:
+        """Values between which the profile is monotonic, in their order."""
+        return tuple(value for _, value in self.points)
 
 
-class SmoothShare(Part):
-    """A rise from 0 to 1 as u^2 (3 - 2 u), u = time / duration, then 1."""
+class PeriodicCycles(Part, Generic[Q]):
+    """Trapezoids that repeat: rise, hold, fall, rest at the lowest value for the remainder of the
+    period.
+    """
 
-    kind: Literal["smooth_step"] = Field(description="Kind of profile.")
-    duration: PositiveTime = Field(description="Time of the rise.")
+    kind: Literal["cycles"] = Field(description="Kind of profile.")
+    period: PositiveTime = Field(description="Time from the beginning of a cycle to the next.")
+    highest: Q = Field(description="Highest value.")
+    lowest: Q | None = Field(
+        default=None, description="Lowest value, at which cycles begin; 0 by default."
+    )
+    rise: PositiveTime = Field(description="Time from the lowest to the highest value.")
+    hold: NotNegativeTime = Field(default=written("0 s"), description="Time at the highest value.")
+    fall: PositiveTime = Field(description="Time from the highest to the lowest value.")
+    phase: Angle = Field(
+        default=written("0 deg"),
+        description="Angle at t = 0, of 360 deg in a period. Negative: the first cycle begins "
+        "later by that part of a period, and until then the value is the lowest.",
+    )
+    count: Annotated[WholeNumber, Field(ge=1, le=100000)] | None = Field(
+        default=None, description="Number of cycles; by default they last as long as the run."
+    )
+
+    @field_validator("lowest")
+    @classmethod
+    def _lowest_is_lower(cls, lowest: Any, info: ValidationInfo) -> Any:
+        if (lowest or 0.0) >= info.data.get("highest", math.inf):
+            raise ValueError("must be below highest")
+        return lowest
+
+    @model_validator(mode="after")
+    def _a_cycle_fits(self) -> "PeriodicCycles[Q]":
+        taken = self.rise + self.hold + self.fall
+        if taken > self.period * (1.0 + 1e-9):
+            raise ValueError(
+                f"rise, hold and fall take {taken:.6g} s, more than the period, {self.period:.6g} s"
+            )
+        return self
+
+    @property
+    def turns(self) -> tuple[Q | float, ...]:
+        """Values between which the profile is monotonic, in their order."""
+        return (self.lowest or 0.0, self.highest, self.lowest or 0.0)
 
 
-class FullShare(Part):
-    """All of it from the start."""
-
-    kind: Literal["constant"] = Field(description="Kind of profile.")
-
-
-class SineShare(Part):
-    """sin(2 pi f t + phase), for as long as the run lasts."""
-
-    kind: Literal["sine"] = Field(description="Kind of profile.")
-    frequency: PositiveFrequency = Field(description="f.")
-    phase: Angle = Field(default=written("0 deg"), description="At t = 0.")
+# Where values with units go, for those who give one where a factor is due.
+PLAIN = (
+    "a plain number. Values with units go with `direction` in place of a force, with "
+    "`pull_profile` or `tension_profile` of a cable."
+)
 
 
-ShareProfile = Annotated[
-    FullShare | RampedShare | SmoothShare | SineShare | Table[Number], Field(discriminator="kind")
-]
-LengthProfile = Annotated[
-    Ramp[Length] | SmoothStep[Length] | Table[Length], Field(discriminator="kind")
-]
-VolumeProfile = Annotated[
-    Ramp[Volume] | SmoothStep[Volume] | Table[Volume], Field(discriminator="kind")
-]
-MassProfile = Annotated[Ramp[Mass] | SmoothStep[Mass] | Table[Mass], Field(discriminator="kind")]
+class ConstantFactor(Constant[Number]):
+    """A constant factor."""
+
+    value: Number = Field(default=1.0, description=f"The factor, {PLAIN}")
+
+
+class RampedFactor(Ramp[Number]):
+    """A factor with a linear rise from zero, then constant."""
+
+    value: Number = Field(default=1.0, description=f"Factor after the rise, {PLAIN}")
+
+
+class SmoothFactor(SmoothStep[Number]):
+    """A factor that rises from zero as u^2 (3 - 2 u), u = time / duration, then is constant."""
+
+    value: Number = Field(default=1.0, description=f"Factor after the rise, {PLAIN}")
+
+
+class SineFactor(Sine[Number]):
+    """mean + amplitude sin(2 pi f t + phase), for as long as the run lasts."""
+
+    amplitude: Number = Field(default=1.0, description=f"Factor at the peaks, {PLAIN}")
+
+
+class PeriodicFactor(PeriodicCycles[Number]):
+    """A factor that repeats: rise, hold, fall, rest."""
+
+    highest: Number = Field(default=1.0, description=f"Highest factor, {PLAIN}")
 
 
 class _Swing(Part):
@@ -128,6 +217,11 @@ class _Swing(Part):
         if lowest >= info.data.get("highest", math.inf):
             raise ValueError("must be below highest")
         return lowest
+
+    @property
+    def turns(self) -> tuple[float, ...]:
+        """Values between which the profile is monotonic, in their order."""
+        return (0.0, self.highest, self.lowest)
 
 
 class _Cycle(_Swing):
@@ -247,12 +341,90 @@ def _duration(info: ValidationInfo, rate: str) -> float:
     return float((known["highest"] - known["lowest"]) / known[rate])
 
 
-FixedProfile = ConstantProfile | Table[Pressure] | CyclesProfile | NaturalDeflationProfile
+CyclesOfPressure = Annotated[
+    Annotated[CyclesProfile, Tag("rates")] | Annotated[PeriodicCycles[Pressure], Tag("period")],
+    told_by_presence("rates", ("inflation_rate", "deflation_rate"), otherwise="period"),
+]
+FixedProfile = (
+    Constant[Pressure] | Ramp[Pressure] | SmoothStep[Pressure] | Sine[Pressure] | Table[Pressure]
+    | CyclesOfPressure | NaturalDeflationProfile
+)  # fmt: skip
 PressureProfile = Annotated[FixedProfile | EventCyclesProfile, Field(discriminator="kind")]
 
+LengthProfile = Annotated[
+    Constant[Length]
+    | Ramp[Length]
+    | SmoothStep[Length]
+    | Sine[Length]
+    | Table[Length]
+    | PeriodicCycles[Length],
+    Field(discriminator="kind"),
+]
+VelocityProfile = Annotated[
+    Constant[Velocity]
+    | Ramp[Velocity]
+    | SmoothStep[Velocity]
+    | Sine[Velocity]
+    | Table[Velocity]
+    | PeriodicCycles[Velocity],
+    Field(discriminator="kind"),
+]
+VolumeProfile = Annotated[
+    Constant[Volume]
+    | Ramp[Volume]
+    | SmoothStep[Volume]
+    | Sine[Volume]
+    | Table[Volume]
+    | PeriodicCycles[Volume],
+    Field(discriminator="kind"),
+]
+MassProfile = Annotated[
+    Constant[Mass]
+    | Ramp[Mass]
+    | SmoothStep[Mass]
+    | Sine[Mass]
+    | Table[Mass]
+    | PeriodicCycles[Mass],
+    Field(discriminator="kind"),
+]
+ForceProfile = Annotated[
+    Constant[Force]
+    | Ramp[Force]
+    | SmoothStep[Force]
+    | Sine[Force]
+    | Table[Force]
+    | PeriodicCycles[Force],
+    Field(discriminator="kind"),
+]
+StressProfile = Annotated[
+    Constant[Pressure]
+    | Ramp[Pressure]
+    | SmoothStep[Pressure]
+    | Sine[Pressure]
+    | Table[Pressure]
+    | PeriodicCycles[Pressure],
+    Field(discriminator="kind"),
+]
+ForceDensityProfile = Annotated[
+    Constant[ForceDensity]
+    | Ramp[ForceDensity]
+    | SmoothStep[ForceDensity]
+    | Sine[ForceDensity]
+    | Table[ForceDensity]
+    | PeriodicCycles[ForceDensity],
+    Field(discriminator="kind"),
+]
+FactorProfile = Annotated[
+    ConstantFactor | RampedFactor | SmoothFactor | SineFactor | Table[Number] | PeriodicFactor,
+    Field(discriminator="kind"),
+]
 
-def is_ever_suction(profile: Part | None) -> bool:
-    """Whether a pressure over time is negative at any time."""
-    if isinstance(profile, Table):
-        return any(value < 0.0 for _, value in profile.points)
-    return isinstance(profile, ConstantProfile) and profile.value < 0.0
+
+def is_ever_negative(profile: FixedProfile | EventCyclesProfile) -> bool:
+    """Return True if a pressure over time is negative at any time: suction."""
+    return any(value < 0.0 for value in profile.turns)
+
+
+def ever_falls(profile: FixedProfile | EventCyclesProfile) -> bool:
+    """Return True if a pressure over time falls at any time."""
+    return any(later < earlier for earlier, later in pairwise(profile.turns))

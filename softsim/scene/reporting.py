@@ -139,7 +139,8 @@ def _unknown_variant(place: Place, tree: Tree) -> SceneError:
             (place.field.description or "") if place.field else "",
             held.origin,
         )
-    tags = [pair for model in place.models for pair in discriminators(model).items()]
+    pairs = [pair for model in place.models for pair in discriminators(model).items()]
+    tags = list(dict.fromkeys(pairs))
     others = [first_key(model) for model in place.models if not discriminators(model)]
     if not tags:
         words = [key for key in held.value if difflib.get_close_matches(key, others)]

@@ -50,19 +50,23 @@ class Place:
         return _bare(self.annotation) is int
 
     @property
-    def tags(self) -> dict[str, Model]:
-        """What pydantic calls each of the classes here in the loc of an error -> the class."""
-        found: dict[str, Model] = {}
+    def tags(self) -> dict[str, Any]:
+        """Annotation of each option here by the tag that pydantic puts into the loc of an error.
+
+        An option is a class, or a union of the spellings of one kind with tags of their own.
+        """
+        found: dict[str, Any] = {}
         for option in get_args(_bare(self.annotation)):
             notes = get_args(option)[1:] if get_origin(option) is Annotated else ()
             given = [note.tag for note in notes if isinstance(note, Tag)]
             for model in Place(option).models:
-                found |= dict.fromkeys(given or discriminators(model).values(), model)
+                found |= dict.fromkeys(given or discriminators(model).values(), option)
         return found
 
     def variant(self, value: Any) -> "Place":
         """The place with the class that the mapping `value` means, by its law, kind, generator, or
-        by the first key of a class that has none of these.
+        by the first key of a class that has none of these. Of two spellings of one kind, the one
+        that has more of the keys given.
         """
         given = value if isinstance(value, dict) else {}
         matching = [
@@ -71,12 +75,13 @@ class Place:
             if all(given.get(key) == tag for key, tag in discriminators(model).items())
             and (discriminators(model) or first_key(model) in given)
         ]
-        return (
-            Place(matching[0], self.field, self.keys) if len(self.models) > 1 and matching else self
-        )
+        if len(self.models) < 2 or not matching:
+            return self
+        meant = max(matching, key=lambda model: len(model.model_fields.keys() & given.keys()))
+        return Place(meant, self.field, self.keys)
 
     def tagged(self, tag: str) -> "Place":
-        """The place with the class that pydantic calls `tag`."""
+        """The place with the option that pydantic calls `tag`."""
         return Place(self.tags[tag], self.field, self.keys)
 
     def inside(self, key: Key) -> "Place | None":

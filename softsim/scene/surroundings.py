@@ -8,7 +8,7 @@ from softsim.scene.gridded_walls import SurfaceWall
 from softsim.scene.part import ORIGIN, Part
 from softsim.scene.pipe_items import PipeItem
 from softsim.scene.polylines import PolylineWall
-from softsim.scene.profiles import ShareProfile
+from softsim.scene.profiles import FactorProfile
 from softsim.scene.quantities import (
     AccelerationOrVector,
     Angle,
@@ -118,10 +118,10 @@ class Environment(Part):
         description="Acceleration of gravity, downwards; or as a vector: [0 m/s^2, -9.81 m/s^2], "
         "in space three components.",
     )
-    gravity_profile: ShareProfile | None = Field(
+    gravity_profile: FactorProfile | None = Field(
         default=None,
-        description="Over which gravity rises from 0 to its full value, such as {kind: ramp, "
-        "duration: 50 ms}; by default it is there from the start.",
+        description="Factor of gravity over time, such as {kind: ramp, duration: 50 ms}; by "
+        "default all of gravity acts from the start.",
     )
     inclination: Angle = Field(
         default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."

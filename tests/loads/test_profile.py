@@ -5,7 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softsim.loads.profile import Profile, constant, cycles, natural_deflation
+from softsim.loads.profile import (
+    Profile,
+    constant,
+    cycles,
+    natural_deflation,
+    periodic_cycles,
+)
 from softsim.loads.rotor import eccentric_mass, sinusoidal_force
 
 X, Z = np.eye(3)[[0, 2]]
@@ -109,3 +115,29 @@ def test_sinusoidal_force_takes_only_the_direction():
     np.testing.assert_allclose(load.sine, [0.0, 3.0])
     in_space = sinusoidal_force(3.0, np.array([0.0, 0.0, 2.0]), 5.0, 0.0, 0.0)
     np.testing.assert_allclose([in_space.cosine, in_space.sine], [[0.0] * 3, [0.0, 0.0, 3.0]])
+
+
+@given(
+    st.floats(0.1, 3.0), st.floats(0.05, 0.4), st.floats(0.0, 0.3), st.floats(0.05, 0.3),
+    st.floats(-900.0, 900.0), st.one_of(st.none(), st.integers(1, 4)),
+)  # fmt: skip
+def test_periodic_cycles_are_the_trapezoid_of_the_time_in_their_period(T, r, h, f, degrees, count):
+    profile = periodic_cycles(
+        T, 5.0, -1.0, r * T, h * T, f * T, np.deg2rad(degrees), count, end=4.0
+    )
+    t = np.linspace(0.0, 4.0, 4001)
+    begun = t / T + degrees / 360.0
+    u = begun % 1.0
+    wave = np.interp(u, [0.0, r, r + h, r + h + f, 1.0], [-1.0, 5.0, 5.0, -1.0, -1.0])
+    wave[(begun < 0.0) if count is None else (begun < 0.0) | (begun > count)] = -1.0
+    np.testing.assert_allclose(profile.at(t), wave, atol=1e-6)
+    assert (np.diff(profile.times) > 0.0).all()
+
+
+def test_the_integral_of_a_profile_is_exact_to_its_chords():
+    ramp = Profile(np.array([0.0, 1.0]), np.array([0.0, 2.0])).integrated(3.0)
+    t = np.linspace(0.0, 3.0, 1001)
+    exact = np.where(t < 1.0, t**2, 2.0 * t - 1.0)
+    np.testing.assert_allclose(ramp.at(t), exact, atol=1e-5 * exact.max())
+    assert len(ramp.times) < 200
+    assert len(constant(2.0, 0.0).integrated(3.0).times) == 2

@@ -116,7 +116,7 @@ def test_an_error_in_a_part_names_the_part(write, smallest):
 
 def test_options_win_over_files_and_later_ones_over_earlier(write):
     options = ["time.end=3 s", "time.end=4 s", "solver.safety_factor=5e-1", "title=yes",
-               "loads.air.profile.points.1.1=3 kPa", "materials.soft.prony.0.g=0.2",
+               "loads.air.profile.points[1][1]=3 kPa", "materials.soft.prony[0].g=0.2",
                "environment.walls.floor={kind: plane}"]  # fmt: skip
     scene = load_scene(write(a=WITH_ALL), options).scene
     assert (scene.time.end, scene.solver.safety_factor, scene.title) == (4.0, 0.5, "yes")

@@ -103,7 +103,7 @@ JARGON = (
         ("time:", "environment: {walls: {w: {diameter: 1 mm}}}\ntime:", "w: {"),
         ("time:", f"materials: {{m: {{law: hooke, {SOFT}}}}}\ntime:", "hooke"),
         ("time:", f"materials: {{m: {{{SOFT}}}}}\ntime:", "m: {"),
-        ("time:", f"loads: {{a: {{{BLOW}, profile: {{kind: sine}}}}}}\ntime:", "sine"),
+        ("time:", f"loads: {{a: {{{BLOW}, profile: {{kind: sinus}}}}}}\ntime:", "sinus"),
         ("time:", f"loads: {{a: {{{BLOW}, profile: 3 kPa}}}}\ntime:", "3 kPa"),
         ("time:", f"loads: {{a: {{{BLOW}}}}}\ntime:", "a: {"),
         # values of the wrong type or outside their limits

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from softsim.builder.profiles import pressure_profile
+from softsim.builder.profiles import built_profile
 from validation import contact_rows, inclination, lowest_pressure, propulsion_force, prototypes
 from validation.cases import Outcome
 from validation.thesis import LOWEST, LOWEST_VERTICAL, WEIGHT
@@ -19,7 +19,7 @@ STEP = 2e-3  # s, of the history
 def cycle(case):
     """time [s], pressure [Pa] and whether it falls, of a case's own profile."""
     scene = case.loaded.scene
-    profile = pressure_profile(scene.loads["air"].profile)
+    profile = built_profile(scene.loads["air"].profile, scene.time.end)
     time = np.arange(0.0, scene.time.end + 0.5 * STEP, STEP)
     pressure = np.array([profile.at(t) for t in time])
     return time, pressure, np.gradient(pressure) < -1.0
@@ -184,7 +184,9 @@ def test_a_cycle_that_ends_higher_is_the_same_motion_ended_earlier():
     """What lets one run show all lowest pressures: the pressures are the same until then."""
     case = lowest_pressure.vertical(36)
     other = case.loaded.scene.loads["air"].profile.model_copy(update={"lowest": 15e3})
-    long, short = pressure_profile(case.loaded.scene.loads["air"].profile), pressure_profile(other)
+    end = case.loaded.scene.time.end
+    long = built_profile(case.loaded.scene.loads["air"].profile, end)
+    short = built_profile(other, end)
     time = np.linspace(0.0, short.times[-1], 500)
     assert [long.at(t) for t in time] == pytest.approx([short.at(t) for t in time], rel=1e-9)
     assert long.times[-1] > short.times[-1]

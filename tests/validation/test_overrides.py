@@ -2,7 +2,7 @@
 
 import pytest
 
-from softsim.builder.profiles import pressure_profile
+from softsim.builder.profiles import built_profile
 from softsim.robots.pfr import pfr_section
 from softsim.scene.loading import load_scene
 from validation import prototypes
@@ -13,7 +13,7 @@ from validation.slope import upwards
 
 
 def profile_of(scene):
-    return pressure_profile(scene.loads["air"].profile)
+    return built_profile(scene.loads["air"].profile, scene.time.end)
 
 
 @pytest.mark.parametrize("highest", HIGHESTS)

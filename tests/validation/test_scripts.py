@@ -37,11 +37,11 @@ def test_names_are_unique():
 )
 def test_a_run_ends_with_its_last_cycle(overrides):
     """Not before the end of the last fall, and within 1 ms of it."""
-    from softsim.builder.profiles import pressure_profile
+    from softsim.builder.profiles import built_profile
     from softsim.scene.loading import load_scene
 
     scene = load_scene(SCENES / "pfr_36mm.yaml", overrides).scene
-    profile = pressure_profile(scene.loads["air"].profile)
+    profile = built_profile(scene.loads["air"].profile, scene.time.end)
     assert 0.0 <= scene.time.end - profile.times[-1] < 1e-3
     assert profile.values.max() == pytest.approx(23e3)
 
