@@ -1,6 +1,6 @@
 """The progress of a run, in numbers that a checkpoint keeps."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from softsim.loads.pressure_control import ControlState
@@ -13,7 +13,7 @@ class Progress:
 
     time_increment: the step in use [s]. told_step: the stable step that was told last [s]. control:
     state of a controlled pressure. row_count, frame_count: entries of the run's files when the
-    checkpoint was written.
+    checkpoint was written. warnings: kind -> text of the run's warnings so far.
     """
 
     schedule: StableStepSchedule
@@ -31,6 +31,7 @@ class Progress:
     row_count: int = 0
     frame_count: int = 0
     control: ControlState | None = None
+    warnings: dict[str, str] = field(default_factory=dict)
 
     @classmethod
     def written(cls, numbers: dict[str, Any]) -> "Progress":

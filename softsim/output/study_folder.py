@@ -5,8 +5,8 @@
     cases/KEY/               what a run leaves, thinned; KEY is the digest of all that decides it
 
 Columns of the table, in this order: `case`, one a factor, one a measure, `verdict` (of layouts
-only), `status`, `reason`, `wall_time [s]`, `key`. A column of numbers with a unit is called
-"name [unit]".
+only), `status`, `reason`, `warnings` (how many, if any case has some), `wall_time [s]`, `key`. A
+column of numbers with a unit is called "name [unit]".
 """
 
 import io
@@ -25,6 +25,9 @@ STUDY, TABLE, TABLE_TEXT, CASES = "study.json", "table.parquet", "table.csv", "c
 
 FORMULA_STARTS = r"^[=+\-@\t\r\n]"
 """Pattern of the texts that a spreadsheet may take for a formula (OWASP, CSV injection)."""
+
+WARNINGS = "warnings"
+"""Column of the number of warnings of each case."""
 
 BEGIN_AGAIN = "remove it and start the study again: cases that have ended do not run again"
 

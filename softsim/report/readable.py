@@ -19,6 +19,11 @@ def duration(seconds: float) -> str:
     return f"{minutes // 60} h {minutes % 60} min"
 
 
+def counted(number: int, thing: str) -> str:
+    """Return a number of things: "1 warning", "2 warnings"."""
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
 def each(values: Sequence[float | None], factor: float, unit: str) -> str:
     """An entry a pressure cycle, in this unit; where there was no motion it has none."""
     return ", ".join("no motion" if v is None else f"{v * factor:.4g} {unit}" for v in values)

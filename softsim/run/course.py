@@ -150,6 +150,7 @@ class Run:
         )
         self.balance = EnergyBalance(progress.initial_balance, progress.largest_energy)
         self.shape = ReferenceShape(self.model, checkpoint.inspected)
+        self.files.warnings.update(progress.warnings)
         log.info("resumed at t = %.6g s, increment %d", progress.time, progress.increment_count)
         self._set_out(progress)
 
@@ -381,6 +382,7 @@ class Run:
         progress.time, progress.increment_count = scenario.time, scenario.increment_count
         progress.time_increment, progress.control = scenario.time_increment, self.loop.state
         progress.wall_time = self._wall_time()
+        progress.warnings = dict(self.files.warnings)
         with self.clock.spending_on(CHECKPOINTS):
             self.files.write_checkpoint(scenario, progress, self.shape.x)
 
@@ -410,6 +412,7 @@ class Run:
             "first_increment_after": self.clock.first_increment_after,
             "element_updates_per_second": rate if done else None,
             "energy_error": float(self.progress.largest_energy_error),
+            "warnings": list(self.files.warnings.values()),
         }
         self.files.write_summary(summary | found)
 

@@ -50,7 +50,7 @@ class RunFiles:
         self.path = target.path
         self.file_digests = loaded.file_digests()  # of the files that the model was just built from
         self.summary: dict[str, Any] = {}
-        self.warned: set[str] = set()
+        self.warnings: dict[str, str] = {}
         if resumed_at is None:
             for stale in (files.CHECKPOINT, files.SUMMARY, files.LOG):
                 (self.path / stale).unlink(missing_ok=True)
@@ -75,10 +75,12 @@ class RunFiles:
                 self.log_file.close()
 
     def warn(self, warnings: Mapping[str, str]) -> None:
-        """Write warnings (kind -> text) into the log and onto the console, each kind once."""
+        """Write warnings (kind -> text) into the log and onto the console, the first of each kind
+        only; the summary lists them.
+        """
         for kind, text in warnings.items():
-            if kind not in self.warned:
-                self.warned.add(kind)
+            if kind not in self.warnings:
+                self.warnings[kind] = text
                 log.warning(text)
                 self.console.print(f"warning: {text}", highlight=False)
 

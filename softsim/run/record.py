@@ -29,7 +29,9 @@ class Rows(Protocol):
 
 
 class Record(Protocol):
-    """What a run tells of itself. loaded, model: its scene, and what was built from it."""
+    """Record of a run. loaded, model: its scene, and what was built from it. warnings: kind -> text
+    of all warnings so far, in the order in which they came.
+    """
 
     @property
     def loaded(self) -> LoadedScene: ...
@@ -43,12 +45,13 @@ class Record(Protocol):
     def history(self) -> Rows: ...
 
     summary: dict[str, Any]
+    warnings: dict[str, str]
 
     def logged(self) -> AbstractContextManager[None]:
         """Write what is logged in the block into this run's log."""
 
     def warn(self, warnings: Mapping[str, str]) -> None:
-        """Tell warnings (kind -> text), each kind once."""
+        """Record warnings (kind -> text), the first of each kind only."""
 
     def tell(self, text: str) -> None:
         """Tell what happened."""
@@ -103,7 +106,7 @@ class Memory:
         self.console = Console(quiet=True)
         self.history = KeptRows(tuple(columns(model)))
         self.summary: dict[str, Any] = {}
-        self.warned: set[str] = set()
+        self.warnings: dict[str, str] = {}
 
     @contextmanager
     def logged(self) -> Iterator[None]:
@@ -111,10 +114,10 @@ class Memory:
         yield
 
     def warn(self, warnings: Mapping[str, str]) -> None:
-        """Log warnings (kind -> text), each kind once."""
+        """Log warnings (kind -> text), the first of each kind only."""
         for kind, text in warnings.items():
-            if kind not in self.warned:
-                self.warned.add(kind)
+            if kind not in self.warnings:
+                self.warnings[kind] = text
                 log.warning(text)
 
     def tell(self, text: str) -> None:

@@ -187,6 +187,7 @@ class Work:
                     "status": summary.get("status", "not begun"),
                     "simulated_time": summary.get("simulated_time"),
                     "wall_time": summary.get("wall_time"),
+                    "warnings": summary.get("warnings", []),
                 }
             )
         title = self.steps[0].loaded.scene.title

@@ -158,7 +158,7 @@ class LoadedStudy:
         return self.design
 
 
-TAKEN = ("case", REPEAT, "verdict", "status", "reason", "wall_time", "key")
+TAKEN = ("case", REPEAT, "verdict", "status", "reason", "warnings", "wall_time", "key")
 """Columns that every table has."""
 
 

@@ -20,6 +20,7 @@ from softsim.output.claim import claimed
 from softsim.output.console import PLAIN_EVERY
 from softsim.output.study_folder import (
     CASES,
+    WARNINGS,
     StudyRecord,
     is_study,
     read_study,
@@ -62,6 +63,7 @@ class StudyTable:
             "verdict": polars.String,
             "status": polars.String,
             "reason": polars.String,
+            WARNINGS: polars.Int64,
             WALL_TIME: polars.Float64,
             "key": polars.String,
         }
@@ -111,16 +113,19 @@ class StudyTable:
             "verdict": asked.get("verdict"),
             "status": outcome.status,
             "reason": outcome.reason or None,
+            WARNINGS: len(outcome.summary.get("warnings", [])) or None,
             WALL_TIME: outcome.wall_time or None,
             "key": outcome.key,
         }
 
     def frame(self) -> polars.DataFrame:
-        """The table as it is now; without the column of verdicts where there are none."""
+        """Return the table as it is now, without the columns of verdicts and warnings if they are
+        empty.
+        """
         rows = [self.rows[number] for number in sorted(self.rows)]
         frame = polars.DataFrame(rows, schema=self.schema, orient="row")
-        has_verdicts = frame["verdict"].is_not_null().any()
-        return frame if has_verdicts else frame.drop("verdict")
+        empty = [name for name in ("verdict", WARNINGS) if frame[name].is_null().all()]
+        return frame.drop(empty)
 
 
 class StudyProgress:

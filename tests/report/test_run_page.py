@@ -105,6 +105,16 @@ def test_a_folder_without_history_is_named(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_warnings_stand_in_a_bar_above_the_verdict(folder: Path) -> None:
+    write_summary(folder)
+    assert 'class="warnings"' not in write_run_page(folder).read_text("utf-8")
+    write_summary(folder, warnings=["at 0.1 s hourglass modes hold > 5 %", "contact chatters"])
+    header = re.findall("<header>.*</header>", write_run_page(folder).read_text("utf-8"), re.S)[0]
+    bar, _, verdict = header.partition('<p class="state')
+    assert "2 warnings" in bar and "hourglass modes hold &gt; 5 %" in bar
+    assert verdict.startswith(' open">done, with 2 warnings')
+
+
 TITLE = """<script>alert(1)</script> & "x" '</script>"""
 
 
@@ -163,6 +173,14 @@ EXPECT = {"expect": {"passes": None, "mean_speed": {"min": "1 mm/s", "max": None
         (DONE, EXPECT, [GOOD, GOOD], "as the scene expects: mean speed min 1 mm/s"),
         (DONE | {"failure": "not as expected"}, EXPECT, [GOOD, BAD], "not as expected"),
         ({"status": "aborted", "failure": "element 7 inverted"}, {}, [BAD], "element 7 inverted"),
+        (DONE | {"warnings": ["a", "b"]}, {}, [OPEN], "done, with 2 warnings: simulated"),
+        (DONE | {"warnings": ["a"]}, EXPECT, [OPEN, OPEN], "as the scene expects"),
+        (
+            DONE | {"warnings": ["a"], "layout": {"verdict": "passed", "sentence": "passed: 9 mm"}},
+            {},
+            [OPEN, OPEN],
+            "passed: 9 mm",
+        ),
         ({"status": "aborted"}, EXPECT, [BAD], "run.log"),
         ({"status": "interrupted"}, EXPECT, [OPEN], "--resume"),
         ({}, {}, [OPEN], "not finished"),

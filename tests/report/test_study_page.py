@@ -6,6 +6,7 @@ from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
+import polars
 import pytest
 from selenium.webdriver import ActionChains
 from selenium.webdriver.common.by import By
@@ -13,7 +14,7 @@ from study_folders import FRICTION, PIPE, RATE, RATES, SPEED, grid, sampled, spe
 from typer.testing import CliRunner
 
 from softsim.cli import app
-from softsim.output.study_folder import TABLE_TEXT
+from softsim.output.study_folder import TABLE_TEXT, WARNINGS, read_table, write_table
 from softsim.report.study.figures import study_charts
 from softsim.report.study.findings import Findings
 from softsim.report.study.page import level_words, page_context, state_of, write_study_page
@@ -49,6 +50,14 @@ def page(tmp_path_factory) -> Path:
 def test_the_state_counts_cases(tmp_path, statuses, kind, words):
     rows = [{"rate": float(k), "status": status} for k, status in enumerate(statuses, start=1)]
     assert state_of(Findings.read(write_made_up(tmp_path, [RATE], rows))) == (kind, words)
+
+
+def test_a_study_with_warnings_is_not_good(tmp_path):
+    folder = write_made_up(tmp_path, [RATE], [{"rate": 1.0}, {"rate": 2.0}])
+    table = read_table(folder).with_columns(polars.Series(WARNINGS, [None, 3]))
+    write_table(folder, table)
+    kind, words = state_of(Findings.read(folder))
+    assert kind == "open" and "2 of 2 cases done, 1 with warnings" in words
 
 
 def test_what_the_page_tells(tmp_path):

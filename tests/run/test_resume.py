@@ -16,6 +16,7 @@ from rich.console import Console
 
 from softsim.errors import OutputError
 from softsim.output.claim import claimed
+from softsim.output.folder import read_summary
 from softsim.output.history import read_history
 
 # Checkpoints as often as rows: a run that takes long enough to be stopped in its middle.
@@ -60,12 +61,12 @@ def test_killed_and_resumed_gives_the_same_files(write_scene, tmp_path, run, ker
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory, kernel_cache):
-    """The strip's scene, and the folder of its run to 5 ms, which ended as it should."""
+    """The strip's scene, and the folder of its run to 5 ms: done, with a warning of its depth."""
     from softsim.run import run as run_scene
 
     base = tmp_path_factory.mktemp("finished")
     scene, out = base / "scene.yaml", base / "out"
-    scene.write_text(FALLING_STRIP, encoding="utf-8")
+    scene.write_text(FALLING_STRIP.replace("5 mm, m", "6 m, m"), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("SOFTSIM_CACHE", kernel_cache)
         run_scene(scene, ("time.end=5 ms",), out, "cpu", console=Console(file=io.StringIO()))
@@ -94,7 +95,10 @@ def test_resuming_a_finished_run_changes_nothing(ended, run):
     before = (out / "history.csv").read_bytes()
     run(scene, "time.end=5 ms", out=out, resume=True)
     assert (out / "history.csv").read_bytes() == before
-    assert status(out) == "done"
+    summary = read_summary(out)
+    assert summary["status"] == "done"
+    [warning] = summary["warnings"]  # given at the start, and kept by the checkpoint
+    assert warning.startswith("body 'strip' is 6000 mm deep")
 
 
 def test_resume_on_another_device_is_refused(ended, run):

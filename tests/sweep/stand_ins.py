@@ -19,6 +19,7 @@ def leave_files(job):
     (job.folder / "checkpoint.h5").write_text("state")
     summary = {"status": "done", "energy_error": 0.001, "increments": 100 * job.case.number}
     summary["slip_share"] = float(job.case.values.get("time", EDGE) < EDGE)
+    summary["warnings"] = ["chatter", "hourglass"] if job.case.number == 2 else []
     (job.folder / "summary.json").write_text(json.dumps(summary))
 
 

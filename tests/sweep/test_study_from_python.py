@@ -23,7 +23,7 @@ FALL = {
     "scene": "block.yaml",
     "set": {"time.end": "0.5 ms"},
     "factors": {"gravity": {"key": "environment.gravity", "values": ["1 m/s^2", "10 m/s^2"]}},
-    "measures": {"way": {"of": "body_displacement", "unit": "nm"}},
+    "measures": {"way": {"of": "body_displacement_x", "unit": "nm"}},
     "design": {"kind": "grid"},
     "optimize": {"maximize": "way", "trials": 3},
 }

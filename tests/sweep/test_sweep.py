@@ -50,6 +50,7 @@ def test_table_and_record(study_file, tmp_path, pool):
     table, said = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     assert table["time [ms]"].to_list() == pytest.approx([2, 4, 6, 8, 10, 12])
     assert table["case"].to_list() == list(range(1, 7)) and set(table["status"]) == {DONE}
+    assert table["warnings"].to_list() == [None, 2, None, None, None, None]
     assert "6 cases, 0 of them stored" in said
     assert_frame_equal(table, read_table(tmp_path / "out"))
     assert len((tmp_path / "out" / "table.csv").read_text().splitlines()) == 7

@@ -46,6 +46,7 @@ def run_context(folder: Path) -> dict[str, Any]:
     return {
         "title": run.summary.get("title") or folder.name,
         "scene": run.summary.get("scene", ""),
+        "warnings": run.summary.get("warnings", []),
         "verdicts": list(verdicts(run.summary, scene)),
         "measures": [row for row in readable(run.summary) if row[0] not in SAID_ABOVE],
         "segments": None if run.layout is None else segments(run.layout),

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from softsim.report.readable import duration
+from softsim.report.readable import counted, duration
 
 GOOD, BAD, OPEN = "good", "bad", "open"
 
@@ -21,14 +21,28 @@ class Verdict:
 
 
 def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[Verdict]:
-    """How the run ended, what it says of a layout, and whether the scene's expectations are met.
+    """Return how the run ended, the verdict on a layout, and whether the run is as expected.
 
-    scene: the resolved one.
+    A run with warnings has no good verdict: what would be good is open.
+
+    Parameters
+    ----------
+    summary : mapping
+        Content of summary.json.
+    scene : mapping
+        The resolved scene.
+
+    Returns
+    -------
+    iterator of Verdict
     """
     status, failure = summary.get("status"), summary.get("failure")
+    warned = len(summary.get("warnings", []))
+    good = OPEN if warned else GOOD
     if status == "done":
         took = f"{summary['simulated_time']:.4g} s in {duration(summary['wall_time'])}"
-        yield Verdict(GOOD, f"done: simulated {took}")
+        doubt = f", with {counted(warned, 'warning')}" if warned else ""
+        yield Verdict(good, f"done{doubt}: simulated {took}")
     elif status == "aborted":
         yield Verdict(BAD, f"aborted: {failure or 'by an error that is in run.log'}")
     elif status == "interrupted":
@@ -36,12 +50,13 @@ def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[V
     else:
         yield Verdict(OPEN, "not finished: the run still goes on, or was killed")
     if "layout" in summary:
-        yield Verdict(ENDS[summary["layout"]["verdict"]], summary["layout"]["sentence"])
+        kind = ENDS[summary["layout"]["verdict"]]
+        yield Verdict(good if kind == GOOD else kind, summary["layout"]["sentence"])
     expected = list(expectations(scene.get("expect") or {}))
     if status == "done" and failure is not None:
         yield Verdict(BAD, failure)
     elif status == "done" and expected:
-        yield Verdict(GOOD, f"as the scene expects: {'; '.join(expected)}")
+        yield Verdict(good, f"as the scene expects: {'; '.join(expected)}")
 
 
 def expectations(expect: Mapping[str, Any]) -> Iterator[str]:

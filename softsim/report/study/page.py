@@ -6,7 +6,7 @@ from typing import Any
 
 import polars
 
-from softsim.output.study_folder import TABLE_TEXT
+from softsim.output.study_folder import TABLE_TEXT, WARNINGS
 from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import duration
 from softsim.report.study.boundary import boundaries_in_words
@@ -63,12 +63,22 @@ def state_of(findings: Findings) -> tuple[str, str]:
     total = findings.table.height
     said = [f"{counts.get(DONE, 0)} of {total} cases done"]
     said += [f"{counts[s]} {s}" for s in (FAILED, LOST, PRUNED, WAITING) if counts.get(s)]
+    doubtful = warned_count(findings)
+    if doubtful:
+        said.append(f"{doubtful} with warnings, which summary.json of each case lists")
     words = f"{findings.record.status}: {', '.join(said)}"
     if findings.record.status != "done" or counts.get(WAITING):
         return "open", words
     if not counts.get(DONE):
         return "bad", words
-    return ("open" if counts.get(FAILED) or counts.get(LOST) else "good"), words
+    is_doubtful = counts.get(FAILED) or counts.get(LOST) or doubtful
+    return ("open" if is_doubtful else "good"), words
+
+
+def warned_count(findings: Findings) -> int:
+    """Return the number of cases whose runs gave a warning."""
+    table = findings.table
+    return table[WARNINGS].count() if WARNINGS in table.columns else 0
 
 
 def level_words(findings: Findings, name: str) -> str:
