@@ -63,6 +63,8 @@ def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
     facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
     volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
     nothing = smallest_volume(geometry, facets, points)
+    if abs(volume) <= nothing:
+        volume = 0.0
     compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
     drive = built_drive(names, load, volume, nothing, loaded.stiffest, compliance, keys)
     return FollowerPressure(str(keys[-1]), facets, closing, geometry, drive, body)
@@ -99,14 +101,30 @@ def built_drive(
     if isinstance(load, scene_chambers.AddedGas):
         side = room_beside(names, load, volume, load.dead_volume, nothing, keys)
         specific_energy = load.gas_constant * load.temperature
-        return AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
+        gas = AddedGas(profile, volume, side, specific_energy, load.ambient_pressure)
+        refuse_emptied(names, gas, f"{gas.initial_mass * 1e6:.4g} mg of gas", keys)
+        return gas
     if compliance == 0.0:
         raise names.loaded.error(
             (*keys, "facets"),
             "no node of the chamber may move: nothing gives way to the liquid",
             "name facets of a body that is free to deform",
         )
-    return AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
+    liquid = AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
+    refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
+    return liquid
+
+
+def refuse_emptied(names: Names, drive: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
+    """Raise SceneError if more is to be taken out of a chamber than it holds at the start."""
+    least = float(drive.profile.values.min())
+    if least <= drive.least_added:
+        raise names.loaded.error(
+            (*keys, "profile"),
+            f"{least / drive.least_added:.3g} times the content of the chamber is to be taken out "
+            f"of it: it holds {held} at the start",
+            "take less out of it than it holds; what is pumped in is positive",
+        )
 
 
 def commanded(load: Chamber, drive: Scheduled | AirLine, profile: Profile) -> Scheduled | AirLine:

@@ -141,6 +141,7 @@ def check(
         if duration:
             from softsim.cli.run_tables import duration_table
             from softsim.run.pilot import predicted_duration
+            from softsim.solver.guards import thinning_advice
 
             if steps:
                 console.print(
@@ -150,9 +151,8 @@ def check(
             console.print(duration_table(predicted, model, choice))
             if predicted.stopped:
                 console.print(
-                    f"warning: {predicted.stopped}\n  the run itself may come farther; a skin "
-                    "under a given pressure above its limit point balloons: lower the pressure, or "
-                    "drive it by added_volume to see where that point lies",
+                    f"warning: {predicted.stopped}\n  the run itself may come farther; "
+                    f"{thinning_advice(model)}",
                     highlight=False,
                 )
         if modes is not None:

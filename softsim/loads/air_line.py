@@ -92,6 +92,7 @@ class AirLine:
     band: Own[float]
 
     asks_volume = True
+    thinning_advice = "a skin thins as its chamber grows: lower the pressures of the profile"
     stiffens = False  # its stiffness counts on the most that the pump can give
     columns: ClassVar[dict[str, str]] = {
         "wanted_pressure": "Pa",  # at the sensor, whose own is the column pressure

@@ -31,6 +31,14 @@ S = TypeVar("S", bound="_Scheduled")
 AIR_GAS_CONSTANT = 287.05  # J/(kg K), dry air
 
 
+ATMOSPHERE = 101_325.0
+"""Absolute pressure [Pa] around a chamber where nothing else is given."""
+BALLOONING = (
+    "a skin under a given pressure above its limit point balloons and thins: lower the pressure, "
+    "or drive the chamber by added_volume"
+)
+
+
 class _Immediate:
     """A drive without a line between gauge and chamber."""
 
@@ -82,6 +90,7 @@ class GivenPressure(_Scheduled):
     section_profile: Own[Profile]
 
     asks_volume = False
+    thinning_advice = BALLOONING
 
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
@@ -134,7 +143,14 @@ class AddedVolume(_Scheduled):
     initial_volume: Own[float]
     bulk_modulus: Own[float]
 
+    ambient_pressure: ClassVar[float] = ATMOSPHERE
     asks_volume = True
+    thinning_advice = "a skin thins as its chamber grows: add less volume"
+
+    @property
+    def least_added(self) -> float:
+        """Volume [m^3], negative, that leaves nothing in the chamber."""
+        return -self.initial_volume
 
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]."""
@@ -186,6 +202,12 @@ class AddedGas(_Scheduled):
 
     asks_volume = True
     stiffens = True
+    thinning_advice = "a skin thins as its chamber grows: let in less gas"
+
+    @property
+    def least_added(self) -> float:
+        """Mass [kg], negative, that leaves nothing in the chamber."""
+        return -self.initial_mass
 
     @property
     def initial_mass(self) -> float:
@@ -238,6 +260,7 @@ class ControlledPressure(_Immediate):
     settings: Own[EventCycles]
 
     asks_volume = False
+    thinning_advice = BALLOONING
 
     @property
     def cycle_count(self) -> float:

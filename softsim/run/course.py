@@ -44,6 +44,7 @@ from softsim.solver.guards import (
     air_line_warnings,
     hourglass_warnings,
     refuse_broken_elements,
+    refuse_collapsed_chamber,
     refuse_collapsed_step,
     refuse_crowding,
     refuse_energy_error,
@@ -181,6 +182,7 @@ class Run:
         if scenario.has_missed_contact():
             self._refuse_broken_elements()  # a cause says more than a symptom
             refuse_crowding(scenario.time)
+        self._refuse_collapsed_chambers()
         self.finished = self._is_done()
 
     @property
@@ -218,7 +220,7 @@ class Run:
         if share <= model.relaxation.tolerance and not moves(energies, model.relaxation):
             return True
         if scenario.time > model.end_time + model.relaxation.longest:
-            refuse_no_equilibrium(share, model.relaxation)
+            refuse_no_equilibrium(model, share, model.relaxation)
         return False
 
     def _block_length(self) -> int:
@@ -288,6 +290,15 @@ class Run:
     def _refuse_broken_elements(self) -> None:
         with self._failed_frame_kept():
             refuse_broken_elements(self.model, self.scenario.positions(), self.scenario.time)
+
+    def _refuse_collapsed_chambers(self) -> None:
+        scenario = self.scenario
+        for load in self.model.pressures:
+            if load.drive.asks_volume:
+                term = scenario.term_of(load)
+                volume, pressure = (float(scenario.read(f)) for f in (term.volume, term.pressure))
+                with self._failed_frame_kept():
+                    refuse_collapsed_chamber(load, volume, pressure, scenario.time)
 
     @contextmanager
     def _failed_frame_kept(self) -> Iterator[None]:

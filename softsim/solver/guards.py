@@ -8,6 +8,7 @@ import numpy as np
 from softsim.elements.measures import measure_elements
 from softsim.elements.region import Region
 from softsim.errors import StabilityError
+from softsim.loads.pressure import FollowerPressure
 from softsim.model import Body, Model, Relaxation
 from softsim.stability.time_step import StableStep
 
@@ -37,9 +38,8 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
         if len(broken):
             raise StabilityError(
                 f"{_where(body, broken[0], time)} has a position that is no number (NaN)",
-                "either it ran away, as a skin under a given pressure above its limit does (drive "
-                "it by added_volume, or lower the pressure), or the time step was too large for "
-                "what happened: lower solver.safety_factor or contact.penalty_stiffness",
+                f"either it ran away ({thinning_advice(model)}), or the time step was too large "
+                "for what happened: lower solver.safety_factor or contact.penalty_stiffness",
                 first + int(broken[0]),
             )
         crushed, blown = int(np.argmin(J)), int(np.argmax(J))
@@ -54,8 +54,7 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
         if J[blown] > LARGEST_J:
             raise StabilityError(
                 f"{_where(body, blown, time)} is blown up: volume ratio J = {J[blown]:.3g}",
-                "the body balloons past what the law was fitted to, or the pressure is too high "
-                "for this skin: lower the pressure or check material.bulk_modulus",
+                f"{thinning_advice(model)}; or check material.bulk_modulus",
                 first + blown,
             )
         first += len(body.cells)
@@ -67,6 +66,38 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
                 "what it is tied to ran away, or the time step was too large for what happened: "
                 "lower solver.safety_factor or contact.penalty_stiffness",
             )
+
+
+def thinning_advice(model: Model) -> str:
+    """Return what to do about elements that become thin, by what drives the model's chambers."""
+    advice = dict.fromkeys(load.drive.thinning_advice for load in model.pressures)
+    return "; ".join(advice) or "the load deforms elements too much: lower it"
+
+
+def refuse_collapsed_chamber(
+    load: FollowerPressure, volume: float, pressure: float, time: float
+) -> None:
+    """Stop at `time` [s] when a chamber that enclosed a volume at the start is turned inside out,
+    or its pressure [Pa] over the ambient one is below vacuum. volume [m^3]: that it encloses now.
+
+    Raises StabilityError.
+    """
+    drive = load.drive
+    shown = f"{1e-3 * pressure:.4g} kPa"
+    if volume <= 0.0 < drive.initial_volume:
+        raise StabilityError(
+            f"chamber '{load.name}' is turned inside out at t = {time:.6g} s: it encloses "
+            f"{1e6 * volume:.4g} ml, at a pressure of {shown}",
+            f"take less out of it than the {1e6 * drive.initial_volume:.4g} ml that it holds at "
+            "the start; so that its walls touch before, name its body in contact.self_contact",
+        )
+    if pressure < -drive.ambient_pressure:
+        raise StabilityError(
+            f"the pressure in chamber '{load.name}' is below vacuum at t = {time:.6g} s: {shown} "
+            f"where {-1e-3 * drive.ambient_pressure:.4g} kPa is vacuum; it encloses "
+            f"{1e6 * volume:.4g} ml",
+            "take less out of it, or more slowly",
+        )
 
 
 def refuse_crowding(time: float) -> NoReturn:
@@ -168,8 +199,7 @@ def refuse_collapsed_step(
         raise StabilityError(
             f"the stable step has fallen to {100.0 * share:.2g} % of that at rest at "
             f"t = {time:.6g} s: {stable.describe()}",
-            "a skin under a given pressure above its limit point balloons and thins: lower the "
-            "pressure or drive it by added_volume; where so short a step is meant, give a smaller "
+            f"{thinning_advice(model)}; where so short a step is meant, give a smaller "
             "solver.least_step",
         )
 
@@ -195,7 +225,7 @@ def step_warnings(model: Model, stable: StableStep) -> dict[str, str]:
     return {"time step": f"{step} is longer than advised: {stable.describe()}"}
 
 
-def refuse_no_equilibrium(share: float, relaxation: Relaxation) -> NoReturn:
+def refuse_no_equilibrium(model: Model, share: float, relaxation: Relaxation) -> NoReturn:
     """Stop a static run that took its time to settle in vain.
 
     share: the unbalanced force over the inner forces. Raises StabilityError.
@@ -203,8 +233,8 @@ def refuse_no_equilibrium(share: float, relaxation: Relaxation) -> NoReturn:
     raise StabilityError(
         f"no equilibrium was found within {relaxation.longest:g} s after the loads' time: the "
         f"unbalanced force is {share:.3g} of the inner forces, wanted {relaxation.tolerance:g}",
-        "the body may be free to move away, balloon or slide; hold it, lower the load, drive the "
-        "chamber by volume, or give time.settle more time",
+        "the body may be free to move away, balloon or slide: hold it, lower the load, or give "
+        f"time.settle more time; {thinning_advice(model)}",
     )
 
 

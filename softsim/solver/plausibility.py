@@ -14,7 +14,7 @@ from softsim.elements.embedding import holding_cells
 from softsim.elements.fibre import Fibre
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.loads.air_line import LAMINAR, AirLine, Course
-from softsim.loads.drive import ControlledPressure, GivenPressure
+from softsim.loads.drive import ATMOSPHERE, ControlledPressure, GivenPressure
 from softsim.loads.prescribed import PrescribedMotion
 from softsim.loads.profile import Profile
 from softsim.loads.rigid_motion import RigidMotion
@@ -132,18 +132,24 @@ def material_doubts(material: Material) -> dict[str, str]:
 
 
 def pressure_doubts(model: Model) -> dict[str, str]:
-    """Of pressures far above the stiffness of the softest material."""
+    """Of pressures far above the stiffness of the softest material, and of suction below vacuum."""
     softest = min(r.material.law.initial_shear_modulus for r in model.regions)
     found = {}
     for load in model.pressures:
         if not isinstance(load.drive, GivenPressure):
             continue  # to what a pump or a control leads, the body decides
-        highest = float(load.drive.section_profile.values.max())
+        values = load.drive.section_profile.values
+        lowest, highest = float(values.min()), float(np.abs(values).max())
         if highest > LARGEST_PRESSURE_RATIO * softest:
             found[f"pressure of {load.name}"] = (
                 f"load '{load.name}' reaches {1e-3 * highest:.4g} kPa, {highest / softest:.3g} "
                 f"times the shear modulus of the softest material, {1e-3 * softest:.3g} kPa: look "
                 "at the units of both"
+            )
+        elif lowest < -ATMOSPHERE:
+            found[f"pressure of {load.name}"] = (
+                f"load '{load.name}' falls to {1e-3 * lowest:.4g} kPa, below vacuum, which is "
+                f"{-1e-3 * ATMOSPHERE:.4g} kPa: look at its unit"
             )
     return found
 

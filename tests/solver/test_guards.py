@@ -10,6 +10,7 @@ from softsim.solver.guards import (
     air_line_warnings,
     hourglass_warnings,
     refuse_broken_elements,
+    refuse_collapsed_chamber,
     refuse_collapsed_step,
     refuse_unstable_step,
     step_warnings,
@@ -134,3 +135,46 @@ def test_a_sensor_that_does_not_follow_is_told():
     assert "at 2 s the valve was open, and the sensor showed 9 kPa where 4 were wanted" in said
     assert air_line_warnings({name: column[:2] for name, column in history.items()}) == {}
     assert air_line_warnings({"time": np.zeros(1)}) == {}
+
+
+LINER = """
+bodies: {b: {mesh: {generator: pfr_meridian}, formulation: axisymmetric, material: dragon_skin_10,
+             fixed: [ends]}}
+loads: {air: {kind: KIND, facets: [b.chamber],
+              profile: {kind: smooth_step, value: VALUE, duration: 1 s}}}
+time: {end: 1 s}
+"""
+DRIVEN = {
+    "added_volume": ("1 ml", "add less volume"),
+    "added_gas": ("1 mg", "let in less gas"),
+    "follower_pressure": ("1 kPa", "drive the chamber by added_volume"),
+}
+
+
+@pytest.mark.parametrize("kind", DRIVEN)
+def test_advice_follows_what_drives_the_chamber(build, kind):
+    """Only a given pressure is to be exchanged for a volume."""
+    value, advice = DRIVEN[kind]
+    text = LINER.replace("KIND", kind).replace("VALUE", value)
+    if kind == "follower_pressure":
+        text = text.replace("smooth_step", "constant").replace(", duration: 1 s", "")
+    model = build(text)
+    at_rest = dataclasses.replace(FOUND, value=1.0)
+    with pytest.raises(StabilityError) as caught:
+        refuse_collapsed_step(model, FOUND, at_rest, 0.0)
+    assert advice in caught.value.hint
+    assert ("added_volume" in caught.value.hint) == (kind == "follower_pressure")
+    with pytest.raises(StabilityError) as caught:
+        refuse_broken_elements(model, np.nan * model.points, 0.0)
+    assert advice in caught.value.hint
+
+
+@pytest.mark.parametrize(("kind", "value"), [("added_volume", "1 ml"), ("added_gas", "1 mg")])
+def test_a_collapsed_chamber_is_refused(build, kind, value):
+    """Inside out, or below vacuum."""
+    [load] = build(LINER.replace("KIND", kind).replace("VALUE", value)).pressures
+    refuse_collapsed_chamber(load, 1e-6, -101e3, 0.25)
+    with pytest.raises(StabilityError, match=r"'air' is turned inside out at t = 0\.25 s.* -2 ml"):
+        refuse_collapsed_chamber(load, -2e-6, 0.0, 0.25)
+    with pytest.raises(StabilityError, match=r"'air' is below vacuum .* -102 kPa where -101\.3"):
+        refuse_collapsed_chamber(load, 1e-6, -102e3, 0.25)

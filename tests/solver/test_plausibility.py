@@ -36,6 +36,7 @@ time: {end: 1 s}
         ("materials.m.density=1000 g/cm^3", "density of m", "1e+06 kg/m^3"),
         ("materials.m.C20=-8 kPa", "stability of m", "uniaxial tension at a stretch of"),
         ("loads.air.profile.value=50 MPa", "pressure of air", "reaches 5e+04 kPa"),
+        ("loads.air.profile.value=-150 kPa", "pressure of air", "falls to -150 kPa, below vacuum"),
         ("loads.motor.frequency=20 kHz", "motor 0", "increments a turn"),
         ("time.end=1000000000 s", "length", "days at 50 million"),
     ],

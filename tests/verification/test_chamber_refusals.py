@@ -1,5 +1,7 @@
 """What is no chamber is refused, at the place where it is open or with the volume that it lacks."""
 
+import re
+
 import pytest
 from shells import BOX, GAS, SPHERE, half_section, hollow_box
 
@@ -71,6 +73,22 @@ def test_facets_that_face_away_are_refused_for_gas_too(refused):
     text = (SPHERE + GAS).replace("shell.chamber", "shell.outside")
     text = text.replace("kind: added_gas,", "kind: added_gas, dead_volume: 50 ml,")
     assert "face away" in refused(text, half_section(2)).message
+
+
+CLOSED = TUBE.replace("material: dragon", "fixed: [ends], material: dragon")
+
+
+@pytest.mark.parametrize(
+    ("kind", "taken", "told"),
+    [
+        ("added_volume", "-9 ml", r"1\.7 times the content .* it holds \d\.\d+ ml"),
+        ("added_gas", "-9 mg", r"1\.\d+ times the content .* it holds \d\.\d+ mg of gas"),
+    ],
+)
+def test_a_chamber_gives_no_more_than_it_holds(refused, kind, taken, told):
+    error = refused(CLOSED.replace("added_gas", kind).replace("1 mg", taken))
+    assert re.search(told, error.message), error.message
+    assert "value: -9" in error.location.text
 
 
 @pytest.mark.parametrize("kind", ["added_volume", "added_gas"])
