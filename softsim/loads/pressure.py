@@ -17,13 +17,15 @@ from softsim.elements.facets import Facets
 from softsim.elements.geometry import Geometry
 from softsim.fields import index_field, real_field
 from softsim.loads.air_line import AirLine
-from softsim.loads.drive import ControlledPressure, Scheduled
+from softsim.loads.drive import AddedGas, AddedVolume, ControlledPressure, Scheduled
 from softsim.loads.load import Load
 from softsim.nodes import PARTS, Nodes, parts_of
 from softsim.rigid.frame import RigidBodies
 from softsim.sharing import Own
 from softsim.term import Pass, Stage, WorkingTerm
 
+Filling = AddedVolume | AddedGas | AirLine
+"""Drives that measure the volume of their chamber."""
 Drive = Scheduled | ControlledPressure | AirLine
 
 OPEN = -1

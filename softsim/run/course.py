@@ -16,6 +16,7 @@ import numpy as np
 
 from softsim import backend
 from softsim.errors import ExpectationError, SoftsimError, StabilityError
+from softsim.loads.pressure import Filling
 from softsim.loads.pressure_control import ControlState
 from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
@@ -294,11 +295,11 @@ class Run:
     def _refuse_collapsed_chambers(self) -> None:
         scenario = self.scenario
         for load in self.model.pressures:
-            if load.drive.asks_volume:
+            if isinstance(load.drive, Filling):
                 term = scenario.term_of(load)
                 volume, pressure = (float(scenario.read(f)) for f in (term.volume, term.pressure))
                 with self._failed_frame_kept():
-                    refuse_collapsed_chamber(load, volume, pressure, scenario.time)
+                    refuse_collapsed_chamber(load.name, load.drive, volume, pressure, scenario.time)
 
     @contextmanager
     def _failed_frame_kept(self) -> Iterator[None]:

@@ -8,7 +8,7 @@ import numpy as np
 from softsim.elements.measures import measure_elements
 from softsim.elements.region import Region
 from softsim.errors import StabilityError
-from softsim.loads.pressure import FollowerPressure
+from softsim.loads.pressure import Filling
 from softsim.model import Body, Model, Relaxation
 from softsim.stability.time_step import StableStep
 
@@ -75,25 +75,24 @@ def thinning_advice(model: Model) -> str:
 
 
 def refuse_collapsed_chamber(
-    load: FollowerPressure, volume: float, pressure: float, time: float
+    name: str, drive: Filling, volume: float, pressure: float, time: float
 ) -> None:
     """Stop at `time` [s] when a chamber that enclosed a volume at the start is turned inside out,
     or its pressure [Pa] over the ambient one is below vacuum. volume [m^3]: that it encloses now.
 
     Raises StabilityError.
     """
-    drive = load.drive
     shown = f"{1e-3 * pressure:.4g} kPa"
     if volume <= 0.0 < drive.initial_volume:
         raise StabilityError(
-            f"chamber '{load.name}' is turned inside out at t = {time:.6g} s: it encloses "
+            f"chamber '{name}' is turned inside out at t = {time:.6g} s: it encloses "
             f"{1e6 * volume:.4g} ml, at a pressure of {shown}",
             f"take less out of it than the {1e6 * drive.initial_volume:.4g} ml that it holds at "
             "the start; so that its walls touch before, name its body in contact.self_contact",
         )
     if pressure < -drive.ambient_pressure:
         raise StabilityError(
-            f"the pressure in chamber '{load.name}' is below vacuum at t = {time:.6g} s: {shown} "
+            f"the pressure in chamber '{name}' is below vacuum at t = {time:.6g} s: {shown} "
             f"where {-1e-3 * drive.ambient_pressure:.4g} kPa is vacuum; it encloses "
             f"{1e6 * volume:.4g} ml",
             "take less out of it, or more slowly",
