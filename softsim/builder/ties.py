@@ -27,7 +27,7 @@ def placed_ties(names: Names) -> tuple[Names, Ties]:
     Raises SceneError for a node that lies too far from its facets, follows two of them, its own or
     a node that is tied, or cannot be moved.
     """
-    tied, corners, weights = [], [], []
+    tied, corners, weights, shifts = [], [], [], []
     points = np.concatenate([body.mesh.points for body in names.bodies.values()])
     for name, data in names.scene.ties.items():
         keys = ("ties", name)
@@ -37,16 +37,18 @@ def placed_ties(names: Names) -> tuple[Names, Ties]:
         refuse_ring_section(names, keys)
         facet, shares = closest_on_facets(points[nodes], points, facets)
         followed = facets[facet]
-        refuse_far_nodes(names, name, points, nodes, at(shares, points[followed]), facets)
+        places = at(shares, points[followed])
+        refuse_far_nodes(names, name, points, nodes, places, facets)
         refuse_common_cells(names, name, points, nodes, followed)
         tied.append(nodes)
         corners.append(followed)
         weights.append(shares)
+        shifts.append(np.linalg.norm(places - points[nodes], axis=1))
     if not tied:
         none = np.zeros((0, names.dimension))
-        return names, Ties(np.zeros(0, dtype=int), none.astype(int), none)
+        return names, Ties(np.zeros(0, dtype=int), none.astype(int), none, np.zeros(0))
     refuse_chains(names, points, tied, corners)
-    ties = Ties(np.concatenate(tied), np.concatenate(corners), np.concatenate(weights))
+    ties = Ties(*(np.concatenate(parts) for parts in (tied, corners, weights, shifts)))
     moved = ties.followed(points)
     bodies = {
         name: moved_body(names, name, body, points, moved) for name, body in names.bodies.items()

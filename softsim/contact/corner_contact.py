@@ -130,7 +130,7 @@ class CornerContact(NodalForces, SelfContact):
         """What node i gets from the corners on the facets around it."""
         a = self.node[i]
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
-        pressing, slipping = ti.Vector([0.0, 0.0])
+        pressing, slipping, depth = ti.Vector([0.0, 0.0, 0.0])
         loaded = 0
         for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
             f, c = self.surface.facet_around[e], self.surface.corner_around[e]
@@ -143,10 +143,11 @@ class CornerContact(NodalForces, SelfContact):
                     w = self.surface.shape.closest_weights(X, self.surface.place(s, j))
                     N = w[c] * self.pressing[s, j]
                     pressing += N
+                    depth = ti.max(depth, -self.gap[s, j])
                     if self.friction[s, j].norm() > AT_LIMIT * self.limit[s, j]:
                         slipping += N
         if loaded == 1 or self.loaded[s, i] == 1:
             force = self.surface.frame.global_vector(s, total)
             self.nodes.corner_forces.write(s, self.first_slot + i, force)
-            self.note(s, i, force, pressing, slipping, dt)
+            self.note(s, i, force, pressing, slipping, depth, dt)
             self.loaded[s, i] = loaded

@@ -38,6 +38,10 @@ class Cylinder(Wall):
         side = np.linalg.norm(np.delete(arms, self.axis, axis=1), axis=1) - self.radius
         return {self.name: np.maximum(side, np.abs(arms[:, self.axis]) - self.half_length)}
 
+    def thickness(self) -> float:
+        """Return the shortest way [m] through it."""
+        return 2.0 * min(self.radius, self.half_length)
+
     def obstacle(self, alike: Sequence["Cylinder"], places: np.ndarray) -> "CylinderObstacle":
         """In kernels."""
         return CylinderObstacle(alike)

@@ -105,6 +105,24 @@ class Polyline:
             turns[0] = 0.0
         return turns
 
+    @cached_property
+    def thickness(self) -> float:
+        """Shortest way [m] through what is solid, from the middle of an edge along its normal to
+        another edge; infinite where no way leads out again.
+        """
+        shortest, part = np.inf, max(1, PAIRS // len(self.starts))
+        for k in range(0, len(self.starts), part):
+            own = slice(k, k + part)
+            inwards = -self.normals[own, None]
+            to_start = self.starts - (self.starts + 0.5 * self.ways)[own, None]
+            turn = _cross(inwards, self.ways)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                way = _cross(to_start, self.ways) / turn
+                share = _cross(to_start, inwards) / turn
+            hit = (turn < 0.0) & (way > 0.0) & (share >= 0.0) & (share <= 1.0)
+            shortest = min(shortest, float(way[hit].min(initial=np.inf)))
+        return shortest
+
     def distances(self, x: np.ndarray) -> np.ndarray:
         """Distance (k, m) [m] of places x (k, 2) to all edges."""
         return np.linalg.norm(self._arms(x)[0], axis=2)

@@ -54,6 +54,12 @@ class PolylineWall(Wall):
         """Signed gap (n,) [m] of places x (n, d), negative in the wall, by the wall's name."""
         return {self.name: self.polyline.gaps(x[:, :2])}
 
+    def thickness(self) -> float:
+        """Return the shortest way [m] through the wall from the middle of an edge, along the normal
+        there.
+        """
+        return self.polyline.thickness
+
     def obstacle(self, alike: Sequence["PolylineWall"], places: np.ndarray) -> PolylineObstacle:
         """In kernels."""
         return PolylineObstacle(alike, len(places))

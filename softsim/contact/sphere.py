@@ -31,6 +31,10 @@ class Sphere(Wall):
         """Signed gap (n,) [m] of places x (n, d), negative inside, by its name."""
         return {self.name: np.linalg.norm(x - self.centre, axis=1) - self.radius}
 
+    def thickness(self) -> float:
+        """Return the shortest way [m] through it."""
+        return 2.0 * self.radius
+
     def obstacle(self, alike: Sequence["Sphere"], places: np.ndarray) -> "SphereObstacle":
         """In kernels."""
         return SphereObstacle(alike)

@@ -124,7 +124,7 @@ class SurfaceContact(NodalForces, Dissipation):
         q = self.frame.local_position(s, x)
         surfaces = self.surfaces * self.obstacle.may_touch(s, i, q)
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
-        normal_total, slipping_total = ti.Vector([0.0, 0.0])
+        normal_total, slipping_total, depth = ti.Vector([0.0, 0.0, 0.0])
         touched = 0  # now or in the last increment: else all is zero and stays so
         for w in range(surfaces):
             gap, n = self.obstacle.gap_and_normal(s, i, w, q)
@@ -146,6 +146,7 @@ class SurfaceContact(NodalForces, Dissipation):
                 total += N * n - friction
                 normal_total += N
                 slipping_total += N * slips
+                depth = ti.max(depth, -gap)
             elif self.touching[s, i, w] == 1:
                 touched = 1
                 v = self.frame.relative_velocity(s, x, self.nodes.velocity[s, a])
@@ -153,7 +154,7 @@ class SurfaceContact(NodalForces, Dissipation):
         if touched == 1:
             force = self.frame.global_vector(s, total)
             self.nodes.corner_forces.write(s, self.first_slot + i, force)
-            self.note(s, i, force, normal_total, slipping_total, dt)
+            self.note(s, i, force, normal_total, slipping_total, depth, dt)
 
     @ti.func
     def _meet(self, s, i, w, q, gap, n, v, t, dt):

@@ -32,6 +32,12 @@ class Wall(ABC):
         """Largest slope |grad g| of the gap: 1 where it is a distance."""
         return 1.0
 
+    def thickness(self) -> float:
+        """Return the thickness [m] of the wall where it is thinnest: a node deeper than half of it
+        leaves on the other side. Infinite where that cannot happen or is not known.
+        """
+        return float("inf")
+
     def frame(self, alike: Sequence[Any]) -> FixedFrame:
         """The axes in which the wall stands still: those of space, unless it moves."""
         return FixedFrame()

@@ -37,12 +37,14 @@ from softsim.term import Pass, Stage, Term
 @dataclass(frozen=True)
 class Ties:
     """All ties of a model. nodes (k,): that are tied, numbered in the model; corners (k, c): of the
-    facet that each follows; weights (k, c): its shape functions there, which add up to 1.
+    facet that each follows; weights (k, c): its shape functions there, which add up to 1;
+    shifts (k,) [m]: how far it was moved onto the facet.
     """
 
     nodes: np.ndarray
     corners: np.ndarray
     weights: np.ndarray
+    shifts: np.ndarray
 
     def describe(self) -> str:
         """How many nodes follow how many facets, for people."""
@@ -54,7 +56,7 @@ class Ties:
         chosen = (self.nodes >= nodes.start) & (self.nodes < nodes.stop)
         return Ties(
             self.nodes[chosen] - nodes.start, self.corners[chosen] - nodes.start,
-            self.weights[chosen],
+            self.weights[chosen], self.shifts[chosen],
         )  # fmt: skip
 
     def followed(self, values: np.ndarray) -> np.ndarray:

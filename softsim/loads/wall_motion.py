@@ -52,6 +52,10 @@ class MovingWall(Wall):
         """Largest slope |grad g| of the gap."""
         return self.wall.steepest()
 
+    def thickness(self) -> float:
+        """As of the wall at rest."""
+        return self.wall.thickness()
+
     def obstacle(self, alike: Sequence["MovingWall"], places: np.ndarray) -> Obstacle:
         """What kernels meet, in the axes of the wall."""
         return self.wall.obstacle([moving.wall for moving in alike], places)

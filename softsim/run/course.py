@@ -54,6 +54,12 @@ from softsim.solver.guards import (
     step_warnings,
     turning_warnings,
 )
+from softsim.solver.penetration import (
+    crossing_warnings,
+    penetration,
+    penetration_warnings,
+    thinnest_wall,
+)
 from softsim.solver.plausibility import doubts
 from softsim.solver.settling import moves, unbalanced_share
 from softsim.stability.reference_shape import ReferenceShape
@@ -98,6 +104,7 @@ class Run:
         self.model, self.output = files.model, files.loaded.scene.output
         self.estimator = estimator(self.model)
         self.given_conditions = given_conditions
+        self.thinnest_wall = thinnest_wall(self.model.walls)
         self.finished = False
         self.energy_error, self.contact_count, self.unbalanced_share = 0.0, 0, float("nan")
         self.outcome: Results | SoftsimError | None = None
@@ -250,12 +257,20 @@ class Run:
 
     def _look(self) -> None:
         """Inspect the elements if that is due, or if they deformed much since the last time."""
+        self._warn_of_crossing()
         count, schedule = self.scenario.increment_count, self.progress.schedule
         near = count < schedule.estimate_due and self.shape.is_near(self.scenario.positions())
         if near:
             schedule.plan_look(count, self._run_length())
         else:
             self._inspect()
+
+    def _warn_of_crossing(self) -> None:
+        name, thickness = self.thinnest_wall
+        if np.isfinite(thickness):
+            velocity = self.scenario.read(self.scenario.terms.nodes.velocity)
+            speed = float(np.sqrt((velocity**2).sum(axis=1).max()))
+            self.files.warn(crossing_warnings(name, thickness, speed, self.scenario.time_increment))
 
     def _inspect(self) -> None:
         """Check the elements, and take the stable step, which changes as they deform."""
@@ -380,6 +395,9 @@ class Run:
         chatter = self.scenario.chatter()
         found |= {"contact_chatter": chatter.returns}
         self.files.warn(chatter_warnings(self.model, chatter))
+        deepest = penetration(self.scenario)
+        found |= {"largest_penetration": deepest.relative}
+        self.files.warn(penetration_warnings(self.model, deepest))
         self.files.warn(hourglass_warnings(history) | air_line_warnings(history))
         if (name := ended_by(self.stop_conditions)) is not None:
             found["ended_by"] = name

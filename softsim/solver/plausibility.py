@@ -39,6 +39,8 @@ STRETCHES = 0.6, 2.0
 LEAST_INCREMENTS = 20
 # Tied nodes so many sides of their facets apart leave corners between them without a partner.
 FARTHEST_TIED = 1.5
+# A tie may move nodes by this share of the size of the elements beside them.
+FARTHEST_SHIFT = 0.1
 # Bars of a fibre, over the elements around them: longer ones pass over elements on their way,
 # shorter ones cost time and tell no more.
 BAR_LENGTHS = 0.1, 2.0
@@ -260,21 +262,33 @@ def length_doubts(model: Model) -> dict[str, str]:
 
 
 def tie_doubts(model: Model) -> dict[str, str]:
-    """Of ties of a coarse side to a finer one, whose nodes in between have no partner."""
+    """Return warnings of ties that move nodes far, and of a coarse side tied to a finer one, whose
+    nodes in between have no partner.
+    """
     ties = model.ties
     if len(ties.nodes) < 2:
         return {}
+    found = {}
     places, corners = model.points[ties.nodes], model.points[ties.corners]
     apart = cKDTree(places).query(places, k=2)[0][:, 1]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    shifts = ties.shifts / np.minimum(apart, longest)
+    farthest = int(np.argmax(shifts))
+    if shifts[farthest] > FARTHEST_SHIFT:
+        found["shifts of ties"] = (
+            f"ties move nodes onto facets by up to {1e3 * ties.shifts[farthest]:.3g} mm, "
+            f"{100.0 * shifts[farthest]:.3g} % of their elements' size, more than "
+            f"{100.0 * FARTHEST_SHIFT:g} %, and the elements beside them stretch with no stress: "
+            "move the bodies together, or lower ties.NAME.tolerance"
+        )
     coarse = int((apart > FARTHEST_TIED * longest).sum())
-    if 2 * coarse <= len(places):
-        return {}
-    return {
-        "sides of ties": f"{coarse} of {len(places)} tied nodes lie more than {FARTHEST_TIED:g} "
-        "sides of their facets apart: nodes of the facets between them are free, and gaps open; "
-        "exchange nodes and facets of the tie, so that the finer side follows the coarser one"
-    }
+    if 2 * coarse > len(places):
+        found["sides of ties"] = (
+            f"{coarse} of {len(places)} tied nodes lie more than {FARTHEST_TIED:g} sides of their "
+            "facets apart: nodes of the facets between them are free, and gaps open; exchange "
+            "nodes and facets of the tie, so that the finer side follows the coarser one"
+        )
+    return found
 
 
 def fibre_doubts(model: Model, fibre: Fibre) -> Iterator[str]:

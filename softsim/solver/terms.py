@@ -72,7 +72,7 @@ class Terms:
         self.slip_length = np.array([m.friction_slip_length for m in models])
         self.return_times = np.array([return_time(m) for m in models])
         self.corner_contacts: list[CornerContact] = []
-        self.wall_contacts = self._wall_contacts(models)
+        self.contacts_by_wall = self._contacts_by_wall(models)
         self.supports = self._supports(models)
         self.cable_contacts = self._cable_contacts(models)
         self.self_contacts = self._self_contacts(models)
@@ -91,20 +91,20 @@ class Terms:
             self.friction_memory, self.slip_length, self.return_times,
         )  # fmt: skip
 
-    def _wall_contacts(self, models: list[Model]) -> list[WallContact]:
+    def _contacts_by_wall(self, models: list[Model]) -> list[list[WallContact]]:
         contact, friction = models[0].contact, [m.contact.friction_coefficient for m in models]
         if len(contact.nodes) == 0:
             return []
-        result: list[WallContact] = []
+        result: list[list[WallContact]] = []
         for walls in zip(*(m.walls for m in models), strict=True):  # a wall of each scenario
             of_nodes = self._wall_contact(models[0], contact, walls, friction)
-            result.append(of_nodes)
+            result.append([of_nodes])
             if models[0].corners is not None and any(len(wall.corners()) for wall in walls):
                 of_corners = self._corner_contact(
                     models[0].corners, contact, walls, of_nodes.frame, friction
                 )
                 self.corner_contacts.append(of_corners)
-                result.append(of_corners)
+                result[-1].append(of_corners)
         return result
 
     def _wall_contact(
@@ -173,6 +173,11 @@ class Terms:
                 contact.tangential_damping, np.array(friction),
             )
         ]  # fmt: skip
+
+    @property
+    def wall_contacts(self) -> list[WallContact]:
+        """Contact of the bodies' surfaces with walls: of nodes, and of the walls' corners."""
+        return [contact for of_wall in self.contacts_by_wall for contact in of_wall]
 
     @property
     def contacts(self) -> list[WallContact]:

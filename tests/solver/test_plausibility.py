@@ -129,6 +129,9 @@ ties: {glue: {nodes: FINER, facets: COARSER}}
     for side, other in zip(sides, reversed(sides), strict=True):
         right, wrong = right.replace(side, sides[side]), wrong.replace(side, sides[other])
     assert doubts(build(right)) == {}
+    apart = right.replace("[0 mm, 4 mm]", "[0 mm, 5 mm]")
+    apart = apart.replace("lower.top}", "lower.top, tolerance: 2 mm}")
+    assert "up to 1 mm, 100 % of their" in doubts(build(apart))["shifts of ties"]
     assert "exchange nodes and facets" in doubts(build(wrong))["sides of ties"]
 
 

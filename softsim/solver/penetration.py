@@ -1,0 +1,119 @@
+"""Penetration of walls by nodes, which penalty contact allows: how deep, against the size of the
+elements and the thickness of walls.
+
+A node that is more than half through a wall is pushed out on the other side. If no increment moves
+it by more than a quarter of the wall's thickness, it has been between a quarter and a half deep
+before: so a motion per increment and a largest depth that are both below a quarter rule it out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from softsim.contact.wall import Wall
+from softsim.model import Model
+from softsim.solver.explicit import Scenario
+
+# Deeper than this share of its elements' size a node is held by a contact that is too soft.
+DEEPEST = 0.1
+# Share of a wall's thickness beyond which a node may come out on the other side.
+THROUGH = 0.25
+
+
+@dataclass(frozen=True)
+class Penetration:
+    """Largest penetration of walls so far.
+
+    depths: (walls, k) [m], of each node of `model.contact` into each wall. relative: the largest,
+    over the size of the elements at its node [-]; node: that one, None where nothing touched.
+    """
+
+    depths: np.ndarray
+    relative: float
+    node: int | None
+
+
+def penetration(scenario: Scenario) -> Penetration:
+    """Return the largest penetration of walls since t = 0."""
+    contacts = scenario.terms.contacts_by_wall
+    depths = np.array(
+        [np.max([scenario.read(c.penetration) for c in of_wall], axis=0) for of_wall in contacts]
+    )
+    return penetration_of(scenario.model, depths)
+
+
+def penetration_of(model: Model, depths: np.ndarray) -> Penetration:
+    """Return the penetration that depths (walls, k) [m] of the nodes that may touch amount to."""
+    if not depths.size:
+        return Penetration(depths, 0.0, None)
+    relative = depths.max(axis=0) / element_sizes(model)[model.contact.nodes]
+    worst = int(np.argmax(relative))
+    node = int(model.contact.nodes[worst]) if relative[worst] > 0.0 else None
+    return Penetration(depths, float(relative[worst]), node)
+
+
+def element_sizes(model: Model) -> np.ndarray:
+    """Return the mean side of the surface's facets at each node (n,) [m]; of nodes that are on no
+    surface infinity, of the corners of rigid outlines the smallest diameter of those.
+    """
+    sizes = np.full(len(model.points), np.inf)
+    for body in model.bodies:
+        facets = body.facet_sets["surface"]
+        sides = np.linalg.norm(
+            model.points[facets] - model.points[np.roll(facets, 1, axis=1)], axis=2
+        )
+        corners = [facets, np.roll(facets, 1, axis=1)]
+        sums, counts = (
+            sum(np.bincount(c.ravel(), w.ravel(), len(sizes)) for c in corners)
+            for w in (sides, sides > 0.0)
+        )
+        np.divide(sums, counts, out=sizes, where=counts > 0)
+    cables = sum(len(data.cable.nodes) for data in model.cables)
+    outlines = slice(model.meshed_count + cables, None)
+    sizes[outlines] = min((2.0 * o.shape.radius for o in model.outlines), default=np.inf)
+    return sizes
+
+
+def penetration_warnings(model: Model, found: Penetration) -> dict[str, str]:
+    """Return warnings of nodes that went deep into a wall, against their elements or the wall."""
+    warnings = {}
+    if found.node is not None and found.relative > DEEPEST:
+        depth = found.depths[:, model.contact.nodes == found.node].max()
+        place = ", ".join(f"{c * 1e3:.2f}" for c in model.points[found.node])
+        warnings["penetration"] = (
+            f"the node at rest at ({place}) mm went {1e3 * depth:.3g} mm deep into a wall, "
+            f"{100.0 * found.relative:.3g} % of the size of its elements, more than "
+            f"{100.0 * DEEPEST:g} %: the contact is too soft; raise contact.penalty_stiffness, or "
+            "leave it out"
+        )
+    for wall, depths in zip(model.walls, found.depths, strict=False):
+        thickness, depth = wall.thickness(), float(depths.max())
+        if depth > THROUGH * thickness:
+            warnings[f"thickness of {wall.names[0]}"] = (
+                f"a node went {1e3 * depth:.3g} mm deep into the wall '{wall.names[0]}', which is "
+                f"{1e3 * thickness:.3g} mm thick: it may have come out on the other side; make the "
+                "wall thicker, raise contact.penalty_stiffness, or let bodies meet it more slowly"
+            )
+    return warnings
+
+
+def thinnest_wall(walls: Sequence[Wall]) -> tuple[str, float]:
+    """Return the name of the thinnest wall and its thickness [m]; infinite without thin walls."""
+    return min(
+        ((w.names[0], w.thickness()) for w in walls), key=lambda w: w[1], default=("", np.inf)
+    )
+
+
+def crossing_warnings(name: str, thickness: float, speed: float, dt: float) -> dict[str, str]:
+    """Return a warning where the fastest node, at `speed` [m/s], can step over the wall `name` of a
+    thickness [m] in increments of dt [s].
+    """
+    if speed * dt <= THROUGH * thickness:
+        return {}
+    return {
+        f"thickness of {name}": f"a node moves at {speed:.3g} m/s, {1e3 * speed * dt:.3g} mm an "
+        f"increment, and the wall '{name}' is {1e3 * thickness:.3g} mm thick: nodes may pass "
+        "through it; make the wall thicker, or give time.increment at most "
+        f"{1e6 * THROUGH * thickness / speed:.3g} us"
+    }
