@@ -1,4 +1,4 @@
-"""Shared by all tests: one Taichi start a process, and small models built from scene texts."""
+"""Fixtures that all tests share; tests/tiers.py describes the three tiers of tests."""
 
 import gc
 import os
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from tiers import StartCount, in_default_tier, starts_of
 
 from softsim import backend
 
@@ -18,6 +19,8 @@ settings.load_profile("repeatable")
 
 LANES = backend.CPU_LANES
 """Elements in a lane vector, at most, as users have them."""
+
+START_COUNT = StartCount()
 
 FEWER_LANES = 1
 """Elements in a lane vector of the fast suite's kernels. Taichi writes vector arithmetic out
@@ -36,9 +39,24 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
+    backend.start_taichi = START_COUNT.watch(backend.start_taichi)
     if config.option.markexpr != "slow":
         backend.CPU_LANES = FEWER_LANES
         os.environ[OPTIMIZATION] = "0"
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    """Put the tests that start a solver into the tier physics, before markers select tests."""
+    for item in items:
+        starts_a_solver = "kernel_cache" in item.fixturenames
+        if starts_a_solver and in_default_tier(item) and not starts_of(item):
+            item.add_marker(pytest.mark.physics)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    START_COUNT.begin(item)
 
 
 def pytest_collection_finish():
@@ -53,8 +71,17 @@ def kernels_of_users(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def kernel_cache(tmp_path_factory):
-    """The kernel cache that is given, else one for this session of tests and all its workers."""
+def kernel_cache(kernel_folder):
+    """Folder of compiled kernels, for tests that start a solver; see `kernel_folder`."""
+    return kernel_folder
+
+
+@pytest.fixture(scope="session")
+def kernel_folder(tmp_path_factory):
+    """Folder of compiled kernels: $SOFTSIM_CACHE, else one that all workers of a session share.
+
+    For fixtures of which only some uses start a solver; such a use has a marker of its own.
+    """
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
     return os.environ.get("SOFTSIM_CACHE") or str(shared / "kernels")

@@ -35,6 +35,7 @@ def test_lane_blocks_round_up(fresh_taichi):
     assert backend.lane_blocks(backend.CPU_LANES + 1) == 2
 
 
+@pytest.mark.physics
 def test_lanes_are_as_many_as_suit_the_elements(build, kernels_of_users, tmp_path):
     """Four of quadrilaterals and hexahedra, eight of others, and where both are."""
     scene = """

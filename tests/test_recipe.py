@@ -71,6 +71,7 @@ def drag_load(coefficients):
     return [Drag(c) for c in coefficients]
 
 
+@pytest.mark.starts(1)
 def test_a_load_of_ones_own(build, fresh_taichi):
     """In two scenarios; checkpoint, energy and history know it."""
     from softsim.output.observation import Observer, columns

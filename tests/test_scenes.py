@@ -11,6 +11,7 @@ from rich.console import Console
 
 SCENES = Path(__file__).parents[1] / "scenes"
 ALL = sorted(p.name for p in SCENES.glob("*.yaml"))
+MAIN_JOB = pytest.param("pfr_36mm.yaml", marks=pytest.mark.starts(1))
 
 
 def test_there_are_scenes():
@@ -18,7 +19,7 @@ def test_there_are_scenes():
             "pfr_vertical_hold.yaml", "first_look.yaml"} <= set(ALL)  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ALL)
+@pytest.mark.parametrize("name", [MAIN_JOB, *sorted(set(ALL) - {"pfr_36mm.yaml"})])
 def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.run import run

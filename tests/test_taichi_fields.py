@@ -51,24 +51,6 @@ def test_taichi_finds_every_number_where_it_was_written(made):
         assert np.count_nonzero(seen) == np.count_nonzero(kept)  # what lies beyond is zero
 
 
-def test_meshes_of_about_the_same_size_have_fields_of_the_same_extents(made):
-    shapes = {made["long"].shape}
-    for count in (9, 16):
-        shapes.add(fields.vector_field(np.ones((2, count, 3))).shape)
-    assert len(shapes) == 2
-    assert fields.rounded(17) == fields.rounded(32) < fields.rounded(33)
-    assert fields.rounded(200_001) < 1.13 * 200_001
-    for extent in (9, 1000, 100_000):  # else all fields would lie at one place of the cache
-        assert fields.rounded(extent) & (fields.rounded(extent) - 1)
-
-
-def test_scenarios_take_no_more_memory_than_they_need(fresh_taichi):
-    with fields.together(scenarios=20):
-        field = fields.real_field(np.ones((20, 30)))
-    assert field.shape == (20, fields.rounded(30))
-    np.testing.assert_array_equal(fields.read_row(field, 19), np.ones(30))
-
-
 def test_a_number_is_read_when_a_kernel_runs(fresh_taichi):
     number = fields.Number(12)
 
@@ -109,20 +91,6 @@ def test_writing_changes_one_field_only(made):
 def test_an_array_of_another_shape_is_refused(made):
     with pytest.raises(ValueError, match="shape"):
         fields.write(made["real"], np.zeros((2, 6)))
-
-
-def test_lane_vectors_start_at_cache_lines(kernels_of_users, restart):
-    restart()
-
-    @ti.kernel
-    def address(field: ti.template()) -> ti.u64:
-        return ti.get_addr(field.snode, [0])
-
-    assert 8 * backend.lanes() == fields.CACHE_LINE
-    with fields.together():
-        fields.index_field(np.arange(3))
-        lane = fields.lane_field((4,))
-    assert address(lane) % fields.CACHE_LINE == 0
 
 
 def test_new_fields_are_zero_where_old_ones_were_not(kernel_cache):

@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 
+import pytest
 from rich.console import Console
 
 from benchmarks.gpu import bytes_an_increment
@@ -41,6 +42,7 @@ def test_json_and_table_hold_every_row(tmp_path):
     assert all(word in text.getvalue() for word in ("fast", "0.6", "met", "other", "said"))
 
 
+@pytest.mark.physics
 def test_a_worker_builds_a_mesh_and_measures_it(tmp_path, monkeypatch, kernel_cache):
     monkeypatch.setenv("SOFTSIM_CACHE", str(kernel_cache))
     with SolverProcess(block(tmp_path, "triangles", 200)) as solver:
@@ -50,6 +52,7 @@ def test_a_worker_builds_a_mesh_and_measures_it(tmp_path, monkeypatch, kernel_ca
     assert solver.process.returncode == 0
 
 
+@pytest.mark.physics
 def test_an_unknown_measurement_is_refused():
     command = [sys.executable, "-m", "benchmarks", "--only", "everything"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)

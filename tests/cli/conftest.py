@@ -7,10 +7,10 @@ from softsim.cli import app
 
 
 @pytest.fixture(scope="session")
-def softsim(kernel_cache):
+def softsim(kernel_folder):
     """A command in this process, which has imported Taichi already: its exit code, what it printed.
 
     Whatever the command does not tell its user as an error of theirs is raised.
     """
-    runner = CliRunner(env={"SOFTSIM_CACHE": kernel_cache})
+    runner = CliRunner(env={"SOFTSIM_CACHE": kernel_folder})
     return lambda *arguments: runner.invoke(app, list(map(str, arguments)), catch_exceptions=False)

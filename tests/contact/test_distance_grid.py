@@ -36,6 +36,7 @@ def beside(count=2000):
     return (RADIUS - inside)[:, None] * way / np.linalg.norm(way, axis=1)[:, None], inside
 
 
+@pytest.mark.physics
 def test_a_sphere_is_met_to_second_order(record_verification):
     """Beside what its triangles lack themselves: their edges' square over 8 R."""
     x, exact = beside()

@@ -53,6 +53,7 @@ def test_in_the_plane_against_its_surface(faces_wall):
 
 
 @pytest.mark.parametrize("radii", [(RUN, BRANCH), (RUN, RUN)])
+@pytest.mark.physics
 def test_in_space_against_a_surface(radii):
     """All centres of balls in the wall, sampled at most 0.15 mm apart: the gap is the distance to
     them less the fillet, and samples are farther by half a diagonal squared over twice the least

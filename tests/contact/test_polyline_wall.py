@@ -154,6 +154,7 @@ def test_a_lost_node_reads_nothing_outside_the_tables(fresh_taichi):
     assert np.isfinite(normals[2]).all()
 
 
+@pytest.mark.physics
 def test_lists_are_short():
     """As many edges as there are get into a cell's list only where the wall is fine."""
     for wall in (ground(), pipe(), printed()):

@@ -193,6 +193,7 @@ def test_pieces_share_no_node():
     assert quality(at_a_corner).piece_count == 1
 
 
+@pytest.mark.physics
 def test_a_mesh_of_half_a_million_tetrahedra_is_checked_at_once():
     n = 44
     grid = np.stack(np.meshgrid(*[np.arange(n + 1.0)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)

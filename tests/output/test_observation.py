@@ -21,6 +21,7 @@ time: {end: 10 ms, procedure: static, settle: 1 s}
 """
 
 
+@pytest.mark.physics
 def test_probes_of_a_pulled_bar(write_scene, tmp_path):
     from softsim.output.history import read_units
     from softsim.run import run
@@ -55,6 +56,7 @@ time: {end: 10 ms}
 ROWS = "robot: {rows: [b.top, b.bottom]}\n"
 
 
+@pytest.mark.physics
 def test_walls_press_on_the_rows_and_sides_that_touch(write_scene, tmp_path):
     from softsim.run import run
 
@@ -101,6 +103,7 @@ def test_columns_of_what_there_is(build, added, expected):
     assert {name for name in found if name.startswith(("frame", "pressure", "section"))} == expected
 
 
+@pytest.mark.physics
 def test_each_of_several_chambers_has_its_pressure(write_scene, tmp_path):
     from softsim.run import run
 

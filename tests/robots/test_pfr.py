@@ -232,6 +232,7 @@ def test_parameters_out_of_range_are_named_with_their_limit(change, said):
     lean=2.26e-3,
     element_size=0.26e-3,
 )
+@pytest.mark.physics
 def test_any_sensible_section_has_sound_cells(skin, count, **dimensions):
     try:
         mesh = pfr_section(

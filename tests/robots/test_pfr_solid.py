@@ -43,6 +43,7 @@ def test_the_tube_is_an_exact_prism_of_its_polygon():
     assert quality(TUBE).volume == pytest.approx(exact, rel=1e-8)
 
 
+@pytest.mark.physics
 def test_the_tube_tends_to_the_round_one_with_second_order():
     exact = np.pi * (8.5e-3**2 - 7.5e-3**2) * 30e-3
     errors = [
@@ -284,6 +285,7 @@ def test_parameters_out_of_range_are_named_with_their_limit(change, said):
     spike_width=st.floats(1e-3, 2.5e-3),
     element_size=st.floats(0.6e-3, 0.9e-3),
 )
+@pytest.mark.physics
 def test_any_sensible_body_has_sound_cells(skin, rows, **dimensions):
     try:
         mesh = pfr_solid(

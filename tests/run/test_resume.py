@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from batches import FALLING_STRIP, same_files, status
+from batches import finished as finish
 from rich.console import Console
 
 from softsim.errors import OutputError
@@ -38,6 +39,19 @@ def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run, ke
     assert process.wait(timeout=60) == 4
     assert status(tmp_path / "parts") == "interrupted"
     run(scene, out=tmp_path / "parts", resume=True)
+    same_files(tmp_path / "whole", tmp_path / "parts")
+
+
+@pytest.mark.starts(3)
+def test_an_interrupted_run_goes_on_from_its_checkpoint(batch_of, tmp_path):
+    finish(batch_of(FALLING_STRIP, "whole", "time.end=8 ms"))
+    first = batch_of(FALLING_STRIP, "parts", "time.end=8 ms")
+    first.write_due()
+    while first.solver.time < 4e-3:
+        first.do_blocks()
+    first.checkpoint()
+    first.close()
+    finish(batch_of(FALLING_STRIP, "parts", "time.end=8 ms", resume=True))
     same_files(tmp_path / "whole", tmp_path / "parts")
 
 

@@ -48,6 +48,7 @@ def test_steps_of_any_length_are_the_run(simulate, run, write_scene, tmp_path):
         simulation.step(1e-3)
 
 
+@pytest.mark.starts(1)
 def test_commands(simulate):
     simulation = simulate()
     scenario = simulation._scenario

@@ -38,6 +38,7 @@ def checked(monkeypatch, tmp_path):
     monkeypatch.setenv("SOFTSIM_CACHE", str(tmp_path / "kernels"))
 
 
+@pytest.mark.physics
 def test_an_index_beside_its_field_is_found(checked, tmp_path):
     backend.start("cpu", cache=tmp_path)
     field = fields.real_field(np.zeros(11))
@@ -51,6 +52,7 @@ def test_an_index_beside_its_field_is_found(checked, tmp_path):
         read(11)
 
 
+@pytest.mark.physics
 def test_no_index_of_a_block_on_a_floor_is_beside_its_field(checked, tmp_path, write_scene):
     from softsim.scene.loading import load_scene
 

@@ -47,6 +47,7 @@ def test_scenarios_side_by_side_are_those_alone(build, start):
         np.testing.assert_allclose(alone.positions()[0], together[k], rtol=0.0, atol=1e-12 * size)
 
 
+@pytest.mark.physics
 def test_meshes_of_about_the_same_size_share_their_kernels(build, tmp_path):
     """Taichi writes what it has compiled when it is started anew."""
     from softsim import backend

@@ -32,6 +32,7 @@ bodies:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bodies", "lanes"), [(PLANE, 4), (PLANE, 8), (REVOLVED, 8), (SPACE, 2)])
 def test_lanes_of_a_vector_change_nothing(build, start, monkeypatch, bodies, lanes):
     """The last vector of lanes is not full."""
@@ -43,6 +44,8 @@ def test_lanes_of_a_vector_change_nothing(build, start, monkeypatch, bodies, lan
         solver.advance(400)
         return fields.read(solver.terms.nodes.position)[0]
 
+    monkeypatch.setattr(backend, "CPU_LANES", 1)
+    monkeypatch.setenv("TI_ADVANCED_OPTIMIZATION", "0")
     expected = positions()
     monkeypatch.setattr(backend, "CPU_LANES", lanes)
     monkeypatch.setenv("TI_ADVANCED_OPTIMIZATION", "1")

@@ -33,6 +33,7 @@ def blocks(build, start_settled):
     )
 
 
+@pytest.mark.starts(1)
 def test_a_block_above_an_incline_settles(blocks):
     """At t = 0 forces balance, nothing moves, books are empty, and so it stays."""
     from softsim.solver.energy import EnergyReader

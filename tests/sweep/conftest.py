@@ -11,10 +11,10 @@ WORKERS = 2
 
 
 @pytest.fixture(scope="module")
-def pool(kernel_cache):
+def pool(kernel_folder):
     """Two workers."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(os.environ, "SOFTSIM_CACHE", kernel_cache)
+        patch.setitem(os.environ, "SOFTSIM_CACHE", kernel_folder)
         with local_pool(WORKERS) as pool:
             yield pool
 

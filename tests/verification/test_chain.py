@@ -8,6 +8,8 @@ from softsim.chain.integrators import adaptive_steps, fixed_steps
 from softsim.chain.loading import load_chain
 from softsim.chain.motion import Motion
 
+pytestmark = pytest.mark.physics  # whole motions
+
 OFF = ("motor.eccentricity=0 mm", "drag=0 N*s/m", "friction.coefficient=0")
 FREE = (*OFF, "limbs.damping=0 N*s/m", "limbs.thrust_ratio=0")
 PENDULUM = (*FREE, "rows.count=3")  # of head and one row: two nodes

@@ -8,6 +8,8 @@ from softsim.chain.integrators import fixed_steps
 from softsim.chain.loading import load_chain
 from softsim.chain.motion import Motion, simulate
 
+pytestmark = pytest.mark.physics  # whole motions
+
 FREE = (
     "motor.eccentricity=0 mm", "drag=0 N*s/m", "friction.coefficient=0", "limbs.thrust_ratio=0",
     "limbs.damping=0 N*s/m", "gravity=0 m/s^2", "backbone.bending=joint",
