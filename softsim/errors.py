@@ -4,6 +4,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+LONGEST_LINE = 120
+"""Characters of a line of a file that an error shows."""
+LONGEST_TEXT = 2000
+"""Characters of a message or a hint, which may quote a value of any length."""
+GAP = "..."
+
+
+def shortened(text: str) -> str:
+    """Return a text of at most LONGEST_TEXT characters: a longer one loses its middle."""
+    if len(text) <= LONGEST_TEXT:
+        return text
+    end = LONGEST_TEXT // 4
+    return f"{text[: LONGEST_TEXT - end - len(GAP)]}{GAP}{text[-end:]}"
+
 
 class SoftsimError(Exception):
     """A failure with a message, a hint what to try, and the exit code of the command; element: that
@@ -14,8 +28,8 @@ class SoftsimError(Exception):
     element: int | None = None
 
     def __init__(self, message: str, hint: str = "") -> None:
-        super().__init__(message)
-        self.message, self.hint = message, hint
+        self.message, self.hint = shortened(message), shortened(hint)
+        super().__init__(self.message)
 
     def __str__(self) -> str:
         return f"{self.message}\n  {self.hint}" if self.hint else self.message
@@ -36,9 +50,19 @@ class Location:
     def excerpt(self) -> list[str]:
         """The line with its number, and a caret below the column."""
         number = f"{self.line:>5} | "
-        before = "".join(c if c == "\t" else " " for c in self.text[: self.column - 1])
-        line = "".join(c if c.isprintable() or c == "\t" else "?" for c in self.text)
+        text, column = self._part_around_column()
+        before = "".join(c if c == "\t" else " " for c in text[: column - 1])
+        line = "".join(c if c.isprintable() or c == "\t" else "?" for c in text)
         return [number + line, " " * (len(number) - 2) + "| " + before + "^"]
+
+    def _part_around_column(self) -> tuple[str, int]:
+        """Return the line and the column, of a long line the part around the column."""
+        if len(self.text) <= LONGEST_LINE:
+            return self.text, self.column
+        first = min(max(0, self.column - LONGEST_LINE // 2), len(self.text) - LONGEST_LINE)
+        last = first + LONGEST_LINE
+        left, right = GAP if first > 0 else "", GAP if last < len(self.text) else ""
+        return left + self.text[first:last] + right, self.column - first + len(left)
 
 
 @dataclass(frozen=True)
@@ -48,7 +72,7 @@ class Option:
     text: str
 
     def __str__(self) -> str:
-        return self.text
+        return shortened(self.text)
 
     def excerpt(self) -> list[str]:
         """Nothing more than the text itself tells."""

@@ -1,3 +1,5 @@
+import pytest
+
 from softsim.errors import (
     DeviceError,
     ExpectationError,
@@ -50,3 +52,16 @@ def test_an_option_is_named_instead_of_a_line():
 def test_further_problems_are_listed_too():
     error = SceneError("one", further=[SceneError("two", "try this"), SceneError("three")])
     assert str(error) == "one\ntwo\n  try this\nthree"
+
+
+@pytest.mark.parametrize("column", [1, 700, 990_000])
+def test_of_a_long_line_the_part_around_the_caret_is_shown(column):
+    text = "".join(chr(ord("a") + k % 26) for k in range(990_000))
+    line, caret = Location("a.yaml", 1, column, text).excerpt()
+    assert len(line) < 140
+    assert line[caret.index("^")] == text[column - 1]
+
+
+def test_a_quoted_value_of_any_length_leaves_a_message_that_can_be_read():
+    said = str(SoftsimError("'" + 5000 * "x" + "' is no length", "such as 3 mm"))
+    assert len(said) < 2100 and said.endswith("x' is no length\n  such as 3 mm")

@@ -196,17 +196,17 @@ def _check_volumes(mesh: Mesh, labels: Labels | None) -> None:
     edges, inner = corner_edges(mesh)
     size = _longest(edges) ** mesh.dimension
     shape = volumes / size
+    at_corners = np.linalg.det(edges) / math.factorial(mesh.dimension) / size[:, None]
     bad = np.flatnonzero(~(shape > FLAT_CELL))
     if len(bad):
         cell = int(bad[0])
-        fault = "inverted" if shape[cell] < -FLAT_CELL else "flat"
+        fault, hint = _about_volume(float(shape[cell]), at_corners[cell][inner[cell]])
         measure, unit = ("area", "m^2") if mesh.dimension == 2 else ("volume", "m^3")
         raise MeshError(
             f"{cell_name(cell, labels)} at {_centre(mesh, cell)} is {fault}: "
             f"{measure} {volumes[cell]:.3g} {unit} ({len(bad)} such cells)",
-            hint="list its nodes counter-clockwise, and keep them apart",
+            hint=hint,
         )
-    at_corners = np.linalg.det(edges) / math.factorial(mesh.dimension) / size[:, None]
     bad, corner = np.nonzero(inner & ~(at_corners > FLAT_CELL))
     if len(bad):
         cell, node = int(bad[0]), int(mesh.cells[bad[0], corner[0]])
@@ -217,6 +217,22 @@ def _check_volumes(mesh: Mesh, labels: Labels | None) -> None:
             hint="less distorted cells are needed, their corners convex; or their nodes are listed "
             "in another order than around the cell",
         )
+
+
+def _about_volume(shape: float, at_corners: np.ndarray) -> tuple[str, str]:
+    """Return what is wrong with a cell without volume, and what would be right.
+
+    shape: its volume, and at_corners (k,) those of its corners, over the cube of its longest edge;
+    in the plane areas over the square.
+    """
+    if (at_corners > FLAT_CELL).any() and (at_corners < -FLAT_CELL).any():
+        return (
+            "twisted, its sides cross each other",
+            "list its nodes in the order in which they lie around it, counter-clockwise",
+        )
+    if shape < -FLAT_CELL:
+        return "inverted", "list its nodes the other way round, in the plane counter-clockwise"
+    return "flat", "its nodes lie on one line or in one plane: move them apart"
 
 
 def _check_overlaps(mesh: Mesh, labels: Labels | None) -> None:

@@ -3,13 +3,21 @@
 import difflib
 import re
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import ValidationError
 
 from softsim.errors import SceneError
-from softsim.scene.structure import Model, Place, discriminators, first_key, place_of
-from softsim.scene.tree import Keys, Tree, nearest
+from softsim.scene.structure import (
+    Model,
+    Place,
+    discriminators,
+    first_key,
+    place_in,
+    place_of,
+)
+from softsim.scene.tree import Keys, Tree, entries, nearest, plain
 
 MOST_SHOWN = 20
 # Names that begin with a word are told where it has so many letters, and so many of them.
@@ -26,6 +34,8 @@ WANTED = {
     "model_type": "a mapping of keys to values",
     "model_attributes_type": "a mapping of keys to values",
 }
+CONSEQUENCES = {"missing", "value_error"}
+"""Errors that a misspelt key causes elsewhere."""
 BOUNDS = {
     "greater_than": ("gt", "greater than"),
     "greater_than_equal": ("ge", "at least"),
@@ -46,11 +56,64 @@ def scene_error(
     above = {item["loc"][:depth] for item in found for depth in range(len(item["loc"]))}
     # A list is too short for pydantic when one of its entries is wrong: only that is news.
     items = [item for item in found if item["type"] != "too_short" or item["loc"] not in above]
-    problems = [_problem(item, tree, root, beside) for item in items[:MOST_SHOWN]]
-    if len(items) > MOST_SHOWN:
-        problems.append(SceneError(f"and {len(items) - MOST_SHOWN} more problems"))
+    strays = {stray.keys: stray for item in items if (stray := _stray(item, tree, root))}
+    left = [item for item in items if not any(s.explains(item, root) for s in strays.values())]
+    # A key that is missing or due may be there under a wrong name: that is said first.
+    if any(item["type"] == "extra_forbidden" for item in left):
+        left.sort(key=lambda item: item["type"] in CONSEQUENCES)
+    problems = [stray.error(tree) for stray in strays.values()]
+    problems += [_problem(item, tree, root, beside) for item in left[:MOST_SHOWN]]
+    if len(left) > MOST_SHOWN:
+        problems.append(SceneError(f"and {len(left) - MOST_SHOWN} more problems"))
     first = problems[0]
     return SceneError(first.message, first.hint, first.location, problems[1:])
+
+
+@dataclass(frozen=True)
+class _Stray:
+    """A key that stands one level too far out: `keys` lead to it, `owner` is the key before it,
+    below which it belongs.
+    """
+
+    keys: Keys
+    owner: str
+
+    def error(self, tree: Tree) -> SceneError:
+        """Return the error that says where the key belongs."""
+        key = _printable(str(self.keys[-1]))
+        return SceneError(
+            f"'{key}' stands one level too far out: it belongs to '{_printable(self.owner)}'",
+            f"indent it, and what is below it, as deep as the other keys of '{self.owner}'",
+            nearest(tree, self.keys)[0].key_origin,
+        )
+
+    def explains(self, item: Mapping[str, Any], root: Model) -> bool:
+        """Return True for an error of pydantic's that this one causes: one at or below the key, or
+        that its owner lacks it or holds nothing at all.
+        """
+        keys, owner = place_of(root, item["loc"]).keys, (*self.keys[:-1], self.owner)
+        lacks = item["type"] == "missing" and keys == (*owner, self.keys[-1])
+        is_empty = keys == owner and item["input"] is None
+        return keys[: len(self.keys)] == self.keys or lacks or is_empty
+
+
+def _stray(item: Mapping[str, Any], tree: Tree, root: Model) -> _Stray | None:
+    """Find the key at or above an error that belongs to the mapping written just before it: one
+    that has such a field by the schema, and lacks it.
+    """
+    keys = place_of(root, item["loc"]).keys
+    for depth, key in enumerate(keys):
+        beside = list(entries(tree, *keys[:depth]))
+        if key not in beside[1:]:
+            continue
+        owner = beside[beside.index(str(key)) - 1]
+        held = nearest(tree, (*keys[:depth], owner))[0]
+        place = place_in(root, tree, (*keys[:depth], owner))
+        models = place.variant(plain(held)).models if place else []
+        is_free = held.value is None or (isinstance(held.value, dict) and key not in held.value)
+        if len(models) == 1 and key in models[0].model_fields and is_free:
+            return _Stray(keys[: depth + 1], owner)
+    return None
 
 
 def did_you_mean(word: str, allowed: Collection[str]) -> str:

@@ -1,3 +1,4 @@
+import re
 import subprocess
 import sys
 from types import SimpleNamespace
@@ -208,3 +209,42 @@ def test_a_flood_of_problems_is_cut_short(write, smallest):
 def test_loading_a_module_needs_no_pint_and_no_taichi():
     code = "import softsim.scene.loading, sys; assert not {'pint', 'taichi'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+INDENTED = """bodies:
+  b:
+    mesh: {generator: block, length: 10 mm, height: 6 mm, element_size: 2 mm}
+    formulation: plane_strain
+    material: dragon_skin_10
+    thickness: 10 mm
+loads:
+  air:
+    kind: follower_pressure
+    facets: [b.top]
+    profile: {kind: constant, value: 3 kPa}
+time:
+  end: 1 s
+"""
+
+
+NEEDS_THICKNESS = "a.yaml:3:5: thickness: a plane_strain body needs a thickness"
+TOO_FAR_OUT = "stands one level too far out: it belongs to"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "lines"),
+    [
+        ("    profile", "  profile", [f"a.yaml:11:3: 'profile' {TOO_FAR_OUT} 'air'"]),
+        ("  end: 1 s", "end: 1 s", [f"a.yaml:13:1: 'end' {TOO_FAR_OUT} 'time'"]),
+        ("    thickness", "  thickness",
+         [f"a.yaml:6:3: 'thickness' {TOO_FAR_OUT} 'b'", NEEDS_THICKNESS]),
+        ("    thickness", "    thicknes",
+         ["a.yaml:6:5: unknown key 'thicknes' in b", NEEDS_THICKNESS]),
+        ("    profile", "    profil",
+         ["a.yaml:11:5: unknown key 'profil' in air",
+          "a.yaml:8:3: air: the key 'profile' is missing"]),
+    ],
+)  # fmt: skip
+def test_the_cause_comes_before_its_consequence(write, old, new, lines):
+    said = problems(write(a=INDENTED.replace(old, new)))
+    assert re.findall(r"a\.yaml:\d+:\d+: .*", said) == lines
