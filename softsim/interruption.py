@@ -1,12 +1,60 @@
-"""Being asked to stop: by Ctrl-C, by whoever ends processes, or by another thread."""
+"""Requests to stop: by Ctrl-C, by whoever ends processes, or by another thread."""
 
+import os
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import Any
 
+STOPPED = "stopped by SIGINT"
+INTERRUPTED = 130
+"""Exit code of a command that Ctrl-C ended before it had anything to keep, as shells have it."""
+
+STOPPING = (signal.SIGINT, signal.SIGTERM)
+
 _in_threads: dict[int, list[int]] = {}  # thread -> signals that it has been asked by
+_is_command = False
+
+
+def become_command() -> None:
+    """Declare that this process runs one command of the command line and nothing else.
+
+    A signal may then end it at once where it could not act otherwise: while kernels are compiled
+    (`ended_at_once`), and Ctrl-C while modules are imported. In a notebook or a program of the
+    user's own that would lose what they hold.
+    """
+    global _is_command
+    _is_command = True
+    signal.signal(signal.SIGINT, _interrupt)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, or end the process at once while a module is imported.
+
+    Imports lose the exception: Taichi's decorators catch whatever is raised in them, and the
+    modules of Taichi and pydantic that are compiled turn it into an error of their own.
+    """
+    if _is_importing(frame):
+        os.write(sys.stderr.fileno(), f"{STOPPED}\n".encode())
+        os._exit(INTERRUPTED)
+    raise KeyboardInterrupt
+
+
+def _is_importing(frame: FrameType | None) -> bool:
+    """Return True if a frame or one of its callers imports a module."""
+    while frame is not None:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def is_command() -> bool:
+    """Return True in the main thread of a process that runs one command and nothing else."""
+    return _is_command and threading.current_thread() is threading.main_thread()
 
 
 @contextmanager
@@ -29,7 +77,7 @@ def stop_signals() -> Iterator[list[int]]:
         asked.append(number)
         signal.signal(number, previous[number])
 
-    for wanted in (signal.SIGINT, signal.SIGTERM):
+    for wanted in STOPPING:
         previous[wanted] = signal.signal(wanted, remember)
     try:
         yield asked
@@ -52,6 +100,21 @@ def interrupted_by_sigterm() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGTERM, previous)
+
+
+@contextmanager
+def ended_at_once() -> Iterator[None]:
+    """Let SIGINT and SIGTERM end the process at once, as the system does.
+
+    For calls into compiled code that take long and hold the interpreter, so that no handler of
+    Python's runs before their end. Main thread only.
+    """
+    previous = {wanted: signal.signal(wanted, signal.SIG_DFL) for wanted in STOPPING}
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 def ask_threads_to_stop() -> None:

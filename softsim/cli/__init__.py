@@ -13,6 +13,7 @@ from softsim.cli.reporting import render, report
 from softsim.cli.runs import assess, check, run
 from softsim.cli.section import calibrate_section
 from softsim.cli.studies import optimize, sweep
+from softsim.interruption import become_command
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 
@@ -36,4 +37,5 @@ for command in (
 
 def main() -> None:
     """Entry point of the `softsim` command."""
+    become_command()
     app()

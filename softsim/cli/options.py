@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from softsim.errors import SoftsimError
+from softsim.interruption import INTERRUPTED, STOPPED
 
 ScenePath = Annotated[Path, typer.Argument(help="Scene file (YAML).", show_default=False)]
 Overrides = Annotated[
@@ -59,6 +60,9 @@ def explained() -> Iterator[Console]:
     except SoftsimError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(error.exit_code) from error
+    except KeyboardInterrupt:
+        print(STOPPED, file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def unheaded(rows: Iterable[Sequence[str]]) -> Table:

@@ -91,8 +91,10 @@ def drawing_can_stop(folder: Path) -> Iterator[None]:
 
 
 def report_what_there_is(folder: Path, console: Console) -> None:
-    """The report of a run, unless it ended before t = 0: its first summary is written then."""
-    if (folder / "summary.json").is_file():
+    """Draw the report of a run, unless it ended before t = 0."""
+    from softsim.output.folder import read_summary
+
+    if "increments" in read_summary(folder):
         report_run(folder, console)
 
 

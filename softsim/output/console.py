@@ -1,6 +1,8 @@
 """Progress for people: a live line on a terminal, a plain line now and then elsewhere."""
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from rich.console import Console
@@ -8,6 +10,17 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 PLAIN_EVERY = 10.0  # seconds of wall time between lines where there is no terminal
 LEAST_SHARES = 8  # unbalanced shares of which a trend can be told
+
+
+@contextmanager
+def phase(console: Console, text: str) -> Iterator[None]:
+    """Show what the block does: beside a spinner on a terminal, as a line elsewhere."""
+    if console.is_terminal:
+        with console.status(text):
+            yield
+    else:
+        console.print(text, highlight=False)
+        yield
 
 
 class SettlingOutlook:

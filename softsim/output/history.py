@@ -62,9 +62,12 @@ class History:
             os.fsync(self._stream.fileno())
 
     def close(self) -> None:
-        """Put the rows on the disk and close. Raises OutputError if the disk refuses."""
-        with explained(self.path), self._stream:
-            os.fsync(self._stream.fileno())
+        """Put the rows on the disk and close, unless that is done. Raises OutputError if the disk
+        refuses.
+        """
+        if not self._stream.closed:
+            with explained(self.path), self._stream:
+                os.fsync(self._stream.fileno())
 
 
 def read_history(path: Path | str) -> dict[str, np.ndarray]:

@@ -1,20 +1,22 @@
 """Runs that share a solver, computed side by side; a single run is a batch of one."""
 
+import logging
 import signal
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict, replace
 
 import numpy as np
 from rich.console import Console
 
 from softsim import backend
-from softsim.errors import Interrupted, SoftsimError, StabilityError
+from softsim.errors import Interrupted, OutputError, SoftsimError, StabilityError
 from softsim.interruption import stop_signals
 from softsim.machine import Choice
 from softsim.output.checkpoint import Checkpoint
-from softsim.output.console import ProgressReport
+from softsim.output.compiling import compiling
+from softsim.output.console import ProgressReport, phase
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.run.cost import measured_profile
 from softsim.run.course import Results, Run
@@ -23,8 +25,11 @@ from softsim.run.record import Record
 from softsim.run.wall_clock import KERNEL, ROWS, WallClock
 from softsim.solver.energy import EnergyReader
 from softsim.solver.explicit import ExplicitSolver
-from softsim.solver.settling import settle
+from softsim.solver.settling import interrupted_before_start, settle
 from softsim.stability.time_step import first_time_increment, time_increment
+
+log = logging.getLogger("softsim")
+WORDLESS = nullcontext()
 
 
 class Batch:
@@ -50,32 +55,43 @@ class Batch:
         # Of one, lest a run go elsewhere beside others than alone.
         choice = replace(choice, device=choice.device_for(model.corner_count))
         threads = choice.threads_for(len(files) * model.corner_count)
-        backend.start(choice.device, threads=threads, most_lanes=model.most_lanes)
-        self.solver = ExplicitSolver([of_run.model for of_run in files])
-        self.reader = EnergyReader(self.solver)
-        self.runs = [
-            Run(of_run, self.solver.scenario(s), self.reader, self.clock, given)
-            for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
-        ]
         self.unsettled: dict[int, StabilityError] = {}
-        if checkpoint is not None:
-            with files[0].logged():
-                self.runs[0].resume(checkpoint)
-        elif earlier is not None:
-            self._begin_after(earlier)
-        else:
-            self._begin()
+        with _end_noted(files):
+            with compiling(self.console, [of_run.path for of_run in files]):
+                backend.start(choice.device, threads=threads, most_lanes=model.most_lanes)
+                self.solver = ExplicitSolver([of_run.model for of_run in files])
+                self.reader = EnergyReader(self.solver)
+                self.solver.compile()
+                self.reader.update()
+            for of_run in files:
+                with of_run.logged():
+                    log.info("kernels are ready, %.1f s after the start", self.clock.age)
+            self.runs = [
+                Run(of_run, self.solver.scenario(s), self.reader, self.clock, given)
+                for s, (of_run, given) in enumerate(zip(files, stop_conditions, strict=True))
+            ]
+            if checkpoint is not None:
+                with files[0].logged():
+                    self.runs[0].resume(checkpoint)
+            elif earlier is not None:
+                self._begin_after(earlier)
+            else:
+                self._begin()
         self.clock.enter_loop(self.solver.increment_counts)
 
     def _begin(self) -> None:
         steps = np.array([first_time_increment(run.model) for run in self.runs])
-        with stop_signals() as asked, self.console.status("bodies come to rest before t = 0"):
-            settled, self.unsettled = settle(self.solver, self.reader, steps, asked)
-        self.solver.begin(steps)
-        self.reader.update()
-        for run in self.runs:
-            with run.files.logged():
-                run.begin(settled.get(run.scenario.number))
+        settles = any(run.model.settling is not None for run in self.runs)
+        with stop_signals() as asked:
+            with phase(self.console, "bodies come to rest before t = 0") if settles else WORDLESS:
+                settled, self.unsettled = settle(self.solver, self.reader, steps, asked)
+            self.solver.begin(steps)
+            self.reader.update()
+            for run in self.runs:
+                with run.files.logged():
+                    run.begin(settled.get(run.scenario.number))
+        if asked:
+            raise interrupted_before_start(asked)
 
     def _begin_after(self, earlier: EarlierStep) -> None:
         [run] = self.runs
@@ -115,10 +131,12 @@ class Batch:
 
     def _loop(self, report: ProgressReport, asked: list[int]) -> None:
         last_checkpoint = time.monotonic()
-        self.write_due()
         for s, error in self.unsettled.items():
             with self._attended(self.runs[s]):
+                with suppress(StabilityError):  # a symptom of the same
+                    self.runs[s].write_due()
                 raise error
+        self.write_due()
         while running := self.running:
             if asked:
                 self._interrupt(signal.Signals(asked[0]).name)
@@ -214,3 +232,23 @@ class Batch:
         # In place: the outcome of the run has this summary, too.
         files.summary |= {"phases": profile.shares(), "profile": costs}
         files.write_summary(files.summary)
+
+
+@contextmanager
+def _end_noted(records: Sequence[Record]) -> Iterator[None]:
+    """Write into the summaries how runs ended, and close their files, if the block does not end
+    well. A resumed run has no summary yet: that of before stays.
+    """
+    try:
+        yield
+    except BaseException as error:
+        status = "interrupted" if isinstance(error, Interrupted | KeyboardInterrupt) else "aborted"
+        failure = str(error) or type(error).__name__
+        for record in records:
+            with suppress(OutputError):  # of a full disk: the first error says more
+                if record.summary:
+                    record.write_summary(record.summary | {"status": status, "failure": failure})
+                with record.logged():
+                    log.error("%s", failure)
+            record.close()
+        raise

@@ -40,7 +40,7 @@ from softsim.run.wall_clock import CHECKPOINTS, FRAMES, INSPECTIONS, ROWS, WallC
 from softsim.scene.loading import LoadedScene
 from softsim.solver.chatter import chatter_warnings
 from softsim.solver.energy import EnergyBalance, EnergyReader
-from softsim.solver.explicit import Scenario
+from softsim.solver.explicit import Scenario, longest_block
 from softsim.solver.guards import (
     air_line_warnings,
     hourglass_warnings,
@@ -66,10 +66,6 @@ from softsim.stability.reference_shape import ReferenceShape
 from softsim.stability.schedule import GROWTH, StableStepSchedule
 from softsim.stability.time_step import StableStep, estimator
 
-# Element updates of a block of increments (output, signals): 80 ms at 50 M/s. Of a million elements
-# the shortest takes 0.3 s. It depends on the model only, so that every run has the same blocks.
-BLOCK_UPDATES = 4_000_000
-SHORTEST_BLOCK, LONGEST_BLOCK = 16, 1024
 # A stable step that has changed by this share is told.
 TOLD_CHANGE = 0.2
 
@@ -464,12 +460,6 @@ def conditions_of_scene(loaded: LoadedScene, model: Model) -> list[StopCondition
     if model.relaxation is not None and model.relaxation.until is not None:
         conditions.append(ProbeAtRest(model.relaxation.until))
     return conditions
-
-
-def longest_block(element_count: int) -> int:
-    """Largest number of increments of a block, of a model of so many elements."""
-    wanted = BLOCK_UPDATES // max(1, element_count)
-    return min(max(SHORTEST_BLOCK, wanted), LONGEST_BLOCK)
 
 
 def _next_multiple(interval: float, time: float) -> float:

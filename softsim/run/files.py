@@ -28,6 +28,26 @@ from softsim.solver.guards import strain_warnings
 log = logging.getLogger("softsim")
 
 
+STARTING = "starting"
+"""Status in the summary of a run until its first increment."""
+
+
+class RunLog(logging.Handler):
+    """Handler that appends each line to a file. Raises OutputError if the disk refuses, where
+    logging's own would print a traceback or leave an open file behind.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.path = path
+        self.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Append the line of a record."""
+        with files.explained(self.path), self.path.open("a", encoding="utf-8") as stream:
+            stream.write(self.format(record) + "\n")
+
+
 class RunFiles:
     """The files of a run: log, history, frames, checkpoint, summary.
 
@@ -60,8 +80,13 @@ class RunFiles:
         if resumed_at is None:
             self.fields.describe(**description(model, loaded.scene.title))
         log.setLevel(logging.INFO)
-        self.log_file = logging.FileHandler(self.path / files.LOG, delay=True)
-        self.log_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+        self.log_file = RunLog(self.path / files.LOG)
+        with self.logged():
+            log.info("%s: %s", loaded.path, "starts" if resumed_at is None else "is resumed")
+        if resumed_at is None:
+            self.write_summary(
+                {"status": STARTING, "scene": str(loaded.path), "title": loaded.scene.title}
+            )
 
     @contextmanager
     def logged(self) -> Iterator[None]:
@@ -71,8 +96,6 @@ class RunFiles:
             yield
         finally:
             log.removeHandler(self.log_file)
-            if self.log_file.stream is not None:
-                self.log_file.close()
 
     def warn(self, warnings: Mapping[str, str]) -> None:
         """Write warnings (kind -> text) into the log and onto the console, the first of each kind

@@ -25,6 +25,11 @@ class WallClock:
         self.first_increment_after = 0.0
         self.spent = dict.fromkeys((START, KERNEL, *HOST_WORK), 0.0)
 
+    @property
+    def age(self) -> float:
+        """Wall time [s] since the runs began."""
+        return time.monotonic() - self.began
+
     def enter_loop(self, increment_counts: np.ndarray) -> None:
         """The loop begins, with so many increments done by each run (scenarios,)."""
         self.loop_began = self.steady_since = time.monotonic()
@@ -39,7 +44,7 @@ class WallClock:
 
     def parts(self) -> dict[str, float]:
         """Wall time [s] since the runs began, by part; "other": what is in none."""
-        whole = time.monotonic() - self.began
+        whole = self.age
         return self.spent | {"other": whole - sum(self.spent.values())}
 
     @contextmanager

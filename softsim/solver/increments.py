@@ -127,6 +127,17 @@ class IncrementKernels:
                 if span.drift > 0.0:  # the first call, which compiles, has none
                     self.threads.note(span.increments, time.perf_counter() - began)
 
+    def compile(self) -> None:
+        """Compile the kernel that suits the device, or load it from the cache; nothing moves."""
+        write(self.spans, np.zeros((self.scenarios, DONE + 1)))
+        if backend.device().name != "cpu":
+            (self._in_teams if self.is_small else self._launch)(0)
+            ti.sync()
+        elif self.threads.size == 1:
+            self._alone(0, 1)
+        else:
+            self._together(0, self.threads.workers, 0)
+
     def alone(self, s: int, span: Span) -> None:
         """Run a span in the calling thread, which has in its cache what it reads between two calls.
 

@@ -13,7 +13,7 @@ from softsim import fields
 from softsim.errors import Interrupted, StabilityError
 from softsim.model import LOCAL_DAMPING, Relaxation
 from softsim.solver.energy import Energies, EnergyReader
-from softsim.solver.explicit import ExplicitSolver, Scenario
+from softsim.solver.explicit import ExplicitSolver, Scenario, longest_block
 from softsim.solver.guards import refuse_broken_elements, refuse_unsettled
 
 # Increments between two tests of equilibrium.
@@ -47,13 +47,15 @@ def settle(
     for s in limits:
         solver.relax_branches(s)
         solver.damp(s, LOCAL_DAMPING)
+    part = longest_block(solver.models[0].element_count)
+    parts = [min(part, BLOCK - done) for done in range(0, BLOCK, part)]
     while moving := [s for s in limits if s not in took and s not in failed]:
-        if asked_to_stop:
-            raise Interrupted(
-                f"stopped by {Signals(asked_to_stop[0]).name} before t = 0, while bodies settled",
-                hint="nothing is there to resume: start again",
-            )
-        solver.advance(np.bincount(moving, minlength=solver.scenarios) * BLOCK)
+        is_moving = np.bincount(moving, minlength=solver.scenarios)
+        solver.begin_block()
+        for part in parts:
+            if asked_to_stop:
+                raise interrupted_before_start(asked_to_stop)
+            solver.go_on(is_moving * part)
         reader.update()
         for s in moving:
             try:
@@ -63,6 +65,14 @@ def settle(
                 failed[s] = error
     solver.start_clock(kept)
     return took, failed
+
+
+def interrupted_before_start(asked_to_stop: Sequence[int]) -> Interrupted:
+    """Return the error of a run that was asked to stop before t = 0, by these signals."""
+    return Interrupted(
+        f"stopped by {Signals(asked_to_stop[0]).name} before t = 0",
+        hint="nothing is there to resume: start again",
+    )
 
 
 def is_settled(scenario: Scenario, reader: EnergyReader) -> bool:

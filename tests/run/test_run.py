@@ -78,7 +78,7 @@ def test_a_profile_is_written_and_changes_nothing(write_scene, tmp_path, run):
 
 def test_blocks_follow_the_size_of_the_model():
     """A million element updates lie between two, within 16 to 512 increments."""
-    from softsim.run.course import longest_block
+    from softsim.solver.explicit import longest_block
 
     assert longest_block(40) == 1024
     assert longest_block(10_000) == 400

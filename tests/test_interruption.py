@@ -1,0 +1,26 @@
+"""Signals that come while nothing of the run is there yet."""
+
+import os
+import subprocess
+import sys
+
+SWALLOWING = """
+import os, signal
+try:
+    os.kill(os.getpid(), signal.SIGINT)
+except:  # as Taichi's decorators do
+    pass
+"""
+
+
+def test_ctrl_c_during_an_import_that_swallows_it_ends_the_command(tmp_path):
+    (tmp_path / "swallowing.py").write_text(SWALLOWING)
+    code = "import softsim.interruption as i; i.become_command(); import swallowing; print('lost')"
+    paths = os.pathsep.join([str(tmp_path), *sys.path])
+    ended = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+    )
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "stopped by SIGINT\n")
