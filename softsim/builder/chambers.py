@@ -60,6 +60,8 @@ def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
         refuse_open_chamber(names, facets, points, held, remedy, keys)
     edges = lids(names, facets, points, held) if asks_volume else facets[:0]
     first_node = names.bodies[load.facets[0].partition(".")[0]].first_node
+    first = min(names.bodies[one.partition(".")[0]].first_node for one in load.facets)
+    area = float(geometry.corner_areas(points[first:], facets - first).sum())
     facets, closing = (geometry.pressed(f, first_node) for f in (facets, edges))
     volume = geometry.enclosed_volume(points, np.concatenate([facets, closing]))
     nothing = smallest_volume(geometry, facets, points)
@@ -67,7 +69,7 @@ def pressure(loaded: Loaded, load: Chamber, keys: Keys) -> FollowerPressure:
         volume = 0.0
     compliance = chamber_compliance(geometry, facets, points, loaded.mass, is_free)
     drive = built_drive(names, load, volume, nothing, loaded.stiffest, compliance, keys)
-    return FollowerPressure(str(keys[-1]), facets, closing, geometry, drive, body)
+    return FollowerPressure(str(keys[-1]), facets, closing, geometry, drive, body, area)
 
 
 def built_drive(

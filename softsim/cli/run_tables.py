@@ -3,11 +3,12 @@
 It imports Taichi, and is imported by commands when they need it.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from rich.markup import escape
 from rich.table import Table
 
 from softsim.cli.options import unheaded
@@ -15,9 +16,11 @@ from softsim.machine import Choice
 from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
+from softsim.output.acting import acting, not_read
 from softsim.report.readable import degrees, duration, readable
 from softsim.report.table import segments
 from softsim.run.pilot import Duration
+from softsim.scene.loading import LoadedScene
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.stability.time_step import StableStepEstimator, estimator, first_time_increment
 
@@ -59,6 +62,15 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
     row("overhead", "not in any pass alone", "", profile["unexplained"])
     row("increment", "measured as a whole", "", whole)
     return table
+
+
+def acting_tables(loaded: LoadedScene, model: Model) -> Iterator[Table]:
+    """What acts on the bodies of a scene, and what their mesh files say that is not read."""
+    for title, rows in (("what acts", acting(loaded, model)), ("not read", not_read(model))):
+        if rows:
+            table = unheaded([[escape(text) for text in row] for row in rows])
+            table.title, table.title_justify = title, "left"
+            yield table
 
 
 def model_table(model: Model) -> Table:

@@ -16,7 +16,7 @@ from softsim.cli.reporting import (
     report_what_there_is,
     run_folders,
 )
-from softsim.errors import ExpectationError, Option, SceneError
+from softsim.errors import ExpectationError, Option, SceneError, StabilityError
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.model import Model
@@ -110,9 +110,10 @@ def check(
         Path | None, typer.Option(help="Folder of their modes.png; default: runs/SCENE_modes.")
     ] = None,
 ) -> None:
-    """Check a scene and say how large it is, its stable step, and how long it will take.
+    """Check a scene: how large it is, what acts, its stable step, how long it will take.
 
-    With --modes also the natural frequencies of each body, held at its fixed or tied nodes.
+    The exit code is 3 where a guard stops a short trial run. With --modes also the natural
+    frequencies of each body, held at its fixed or tied nodes.
     """
     if out is not None and modes is None:
         raise typer.BadParameter("it is the folder of a figure of --modes", param_hint="--out")
@@ -125,19 +126,23 @@ def check(
         steps = load_steps(scene, overrides or [])
         loaded = steps[0].loaded if steps else load_scene(scene, overrides or [])
         # Taichi is imported from here on: an error before is told at once.
-        from softsim.cli.run_tables import model_table
+        from softsim.cli.run_tables import acting_tables, model_table
         from softsim.run.scenes import ready_model
         from softsim.run.steps import foreseen_models
         from softsim.solver.plausibility import doubts
 
         models = foreseen_models(steps, choice) if steps else [ready_model(loaded, choice)]
+        warnings = 0
         for k, model in enumerate(models):
             if steps:
                 console.rule(f"step {k + 1} of {len(steps)}: {steps[k].name}")
             console.print(model_table(model))
+            for table in acting_tables(steps[k].loaded if steps else loaded, model):
+                console.print(table, highlight=False)
             for text in doubts(model).values():
+                warnings += 1
                 console.print(f"warning: {text}", highlight=False)
-        model = models[0]
+        model, stopped = models[0], ""
         if duration:
             from softsim.cli.run_tables import duration_table
             from softsim.run.pilot import predicted_duration
@@ -147,18 +152,29 @@ def check(
                 console.print(
                     f"of step '{steps[0].name}'; those after it begin with what it leaves"
                 )
-            predicted = predicted_duration(loaded, model, choice)
+            predicted = predicted_duration(loaded, model, choice, console=console)
             console.print(duration_table(predicted, model, choice))
-            if predicted.stopped:
+            stopped = predicted.stopped
+            if stopped:
                 console.print(
-                    f"warning: {predicted.stopped}\n  the run itself may come farther; "
+                    f"warning: {stopped}\n  the run itself may come farther; "
                     f"{thinning_advice(model)}",
                     highlight=False,
                 )
         if modes is not None:
             folder = out or Path("runs") / f"{scene.stem}_modes"
             _tell_modes(model, modes, choice.device_for(model.corner_count), folder, console)
-        console.print(f"{scene}: fine")
+        console.print(f"{scene}: {_finding(warnings, stopped)}", highlight=False)
+        if stopped:
+            raise typer.Exit(StabilityError.exit_code)
+
+
+def _finding(warnings: int, stopped: str) -> str:
+    """Return the worst of what a check has found, in words."""
+    if stopped:
+        return "the trial run was stopped by a guard, see above"
+    counted = f"{warnings} warning{'s' if warnings > 1 else ''}, see above"
+    return counted if warnings else "no warnings"
 
 
 def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: Console) -> None:

@@ -101,6 +101,11 @@ class AirLine:
     }
 
     @property
+    def peak(self) -> str:
+        """The highest pressure that the sensor is to show, and the volume of the chamber."""
+        return f"{self.course.peak} at the sensor, chamber of {1e6 * self.initial_volume:.4g} ml"
+
+    @property
     def tube_conductance(self) -> float:
         """K [kg/(s Pa^2)]."""
         return self.tube.conductance(self.specific_energy)

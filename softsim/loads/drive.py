@@ -92,6 +92,12 @@ class GivenPressure(_Scheduled):
     asks_volume = False
     thinning_advice = BALLOONING
 
+    @property
+    def peak(self) -> str:
+        """The highest and, where it is suction, the lowest pressure that a gauge shows."""
+        low, high = 1e-3 * self.profile.values.min(), 1e-3 * self.profile.values.max()
+        return f"{low:.4g} to {high:.4g} kPa" if low < 0.0 else f"up to {high:.4g} kPa"
+
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
         return 0.0
@@ -152,6 +158,12 @@ class AddedVolume(_Scheduled):
         """Volume [m^3], negative, that leaves nothing in the chamber."""
         return -self.initial_volume
 
+    @property
+    def peak(self) -> str:
+        """The largest volume that is added, and that of the chamber."""
+        added, volume = 1e6 * self.profile.values.max(), 1e6 * self.initial_volume
+        return f"up to {added:.4g} ml into a chamber of {volume:.4g} ml"
+
     def stiffness(self, volume: float) -> float:
         """-dp/dV [Pa/m^3]."""
         return self.bulk_modulus / self.initial_volume
@@ -210,6 +222,12 @@ class AddedGas(_Scheduled):
         return -self.initial_mass
 
     @property
+    def peak(self) -> str:
+        """The largest mass that is added, and the volume of the chamber."""
+        added, volume = 1e6 * self.profile.values.max(), 1e6 * self.initial_volume
+        return f"up to {added:.4g} mg into a chamber of {volume:.4g} ml"
+
+    @property
     def initial_mass(self) -> float:
         """m_0 [kg]."""
         return (
@@ -261,6 +279,11 @@ class ControlledPressure(_Immediate):
 
     asks_volume = False
     thinning_advice = BALLOONING
+
+    @property
+    def peak(self) -> str:
+        """The highest pressure that the control asks for."""
+        return f"up to {1e-3 * self.settings.highest:.4g} kPa"
 
     @property
     def cycle_count(self) -> float:

@@ -51,6 +51,12 @@ class Load(ABC):
         """
         return []
 
+    def remark(self, points: np.ndarray) -> str:
+        """Return what the built load adds to the words of the scene, such as the area that it acts
+        on; the nodes being at `points` (n, d) [m] at rest.
+        """
+        return ""
+
     def time_scaled(self, factor: float) -> "Load":
         """The load with its time course played `factor` times as fast."""
         return self

@@ -33,6 +33,11 @@ class NodalForce(Load):
             nodes, self.nodes, forces, ProfileTable([load.share for load in alike])
         )
 
+    def remark(self, points: np.ndarray) -> str:
+        """Return the largest resultant, and the number of nodes."""
+        resultant = np.linalg.norm(self.forces.sum(axis=0)) * np.abs(self.share.values).max()
+        return f"resultant of {resultant:.4g} N at most, on {len(self.nodes)} nodes"
+
     def time_scaled(self, factor: float) -> "NodalForce":
         """The force rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))

@@ -35,6 +35,7 @@ OPEN = -1
 class FollowerPressure(Load):
     """Follower pressure on `facets` (k, corners); `lids`: further facets that close the surface,
     without pressure of their own. `body` closes the chamber, or is None. geometry: of the facets.
+    area: of the facets at rest [m^2].
     """
 
     name: Own[str]
@@ -43,6 +44,7 @@ class FollowerPressure(Load):
     geometry: Geometry
     drive: Drive
     body: int | None
+    area: Own[float]
 
     def term(
         self, alike: Sequence["FollowerPressure"], nodes: Nodes, rigid_bodies: RigidBodies
@@ -56,6 +58,10 @@ class FollowerPressure(Load):
     def time_scaled(self, factor: float) -> "FollowerPressure":
         """The pressure, or what drives it, `factor` times as fast."""
         return replace(self, drive=self.drive.time_scaled(factor))
+
+    def remark(self, points: np.ndarray) -> str:
+        """Return the highest value that it is driven to, and the area that it acts on at rest."""
+        return f"{self.drive.peak}, on {1e6 * self.area:.4g} mm^2 at rest"
 
     def volume(self, x: np.ndarray) -> float:
         """Enclosed volume [m^3] with all nodes at x (n, d)."""

@@ -21,6 +21,7 @@ from softsim import backend
 from softsim.errors import OutputError, StabilityError
 from softsim.machine import Choice
 from softsim.model import Model
+from softsim.output.compiling import compiling
 from softsim.output.folder import RunFolder
 from softsim.output.observation import chamber_readings
 from softsim.run.batch import Batch
@@ -29,6 +30,7 @@ from softsim.run.files import RunFiles
 from softsim.scene.loading import LoadedScene
 from softsim.stability.time_step import first_time_increment
 
+SILENT = Console(quiet=True)
 PILOT_INCREMENTS = 20_000  # at the step of rest
 PILOT_TIME = 4.0  # [s]
 LAST_PART = 0.25
@@ -74,12 +76,17 @@ class Mark:
 
 
 def predicted_duration(
-    loaded: LoadedScene, model: Model, choice: Choice, pilot_time: float = PILOT_TIME
+    loaded: LoadedScene,
+    model: Model,
+    choice: Choice,
+    pilot_time: float = PILOT_TIME,
+    console: Console = SILENT,
 ) -> Duration:
     """Run the pilot in a temporary folder.
 
-    pilot_time: wall time [s] that it gets. A large model, or one whose step shrinks a lot, is then
-    on its way still, and the rest is taken at the pace of the pilot's last part.
+    console: shows that kernels are compiled. pilot_time: wall time [s] that it gets. A large model,
+    or one whose step shrinks a lot, is then on its way still, and the rest is taken at the pace of
+    the pilot's last part.
 
     Raises DeviceError where the device does not start, StabilityError where a guard stops the very
     first increments.
@@ -89,7 +96,8 @@ def predicted_duration(
     pilot_model = time_scaled(model, factor)
     with tempfile.TemporaryDirectory() as folder:
         target = RunFolder(Path(folder))
-        pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
+        with compiling(console):
+            pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
         if started_in > COLD_START:
             pilot.close()
             pilot, started_in = _first_increment(loaded, pilot_model, target, choice)
@@ -150,7 +158,7 @@ def _first_increment(
 ) -> tuple[Batch, float]:
     """The pilot after an increment, which compiles, and the wall time [s] that it took."""
     began = time.perf_counter()
-    files = RunFiles(loaded, model, target, Console(quiet=True))
+    files = RunFiles(loaded, model, target, SILENT)
     pilot = Batch([files], choice, [()])
     # A layout's verdict says nothing here: the loads are faster, the robot is not.
     pilot.runs[0].stop_conditions.clear()

@@ -11,11 +11,12 @@ from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from softsim.errors import Location
-from softsim.scene.tree import Tree, child
+from softsim.scene.tree import DISCRIMINATORS, Tree, child
 from softsim.scene.yaml_reading import SceneLoader
 
 DEFAULT = "default"
 INDENT = "  "
+LONGEST_LIST = 6
 
 
 def resolved_text(scene: BaseModel, tree: Tree) -> str:
@@ -76,6 +77,27 @@ def flow_text(value: Any) -> str:
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     return _text(value) if isinstance(value, str) else repr(value)
+
+
+def phrase(tree: Tree) -> str:
+    """Return a part of a scene in one line of prose, as it was written: its kind, then its keys.
+
+    Long lists lose their middle.
+    """
+    if isinstance(tree.value, list) and len(tree.value) > LONGEST_LIST:
+        first, last = (", ".join(map(phrase, part)) for part in (tree.value[:2], tree.value[-1:]))
+        return f"[{first}, ... {last}]"
+    if isinstance(tree.value, list):
+        return f"[{', '.join(map(phrase, tree.value))}]"
+    if not isinstance(tree.value, dict):
+        return flow_text(tree)
+    head = [phrase(tree.value[key]) for key in DISCRIMINATORS if key in tree.value]
+    rest = [
+        f"{key} ({phrase(value)})" if isinstance(value.value, dict) else f"{key} {phrase(value)}"
+        for key, value in tree.value.items()
+        if key not in DISCRIMINATORS
+    ]
+    return ", ".join(head + rest)
 
 
 def _text(text: str) -> str:

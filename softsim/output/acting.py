@@ -1,0 +1,116 @@
+"""What acts on the bodies of a scene, in words: loads, gravity, walls, contact, what is held.
+
+Defaults that a scene does not mention are listed too, and marked.
+"""
+
+from collections.abc import Iterator
+
+from softsim.model import Model
+from softsim.scene.loading import LoadedScene
+from softsim.scene.resolved import flow_text, phrase
+from softsim.scene.tree import Key, entries, nearest
+
+Row = tuple[str, str]
+
+
+def acting(loaded: LoadedScene, model: Model) -> list[Row]:
+    """Return what acts in a scene as (what, text) pairs.
+
+    Parameters
+    ----------
+    loaded: the scene, whose own words and units are used.
+    model: the model that was built from it, which knows areas, resultants and the direction of
+        gravity.
+    """
+    return [
+        *_loads(loaded, model),
+        ("gravity", _gravity(loaded, model)),
+        *_held(loaded),
+        *(
+            (f"condition '{name}'", phrase(tree))
+            for name, tree in entries(loaded.tree, "conditions").items()
+            if name in loaded.scene.conditions
+        ),
+        *(
+            (f"wall '{name}'", phrase(tree))
+            for name, tree in entries(loaded.tree, "environment", "walls").items()
+        ),
+        *_contact(loaded),
+    ]
+
+
+def not_read(model: Model) -> list[Row]:
+    """Return what mesh files say that is not read, as (body, keywords) pairs."""
+    return [(f"body '{b.name}'", ", ".join(b.not_read)) for b in model.bodies if b.not_read]
+
+
+def _loads(loaded: LoadedScene, model: Model) -> Iterator[Row]:
+    """List the loads of the scene; without any it says so."""
+    remarks = dict(zip(model.load_names, model.loads, strict=True))
+    trees = entries(loaded.tree, "loads")
+    for name in loaded.scene.loads:
+        remark = remarks[name].remark(model.points) if name in remarks else ""
+        yield f"load '{name}'", phrase(trees[name]) + (f"; {remark}" if remark else "")
+    if not loaded.scene.loads:
+        yield "loads", "none"
+
+
+def _gravity(loaded: LoadedScene, model: Model) -> str:
+    keys = ("gravity", "gravity_profile", "inclination", "roll")
+    given = entries(loaded.tree, "environment")
+    said = [f"{key} {flow_text(given[key])}" for key in keys[1:] if key in given]
+    vector = ", ".join(f"{component + 0.0:.4g}" for component in model.gravity)
+    return "; ".join(
+        [
+            _value(loaded, "environment", keys[0]),
+            *said,
+            f"as a vector ({vector}) m/s^2",
+        ]
+    )
+
+
+def _held(loaded: LoadedScene) -> Iterator[Row]:
+    for name, body in loaded.scene.bodies.items():
+        if body.fixed:
+            yield "held", f"{', '.join(f'{name}.{one}' for one in body.fixed)}, in every direction"
+    for name, rigid in loaded.scene.rigid_bodies.items():
+        tied = ", ".join(rigid.tied) or "no nodes"
+        free = "" if rigid.free is None else f"; free: {', '.join(rigid.free) or 'nothing'}"
+        yield f"rigid body '{name}'", f"moves with {tied}{free}"
+    for name, tree in entries(loaded.tree, "ties").items():
+        yield f"tie '{name}'", phrase(tree)
+
+
+def _contact(loaded: LoadedScene) -> Iterator[Row]:
+    scene = loaded.scene
+    contact, touching = scene.contact, scene.contact.self_contact
+    outlines = [name for name, rigid in scene.rigid_bodies.items() if rigid.supports]
+    pairs = ["bodies with walls"] if scene.environment.walls else []
+    pairs += [f"outline of '{name}' with its supports" for name in outlines]
+    if touching:
+        pairs.append(f"{', '.join(touching)} with themselves and each other")
+    missing = "" if touching else "; no self_contact: bodies pass through themselves and each other"
+    yield "contact", ("; ".join(pairs) or "none: no walls") + missing
+    if not pairs:
+        return
+    law = [f"mu {_value(loaded, 'contact', 'friction_coefficient')}"]
+    if contact.friction_memory == 0.0:
+        law.append(f"Coulomb's law, memory {_value(loaded, 'contact', 'friction_memory')}")
+    else:
+        law.append(
+            f"its limit follows the normal force with a memory of "
+            f"{_value(loaded, 'contact', 'friction_memory')} and a slip length of "
+            f"{_value(loaded, 'contact', 'friction_slip_length')}"
+        )
+    if touching and contact.self_friction_coefficient is not None:
+        law.append(f"mu {contact.self_friction_coefficient:g} in self_contact")
+    yield "friction", ", ".join(law)
+
+
+def _value(loaded: LoadedScene, *keys: Key) -> str:
+    """Return a value as the scene says it, or its default, marked so."""
+    held, depth = nearest(loaded.tree, keys)
+    if depth == len(keys):
+        return flow_text(held)
+    part = getattr(loaded.scene, str(keys[0]))
+    return f"{flow_text(type(part).model_fields[str(keys[1])].default)} (default)"
