@@ -43,6 +43,7 @@ def test_a_run_in_space_gets_its_figures(box_run: Path, tmp_path: Path) -> None:
     assert draw_all(folder, "displacement") == [folder / name for name in names]
 
 
+@pytest.mark.physics
 def test_figures_that_an_earlier_run_left_go(box_run: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(box_run, tmp_path / "run")
     (folder / "contact_rows.png").touch()

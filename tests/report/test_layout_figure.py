@@ -117,6 +117,7 @@ def test_the_robot_at_its_end_is_always_there(tmp_path: Path):
 
 
 @pytest.mark.parametrize("mesh", [strip(), box(30e-3, 8e-3, 8e-3, 4e-3)])
+@pytest.mark.physics
 def test_it_is_drawn(tmp_path: Path, mesh):
     write_layout_run(tmp_path, mesh, 0.3, wedged=False)
     drawn = draw_all(tmp_path, "stretch")

@@ -55,6 +55,7 @@ def test_shapes_are_neither_too_far_nor_too_steep(build):
      BOX],
     ids=["plane", "axisymmetric", "space"],
 )  # fmt: skip
+@pytest.mark.physics
 def test_every_kind_of_body_is_drawn(build, tmp_path, text):
     """A row or more a body: of its panels the last may be empty."""
     found = [modes_of(b, *(sheared(b, k) for k in (1, 2, 3))) for b in build(text).bodies]

@@ -245,6 +245,7 @@ def test_all_kinds_are_drawn_and_old_ones_go(tmp_path):
     ],
     ids=["one case", "all failed", "sixty long labels"],
 )
+@pytest.mark.physics
 def test_awkward_studies_are_drawn_too(tmp_path, factors, rows, plot):
     write_made_up(tmp_path, factors, rows, measures=[SPEED], plots=[plot], goal=FASTEST)
     drawn = draw_study(tmp_path)

@@ -11,10 +11,10 @@ WORKERS = 2
 
 
 @pytest.fixture(scope="module")
-def pool(kernel_folder):
+def pool(kernel_cache):
     """Two workers."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(os.environ, "SOFTSIM_CACHE", kernel_folder)
+        patch.setitem(os.environ, "SOFTSIM_CACHE", kernel_cache)
         with local_pool(WORKERS) as pool:
             yield pool
 

@@ -34,6 +34,7 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.physics
 def test_a_sweep_finds_what_runs_find(here):
     table = softsim.Study(**KEYS).run("swept")
     alone = run_chain(load_chain(CHAIN, ["time.end=0.15 s"]), here / "alone").summary
@@ -46,6 +47,7 @@ def test_a_sweep_finds_what_runs_find(here):
     assert table["speed [mm/s]"][0] != table["speed [mm/s]"][1]
 
 
+@pytest.mark.physics
 def test_constants_are_fitted(here):
     """Trials of a known answer: the nearest of them is the best."""
     sought = {"match": {"speed": "38 mm/s", "fast": "49 mm/s"}, "trials": 3}
@@ -58,6 +60,7 @@ def test_constants_are_fitted(here):
     assert best["mismatch"] == pytest.approx(sum(part**2 for part in parts))
 
 
+@pytest.mark.physics
 def test_two_sides_are_swept_and_scattered(here):
     """The left motor turns the robot to the right; sides that are drawn differ from run to run."""
     keys = {

@@ -46,6 +46,7 @@ def swept(file, folder, pool, simulate, overrides=(), **settings):
     return table, console.file.getvalue()
 
 
+@pytest.mark.starts(2)
 def test_table_and_record(study_file, tmp_path, pool):
     table, said = swept(study_file, tmp_path / "out", pool, stand_ins.fine)
     assert table["time [ms]"].to_list() == pytest.approx([2, 4, 6, 8, 10, 12])
@@ -99,6 +100,7 @@ def test_what_failed_is_told_word_by_word(study_file, tmp_path, pool):
     assert "4 of 6 cases done" in said
 
 
+@pytest.mark.starts(2)
 def test_a_real_run_is_thinned_and_keeps_its_measures(study_file, tmp_path, pool):
     scene = study_file.with_name("block.yaml")
     scene.write_text(scene.read_text().replace("0.1 ms", "0.005 ms"))
