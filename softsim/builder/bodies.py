@@ -204,7 +204,12 @@ def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.Body) -
     source = data.mesh
     if not isinstance(source, FileMesh):
         return MeshFile(GENERATORS[source.generator](**source.model_dump(exclude={"generator"})))
-    found = read_mesh(loaded.resolve_file(("bodies", name, "mesh", "file")), source.length_unit)
+    found = read_mesh(
+        loaded.resolve_file(("bodies", name, "mesh", "file")),
+        source.length_unit,
+        source.instance,
+        reduce_order=source.reduce_order,
+    )
     kind = family(found.element_type)
     if kind == "CPS":
         raise MeshError(

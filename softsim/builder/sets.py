@@ -21,6 +21,9 @@ ON_IT = 1e-6
 far below the size of an element, and above the round-off of the seven digits of a mesh file.
 """
 
+ALL = "all"
+"""Name of the node set and the cell set that hold a whole body."""
+
 OPERATIONS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "union": np.logical_or,
     "intersection": np.logical_and,
@@ -45,7 +48,10 @@ class Members:
 
 
 def with_defined_sets(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
-    """A body's mesh, placed, with the sets that the scene defines on it beside its own."""
+    """Return a body's mesh, placed, with the sets that the scene defines on it beside its own, and
+    with its nodes and cells as the set `all`.
+    """
+    mesh = with_all(loaded, body, mesh)
     defined = loaded.scene.bodies[body].sets
     if not defined:
         return mesh
@@ -67,6 +73,21 @@ def with_defined_sets(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
             hint = why_empty(mesh, defined[name], known)
             raise loaded.error((*keys, name), f"the set '{body}.{name}' is empty", hint)
     return replace(mesh, node_sets=nodes, facet_sets=facets, cell_sets=cells)
+
+
+def with_all(loaded: LoadedScene, body: str, mesh: Mesh) -> Mesh:
+    """Return a mesh with the sets `all`. SceneError where its file means something else by that."""
+    nodes, cells = np.arange(len(mesh.points)), np.arange(len(mesh.cells))
+    of_file = mesh.node_sets.get(ALL, nodes), mesh.cell_sets.get(ALL, cells)
+    if (len(of_file[0]), len(of_file[1])) != (len(nodes), len(cells)) or ALL in mesh.facet_sets:
+        raise loaded.error(
+            ("bodies", body, "mesh"),
+            f"the mesh has a set '{ALL}' that is not the whole body",
+            f"rename it in the file: '{body}.{ALL}' means all nodes and cells of '{body}'",
+        )
+    return replace(
+        mesh, node_sets={**mesh.node_sets, ALL: nodes}, cell_sets={**mesh.cell_sets, ALL: cells}
+    )
 
 
 def sets_of(mesh: Mesh) -> dict[str, Members]:

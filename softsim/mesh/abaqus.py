@@ -1,14 +1,24 @@
 """Bodies from ABAQUS input files (.inp): nodes, linear elements, sets, surfaces."""
 
+import logging
 from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from softsim.errors import MeshError
-from softsim.mesh.abaqus_cards import Card, cards, fields
-from softsim.mesh.abaqus_elements import CORNERS, FACES, dimension, family, refusal, supported
+from softsim.mesh.abaqus_cards import Card, cards, fields, of_instance
+from softsim.mesh.abaqus_elements import (
+    CORNERS,
+    FACES,
+    dimension,
+    family,
+    reduced,
+    refusal,
+    supported,
+)
 from softsim.mesh.abaqus_sets import ASSEMBLY, BODY, Key, NamedSet, Sets, define
 from softsim.mesh.content import Content
 from softsim.mesh.mesh import (
@@ -19,6 +29,8 @@ from softsim.mesh.mesh import (
     of_one_kind,
 )
 from softsim.mesh.quality import Labels
+
+log = logging.getLogger(__name__)
 
 _GENERATED = "write the nodes and elements out, as ABAQUS/CAE does when it writes an input file"
 _REFUSED = {
@@ -34,38 +46,84 @@ _REFUSED = {
 _WITHOUT_MEANING = {"HEADING", "PREPRINT", "END STEP"}
 """Keywords that say nothing about the body or what acts on it."""
 
+_RIGID = "tie the nodes to a rigid body of the scene (rigid_bodies: tied)"
+_CONSTRAINTS = {
+    "TIE": "join the bodies in the scene (ties)",
+    "EMBEDDED ELEMENT": "describe fibres in the scene (fibres)",
+    **dict.fromkeys(["RIGID BODY", "COUPLING", "KINEMATIC COUPLING"], _RIGID),
+    **dict.fromkeys(
+        ["EQUATION", "MPC", "DISTRIBUTING COUPLING", "SHELL TO SOLID COUPLING", "TRANSFORM"],
+        "there is no counterpart; symmetry and fixed directions are conditions of the scene",
+    ),
+}
+"""Keywords, skipped, without which nodes move otherwise -> what to do about them."""
+
 _SET_PARAMETERS = {"NSET", "ELSET", "GENERATE", "INSTANCE", "INTERNAL", "UNSORTED"}
 
 
-def read_abaqus(path: Path) -> Content:
-    """The body in an ABAQUS input file: flat, or one part with one instance where it was drawn.
+def read_abaqus(path: Path, instance: str | None = None, *, reduce_order: bool = False) -> Content:
+    """Return the body in an ABAQUS input file: flat, or an instance of a part.
+
+    instance: which one; then the body stands where the assembly has it. None where the file has
+        one at most, which is not moved away from where its part is drawn.
+    reduce_order: read second-order elements as linear ones, without their mid-side nodes.
 
     Read are *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE; materials, steps and the like are
-    skipped and listed in `not_read`. A surface of elements becomes a facet set, a surface of nodes
-    a node set. What ABAQUS/CAE marks INTERNAL only serves other sets and surfaces. Where part and
-    assembly both have a set of one name, the part's is called INSTANCE.NAME.
+    skipped and listed in `not_read`; a warning is logged about constraints. A surface of elements
+    becomes a facet set, a surface of nodes a node set. What ABAQUS/CAE marks INTERNAL only serves
+    other sets and surfaces. Where part and assembly both have a set of one name, the part's is
+    called INSTANCE.NAME.
 
     Raises MeshError, naming file and line, if the file cannot be read, has elements other than
-    those of abaqus_elements.py (hybrid or not) or of several families, several parts or instances,
-    a moved instance, an empty set, a member that does not exist, or takes nodes from elsewhere.
+    those of abaqus_elements.py (hybrid or not) or of several families, several instances or a moved
+    one of which none is chosen, an empty set, a member that does not exist, or takes nodes from
+    elsewhere.
     """
-    deck = _Deck(path)
-    for card in cards(path):
+    found = list(cards(path))
+    chosen = _instance(found, instance, path)
+    deck = _Deck(path, moves=instance is not None, reduces=reduce_order)
+    for card in of_instance(found, chosen) if chosen else found:
         deck.add(card)
     return deck.content()
 
 
-class _Deck:
-    """What has been read so far. Names and labels are looked up at the end of the file."""
+def _instance(found: list[Card], name: str | None, path: Path) -> Card | None:
+    """Return the card of the instance of that name, or of the only one; None in a flat file."""
+    by_name = {card.parameter("NAME"): card for card in found if card.keyword == "INSTANCE"}
+    named = [card for key, card in by_name.items() if name is None or _same(key, name)]
+    if name is not None and not named:
+        raise MeshError(
+            f"{path}: there is no instance '{name}'",
+            hint=f"instances: {', '.join(by_name)}" if by_name else "the file has no *INSTANCE",
+        )
+    if len(named) > 1:
+        raise named[1].fault(
+            f"the file has {len(named)} instances: {', '.join(by_name)}",
+            hint="a body is one of them: write instance: "
+            f"{next(iter(by_name))} beside the file's name",
+        )
+    return named[0] if named else None
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+
+def _same(one: str, other: str) -> bool:
+    return one.casefold() == other.casefold()
+
+
+class _Deck:
+    """What has been read so far. Names and labels are looked up at the end of the file.
+
+    moves: the body stands where its instance does. reduces: mid-side nodes are left out.
+    """
+
+    def __init__(self, path: Path, *, moves: bool, reduces: bool) -> None:
+        self.path, self.moves, self.reduces = path, moves, reduces
         self.scope = BODY
         self.owners: dict[str, Card] = {}
         self.coordinates: list[list[float]] = []
         self.node_labels: list[int] = []
         self.corners: list[list[int]] = []
         self.corner_lines: list[int] = []
+        self.midside: list[int] = []
         self.types: list[str] = []
         self.element_type = ("", 0)
         self.nodes, self.elements = Sets("node"), Sets("element")
@@ -106,10 +164,11 @@ class _Deck:
                 hint="a mesh file holds one body: write a file for each",
             )
         for line, text in card.rows:
-            if any(card.real(value, line) for value in fields(text)):
+            if not self.moves and any(card.real(value, line) for value in fields(text)):
                 raise card.fault(
                     f"the instance '{name}' is moved away from where its part is drawn",
-                    hint="remove this line; the scene says where a body stands",
+                    hint=f"write instance: {name} beside the file's name to take it where the "
+                    "assembly has it, or remove this line; position moves a body of the scene",
                     line=line,
                 )
         self.owners[card.keyword], self.scope = card, BODY
@@ -134,8 +193,8 @@ class _Deck:
         self._collect(self.nodes, card, "NSET", range(before, len(self.coordinates)))
 
     def _add_elements(self, card: Card) -> None:
-        kind = self._element_type(card)
-        count = CORNERS[kind]
+        kind, count = self._element_type(card)
+        corners = CORNERS[kind]
         card.allow({"TYPE", "ELSET"})
         known, before = self.elements.numbers[BODY], len(self.corners)
         for line, row in _element_rows(card, count + 1):
@@ -149,7 +208,9 @@ class _Deck:
             if label in known:
                 raise card.fault(f"element {label} is defined twice", line=line)
             known[label] = len(self.corners)
-            self.corners.append([card.integer(node, line, "node number") for node in row[1:]])
+            nodes = [card.integer(node, line, "node number") for node in row[1:]]
+            self.corners.append(nodes[:corners])
+            self.midside += nodes[corners:]
             self.corner_lines.append(line)
             self.types.append(kind)
         self._collect(self.elements, card, "ELSET", range(before, len(self.corners)))
@@ -161,10 +222,15 @@ class _Deck:
             found.cards.append((self.scope, card))
             found.members.extend(members)
 
-    def _element_type(self, card: Card) -> str:
-        """The type of the card's elements, whose family must be that of all the others."""
+    def _element_type(self, card: Card) -> tuple[str, int]:
+        """Return the type of the card's elements, whose family must be that of all the others, and
+        how many nodes it lists of each.
+        """
         written = card.parameter("TYPE").upper()
         kind = supported(written)
+        count = CORNERS.get(kind, 0)
+        if not kind and self.reduces:
+            kind, count = reduced(written)
         if not kind:
             raise card.fault(*refusal(written))
         if self.scope == ASSEMBLY:
@@ -183,7 +249,7 @@ class _Deck:
                 hint=f"give all elements of the body types {family(first)}, or all {family(kind)}",
             )
         self.element_type = (first or kind, line or card.line)
-        return kind
+        return kind, count
 
     def _add_surface(self, card: Card) -> None:
         card.allow({"NAME", "TYPE", "INTERNAL"})
@@ -208,6 +274,12 @@ class _Deck:
         if not self.corners:
             raise MeshError(
                 f"{self.path}: holds no elements", hint="a body is made of " + ", ".join(CORNERS)
+            )
+        for keyword in _CONSTRAINTS.keys() & self.skipped.keys():
+            card = self.skipped[keyword][0]
+            log.warning(
+                "%s:%d: *%s is not read, its nodes move without it: %s",
+                *(self.path, card.line, keyword, _CONSTRAINTS[keyword]),
             )
         cells = self._cells()
         for found in self.nodes.named.values():
@@ -237,7 +309,7 @@ class _Deck:
             else:
                 node_sets[name] = self._surface_nodes(scope, card)
         return Content(
-            points=np.array(self.coordinates),
+            points=self._points(),
             cells=cells,
             dimension=dimension(self.element_type[0]),
             node_sets=node_sets,
@@ -245,9 +317,23 @@ class _Deck:
             cell_sets=cell_sets,
             element_type=self.element_type[0],
             reference_nodes=np.array(list(self.nodes.numbers[ASSEMBLY].values()), dtype=np.int64),
+            midside_nodes=self._midside_nodes(),
             labels=Labels(np.array(self.node_labels), np.array(list(self.elements.numbers[BODY]))),
             not_read=tuple(_skipped(keyword, found) for keyword, found in self.skipped.items()),
         )
+
+    def _points(self) -> np.ndarray:
+        """Return all nodes (n, 3), those of the body where its instance stands."""
+        points = np.array(self.coordinates)
+        if "INSTANCE" in self.owners:
+            of_body = list(self.nodes.numbers[BODY].values())
+            points[of_body] = _placed(points[of_body], self.owners["INSTANCE"])
+        return points
+
+    def _midside_nodes(self) -> np.ndarray:
+        known = self.nodes.numbers[BODY]
+        numbers = [known[label] for label in self.midside if label in known]
+        return np.unique(np.array(numbers, dtype=np.int64))
 
     def _cells(self) -> np.ndarray:
         blocks = [(rows, self._nodes_of(rows)) for rows in self._by_corners()]
@@ -330,6 +416,26 @@ class _Deck:
                 )
             found.append(self._nodes_of(of_kind)[:, faces[names.index(name)]])
         return found
+
+
+def _placed(points: np.ndarray, instance: Card) -> np.ndarray:
+    """Return points (n, 3) where an instance has them: shifted by its first row, then turned about
+    the axis through both points of its second row, by the angle [deg] at its end.
+    """
+    rows = [[instance.real(value, line) for value in fields(t)] for line, t in instance.rows]
+    shift, axis = ([*row, *[0.0] * n][:n] for row, n in zip([*rows, [], []], (3, 7), strict=False))
+    placed = points + np.array(shift)
+    start, along = np.array(axis[:3]), np.array(axis[3:6]) - np.array(axis[:3])
+    if axis[6] == 0.0:
+        return placed
+    if not along.any():
+        raise instance.fault(
+            f"the instance '{instance.parameter('NAME')}' is turned about no axis",
+            hint="its second row holds two points of the axis and the angle in degrees",
+            line=instance.rows[1][0],
+        )
+    turn = Rotation.from_rotvec(np.radians(axis[6]) * along / np.linalg.norm(along))
+    return np.asarray(start + turn.apply(placed - start))
 
 
 def _skipped(keyword: str, found: list[Card]) -> str:

@@ -2,13 +2,16 @@
 
 import re
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from softsim.errors import MeshError
 
 # A comma with an even number of quotes behind it is outside any quotes.
 _OUTER_COMMA = re.compile(r',(?=(?:[^"]*"[^"]*")*[^"]*$)')
+
+_SETS = {"NSET": "NSET", "ELSET": "ELSET", "SURFACE": "NAME"}
+"""Keywords of sets and surfaces -> the parameter that names them."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,61 @@ def cards(path: Path) -> Iterator[Card]:
         card = _card(path, first, keyword)
     if card:
         yield card
+
+
+def of_instance(found: list[Card], instance: Card) -> list[Card]:
+    """Return the cards of a file that describe one of its instances, and those outside of parts.
+
+    Left out are other parts and instances, sets of these, what sets and surfaces of the assembly
+    take from them, and sets and surfaces that hold nothing else.
+    """
+    name, part = instance.parameter("NAME").casefold(), instance.parameter("PART").casefold()
+    others = {
+        card.parameter("NAME").casefold() + "." for card in found if card.keyword == "INSTANCE"
+    } - {name + "."}
+    own, of_assembly, block = [], [], None
+    for card in found:
+        if card.keyword in ("PART", "INSTANCE"):
+            block = card
+        if block is None and card.keyword in _SETS:
+            of_assembly.append(card)
+        elif block in (None, instance) or (
+            block.keyword == "PART" and block.parameter("NAME").casefold() == part
+        ):
+            own.append(card)
+        if card.keyword in ("END PART", "END INSTANCE"):
+            block = None
+    kept = [c for c in of_assembly if c.parameters.get("INSTANCE", name).casefold() == name]
+    foreign, before = _named(of_assembly) - _named(kept), -1
+    while len(foreign) > before:
+        before = len(foreign)
+        rest = [_without(card, others, foreign) for card in kept]
+        kept = [new for card, new in zip(kept, rest, strict=True) if new.rows or not card.rows]
+        foreign = _named(of_assembly) - _named(kept)
+    return sorted(own + kept, key=lambda card: card.line)
+
+
+def _named(found: list[Card]) -> set[tuple[str, str]]:
+    """Return keyword and name of each set and surface that cards define."""
+    return {
+        (card.keyword, card.parameters.get(_SETS[card.keyword], "").casefold()) for card in found
+    }
+
+
+def _without(card: Card, others: set[str], foreign: set[tuple[str, str]]) -> Card:
+    """Return a set or surface without the members that it takes from other instances."""
+    of_nodes = card.keyword == "NSET" or card.parameters.get("TYPE", "").upper() == "NODE"
+    kind = "NSET" if of_nodes else "ELSET"
+
+    def is_foreign(member: str) -> bool:
+        member = member.casefold()
+        return (kind, member) in foreign or any(member.startswith(other) for other in others)
+
+    if card.keyword == "SURFACE":
+        rows = [(n, text) for n, text in card.rows if not is_foreign(fields(text)[0])]
+        return replace(card, rows=rows)
+    rows = [(n, [m for m in fields(text) if not is_foreign(m)]) for n, text in card.rows]
+    return replace(card, rows=[(n, ", ".join(members)) for n, members in rows if members])
 
 
 def fields(text: str) -> list[str]:

@@ -33,12 +33,22 @@ _SOLID_SHAPES = {
     15: "second-order wedges",
     20: "second-order hexahedra",
 }
+_CORNERS_OF_SECOND_ORDER = {"plane": {6: 3, 8: 4}, "C3D": {10: 4, 15: 6, 20: 8}}
 
 
 def supported(written: str) -> str:
     """The type without its H: what a hybrid element computes is the same. "" if not known."""
     name = written.upper().removesuffix("H")
     return name if name in CORNERS else ""
+
+
+def reduced(written: str) -> tuple[str, int]:
+    """Return the linear type with the corners of a second-order type, C3D4 for C3D10M, and the
+    number of nodes of the latter; ("", 0) for any other type.
+    """
+    kind, count = _parts(written)
+    corners = _CORNERS_OF_SECOND_ORDER["C3D" if kind == "C3D" else "plane"].get(count)
+    return (f"{kind}{corners}", count) if kind and corners else ("", 0)
 
 
 def family(element_type: str) -> str:
@@ -57,6 +67,11 @@ def refusal(written: str) -> tuple[str, str]:
     shapes = _SOLID_SHAPES if kind == "C3D" else _PLANE_SHAPES
     shape = f", {shapes[count]}," if kind and count in shapes else ""
     message = f"elements of type {written.upper()}{shape} are not supported"
+    if reduced(written)[0]:
+        return message, (
+            "write reduce_order: true beside the file's name, which drops their mid-side nodes, or "
+            "mesh the part with linear elements: " + ", ".join(_LINEAR[kind])
+        )
     if kind:
         return message, "mesh the part with linear elements: " + ", ".join(_LINEAR[kind])
     known = ", ".join(CORNERS)

@@ -21,6 +21,8 @@ class Content:
     labels: what the file calls its nodes and cells, None where it only counts them.
     reference_nodes: numbers of the nodes that by the file's own word are not the body's, such as
         reference points of an assembly; all others must belong to a cell.
+    midside_nodes: numbers of the nodes between the corners of second-order cells, which have been
+        read as linear ones; those that are no corner of another cell are left out.
     not_read: keywords of the file that are skipped, with their names or the number of their
         lines: "*MATERIAL rubber", "*BOUNDARY (3 lines)".
     """
@@ -34,4 +36,5 @@ class Content:
     element_type: str = ""
     labels: Labels | None = None
     reference_nodes: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    midside_nodes: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     not_read: tuple[str, ...] = ()

@@ -25,13 +25,32 @@ _DIMENSION = {
     "hexahedron": 3,
 }
 
+_LINEAR = {
+    "line3": ("line", 2),
+    "triangle6": ("triangle", 3),
+    "triangle7": ("triangle", 3),
+    "quad8": ("quad", 4),
+    "quad9": ("quad", 4),
+    "tetra10": ("tetra", 4),
+    "pyramid13": ("pyramid", 5),
+    "pyramid14": ("pyramid", 5),
+    "wedge15": ("wedge", 6),
+    "wedge18": ("wedge", 6),
+    "hexahedron20": ("hexahedron", 8),
+    "hexahedron27": ("hexahedron", 8),
+}
+"""Second-order cell type -> the linear type with its corners, which come first in it, and their
+number."""
+
 _Group = dict[str, np.ndarray]
 """Cell type -> numbers of the group's cells among all cells of that type."""
 
 
-def read_gmsh_vtk(path: Path) -> Content:
+def read_gmsh_vtk(path: Path, *, reduce_order: bool = False) -> Content:
     """The body in a mesh file: its cells in space if it has any, otherwise its triangles and
     quadrilaterals; those of each type together.
+
+    reduce_order: read second-order cells as linear ones, without their mid-side nodes.
 
     Sets are gmsh's physical groups, and in a .vtu file the arrays of whole numbers that say who is
     a member: an array "tip" of zeros and ones, or what meshio makes of its sets, an array
@@ -41,6 +60,7 @@ def read_gmsh_vtk(path: Path) -> Content:
     lines apart from the body, or a set without members.
     """
     mesh = meshio_mesh(path, "formats: gmsh .msh, VTK .vtu, ABAQUS .inp")
+    midside = _drop_midside_nodes(mesh) if reduce_order else np.zeros(0, dtype=np.int64)
     blocks = _blocks_by_type(mesh, path)
     dimension = max(_DIMENSION[kind] for kind in blocks)
     body = [kind for kind in blocks if _DIMENSION[kind] == dimension]
@@ -49,7 +69,7 @@ def read_gmsh_vtk(path: Path) -> Content:
     for kind in blocks:
         if 0 < _DIMENSION[kind] < dimension:
             _refuse_apart(mesh, kind, blocks, body, path)
-    content = Content(mesh.points, cells, dimension)
+    content = Content(mesh.points, cells, dimension, midside_nodes=midside)
     for name, group in _groups(mesh, path).items():
         members = {kind: blocks[kind][chosen] for kind, chosen in group.items()}
         of_body = [first[kind] + chosen for kind, chosen in group.items() if kind in body]
@@ -69,13 +89,26 @@ def read_gmsh_vtk(path: Path) -> Content:
     return content
 
 
+def _drop_midside_nodes(mesh: "meshio.Mesh") -> np.ndarray:
+    """Make second-order cells of a mesh linear and return the numbers of their mid-side nodes."""
+    left_out = [np.zeros(0, dtype=np.int64)]
+    for block in mesh.cells:
+        if block.type in _LINEAR:
+            block.type, corners = _LINEAR[block.type]
+            left_out.append(np.unique(block.data[:, corners:]).astype(np.int64))
+            block.data = block.data[:, :corners]
+    return np.unique(np.concatenate(left_out))
+
+
 def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
     """All cells of each type, (m, corners)."""
     unknown = sorted({block.type for block in mesh.cells} - set(_DIMENSION))
     if unknown:
+        linear = "mesh with first-order triangles, quadrilaterals, tetrahedra or hexahedra"
+        reducible = "write reduce_order: true beside the file's name, which drops their mid-side "
         raise MeshError(
             f"{path}: cells of type {', '.join(unknown)}; only linear ones are computed with",
-            hint="mesh with first-order triangles, quadrilaterals, tetrahedra or hexahedra",
+            hint=linear if set(unknown) - set(_LINEAR) else f"{reducible}nodes, or {linear}",
         )
     parts: dict[str, list[np.ndarray]] = defaultdict(list)
     for block in mesh.cells:

@@ -32,6 +32,11 @@ from softsim.mesh.quality import (
 
 log = logging.getLogger(__name__)
 
+FORMATS = (".msh", ".vtu", ".inp")
+"""File name extensions of gmsh, VTK and ABAQUS, the formats that are read."""
+CAD = (".step", ".stp", ".iges", ".igs", ".brep")
+SURFACES = (".stl", ".obj", ".ply", ".off")
+
 _Sets = dict[str, np.ndarray]
 
 
@@ -43,6 +48,7 @@ class MeshFile:
         without its H), "" if the file names no formulation (.msh, .vtu).
     turned_cells: how many cells were inverted and have been turned.
     dropped_nodes: how many reference points of an assembly have been left out.
+    midside_nodes: how many mid-side nodes of second-order cells have been left out.
     not_read: what the file says besides the body, see `Content`.
     """
 
@@ -50,6 +56,7 @@ class MeshFile:
     element_type: str = ""
     turned_cells: int = 0
     dropped_nodes: int = 0
+    midside_nodes: int = 0
     not_read: tuple[str, ...] = ()
 
     @property
@@ -58,15 +65,24 @@ class MeshFile:
         counted = {
             "inverted cells turned": self.turned_cells,
             "reference points left out": self.dropped_nodes,
+            "mid-side nodes left out": self.midside_nodes,
         }
         return tuple(f"{count} {what}" for what, count in counted.items() if count)
 
 
-def read_mesh(path: Path, length_unit: float = 1e-3) -> MeshFile:
-    """The body in a mesh file: its tetrahedra, pyramids, wedges and hexahedra if it has any,
+def read_mesh(
+    path: Path,
+    length_unit: float = 1e-3,
+    instance: str | None = None,
+    *,
+    reduce_order: bool = False,
+) -> MeshFile:
+    """Return the body in a mesh file: its tetrahedra, pyramids, wedges and hexahedra if it has any,
     otherwise its triangles and quadrilaterals.
 
-    length_unit: metres in one unit of the file, 1e-3 for a mesh drawn in millimetres. Triangles
+    length_unit: metres in one unit of the file, 1e-3 for a mesh drawn in millimetres. instance:
+    which instance of an ABAQUS file, see `read_abaqus`. reduce_order: read second-order cells as
+    linear ones, without their mid-side nodes. Triangles
     and quadrilaterals must lie in a plane z = constant; z is dropped. Inverted cells are turned and
     reference points dropped; a warning is logged about either, and about a body in several pieces.
 
@@ -76,18 +92,55 @@ def read_mesh(path: Path, length_unit: float = 1e-3) -> MeshFile:
     name too (the surface's nodes where there are both), unless the file has its own. In names,
     everything but letters, digits, - and _ becomes _.
 
-    Raises MeshError, naming the file, if it cannot be read, has cells of another kind (second
-    order ...), mixes dimensions or formulations, has an empty set or a node without
-    a cell, or does not pass `softsim.mesh.quality.check`.
+    Raises MeshError, naming the file, if it cannot be read, has cells of another kind, mixes
+    dimensions or formulations, has an empty set or a node without a cell, or does not pass
+    `softsim.mesh.quality.check`.
     """
     path = Path(path)
     if not path.is_file():
         raise MeshError(f"{path}: no such mesh file", hint="check the path and its spelling")
-    content = read_abaqus(path) if path.suffix.lower() == ".inp" else read_gmsh_vtk(path)
+    suffix = path.suffix.lower()
+    if suffix not in FORMATS:
+        raise _no_mesh(path, suffix)
+    if suffix == ".inp":
+        content = read_abaqus(path, instance, reduce_order=reduce_order)
+    elif instance is not None:
+        raise MeshError(f"{path}: has no instances", hint="instance: belongs to ABAQUS files, .inp")
+    else:
+        content = read_gmsh_vtk(path, reduce_order=reduce_order)
     try:
         return _made_fit(content, length_unit, path)
     except MeshError as fault:
         raise MeshError(f"{path}: {fault.message}", hint=fault.hint) from fault
+
+
+def _no_mesh(path: Path, suffix: str) -> MeshError:
+    """Return the error for a file of a format that holds no mesh of a body, or is not read."""
+    if suffix in CAD:
+        what = "is CAD geometry, not a mesh"
+    elif suffix in SURFACES:
+        what = "is a closed surface of triangles, not a volume mesh"
+    else:
+        return MeshError(
+            f"{path}: no format of meshes that is read", hint="formats: " + ", ".join(FORMATS)
+        )
+    return MeshError(f"{path}: {what}", hint=_remedy(path, suffix))
+
+
+def _remedy(path: Path, suffix: str) -> str:
+    """Return the commands that make a volume mesh of what a file holds."""
+    made, source = path.with_suffix(".msh").name, path.name
+    if suffix in CAD:
+        return (
+            "make a volume mesh first, for example "
+            f"`gmsh -3 {source} -o {made} -clmax 2.5` (largest element size in mm)"
+        )
+    script = path.with_suffix(".geo").name
+    return (
+        f'make a volume mesh first, for example with the script {script}: `Merge "{source}"; '
+        "Surface Loop(1) = {1}; Volume(1) = {1};` and `gmsh -3 "
+        f"{script} -o {made}`"
+    )
 
 
 def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
@@ -101,6 +154,8 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
     inverted = np.flatnonzero(signed_volumes(points, cells) < 0)
     cells[inverted] = turned(cells[inverted], content.dimension)
     dropped = np.flatnonzero(number < 0)
+    midside = np.intersect1d(dropped, content.midside_nodes)
+    dropped = np.setdiff1d(dropped, midside)
     refuse_loose_nodes(np.setdiff1d(dropped, content.reference_nodes), content)
 
     cell_sets = _plain_names(content.cell_sets)
@@ -138,7 +193,9 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
     pieces = piece_count(mesh)
     if pieces > 1:
         log.warning("%s: the body is in %d pieces that share no node", path, pieces)
-    return MeshFile(mesh, content.element_type, len(inverted), len(dropped), content.not_read)
+    return MeshFile(
+        mesh, content.element_type, len(inverted), len(dropped), len(midside), content.not_read
+    )
 
 
 def refuse_loose_nodes(loose: np.ndarray, content: Content) -> None:
@@ -159,7 +216,9 @@ def _coordinates(points: np.ndarray, dimension: int) -> np.ndarray:
         if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
             raise MeshError(
                 f"plane cells at z from {points[:, 2].min():g} to {points[:, 2].max():g}; "
-                "a plane body lies in one plane z = constant"
+                "a plane body lies in one plane z = constant",
+                hint="a body in space is a volume mesh of tetrahedra or hexahedra: gmsh -3 makes "
+                "one of a volume, and writes it if a physical group holds it or there is no group",
             )
         return points[:, :2]
     return points

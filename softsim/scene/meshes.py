@@ -250,6 +250,14 @@ class FileMesh(Part):
     length_unit: PositiveLength = Field(
         default=written("1 mm"), description="Length of one unit in the file."
     )
+    instance: Text | None = Field(
+        default=None,
+        description="Which *INSTANCE of an ABAQUS file, where the assembly has it.",
+    )
+    reduce_order: bool = Field(
+        default=False,
+        description="Read second-order cells as linear ones, without their mid-side nodes.",
+    )
 
 
 def _mesh_kind(value: Any) -> str | None:

@@ -273,7 +273,8 @@ def _where(body: Body, element: int, time: float) -> str:
     sets = [
         name
         for name, nodes in body.node_sets.items()
-        if name != "surface" and np.isin(body.cells[element] + body.first_node, nodes).any()
+        if name not in ("surface", "all")
+        and np.isin(body.cells[element] + body.first_node, nodes).any()
     ]
     among = f" (sets: {', '.join(sets)})" if sets else ""
     return (

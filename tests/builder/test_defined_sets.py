@@ -44,6 +44,18 @@ def body(build):
     return built
 
 
+def test_all_is_the_whole_body(body):
+    """As a set of nodes and of cells, from which other sets can be made; not of facets."""
+    found = body(SECTION, TIPS, "rest: {difference: [all, tips]}")
+    assert len(found.node_sets["all"]) == len(found.points)
+    assert len(found.cell_sets["all"]) == len(found.cells)
+    assert "all" not in found.facet_sets
+    apart = np.concatenate([found.node_sets["rest"], found.node_sets["tips"]])
+    np.testing.assert_array_equal(np.sort(apart), found.node_sets["all"])
+    with pytest.raises(SceneError, match="the mesh of 'b' has a set 'all' already"):
+        body(SECTION, "all: {difference: [surface, surface]}")
+
+
 def facets_within(body, is_in):
     """Facets of the surface with all corners where the mask (n,) says so."""
     surface = body.facet_sets["surface"]
@@ -114,9 +126,9 @@ def test_facets_that_are_turned_about_are_the_same(body, tmp_path):
         "*ELEMENT, TYPE=C3D4, ELSET=ALL\n1, 1, 2, 3, 4\n*SURFACE, NAME=BASE\nALL, S1\n"
     )
     text = SOLID.replace(SOLID[SOLID.index("{generator") : SOLID.index("}") + 1], "{file: t.inp}")
-    b = body(text, "sloped: {difference: [surface, BASE]}", "all: {union: [sloped, BASE]}")
+    b = body(text, "sloped: {difference: [surface, BASE]}", "both: {union: [sloped, BASE]}")
     assert len(b.facet_sets["sloped"]) == 3
-    assert sorted(b.facet_sets["all"].tolist()) == sorted(b.facet_sets["surface"].tolist())
+    assert sorted(b.facet_sets["both"].tolist()) == sorted(b.facet_sets["surface"].tolist())
 
 
 def test_a_set_within_a_body_has_no_facets(body):

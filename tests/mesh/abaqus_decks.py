@@ -19,6 +19,42 @@ TETRAHEDRON = """*NODE, NSET=all
 *ELEMENT, TYPE=C3D4, ELSET=body
 1, 1, 2, 3, 4
 """
+FRAME = """*Part, name=Frame
+*Node
+      1, 0., -3.
+      2, 10., -3.
+      3, 10., 0.
+*Element, type=CAX3
+7, 1, 2, 3
+*NGEN
+1, 3
+*Nset, nset=Both
+ 1
+*End Part
+"""
+"""A part to put before the assembly of CAE; what it generates is not supported."""
+OTHERS = """*Instance, name=Skin-2, part=Skin
+ 0., 20.
+ 5., 25., 0., 5., 25., 1., 90.
+*End Instance
+*Instance, name=Frame-1, part=Frame
+*End Instance
+*Nset, nset=Set-1, instance=Skin-2
+ 1,
+*Nset, nset=Shared, instance=Frame-1
+ 1,
+*Nset, nset=Shared, instance=Skin-2
+ 4,
+*Nset, nset=OfFrame
+ Frame-1.2, Frame-1.Both
+*Elset, elset=_Rim_S1, internal, instance=Frame-1
+ 7,
+*Surface, type=ELEMENT, name=Rim
+_Rim_S1, S1
+*Nset, nset=OfRim
+ OfFrame, Shared
+"""
+"""Instances to put behind that of CAE, with sets that take from several."""
 CAE = """*Heading
 ** PARTS
 *Part, name=Skin

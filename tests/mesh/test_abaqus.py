@@ -2,7 +2,7 @@ import logging
 
 import numpy as np
 import pytest
-from abaqus_decks import CAE, SQUARE, TETRAHEDRON
+from abaqus_decks import CAE, FRAME, OTHERS, SQUARE, TETRAHEDRON
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,6 +29,65 @@ def test_a_flat_file(read):
     assert file.mesh.points.tolist() == [[0, 0], [0.01, 0], [0.01, 0.01], [0, 0.01]]
     assert file.mesh.cells.tolist() == [[0, 1, 2], [0, 2, 3]]
     assert set(file.mesh.node_sets) == {"surface"}
+
+
+def test_a_byte_order_mark_is_no_data(read):
+    assert len(read("\ufeff" + SQUARE.partition("\n")[2]).mesh.cells) == 2
+
+
+def test_constraints_that_are_not_read_are_warned_of(read, caplog):
+    file = read(SQUARE + "*EQUATION\n2\n10, 1, 1., 20, 1, -1.\n*TIE, NAME=glue\na, b\n")
+    assert file.not_read == ("*EQUATION (2 lines)", "*TIE glue")
+    for said in (
+        "body.inp:12: *EQUATION is not read, its nodes move without it: there is no counterpart",
+        "body.inp:15: *TIE is not read, its nodes move without it: join the bodies in the scene",
+    ):
+        assert said in caplog.text
+
+
+def test_one_of_several_instances_stands_where_the_assembly_has_it(read):
+    """The first is where it was drawn; the second is shifted by (0, 20) and then turned by 90
+    degrees about (5, 25). Sets hold what they take from the chosen instance.
+    """
+    text = CAE.replace("*Assembly, name", FRAME + "*Assembly, name").replace(
+        "*End Instance\n", "*End Instance\n" + OTHERS
+    )
+    corners = np.array([[0, 0], [10, 0], [10, 10], [0, 10.0]])
+    first, second = (
+        read(text, instance=name, length_unit=1.0).mesh for name in ("SKIN-1", "Skin-2")
+    )
+    np.testing.assert_array_equal(first.points, corners)
+    np.testing.assert_allclose(
+        second.points, np.roll(corners, -1, axis=0) + np.array([0, 20]), atol=1e-14
+    )
+    of_first = {name: nodes.tolist() for name, nodes in first.node_sets.items()}
+    assert of_first["Set-1"] == [1, 2] and of_first["Both"] == [0, 1, 2]
+    assert not {"Shared", "OfFrame", "OfRim", "Rim"} & {*of_first, *first.facet_sets}
+    of_second = {name: nodes.tolist() for name, nodes in second.node_sets.items()}
+    assert of_second["Set-1"] == [0] and of_second["Shared"] == of_second["OfRim"] == [3]
+    assert "Cavity" in first.facet_sets and "Cavity" not in second.facet_sets
+    with pytest.raises(MeshError, match="there is no instance 'Skin-3'") as caught:
+        read(text, instance="Skin-3")
+    assert caught.value.hint == "instances: Skin-1, Skin-2, Frame-1"
+
+
+def test_mid_side_nodes_of_second_order_elements_are_left_out(read):
+    """A node set keeps its corners; one of mid-side nodes alone is dropped."""
+    text = TETRAHEDRON.replace("C3D4", "C3D10M").replace(
+        "*ELEMENT",
+        "5, .5, 0, 0\n6, .5, .5, 0\n7, 0, .5, 0\n8, 0, 0, .5\n9, .5, 0, .5\n10, 0, .5, .5\n"
+        "*ELEMENT",
+    ).replace("1, 2, 3, 4\n", "1, 2, 3, 4, 5, 6, 7, 8, 9, 10\n")  # fmt: skip
+    text += "*NSET, NSET=edge\n1, 5, 2\n*NSET, NSET=middle\n5\n*SURFACE, NAME=base\nbody, S1\n"
+    file = read(text, length_unit=1.0, reduce_order=True)
+    linear = read(TETRAHEDRON, length_unit=1.0).mesh
+    np.testing.assert_array_equal(file.mesh.points, linear.points)
+    np.testing.assert_array_equal(file.mesh.cells, linear.cells)
+    assert file.element_type == "C3D4" and file.changes == ("6 mid-side nodes left out",)
+    assert file.mesh.node_sets["edge"].tolist() == [0, 1] and "middle" not in file.mesh.node_sets
+    assert file.mesh.facet_sets["base"].tolist() == [[0, 2, 1]]
+    with pytest.raises(MeshError, match="has 10 nodes; C3D4 has 4"):
+        read(text.replace("C3D10M", "C3D4"), reduce_order=True)
 
 
 def test_keywords_that_are_not_read_are_listed(read):

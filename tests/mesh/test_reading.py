@@ -107,8 +107,43 @@ def test_second_order_and_other_cells_are_refused_by_name(tmp_path):
     ten = np.array([[0, 1, 2, 3, 4, 5, 0, 1, 2, 3]])
     points = np.random.default_rng(0).random((6, 3))
     meshio.write(path, meshio.Mesh(points, [("triangle6", six), ("tetra10", ten)]))
-    with pytest.raises(MeshError, match=r"body\.vtu: cells of type tetra10, triangle6"):
+    with pytest.raises(MeshError, match=r"body\.vtu: cells of type tetra10, triangle6") as caught:
         read_mesh(path)
+    assert "reduce_order: true" in caught.value.hint
+
+
+def test_mid_side_nodes_of_second_order_cells_are_left_out(tmp_path):
+    """Two triangles of six nodes; sets of cells, lines and nodes keep what they have of corners."""
+    corners, middles = POINTS[:4], (POINTS[[0, 1, 0, 2, 3]] + POINTS[[1, 2, 2, 3, 0]]) / 2
+    blocks = [
+        ("triangle6", np.array([[0, 1, 2, 4, 5, 6], [0, 2, 3, 6, 7, 8]])),
+        ("line3", np.array([[0, 1, 4]])),
+    ]
+    data = {"first": [np.array([1, 0]), np.array([0])], "inlet": [np.array([0, 0]), np.array([1])]}
+    path = tmp_path / "body.vtu"
+    meshio.write(path, meshio.Mesh(np.vstack([corners, middles]), blocks, cell_data=data))
+    file = read_mesh(path, length_unit=1.0, reduce_order=True)
+    assert file.mesh.points.tolist() == corners[:, :2].tolist()
+    assert file.mesh.cells.tolist() == [[0, 1, 2], [0, 2, 3]]
+    assert file.mesh.cell_sets["first"].tolist() == [0]
+    assert file.mesh.facet_sets["inlet"].tolist() == [[0, 1]]
+    assert file.changes == ("5 mid-side nodes left out",)
+
+
+@pytest.mark.parametrize(
+    ("name", "said", "hint"),
+    [
+        ("foot.STEP", "is CAD geometry, not a mesh", "`gmsh -3 foot.STEP -o foot.msh -clmax 2.5`"),
+        ("foot.iges", "is CAD geometry, not a mesh", "gmsh -3 foot.iges"),
+        ("foot.brep", "is CAD geometry, not a mesh", "gmsh -3 foot.brep"),
+        ("foot.stl", "a closed surface of triangles, not a volume mesh", 'Merge "foot.stl"; '),
+        ("foot.xdmf", "no format of meshes that is read", "formats: .msh, .vtu, .inp"),
+    ],
+)
+def test_what_is_no_mesh_is_said_with_the_way_to_one(tmp_path, name, said, hint):
+    with pytest.raises(MeshError, match=said) as caught:
+        read_mesh(written(tmp_path / name, ""))
+    assert hint in caught.value.hint
 
 
 def test_quadrilaterals_and_triangles_are_one_body(tmp_path, caplog):
