@@ -99,8 +99,8 @@ def _instance(found: list[Card], name: str | None, path: Path) -> Card | None:
     if len(named) > 1:
         raise named[1].fault(
             f"the file has {len(named)} instances: {', '.join(by_name)}",
-            hint="a body is one of them: write instance: "
-            f"{next(iter(by_name))} beside the file's name",
+            hint=f"a body is one of them: write instance: {next(iter(by_name))} beside the "
+            "file's name",
         )
     return named[0] if named else None
 

@@ -146,8 +146,8 @@ def _without(card: Card, others: set[str], foreign: set[tuple[str, str]]) -> Car
     if card.keyword == "SURFACE":
         rows = [(n, text) for n, text in card.rows if not is_foreign(fields(text)[0])]
         return replace(card, rows=rows)
-    rows = [(n, [m for m in fields(text) if not is_foreign(m)]) for n, text in card.rows]
-    return replace(card, rows=[(n, ", ".join(members)) for n, members in rows if members])
+    left = [(n, [m for m in fields(text) if not is_foreign(m)]) for n, text in card.rows]
+    return replace(card, rows=[(n, ", ".join(members)) for n, members in left if members])
 
 
 def fields(text: str) -> list[str]:
