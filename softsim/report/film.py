@@ -1,12 +1,17 @@
 """A run as a film: its stored frames one after another, in one view and one scale of colours."""
 
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
 import matplotlib
 import numpy as np
-from matplotlib.animation import FFMpegWriter, PillowWriter
+from matplotlib.animation import FFMpegWriter
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
+from PIL import Image
+from scipy.spatial import KDTree
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
@@ -14,7 +19,7 @@ from softsim.output.folder import explained
 from softsim.report.colours import FIELDS, refuse_missing_field, shared_scale
 from softsim.report.curves import single_pressure
 from softsim.report.recorded import Recorded
-from softsim.report.snapshots import add_scale, pictures, show, state
+from softsim.report.snapshots import Pictures, add_scale, pictures, show, state
 from softsim.report.style import PAGE_WIDTH, STYLE
 
 RESOLUTION = 110
@@ -23,8 +28,12 @@ RESOLUTION = 110
 HEIGHTS = 1.6, 6.0
 """Of a film, least and most [inch], with its title and its scale of colours."""
 
-WRITERS: dict[str, type[PillowWriter | FFMpegWriter]] = {".gif": PillowWriter, ".mp4": FFMpegWriter}
-"""Ending of a film's file -> what writes it."""
+LAYOUTS = 3
+"""Passes after which the layout no longer changes: axes of equal scale have another size after the
+first."""
+
+PALETTE_FRAMES = 5
+"""Frames, evenly picked, whose colours the palette of a GIF is made of."""
 
 
 def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path: Path) -> int:
@@ -37,8 +46,7 @@ def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path
     if frames is None or len(frames) == 0:
         raise OutputError("the run has stored no frames to make a film of")
     refuse_missing_field(frames, field)
-    writer = WRITERS[path.suffix]
-    if not writer.isAvailable():
+    if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise OutputError(
             f"there is no program to write {path.suffix}", hint="install ffmpeg, or write a .gif"
         )
@@ -51,18 +59,96 @@ def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path
     height = float(np.clip(PAGE_WIDTH * aspect + 1.2, *HEIGHTS))
     with matplotlib.rc_context(STYLE), explained(path):
         figure = Figure(figsize=(PAGE_WIDTH, height), layout="constrained", dpi=RESOLUTION)
-        FigureCanvasAgg(figure)
         axes = figure.subplots()
         add_scale(figure, axes, colours, extend, FIELDS[field].label)
-        film = writer(fps=pictures_a_second)
-        with film.saving(figure, str(path), RESOLUTION):
-            for number, index in enumerate(indices):
-                axes.clear()
-                show(axes, body, state(frames.times[index], run.history["time"], pressure))
-                body.draw(axes, number, colours)
-                body.label([axes], [axes])
-                film.grab_frame()
+        titles = [state(frames.times[k], run.history["time"], pressure) for k in indices]
+        images = drawn(figure, axes, body, titles, colours)
+        WRITERS[path.suffix](images, pictures_a_second, path)
     return len(indices)
+
+
+def drawn(
+    figure: Figure,
+    axes: Axes,
+    body: Pictures,
+    titles: Sequence[str],
+    colours: ScalarMappable,
+) -> Iterator[np.ndarray]:
+    """Draw the frames of `body` one after another, as RGB images (height, width, 3).
+
+    Axes and scale are laid out and drawn once; of each frame only the body, its walls, the title
+    and the spines, which lie between them, are drawn anew.
+    """
+    canvas = FigureCanvasAgg(figure)
+    show(axes, body, titles[0])
+    title = axes.set_title(titles[0], y=1.0)  # placed here, not by each layout anew
+    kept = set(axes.get_children())
+    body.draw(axes, 0, colours)
+    of_frame = [artist for artist in axes.get_children() if artist not in kept]
+    body.label([axes], [axes])
+    for _ in range(LAYOUTS):
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    spines = axes.spines.values() if axes.axison else ()
+    between = [title, *(spine for spine in spines if spine.get_visible())]
+    for artist in (*of_frame, *between):
+        artist.set_visible(False)
+    canvas.draw()
+    background = canvas.copy_from_bbox(figure.bbox)
+    for artist in between:
+        artist.set_visible(True)
+    for number, words in enumerate(titles):
+        for artist in of_frame:
+            artist.remove()
+        there = set(axes.get_children())
+        body.draw(axes, number, colours)
+        of_frame = [artist for artist in axes.get_children() if artist not in there]
+        title.set_text(words)
+        canvas.restore_region(background)
+        for artist in sorted([*of_frame, *between], key=lambda artist: artist.get_zorder()):
+            axes.draw_artist(artist)
+        yield np.array(canvas.buffer_rgba())[..., :3]
+
+
+def write_gif(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) -> None:
+    """Write RGB images (height, width, 3) as a GIF that repeats, with one palette for all."""
+    shown = list(images)
+    samples = np.unique(np.linspace(0, len(shown) - 1, PALETTE_FRAMES).astype(int))
+    sample = Image.fromarray(np.concatenate([shown[k] for k in samples]))
+    palette = sample.quantize().getpalette() or []
+    nearest = nearest_colours(np.array(palette).reshape(-1, 3))
+    first, *others = (Image.fromarray(nearest[tuple(np.moveaxis(i >> 2, 2, 0))]) for i in shown)
+    for picture in (first, *others):
+        picture.putpalette(palette)
+    duration = 1000 // pictures_a_second
+    first.save(path, save_all=True, append_images=others, duration=duration, loop=0)
+
+
+def nearest_colours(palette: np.ndarray) -> np.ndarray:
+    """Return the number of the nearest of the colours (n, 3), 0 to 255, for each RGB colour.
+
+    The table (64, 64, 64) has the upper six bits of red, green and blue as its indices.
+    """
+    every = np.indices((64, 64, 64)).reshape(3, -1).T * (255.0 / 63.0)
+    return KDTree(palette).query(every)[1].astype(np.uint8).reshape(64, 64, 64)
+
+
+def write_mp4(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) -> None:
+    """Write RGB images (height, width, 3) with ffmpeg, by way of a figure that holds each."""
+    film, screen = FFMpegWriter(fps=pictures_a_second), Figure(dpi=RESOLUTION)
+    first, *others = images
+    screen.set_size_inches(first.shape[1] / RESOLUTION, first.shape[0] / RESOLUTION)
+    with film.saving(screen, str(path), RESOLUTION):
+        for image in (first, *others):
+            screen.images.clear()
+            screen.figimage(image)
+            film.grab_frame()
+
+
+WRITERS: dict[str, Callable[[Iterable[np.ndarray], int, Path], None]] = {
+    ".gif": write_gif, ".mp4": write_mp4,
+}  # fmt: skip
+"""Ending of a film's file -> what writes it."""
 
 
 def picked(frames: Frames, most: int) -> list[int]:
