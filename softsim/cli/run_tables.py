@@ -17,7 +17,7 @@ from softsim.mesh.mesh import Mesh
 from softsim.mesh.quality import quality
 from softsim.model import Body, Model
 from softsim.output.acting import acting, not_read
-from softsim.report.readable import degrees, duration, readable
+from softsim.report.readable import bookkeeping, degrees, duration, findings
 from softsim.report.table import segments
 from softsim.run.pilot import Duration
 from softsim.scene.loading import LoadedScene
@@ -25,9 +25,14 @@ from softsim.solver.natural_modes import NaturalMode, NaturalModes
 from softsim.stability.time_step import StableStepEstimator, estimator, first_time_increment
 
 
-def summary_table(summary: Mapping[str, Any]) -> Table:
-    """What a run says of itself in a few lines."""
-    return unheaded(readable(summary))
+def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table:
+    """Return what a run found, then how it was computed. units: column of the history -> unit."""
+    lines = [*findings(summary, units), *bookkeeping(summary)]
+    rows = [(line.name, line.value) for line in lines]
+    warned = len(summary.get("warnings", []))
+    if warned:
+        rows.insert(0, ("warnings", f"{warned}, listed in summary.json and run.log"))
+    return unheaded(rows)
 
 
 def wall_time_table(wall_times: Mapping[str, float]) -> Table:

@@ -57,6 +57,8 @@ def run(
             )
         # Taichi is imported from here on, not for --help.
         from softsim.cli.run_tables import summary_table
+        from softsim.output.folder import HISTORY
+        from softsim.output.history import read_units
         from softsim.run import PROFILE_AFTER, run_steps
         from softsim.run import run as run_scene
 
@@ -80,7 +82,8 @@ def run(
             raise
         _show_profiles(folder, profile, console)
         for results in done:
-            console.print(summary_table(results.summary))
+            units = read_units(results.folder / HISTORY)
+            console.print(summary_table(results.summary, units))
             console.print(f"results in {results.folder}", highlight=False)
 
 

@@ -56,7 +56,7 @@ def measures(model: Model, history: History) -> dict[str, Any]:
         found["peak_pull"] = float(history["pull"].max())
         found["mean_pull"] = mean_pull(history)
     if model.probes:
-        found["probes"] = last_probes(model, history)
+        found |= probe_readings(model, history)
     return found
 
 
@@ -202,11 +202,15 @@ def mean_pull(history: History) -> float | None:
     return float(interval_integrals(t, history["pull"]).sum() / span) if span > 0.0 else None
 
 
-def last_probes(model: Model, history: History) -> dict[str, float]:
-    """What each probe read last, by column."""
+def probe_readings(model: Model, history: History) -> dict[str, dict[str, float]]:
+    """Return the last, the lowest and the highest reading of each probe, by column."""
     axes = "xyz"[: model.dimension]
     names = [name for probe in model.probes for name in probe_columns(probe.name, probe.kind, axes)]
-    return {name: float(history[name][-1]) for name in names}
+    return {
+        "probes": {name: float(history[name][-1]) for name in names},
+        "probes_min": {name: float(history[name].min()) for name in names},
+        "probes_max": {name: float(history[name].max()) for name in names},
+    }
 
 
 def failed_expectations(expect: Expect, found: dict[str, Any]) -> str | None:

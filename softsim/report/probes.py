@@ -42,15 +42,20 @@ def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
     colours: dict[str, str] = {}
     curves = []
     for column in columns:
-        name, _, axis = column.rpartition("_")
-        if unit == "m^3" or axis not in ("x", "y", "z"):  # no vector
-            name, axis = column, ""
+        name, axis = name_and_axis(column, unit)
         if sizes[column] >= UNSEEN * max(sizes.values()):
             colour = colours.setdefault(name, COLOURS[len(colours) % len(COLOURS)])
             label = f"{name} {axis}".rstrip()
             values = history[column] * factor
             curves.append(Series(label, history["time"], values, colour, LINES[axis]))
     return curves
+
+
+def name_and_axis(column: str, unit: str) -> tuple[str, str]:
+    """Return the name of the probe of a column, and the axis of a vector; else ""."""
+    name, _, axis = column.rpartition("_")
+    is_vector = unit != "m^3" and axis in ("x", "y", "z")
+    return (name, axis) if is_vector else (column, "")
 
 
 def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:

@@ -1,7 +1,11 @@
 """The summary of a run, and single numbers, as people read them."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
+
+from softsim.output.travel import STANDSTILL
+from softsim.report.probes import QUANTITIES, name_and_axis
 
 
 def degrees(angle: float) -> str:
@@ -40,44 +44,170 @@ def track(told: Mapping[str, float | None]) -> str:
     return f"{1e3 * told['speed']:.3g} mm/s ahead, {turning}{circle}"
 
 
-SHOWN: Mapping[str, Callable[[Any], str]] = {
-    "layout": lambda v: str(v["sentence"]),
-    "crossing": lambda v: str(v["sentence"]),
-    "track": track,
-    "simulated_time": lambda v: f"{v:.4g} s",
-    "ended_by": str,
-    "wall_time": duration,
-    "element_count": str,
-    "increments": str,
-    "element_updates_per_second": lambda v: f"{v / 1e6:.1f} M",
-    "phases": lambda v: ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in v.items()),
-    "energy_error": lambda v: f"{100.0 * v:.3f} %",
-    "rows_in_contact": lambda v: f"at most {v:g}",
-    "frame_displacement": lambda v: f"{v * 1e3:.4g} mm",
-    "displacement_per_cycle": lambda v: each(v, 1e3, "mm"),
-    "mean_speed": lambda v: f"{v * 1e3:.3g} mm/s",
-    "cycles_done": str,
-    "deflation_begin_pressure": lambda v: each(v, 1e-3, "kPa"),
-    "deflation_end_pressure": lambda v: each(v, 1e-3, "kPa"),
-    "onset_pressure": lambda v: each(v, 1e-3, "kPa"),
-    "end_pressure": lambda v: each(v, 1e-3, "kPa"),
-    "mean_contact_area": lambda v: f"{v * 1e6:.3g} mm^2",
-    "row_contact_shares": lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
-    "slip_share": lambda v: f"{100.0 * v:.0f} % of the walls' normal impulse",
-    "dominant_frequency": lambda v: f"{v:.4g} Hz, the frame across its way",
-    "peak_pull": lambda v: f"{v:.3g} N",
-    "mean_pull": lambda v: f"{v:.3g} N",
-}
-"""What a summary says in a few lines: name -> how its value is written."""
+def millimetres(length: float) -> str:
+    """Return a length [m] in mm; one that round-off explains is 0."""
+    return f"{length * 1e3 if abs(length) > STANDSTILL else 0.0:.4g} mm"
 
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a summary for people; about: an explanation of its name, or empty."""
+
+    name: str
+    value: str
+    about: str = ""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """How a value of summary.json is written; label: its name for people, the key by default."""
+
+    write: Callable[[Any], str]
+    about: str = ""
+    label: str = ""
+
+
+MOVED = {
+    "displacement_per_cycle": Entry(lambda v: each(v, 1e3, "mm")),
+    "mean_speed": Entry(
+        lambda v: f"{v * 1e3:.3g} mm/s",
+        "Displacement of the frame over time, in the whole pressure cycles; without any, in the "
+        "whole run.",
+    ),
+    "track": Entry(track),
+}
+"""Key -> how it is written, of motion beside the displacement."""
+
+FOUND = {
+    "ended_by": Entry(str),
+    "cycles_done": Entry(str, label="pressure cycles done"),
+    "deflation_begin_pressure": Entry(lambda v: each(v, 1e-3, "kPa")),
+    "deflation_end_pressure": Entry(lambda v: each(v, 1e-3, "kPa")),
+    "onset_pressure": Entry(
+        lambda v: each(v, 1e-3, "kPa"),
+        "Pressure in each deflation at which 5 % of the forward motion was done.",
+    ),
+    "end_pressure": Entry(
+        lambda v: each(v, 1e-3, "kPa"),
+        "Pressure in each deflation at which 95 % of the forward motion was done.",
+    ),
+    "rows_in_contact": Entry(
+        lambda v: f"at most {v:g}",
+        "Largest number of rows of spikes that touched a wall at the same time.",
+    ),
+    "row_contact_shares": Entry(
+        lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
+        "Part of the time in which each row of spikes, or limb, touched a wall, in their order.",
+        label="each row touched a wall",
+    ),
+    "mean_contact_area": Entry(
+        lambda v: f"{v * 1e6:.3g} mm^2",
+        "Area that touched walls, measured on the undeformed mesh, mean over the run.",
+    ),
+    "slip_share": Entry(
+        lambda v: f"{100.0 * v:.0f} % of the normal impulse",
+        "Part of the walls' normal force, summed over time, on nodes that were sliding; the rest "
+        "was on nodes that stuck.",
+        label="sliding contact",
+    ),
+    "dominant_frequency": Entry(
+        lambda v: f"{v:.4g} Hz",
+        "Strongest frequency of the frame across its direction of travel, in the last second.",
+        label="transverse vibration of the frame",
+    ),
+    "peak_pull": Entry(lambda v: f"{v:.3g} N", "Largest tension of the first tendon."),
+    "mean_pull": Entry(lambda v: f"{v:.3g} N", "Mean tension of the first tendon over the run."),
+}
+"""Key -> how it is written, of everything else that a run found."""
+
+COMPUTED = {
+    "simulated_time": Entry(lambda v: f"{v:.4g} s"),
+    "wall_time": Entry(duration),
+    "element_count": Entry(str, label="elements"),
+    "increments": Entry(str),
+    "element_updates_per_second": Entry(lambda v: f"{v / 1e6:.1f} M"),
+    "phases": Entry(
+        lambda v: ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in v.items()),
+        "Parts of the time of an increment.",
+    ),
+    "energy_error": Entry(
+        lambda v: f"{100.0 * v:.3f} %",
+        "Largest error of the energy balance, relative to the largest energy.",
+    ),
+}
+"""Key -> how it is written, of how a run was computed."""
 
 NOTHING = ("cycles_done", "rows_in_contact", "mean_contact_area")
-"""Of these zero says that the run is not about them: no pressure in cycles, no walls."""
+"""Keys of which zero means that the run is not about them: no pressure cycles, no walls."""
+
+COMPONENTS = {"x": "in x", "y": "in y", "z": "in z", "radial": "in the mean radius"}
+"""End of the key of a component of a displacement -> its direction in words."""
 
 
-def readable(summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """What a run says of itself: names and values with their units; what is empty is left out."""
-    for name, write in SHOWN.items():
-        value = summary.get(name)
-        if value not in (None, []) and not (name in NOTHING and value == 0):
-            yield name.replace("_", " "), write(value)
+def findings(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[Line]:
+    """Yield what a run found: verdicts, displacements and probes first. Empty values are left out.
+
+    Parameters
+    ----------
+    summary : mapping
+        Content of summary.json.
+    units : mapping of str to str
+        Column of the history -> unit.
+    """
+    for name in ("layout", "crossing"):
+        if summary.get(name) is not None:
+            yield Line(name, summary[name]["sentence"])
+    yield from displacements(summary)
+    yield from written(summary, MOVED)
+    yield from probes(summary, units)
+    yield from written(summary, FOUND)
+
+
+def bookkeeping(summary: Mapping[str, Any]) -> Iterator[Line]:
+    """Yield how a run was computed: time, size, rate and energy error."""
+    yield from written(summary, COMPUTED)
+
+
+def written(summary: Mapping[str, Any], entries: Mapping[str, Entry]) -> Iterator[Line]:
+    """Yield the lines of the entries that a summary has values for."""
+    for key, entry in entries.items():
+        value = summary.get(key)
+        if value not in (None, []) and not (key in NOTHING and value == 0):
+            yield Line(entry.label or key.replace("_", " "), entry.write(value), entry.about)
+
+
+def displacements(summary: Mapping[str, Any]) -> Iterator[Line]:
+    """Yield how far the frame moved, and in which direction; without a frame, the body."""
+    name = "frame" if summary.get("frame_displacement") is not None else "body"
+    key = f"{name}_displacement"
+    value, axis = summary.get(key), summary.get(f"{key}_axis")
+    if value is None:
+        return
+    direction = "" if axis is None else f" {COMPONENTS[axis]}"
+    words = [f"{millimetres(value)}{direction}"]
+    for end, other_direction in COMPONENTS.items():
+        other = summary.get(f"{key}_{end}") or 0.0
+        if end != axis and abs(other) > STANDSTILL:
+            words.append(f"{millimetres(other)} {other_direction}")
+    of = "the frame" if name == "frame" else "the centre of mass of all meshed bodies"
+    yield Line(
+        f"{name} displacement", ", ".join(words), f"From the start to the end of the run, of {of}."
+    )
+    speed = summary.get("body_speed")
+    if name == "body" and speed is not None and abs(value) > STANDSTILL:
+        about = "Mean velocity of the centre of mass over the last tenth of the run."
+        yield Line("body speed at the end", f"{speed * 1e3:.3g} mm/s{direction}", about)
+
+
+def probes(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[Line]:
+    """Yield the last reading of each probe, and between which values it was."""
+    lowest, highest = summary.get("probes_min", {}), summary.get("probes_max", {})
+    for column, last in summary.get("probes", {}).items():
+        _, factor, unit = QUANTITIES.get(units.get(column, ""), ("", 1.0, units.get(column, "")))
+        low, high = lowest.get(column), highest.get(column)
+        if last is None:
+            continue
+        words = f"{last * factor:.4g} {unit}".rstrip()
+        if low is not None and high is not None:
+            words += f" at the end, from {low * factor:.4g} to {high * factor:.4g}"
+        yield Line(" ".join(name_and_axis(column, units.get(column, ""))).rstrip(), words)

@@ -160,11 +160,12 @@ def axes_of(scene: Scene) -> tuple[str, ...]:
 
 
 def of_probes(scene: Scene) -> dict[str, Measure]:
-    """What the probes of a scene read last."""
+    """Return the last, lowest and highest readings of the probes of a scene."""
     in_space = any(body.formulation == "solid" for body in scene.bodies.values())
     axes = "xyz" if in_space else "xy"
     return {
-        f"probes.{column}": OF_PROBES[probe.kind]
+        f"{of}.{column}": OF_PROBES[probe.kind]
+        for of in ("probes", "probes_min", "probes_max")
         for name, probe in scene.output.probes.items()
         for column in probe_columns(name, probe.kind, axes)
     }

@@ -34,9 +34,19 @@ def test_a_row_a_segment():
 def test_cycles_without_motion_are_told() -> None:
     summary = {"onset_pressure": [14.2e3, None], "mean_speed": 0.0123, "peak_pull": None}
     out = io.StringIO()
-    Console(file=out, width=100).print(summary_table(summary))
+    Console(file=out, width=100).print(summary_table(summary, {}))
     lines = {line.strip()[:14]: " ".join(line.split()[2:]) for line in out.getvalue().splitlines()}
     assert lines == {"onset pressure": "14.2 kPa, no motion", "mean speed    ": "12.3 mm/s"}
+
+
+def test_what_was_found_comes_before_how_and_warnings_before_both() -> None:
+    summary = {"increments": 7, "probes": {"tip_y": 2e-3}, "warnings": ["a", "b"]}
+    out = io.StringIO()
+    Console(file=out, width=100).print(summary_table(summary, {"tip_y": "m"}))
+    lines = [" ".join(line.split()) for line in out.getvalue().splitlines()]
+    assert lines == [
+        "warnings 2, listed in summary.json and run.log", "tip y 2 mm", "increments 7"
+    ]  # fmt: skip
 
 
 def test_the_parts_of_the_wall_time_and_their_shares():

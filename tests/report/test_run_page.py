@@ -34,7 +34,7 @@ def write_summary(folder: Path, **entries) -> None:
 
 def test_numbers_are_those_of_the_summary_with_units_for_people(folder: Path) -> None:
     write_summary(folder, frame_displacement=8.1234e-3, mean_speed=2.5e-3, peak_pull=None)
-    measures = dict(run_context(folder)["measures"])
+    measures = {line.name: line.value for line in run_context(folder)["measures"]}
     assert measures["frame displacement"] == "8.123 mm"
     assert measures["mean speed"] == "2.5 mm/s"
     assert "peak pull" not in measures
@@ -44,12 +44,31 @@ def test_what_a_run_is_not_about_is_not_said(ring_run: Path, folder: Path, tmp_p
     ring = shutil.copytree(ring_run, tmp_path / "ring")
     for run in (folder, ring):
         write_summary(run, cycles_done=0, rows_in_contact=0.0, frame_displacement=0.0)
-        assert [name for name, _ in run_context(run)["measures"]] == [
-            "simulated time", "wall time", "frame displacement",
-        ]  # fmt: skip
+        context = run_context(run)
+        assert [line.name for line in context["measures"]] == ["frame displacement"]
+        assert [line.name for line in context["computed"]] == ["simulated time", "wall time"]
     assert run_context(folder)["animation"]["what"] == "robot"
     assert run_context(ring)["animation"]["what"] == "body"
     assert "robot" not in write_run_page(ring).read_text("utf-8").partition("<script")[0]
+
+
+def test_displacements_and_probes_come_first_and_bookkeeping_is_folded(folder: Path) -> None:
+    write_summary(
+        folder, energy_error=1e-4, slip_share=0.03, row_contact_shares=[1.0, 0.24],
+        body_displacement=-3.5e-3, body_displacement_axis="y", body_displacement_y=-3.5e-3,
+        body_displacement_radial=5e-5, body_speed=-2e-3,
+        probes={"frame_x": 8e-3}, probes_min={"frame_x": 0.0}, probes_max={"frame_x": 9e-3},
+    )  # fmt: skip
+    assert [(line.name, line.value) for line in run_context(folder)["measures"]] == [
+        ("body displacement", "-3.5 mm in y, 0.05 mm in the mean radius"),
+        ("body speed at the end", "-2 mm/s in y"),
+        ("frame x", "8 mm at the end, from 0 to 9"),
+        ("each row touched a wall", "100, 24 % of the time"),
+        ("sliding contact", "3 % of the normal impulse"),
+    ]
+    found, _, folded = write_run_page(folder).read_text("utf-8").partition("<details")
+    assert "energy error" not in found and "energy error" in folded
+    assert "on nodes that were sliding" in found  # what the name means
 
 
 def test_charts_are_those_that_the_history_has_something_for(folder: Path) -> None:

@@ -16,7 +16,7 @@ from softsim.report.page.animation import animation
 from softsim.report.page.charts import chart_of
 from softsim.report.page.verdicts import verdicts
 from softsim.report.page.writing import PAGE, write_page
-from softsim.report.readable import readable
+from softsim.report.readable import bookkeeping, findings
 from softsim.report.recorded import Recorded, recorded
 from softsim.report.signals import signals
 from softsim.report.table import segments
@@ -48,7 +48,10 @@ def run_context(folder: Path) -> dict[str, Any]:
         "scene": run.summary.get("scene", ""),
         "warnings": run.summary.get("warnings", []),
         "verdicts": list(verdicts(run.summary, scene)),
-        "measures": [row for row in readable(run.summary) if row[0] not in SAID_ABOVE],
+        "measures": [
+            line for line in findings(run.summary, run.units) if line.name not in SAID_ABOVE
+        ],
+        "computed": list(bookkeeping(run.summary)),
         "segments": None if run.layout is None else segments(run.layout),
         "charts": list(map(chart_of, curves)),
         "animation": animation_of(run),
