@@ -101,7 +101,8 @@ class FieldWriter:
         the frames as wall_offset (w, d) [m]; gravity (d,) [m/s^2];
         outlines (k, 4), one a rigid body: centre in the body's axes, length, height [m];
         cable_starts (c,), where each cable's nodes begin among those in the frames, cables (n, d)
-        [m]; fibre_starts and fibres, the same of the places of each fibre.
+        [m]; fibre_starts and fibres, the same of the places of each fibre; layers (m, 2 or 3), the
+        nodes of the facets of all layers.
         A name that is there already gets the new content. Raises OutputError if the disk refuses.
         """
         with _replaced(self.path) as file:

@@ -376,6 +376,11 @@ def description(model: Model, title: str) -> dict:
         "outline_bodies": np.array(owners, dtype=int),
         "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
         "fibre_starts": np.cumsum([0, *(len(line.corners) for line in lines_inside(model))])[:-1],
+        **(
+            {"layers": np.concatenate([layer.facets for layer in model.layers])}
+            if model.layers
+            else {}
+        ),
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,

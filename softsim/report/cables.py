@@ -1,10 +1,13 @@
-"""Cables and fibres in figures: lines, as wide as they are drawn anywhere."""
+"""Cables, fibres, layers and rigid bodies in figures: lines, as wide as they are drawn anywhere."""
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from scipy.spatial.transform import Rotation
 
+from softsim.mesh.mesh import cell_facets, find_rows
 from softsim.output.fields import Frames
-from softsim.report.colours import MILLI
+from softsim.report.colours import MILLI, places_at
 from softsim.report.style import INK
 
 WIDTH = 1.6
@@ -12,6 +15,52 @@ WIDTH = 1.6
 
 FIBRE_WIDTH, FIBRE_OPACITY = 0.6, 0.6
 """Of fibres, which are seen through the body that they lie in."""
+
+
+LAYER_WIDTH = 1.2
+"""Of the edge of a layer [points]."""
+
+ARM = 0.08
+"""Length of the arms of the cross at a rigid body's centre, of the size of the mesh."""
+
+
+def layers_at(frames: Frames, index: int) -> np.ndarray:
+    """Edges (e, 2, d) [mm] of the layers in a frame: in space of their border, if they have one."""
+    if "layers" not in frames.described:
+        return np.zeros((0, 2, frames.points.shape[1]))
+    edges = frames.described["layers"].astype(int)
+    if edges.shape[1] > 2:
+        edges = np.unique(cell_facets(edges, 2)[0], axis=0)
+        border = edges[find_rows(edges[:, ::-1], edges) < 0]
+        edges = border if len(border) else edges
+    return places_at(frames, index)[edges]
+
+
+def crosses_at(frames: Frames, index: int) -> np.ndarray:
+    """Lines (k, 2, d) [mm] along the axes of each rigid body that no outline shows, in a frame."""
+    d = frames.points.shape[1]
+    none = np.zeros((0, 2, d))
+    if "frame_pose" not in frames.extra:
+        return none
+    poses = frames.extra["frame_pose"][index]
+    outlined = frames.described.get("outlines", ())  # in sections only
+    owners = frames.described.get("outline_bodies", np.arange(len(outlined)))
+    poses = np.delete(poses, owners.astype(int), axis=0)
+    if len(poses) == 0:
+        return none
+    arm = ARM * np.ptp(frames.points, axis=0).max() * turned_axes(poses[:, d:])
+    centres = poses[:, None, :d]
+    return np.stack([centres - arm, centres + arm], axis=2).reshape(-1, 2, d) * MILLI
+
+
+def turned_axes(turns: np.ndarray) -> np.ndarray:
+    """Unit vectors (k, d, d) along the axes of bodies, a row each; turns: angles [rad] (k, 1) in a
+    section, unit quaternions w, x, y, z (k, 4) in space.
+    """
+    if turns.shape[1] == 1:
+        c, s = np.cos(turns[:, 0]), np.sin(turns[:, 0])
+        return np.stack([np.stack([c, s], axis=-1), np.stack([-s, c], axis=-1)], axis=1)
+    return Rotation.from_quat(np.roll(turns, -1, axis=1)).as_matrix().swapaxes(1, 2)
 
 
 def cables_at(frames: Frames, index: int) -> list[np.ndarray]:
@@ -35,6 +84,15 @@ def draw_cables(axes: Axes, lines: list[np.ndarray], zorder: float) -> None:
     """Cables, by their nodes (k, 2) [mm] in the picture."""
     for line in lines:
         axes.plot(*line.T, color=INK, linewidth=WIDTH, zorder=zorder)
+
+
+def draw_lines(
+    axes: Axes, lines: np.ndarray, colour: str, width: float, zorder: float = 4.5
+) -> None:
+    """Lines (e, 2, 2) [mm], such as edges of layers, of a width [points]."""
+    if len(lines):
+        drawn = LineCollection(list(lines), colors=colour, linewidths=width, zorder=zorder)
+        axes.add_collection(drawn, autolim=False)
 
 
 def draw_fibres(axes: Axes, lines: list[np.ndarray]) -> None:

@@ -11,9 +11,19 @@ from matplotlib.patches import Polygon
 
 from softsim.mesh.mesh import boundary_facets
 from softsim.output.fields import Frames
-from softsim.report.cables import cables_at, draw_cables, draw_fibres, fibres_at
+from softsim.report.cables import (
+    LAYER_WIDTH,
+    WIDTH,
+    cables_at,
+    crosses_at,
+    draw_cables,
+    draw_fibres,
+    draw_lines,
+    fibres_at,
+    layers_at,
+)
 from softsim.report.colours import MILLI, places_at, shown_values
-from softsim.report.style import FRAME, INK, PALE, QUIET, WALL
+from softsim.report.style import FRAME, INK, ORANGE, PALE, QUIET, WALL
 
 THICKNESS = 0.08
 """Of the solid that is drawn behind a curved wall, of the width of the picture."""
@@ -27,7 +37,8 @@ NO_WALLS, NO_LINES = np.zeros((0, 4)), np.zeros((0, 2, 2))
 @dataclass(frozen=True)
 class Shot:
     """One frame in the plane [mm]: corners (m, 3|4, 2), values (m,), rigid outlines (k, 4, 2),
-    edges of the free surface (e, 2, 2), nodes (n, 2) of each cable, places of each fibre."""
+    edges of the free surface (e, 2, 2), nodes (n, 2) of each cable, places of each fibre, edges
+    (l, 2, 2) of layers, arms (c, 2, 2) of the crosses of rigid bodies."""
 
     corners: np.ndarray
     values: np.ndarray
@@ -35,10 +46,14 @@ class Shot:
     boundary: np.ndarray
     cables: list[np.ndarray]
     fibres: list[np.ndarray]
+    layers: np.ndarray
+    crosses: np.ndarray
 
     def moving(self) -> np.ndarray:
         """All places (n, 2) that must be seen; a failed run's last frame may have lost nodes."""
-        places = np.concatenate([p.reshape(-1, 2) for p in (self.corners, self.outlines)])
+        places = np.concatenate(
+            [p.reshape(-1, 2) for p in (self.corners, self.outlines, self.crosses)]
+        )
         return places[np.isfinite(places).all(axis=1)]
 
 
@@ -110,7 +125,9 @@ class Section:
         draw_outlines(axes, shot.outlines)
         draw_cells(axes, shot.corners, colours.to_rgba(np.ma.masked_invalid(shot.values)))
         draw_edges(axes, shot.boundary, INK)
+        draw_lines(axes, shot.layers, ORANGE, LAYER_WIDTH)
         draw_fibres(axes, shot.fibres)
+        draw_lines(axes, shot.crosses, INK, WIDTH)
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
         """Name the axes of the panels at the rim of the figure only."""
@@ -159,6 +176,7 @@ class HalfSection(Section):
         pale[:, :3] += PALE * (1.0 - pale[:, :3])
         draw_cells(axes, mirrored(shot.corners), pale)
         draw_edges(axes, mirrored(shot.boundary), QUIET)
+        draw_lines(axes, mirrored(shot.layers), ORANGE, LAYER_WIDTH)
         draw_edges(axes, ends(shot.boundary), QUIET, zorder=1.8)  # behind all that stands inside
         axes.axvline(0.0, color=INK, linewidth=0.7, linestyle=(0, (9, 2, 1.5, 2)), zorder=5)
 
@@ -240,7 +258,8 @@ def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
     values = shown_values(frames, [index], field, frames.cells, slice(None))[0]
     return Shot(
         positions[frames.cells], values, outlines_at(frames, index), positions[boundary],
-        cables_at(frames, index), fibres_at(frames, index),
+        cables_at(frames, index), fibres_at(frames, index), layers_at(frames, index),
+        crosses_at(frames, index),
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ RESOLUTION = 220
 """Dots an inch."""
 
 INK, QUIET, WALL, FRAME, GRID = "#222222", "#767676", "#e6e6e6", "#c9ced6", "#e3e3e3"
+SHADOW = "#a3a3a3"
 
 BLUE, ORANGE, GREEN, PURPLE, SKY, RED = (
     "#0b5fa5", "#d1610f", "#1b8a5a", "#8a4f9e", "#4fa9d8", "#b3202c",

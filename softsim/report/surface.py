@@ -11,15 +11,38 @@ from matplotlib.transforms import ScaledTranslation, Transform
 
 from softsim.mesh.mesh import boundary_facets, facet_owners
 from softsim.output.fields import Frames
-from softsim.report.cables import cables_at, draw_cables, draw_fibres, fibres_at
+from softsim.report.cables import (
+    LAYER_WIDTH,
+    WIDTH,
+    cables_at,
+    crosses_at,
+    draw_cables,
+    draw_fibres,
+    draw_lines,
+    fibres_at,
+    layers_at,
+)
 from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.section import walls_at
-from softsim.report.style import AZIMUTH, ELEVATION, GLOSS, INK, SHADE, WALL
+from softsim.report.style import (
+    AZIMUTH,
+    ELEVATION,
+    GLOSS,
+    INK,
+    ORANGE,
+    QUIET,
+    SHADE,
+    SHADOW,
+    WALL,
+)
 
 PIPE_FACES = 72
 """Around a pipe."""
 
 NO_FACES = np.zeros((0, 4, 3))
+
+RIM_WIDTH = 0.6
+"""Of the edge of a wall [points]."""
 
 ARROW = 20.0
 """Length of the arrows that show directions [points]."""
@@ -91,18 +114,30 @@ class Surface:
         self.fibres = [
             [self.camera.project(line) for line in fibres_at(frames, index)] for index in indices
         ]
-        places = np.concatenate(corners).reshape(-1, 3)
+        layers, crosses = ([at(frames, k) for k in indices] for at in (layers_at, crosses_at))
+        self.layers = [self.camera.project(lines) for lines in layers]
+        self.crosses = [self.camera.project(lines) for lines in crosses]
+        places = np.concatenate([*corners, *crosses], axis=None).reshape(-1, 3)
         places = places[np.isfinite(places).all(axis=1)]
-        self.walls = []  # in each of the frames, for walls may move
-        for index in indices:
-            faces, curved = seen_walls(frames, corners_of_box(places), index)
+        box = corners_of_box(places)
+        # In each of the frames, for walls may move.
+        self.walls, self.rims, self.shadows = [], [], []
+        for number, index in enumerate(indices):
+            faces, curved = seen_walls(frames, box, index)
+            facing = [
+                wall for wall in flat_walls(frames, box, index) if wall[3:] @ CAMERA.towards > 0
+            ]
+            self.shadows.append(
+                [self.camera.project(shadow(corners[number], wall)) for wall in facing]
+            )
+            self.rims.append(self.camera.project(rim(faces)))
             sides = [visible_side(f, np.zeros(len(f)), self.camera) for f in (faces, curved)]
             # Quieter than the body.
             self.walls.append([replace(side, light=0.5 + 0.5 * side.light) for side in sides])
         flat = [walls[0].corners.reshape(-1, 2) for walls in self.walls]
         parts = [self.camera.project(places), *flat]
         if len(curved):  # it leads on and on: as far as there is something near the body
-            parts.append(self.camera.project(around(corners_of_box(places))))
+            parts.append(self.camera.project(around(box)))
         shown = np.concatenate(parts)
         low, high = shown.min(axis=0), shown.max(axis=0)
         margin = 0.03 * (high - low).max()
@@ -112,10 +147,18 @@ class Surface:
         """Draw one of the frames, in front of the walls behind it."""
         for wall in self.walls[number]:
             _draw_faces(axes, wall, np.tile(to_rgba(WALL), (len(wall.light), 1)))
+        draw_lines(axes, self.rims[number], QUIET, RIM_WIDTH, zorder=1.0)
+        for dark in self.shadows[number]:
+            faces = PolyCollection(
+                list(dark), facecolors=SHADOW, edgecolors="face", linewidths=0.25
+            )
+            axes.add_collection(faces, autolim=False)
         draw_cables(axes, self.cables[number], zorder=1.0)  # behind the body, as a tether is
         shot = self.shots[number]
         _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
+        draw_lines(axes, self.layers[number], ORANGE, LAYER_WIDTH)
         draw_fibres(axes, self.fibres[number])
+        draw_lines(axes, self.crosses[number], INK, WIDTH)
         axes.set_axis_off()
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
@@ -157,10 +200,47 @@ def seen_walls(frames: Frames, box: np.ndarray, index: int) -> tuple[np.ndarray,
     """Faces (k, 4, 3) [mm] in a frame: of flat walls and straight pipes near the box, corners
     (8, 3) around all that the body does; and those of all curved walls (m, 3|4, 3).
     """
-    walls = walls_at(frames, "walls", index, np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0]
+    walls = flat_walls(frames, box, index)
     pipes = walls_at(frames, "pipes", index, np.zeros((0, 7)))
     curved = walls_at(frames, "wall_faces", index, NO_FACES) * MILLI
     return wall_faces(walls, pipes * [*[MILLI] * 3, 1.0, 1.0, 1.0, MILLI], box), curved
+
+
+def flat_walls(frames: Frames, box: np.ndarray, index: int) -> np.ndarray:
+    """The flat walls (w, 6) near the box in a frame, a point [mm] and the normal each; those
+    further away than half its size are left out. box: corners (8, 3).
+    """
+    walls = walls_at(frames, "walls", index, np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0]
+    return near_walls(walls, box)
+
+
+def near_walls(walls: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Those of the flat walls (w, 6) that are near a box (8, 3)."""
+    gaps = [((box - wall[:3]) @ wall[3:]).min() for wall in walls]
+    return walls[np.array(gaps, dtype=float) < np.ptp(box, axis=0).max() / 2]
+
+
+def shadow(corners: np.ndarray, wall: np.ndarray) -> np.ndarray:
+    """Faces (k, 3|4, 3) seen from a flat wall, a point and the normal (6,): their places on it.
+
+    Where a body touches the wall, it touches its shadow. Lost faces are left out.
+    """
+    known = corners[np.isfinite(corners).all(axis=(1, 2))]
+    return known - ((known - wall[:3]) @ wall[3:])[..., None] * wall[3:]
+
+
+def rim(faces: np.ndarray) -> np.ndarray:
+    """The edges (e, 2, 3) of faces (k, 4, 3) that belong to one of them only."""
+    if len(faces) == 0:
+        return np.zeros((0, 2, 3))
+    edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    size = np.ptp(edges.reshape(-1, 3), axis=0).max()
+    places = np.rint(edges.reshape(-1, 3) / (1e-6 * size))
+    nodes = np.unique(places, axis=0, return_inverse=True)[1].reshape(-1, 2)
+    _, numbers, counts = np.unique(
+        np.sort(nodes, axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    return edges[counts[numbers.ravel()] == 1]
 
 
 def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndarray:
@@ -172,12 +252,12 @@ def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndar
     """
     size = np.ptp(box, axis=0).max()
     faces = [np.zeros((0, 4, 3))]
-    for point, normal in zip(walls[:, :3], walls[:, 3:], strict=True):
-        if ((box - point) @ normal).min() < size / 2:
-            one, other = tangents(normal)
-            a, b = (_reach((box - point) @ along, size) for along in (one, other))
-            square = [(a[0], b[0]), (a[1], b[0]), (a[1], b[1]), (a[0], b[1])]
-            faces.append(np.array([[point + i * one + j * other for i, j in square]]))
+    near = near_walls(walls, box)
+    for point, normal in zip(near[:, :3], near[:, 3:], strict=True):
+        one, other = tangents(normal)
+        a, b = (_reach((box - point) @ along, size) for along in (one, other))
+        square = [(a[0], b[0]), (a[1], b[0]), (a[1], b[1]), (a[0], b[1])]
+        faces.append(np.array([[point + i * one + j * other for i, j in square]]))
     for point, axis, radius in zip(pipes[:, :3], pipes[:, 3:6], pipes[:, 6], strict=True):
         arms = box - point - ((box - point) @ axis)[:, None] * axis
         if radius - np.linalg.norm(arms, axis=1).max() < size / 2:

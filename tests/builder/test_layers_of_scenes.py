@@ -25,6 +25,15 @@ def test_quadrilaterals_are_cut_along_both_diagonals(build):
     assert layer.mass == pytest.approx(800.0 * layer.volumes.sum(), rel=1e-12)
 
 
+def test_figures_are_given_the_facets_of_layers(build):
+    from softsim.output.observation import description
+
+    model = build(SCENE)
+    np.testing.assert_array_equal(description(model, "")["layers"], model.layers[0].facets)
+    without = "".join(line for line in SCENE.splitlines(True) if "paper" not in line)
+    assert "layers" not in description(build(without.replace("layers:\n", "")), "")
+
+
 def test_a_revolved_layer_goes_around(build):
     (layer,) = build(RING).layers
     np.testing.assert_allclose(np.sort(1.0 / layer.around), [1e-3, 3e-3])

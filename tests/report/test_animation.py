@@ -18,8 +18,10 @@ from softsim.report.page.animation import (
     MOST_FRAMES,
     ROOM,
     animation,
+    aspect,
     chosen_frames,
     in_steps,
+    most_deformed,
     skin_of,
 )
 from softsim.robots.box import box
@@ -105,6 +107,51 @@ def test_walls_and_frame_are_there(strip_run: Path, ring_run: Path, box_run: Pat
     assert len(walls["i"]) == 2 * 73  # triangles of the floor and the pipe
     assert (len(box["times"]), len(box["faces"])) == whole(box["values"]).shape
     assert box["near"][0][1] < -3.0  # the floor is below the body, whose middle is at 2 mm
+
+
+def test_fibres_layers_and_rigid_bodies_are_drawn_in_front_of_a_body(tmp_path: Path) -> None:
+    mesh = box(2e-3, 1e-3, 1e-3, 1e-3, "quad")
+    below = np.flatnonzero(mesh.points[:, 1] == 0.0)
+    a, b, c, d = below[np.lexsort(mesh.points[below][:, [2, 0]].T)][[0, 2, 5, 3]]
+    writer = FieldWriter(tmp_path / RESULTS, mesh.points, mesh.cells)
+    writer.describe(
+        layers=np.array([[a, b, c], [a, c, d]]), fibre_starts=np.array([0]),
+        walls=np.array([[0.0, -5e-4, 0.0, 0.0, 1.0, 0.0], [0.0, 9.0, 0.0, 0.0, -1.0, 0.0]]),
+    )  # fmt: skip
+    for time in (0.0, 1.0):
+        shift = np.array([0.0, 1e-3 * time, 0.0])
+        turn = [np.cos(0.25 * np.pi * time), 0.0, 0.0, np.sin(0.25 * np.pi * time)]
+        writer.append(
+            time,
+            {"displacement": np.tile(shift, (len(mesh.points), 1))},
+            {"stretch": np.ones(len(mesh.cells))},
+            extra={"fibres": np.eye(3) * 1e-3 + shift, "frame_pose": np.array([[*shift, *turn]])},
+        )
+    shown = animation(read_frames(tmp_path / RESULTS), "stretch")
+    fibres, layers, crosses = (shown["moving"][k] for k in shown["in_front"])
+    assert [fibre["y"][1:-1].tolist() for fibre in fibres] == [[0.0, 1.0, 0.0], [1.0, 2.0, 1.0]]
+    edges = np.array([layers[1][name] for name in "xyz"])
+    assert np.isnan(edges).all(axis=0).sum() == 4 + 1  # the border, and not the diagonal
+    assert set(edges[1][np.isfinite(edges[1])]) == {1.0}
+    arm = 0.08 * 2.0
+    lines = np.array([crosses[1][name] for name in "xyz"]).T
+    ends = lines[np.isfinite(lines).all(axis=1)].reshape(3, 2, 3)
+    along = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # a quarter turn about z
+    np.testing.assert_allclose((ends[:, 1] - ends[:, 0]) / (2.0 * arm), along, atol=4e-3)
+    np.testing.assert_allclose(ends.mean(axis=1), [[0.0, 1.0, 0.0]] * 3, atol=1e-3)
+    assert shown["walls"].tolist() == [[0.0, -0.5, 0.0, 0.0, 1.0, 0.0]]  # the other one is far away
+
+
+def test_a_page_opens_with_the_last_of_the_most_deformed_frames() -> None:
+    assert most_deformed(np.array([[1.0, 1.0], [1.0, 3.0], [2.0, 2.0], [1.0, 1.5]])) == 2
+    assert most_deformed(np.array([[0.0, 0.0], [-3.0, np.nan], [1.0, 1.0]])) == 1
+
+
+def test_the_picture_is_as_tall_as_what_it_shows_within_limits() -> None:
+    assert aspect(np.array([[0.0, 0.0], [3.0, 2.0]])) == 1.5
+    assert aspect(np.array([[-1.0, 0.0], [1.0, 90.0]])) == 0.7
+    assert aspect(np.array([[0.0, 0.0], [90.0, 1.0]])) == pytest.approx(16 / 9, abs=1e-3)
+    assert aspect(np.array([[0.0, 0.0, 0.0], [1.0, 9.0, 1.0]])) == 1.0
 
 
 def write_frames(path: Path, displacements: list[np.ndarray]) -> None:

@@ -18,7 +18,9 @@ from softsim.report.surface import (
     Surface,
     corners_of_box,
     lit,
+    rim,
     round_length,
+    shadow,
     tangents,
     visible_side,
     wall_faces,
@@ -140,6 +142,23 @@ def test_of_a_pipe_the_far_half_is_seen_from_inside() -> None:
     ).all()
     across = CAMERA.towards * [0.0, 1.0, 1.0]
     assert (seen.mean(axis=1) @ across <= 1e-9).all()
+
+
+def test_a_shadow_lies_on_the_wall_where_the_body_touches_it() -> None:
+    normal = np.array([0.6, 0.8, 0.0])
+    wall = np.array([1.0, 2.0, 3.0, *normal])
+    foot = wall[:3] + np.array([[0.8, -0.6, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+    lost = np.full((3, 3), np.nan)
+    found = shadow(np.stack([foot, foot + 0.5 * normal, lost]), wall)
+    np.testing.assert_allclose(found, [foot, foot], atol=1e-12)
+
+
+def test_walls_have_edges_where_they_end() -> None:
+    floor, pipe = [0.0, -1.5, 0.0, 0.0, 1.0, 0.0], [5.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.6]
+    assert rim(wall_faces(np.array([floor]), NO_PIPES, CUBE)).shape == (4, 2, 3)
+    rings = rim(wall_faces(NO_WALLS, np.array([pipe]), CUBE))
+    assert len(rings) == 2 * PIPE_FACES and (rings[:, 0, 0] == rings[:, 1, 0]).all()
+    assert rim(np.zeros((0, 4, 3))).shape == (0, 2, 3)
 
 
 def test_a_wide_pipe_is_left_out() -> None:

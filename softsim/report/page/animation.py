@@ -27,7 +27,7 @@ from softsim.report.page.robot import (
     space_parts,
 )
 from softsim.report.snapshots import is_axisymmetric, pictures
-from softsim.report.surface import around, corners_of_box, seen_walls
+from softsim.report.surface import CAMERA, around, corners_of_box, flat_walls, seen_walls
 
 MOST_FRAMES = 200
 """A slider has about as many places that a hand can find."""
@@ -37,6 +37,10 @@ ROOM = 6 * 2**20
 
 FINENESS, LEVELS = 4000, 254
 """Steps of places in the size of the body at rest, and of values from end to end of the scale."""
+
+
+ASPECTS = {2: (0.7, 16 / 9), 3: (1.0, 4 / 3)}
+"""Least and largest width of the picture over its height, in the plane and in space."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +60,12 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
 
     figure: the robot between its walls, without places. origins: the middle of the robot in each
     frame (f, d); near: lowest and highest coordinates (2, d), from there, of what is shown around
-    it; everywhere: of all that it comes to. signs: 1, and -1 for a mirror image. moving: of traces
-    that are not made from the body's nodes their places in each frame. failed: an element that a
-    ring is about, where it was last, where it is lost.
+    it; everywhere: of all that it comes to. aspect: width of the picture over its height.
+    most_deformed: the frame in which the mean of the shown field is largest. walls: flat ones near
+    the body in space (w, 6), a point and the normal, on which it has shadows. signs: 1, and -1 for
+    a mirror image. moving: of traces that are not made from the body's nodes their places in each
+    frame; in_front: which of them the body does not hide. failed: an element that a ring is about,
+    where it was last, where it is lost.
     Frames are left out evenly where there are more than MOST_FRAMES or than fit in ROOM.
     Raises OutputError for a field that the frames do not have, or if no node has a place.
     """
@@ -83,10 +90,13 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
         middles = last_known(every, frames.cells[failed])
         outward = middles[-1] - origins[-1]
     if d == 2:
+        walls = np.zeros((0, 6))
         parts = list(plane_parts(frames, chosen, field, everywhere))
         layout = plane_layout(frames, field)
     else:
-        parts, layout = list(space_parts(frames, chosen, everywhere)), space_layout(outward)
+        walls = flat_walls(frames, corners_of_box(everywhere), 0)
+        parts = list(space_parts(frames, chosen, everywhere, len(walls)))
+        layout = space_layout(outward)
     if failed is not None:
         parts.append(ring(failed, middles))
     layout["coloraxis"] = {
@@ -98,7 +108,10 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
         "times": frames.times[chosen],
         "frame_count": len(frames),
         "figure": Chart("", [part.first for part in parts], layout).figure,
-        "moving": {k: part.places for k, part in enumerate(parts) if len(part.places) > 1},
+        "in_front": [k for k, part in enumerate(parts) if part.in_front],
+        "moving": {
+            k: part.places for k, part in enumerate(parts) if len(part.places) > 1 or part.in_front
+        },
         "signs": [1, -1] if mirrored else [1],
         "faces": np.searchsorted(skin.nodes, skin.faces),
         "rim": np.searchsorted(skin.nodes, skin.rim),
@@ -108,6 +121,9 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
         "shades": SHADES,
         "origins": origins.round(4),
         "near": near,
+        "aspect": aspect(near),
+        "most_deformed": most_deformed(values),
+        "walls": walls,
         "everywhere": near + np.array([origins.min(axis=0), origins.max(axis=0)]),
     }
 
@@ -173,6 +189,21 @@ def with_surroundings(
     )
     low, high = box(around(corners), False)
     return box(np.concatenate([corners, walls.clip(low, high)]), False)
+
+
+def aspect(near: np.ndarray) -> float:
+    """Width over height of a picture of a box (2, d), not too flat and not too tall for a page."""
+    corners = near if near.shape[1] == 2 else CAMERA.project(corners_of_box(near))
+    width, height = np.ptp(corners, axis=0)
+    least, most = ASPECTS[near.shape[1]]
+    return round(float(np.clip(width / height, least, most)), 3)
+
+
+def most_deformed(values: np.ndarray) -> int:
+    """The frame with the largest mean of the absolute values (f, n), the last of several."""
+    known = np.isfinite(values)
+    means = np.abs(np.where(known, values, 0.0)).sum(axis=1) / known.sum(axis=1).clip(1)
+    return int(np.flatnonzero(means == means.max())[-1])
 
 
 def last_known(places: np.ndarray, cell: np.ndarray) -> np.ndarray:

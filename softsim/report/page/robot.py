@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from softsim.output.fields import Frames
-from softsim.report.cables import cables_at, fibres_at
+from softsim.report.cables import FIBRE_OPACITY, cables_at, crosses_at, fibres_at, layers_at
 from softsim.report.colours import shades
 from softsim.report.page.charts import BAR
-from softsim.report.section import Section, outlines_at
+from softsim.report.section import Section, mirrored, outlines_at
 from softsim.report.snapshots import is_axisymmetric, pictures
-from softsim.report.style import FRAME, GRID, INK, PALE, QUIET, RED, WALL
-from softsim.report.surface import CAMERA, corners_of_box, seen_walls
+from softsim.report.style import FRAME, GRID, INK, ORANGE, PALE, QUIET, RED, SHADOW, WALL
+from softsim.report.surface import CAMERA, corners_of_box, rim, seen_walls
 
 SHADES = 16
 """Colours of cells in the plane, a trace each: more would make playing slow."""
@@ -23,8 +23,8 @@ SHADES = 16
 NO_VALUE = "#bbbbbb"
 """Colour of a cell whose value is not finite."""
 
-SEE_THROUGH = 0.25
-"""Opacity of walls in space: they stand on all sides of the body."""
+SEE_THROUGH = 0.3
+"""Opacity of walls in space: they stand on all sides of the body. In QUIET they are 15 % grey."""
 
 CABLE = 2.0
 """Width of a cable [px]."""
@@ -66,11 +66,13 @@ Trace = dict[str, Any]
 @dataclass(frozen=True)
 class Part:
     """A trace of plotly.js, and its places in each frame: one alone if it stands still, none if the
-    player makes them from those of the nodes.
+    player makes them from those of the nodes. in_front: the player moves it towards the eye, so
+    that the body does not hide it, as in the figures.
     """
 
     trace: Trace
     places: Sequence[Trace] = ()
+    in_front: bool = False
 
     @property
     def first(self) -> Trace:
@@ -82,7 +84,8 @@ def plane_parts(
     frames: Frames, chosen: np.ndarray, field: str, everywhere: np.ndarray
 ) -> Iterator[Part]:
     """Walls, the lines that bodies follow, cables, rigid outlines, the bar of colours; then the
-    body: the cells of each of the SHADES, those without a value, and the rim.
+    body: the cells of each of the SHADES, those without a value, and the rim; upon it layers,
+    fibres and the crosses of rigid bodies.
 
     everywhere: lowest and highest coordinates (2, d) [mm] of the body in the chosen frames.
     """
@@ -99,6 +102,25 @@ def plane_parts(
     for shade in (*shades(SHADES), NO_VALUE):
         yield Part(filled(shade, shade))
     yield Part(line(INK))
+    both_sides = is_axisymmetric(frames)
+    if "layers" in frames.described:
+        layers = [layers_at(frames, index) for index in chosen]
+        yield Part(
+            line(ORANGE, CABLE),
+            [path([*edges, *(mirrored(edges) if both_sides else ())]) for edges in layers],
+        )
+    if "fibres" in frames.extra:
+        yield Part(line(INK), [path(fibres_at(frames, index)) for index in chosen])
+    yield from crosses(frames, chosen)
+
+
+def crosses(frames: Frames, chosen: np.ndarray) -> Iterator[Part]:
+    """The crosses of rigid bodies that no outline shows, if there are any."""
+    arms = [crosses_at(frames, index) for index in chosen]
+    if len(arms[0]):
+        d = frames.points.shape[1]
+        kind, width = ("scatter", CABLE) if d == 2 else ("scatter3d", 2.0 * CABLE)
+        yield Part(line(INK, width) | {"type": kind}, [path(shown, d) for shown in arms], d == 3)
 
 
 def plane_layout(frames: Frames, field: str) -> Trace:
@@ -126,9 +148,11 @@ def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
     return any(bool(frames.extra["wall_offset"][index].any()) for index in chosen)
 
 
-def space_parts(frames: Frames, chosen: np.ndarray, everywhere: np.ndarray) -> Iterator[Part]:
-    """Walls where they are at first, cables, fibres; then the body: the faces of its surface, and
-    those without a value.
+def space_parts(
+    frames: Frames, chosen: np.ndarray, everywhere: np.ndarray, shadows: int
+) -> Iterator[Part]:
+    """Walls where they are at first and their edges, cables, fibres, layers, crosses of rigid
+    bodies; then the body: the faces of its surface, those without a value, and its shadows.
     """
     flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
@@ -137,16 +161,24 @@ def space_parts(frames: Frames, chosen: np.ndarray, everywhere: np.ndarray) -> I
         "lighting": LIGHT, "lightposition": xyz(FAR * ABOVE),
     }  # fmt: skip
     first = np.arange(0, len(corners), 3)
-    walls = {"i": first, "j": first + 1, "k": first + 2, "color": WALL, "opacity": SEE_THROUGH}
+    walls = {"i": first, "j": first + 1, "k": first + 2, "color": QUIET, "opacity": SEE_THROUGH}
     yield Part(look | walls, [xyz(corners.T)])
+    in_space = {"type": "scatter3d"}
+    yield Part(line(QUIET, CABLE) | in_space, [path(rim(flat), 3)])
     if "cables" in frames.extra:
         cables = [path(cables_at(frames, index), 3) for index in chosen]
-        yield Part(line(INK, 2.0 * CABLE) | {"type": "scatter3d"}, cables)
+        yield Part(line(INK, 2.0 * CABLE) | in_space, cables)
     if "fibres" in frames.extra:
         fibres = [path(fibres_at(frames, index), 3) for index in chosen]
-        yield Part(line(INK, CABLE) | {"type": "scatter3d"}, fibres)
+        yield Part(line(INK, CABLE) | in_space | {"opacity": FIBRE_OPACITY}, fibres, in_front=True)
+    if "layers" in frames.described:
+        layers = [path(layers_at(frames, index), 3) for index in chosen]
+        yield Part(line(ORANGE, 2.0 * CABLE) | in_space, layers, in_front=True)
+    yield from crosses(frames, chosen)
     yield Part(look | {"intensitymode": "cell", "coloraxis": "coloraxis"})
     yield Part(look | {"color": NO_VALUE})
+    dark = {"color": SHADOW, "opacity": 1.0, "lighting": {"ambient": 1.0, "diffuse": 0.0}}
+    yield from [Part(look | dark)] * shadows
 
 
 def space_layout(outward: np.ndarray) -> Trace:

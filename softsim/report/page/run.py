@@ -79,13 +79,15 @@ def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
 
 def animation_of(run: Recorded) -> dict[str, Any] | None:
     """The frames with what the history says of each, if the run has any; `opens_at`, which is shown
-    first: of a run that a guard stopped the one that it stopped at. what: a robot has a frame.
+    first: the most deformed one; of a run that a guard stopped the one that it stopped at. what: a
+    robot has a frame.
     """
     if run.frames is None or len(run.frames) == 0:
         return None
     summary, field = run.summary, run.summary.get("snapshot_field", "stretch")
     shown = animation(run.frames, field, summary.get("failed_element"))
-    opens_at = len(shown["times"]) - 1 if summary.get("status") == "aborted" else 0
+    aborted = summary.get("status") == "aborted"
+    opens_at = len(shown["times"]) - 1 if aborted else shown["most_deformed"]
     said = list(readings(run.history, shown["times"]))
     what = "body" if travel_axis(run.history, FRAME) is None else "robot"
     return shown | {"opens_at": opens_at, "readings": said, "what": what}

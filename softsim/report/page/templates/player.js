@@ -46,17 +46,31 @@ function plane(frame) {
   return { x: paths.map(({ x }) => x), y: paths.map(({ y }) => y) };
 }
 
-// In space: the faces that have a value, and those that have none; not those that lost a node.
+// In space: the faces that have a value, those that have none, and all as shadows on the flat walls;
+// not those that lost a node.
 function space(frame) {
   const [x, y, z] = [0, 1, 2].map((k) => places[frame].filter((_, i) => i % d === k));
   const kept = [...faces.keys()].filter((face) => faces[face].every((node) => !Number.isNaN(x[node])));
   const parts = [true, false].map((has) =>
     kept.filter((face) => Number.isNaN(values[frame][face]) !== has));
+  parts.push(...movie.walls.map(() => kept));
   const corner = (k) => parts.map((part) => part.map((face) => faces[face][k]));
+  const shadows = movie.walls.map((wall) => shadow([x, y, z], wall));
   return {
-    x: [x, x], y: [y, y], z: [z, z], i: corner(0), j: corner(1), k: corner(2),
-    intensity: [parts[0].map((face) => values[frame][face]), null],
+    x: [x, x, ...shadows.map((at) => at[0])], y: [y, y, ...shadows.map((at) => at[1])],
+    z: [z, z, ...shadows.map((at) => at[2])], i: corner(0), j: corner(1), k: corner(2),
+    intensity: [parts[0].map((face) => values[frame][face]), null, ...movie.walls.map(() => null)],
   };
+}
+
+// Where places (x, y, z) are on a flat wall, a point and the normal; a little above it, or the wall
+// would show through.
+function shadow(places, wall) {
+  const [point, normal] = [wall.slice(0, 3), wall.slice(3)];
+  const above = 2e-3 * Math.max(...movie.near[1].map((end, k) => end - movie.near[0][k]));
+  const gaps = [...places[0]].map((_, node) =>
+    places.reduce((sum, of, k) => sum + (of[node] - point[k]) * normal[k], 0));
+  return places.map((of, k) => of.map((c, node) => c - (gaps[node] - above) * normal[k]));
 }
 
 // Axes that show the robot's surroundings, or all that it comes to.
@@ -68,16 +82,43 @@ function view(frame) {
   if (d === 2) return { "xaxis.range": ranges[0], "yaxis.range": ranges[1] };
   const sizes = ranges.map(([from, to]) => to - from), longest = Math.max(...sizes);
   const [x, y, z] = sizes.map((size) => (1.3 * size) / longest);
+  const [ticksX, ticksY, ticksZ] = sizes.map((size) => Math.max(2, Math.round((8 * size) / longest)));
   return {
+    "scene.xaxis.nticks": ticksX, "scene.yaxis.nticks": ticksY, "scene.zaxis.nticks": ticksZ,
     "scene.xaxis.range": ranges[0], "scene.yaxis.range": ranges[1], "scene.zaxis.range": ranges[2],
     "scene.aspectratio": { x, y, z },
   };
 }
 
+// Places moved towards the eye, nearly to where the axes end, as nothing is drawn beyond: in front of
+// the body, and seen at the same points as before.
+function inFront(places) {
+  const { eye } = robot.layout.scene.camera, names = ["x", "y", "z"], shown = view(current);
+  const ends = names.map((name) => shown[`scene.${name}axis.range`]);
+  const eyes = names.map((name, k) => {
+    const [from, to] = ends[k];
+    return (from + to) / 2 + (eye[name] * (to - from)) / shown["scene.aspectratio"][name];
+  });
+  const moved = places.x.map((first, node) => {
+    const at = names.map((name) => places[name][node]);
+    if (first === null) return at;
+    const ways = at.map((c, k) => ((eyes[k] > c ? ends[k][1] : ends[k][0]) - c) / (eyes[k] - c));
+    const part = 0.98 * Math.max(0, Math.min(1, ...ways.filter(Number.isFinite)));
+    return at.map((c, k) => c + part * (eyes[k] - c));
+  });
+  return Object.fromEntries(names.map((name, k) => [name, moved.map((at) => at[k])]));
+}
+
+function placesOf(trace, frames) {
+  const places = frames[current];
+  return movie.in_front.includes(Number(trace)) ? inFront(places) : places;
+}
+
 function paint(layout = camera.value === "follows" ? view(current) : {}) {
   const content = d === 2 ? plane(current) : space(current);
+  const shown = others.map(([trace, frames]) => placesOf(trace, frames));
   for (const name of Object.keys(content)) {
-    content[name].push(...others.map(([, frames]) => frames[current][name] ?? null));
+    content[name].push(...shown.map((places) => places[name] ?? null));
   }
   return Plotly.update(robot, content, layout, moving);
 }
@@ -110,7 +151,7 @@ async function start() {
   playing = true;
   play.textContent = "\u2016";
   play.setAttribute("aria-label", "Pause");
-  if (current === end) await show(movie.opens_at);
+  if (current === end) await show(0);
   let last = performance.now(), time = times[current];
   while (playing && current !== end) {
     const now = await new Promise(requestAnimationFrame);
@@ -157,4 +198,7 @@ camera.addEventListener("change", () => paint(view(current)));
 document.addEventListener("seek", (event) => goTo(frameAt(event.detail)));
 
 Plotly.newPlot(robot, movie.figure.data, movie.figure.layout, OPTIONS);
+if (movie.in_front.length) robot.on("plotly_relayout", (change) => {
+  if (Object.keys(change).some((key) => key.startsWith("scene.camera"))) paint({});
+});
 show(movie.opens_at);
