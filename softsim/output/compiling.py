@@ -10,6 +10,7 @@ This file is a script too, which needs the standard library only: it starts in s
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import threading
@@ -69,7 +70,8 @@ def watch(is_terminal: bool, folders: Sequence[Path]) -> None:
         now = time.monotonic()
         phase = PHASE if now - began > PATIENCE else LOADING
         if is_terminal:
-            print(f"\r\x1b[2K{phase}: {now - began:.0f} s", end="", flush=True)
+            line = f"{phase}: {now - began:.0f} s"[: shutil.get_terminal_size().columns - 1]
+            print(f"\r\x1b[2K{line}", end="", flush=True)
         elif now > due and reader.is_alive():
             print(f"{phase}: {now - began:.0f} s", flush=True)
             due = now + PLAIN_EVERY

@@ -97,6 +97,12 @@ def test_resuming_with_other_columns_is_refused(tmp_path: Path, units, said: str
     assert (tmp_path / "history.csv").read_bytes() == before
 
 
+def test_closing_twice_is_closing(tmp_path: Path) -> None:
+    history = History(tmp_path / "history.csv", UNITS)
+    history.close()
+    history.close()
+
+
 def test_a_row_that_does_not_fit_is_refused_by_name(tmp_path: Path) -> None:
     history = History(tmp_path / "history.csv", UNITS)
     with pytest.raises(OutputError, match=r"missing \['contact_count'\], unknown \['contacts'\]"):
