@@ -18,7 +18,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -97,6 +97,49 @@ class Made:
     def size(self) -> int:
         """Bytes that their numbers take."""
         return sum(math.prod(new.extents) * new.cell_bytes for new in self.fields)
+
+    def add(
+        self, dtype: type, cells: tuple[int, ...], components: tuple[int, ...],
+        values: np.ndarray | None,
+    ) -> ti.Field | None:  # fmt: skip
+        """Add a field, which has no memory yet; None if it is only counted."""
+        field = None
+        if not self.counted_only:
+            kind = (ti.field, ti.Vector.field, ti.Matrix.field)[len(components)]
+            field = kind(*components, dtype)
+        self.fields.append(
+            _New(field, NUMPY_TYPES[dtype], cells, self.extents(cells), components, values)
+        )
+        return field
+
+    def forget_values(self) -> None:
+        """Drop the initial values, which are in the fields now."""
+        self.fields = [replace(new, values=None) for new in self.fields]
+
+
+class DifferentFieldsError(Exception):
+    """Fields that were to be filled anew have another type or shape."""
+
+
+class _Refill(Made):
+    """Fields that were made before and get new values, in the same order."""
+
+    def __init__(self, earlier: Sequence[_New], scenarios: int) -> None:
+        super().__init__(counted_only=False, scenarios=scenarios)
+        self.earlier = earlier
+
+    def add(
+        self, dtype: type, cells: tuple[int, ...], components: tuple[int, ...],
+        values: np.ndarray | None,
+    ) -> ti.Field | None:  # fmt: skip
+        """Return the next field. Raises DifferentFieldsError."""
+        if len(self.fields) == len(self.earlier):
+            raise DifferentFieldsError
+        known = self.earlier[len(self.fields)]
+        if (known.dtype, known.cells, known.components) != (NUMPY_TYPES[dtype], cells, components):
+            raise DifferentFieldsError
+        self.fields.append(replace(known, values=values))
+        return known.field
 
 
 class _Place(ABC):
@@ -190,6 +233,22 @@ def together(scenarios: int = 1) -> Iterator[Made]:
     with _gathered(Made(counted_only=False, scenarios=scenarios)) as made:
         yield made
     _allocate(made)
+    made.forget_values()
+
+
+@contextmanager
+def refilled(made: Made, count: int) -> Iterator[None]:
+    """Give the first `count` fields that were made `together` the values of those made inside, in
+    the same order. Nothing is written unless all have the types and shapes of before.
+
+    Raises DifferentFieldsError if they have not.
+    """
+    with _gathered(_Refill(made.fields[:count], made.scenarios)) as again:
+        yield
+    if len(again.fields) != count:
+        raise DifferentFieldsError
+    for new in again.fields:
+        write(new.field, 0.0 if new.values is None else new.values)
 
 
 @contextmanager
@@ -367,12 +426,7 @@ def _new(
 ) -> ti.Field:
     """A field that gets its memory at once, or with the others that are made together."""
     made = Made(counted_only=False, scenarios=1) if _made is None else _made
-    field = None
-    if not made.counted_only:
-        field = (ti.field, ti.Vector.field, ti.Matrix.field)[len(components)](*components, dtype)
-    made.fields.append(
-        _New(field, NUMPY_TYPES[dtype], cells, made.extents(cells), components, values)
-    )
+    field = made.add(dtype, cells, components, values)
     if _made is None:
         _allocate(made)
     return field

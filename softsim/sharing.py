@@ -34,3 +34,34 @@ def alike(one: Any, other: Any) -> bool:
 def is_own(field: Field[Any]) -> bool:
     """Whether each scenario has a dataclass field for itself."""
     return get_origin(field.type) is Annotated and OWN in get_args(field.type)
+
+
+def compiles_alike(one: Any, other: Any) -> bool:
+    """Return True if kernels that were compiled for one object of a solver serve the other as well.
+
+    A kernel holds as constants the numbers, texts and lengths of lists that it has read from
+    objects of the solver; these must be equal. Fields are read when it runs, arrays by Python
+    alone. Dataclasses are parts of models, of which kernels hold only what scenarios share.
+    """
+    return _compiles_alike(one, other, set())
+
+
+def _compiles_alike(one: Any, other: Any, compared: set[int]) -> bool:
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, bool | int | float | str | np.generic):
+        return bool(one == other)
+    if id(one) in compared:
+        return True
+    compared.add(id(one))
+    if is_dataclass(one):
+        return alike(one, other)
+    if isinstance(one, list | tuple):
+        pairs = zip(one, other, strict=False)
+        return len(one) == len(other) and all(_compiles_alike(*pair, compared) for pair in pairs)
+    if isinstance(one, dict):
+        known = one.keys() == other.keys()
+        return known and all(_compiles_alike(one[key], other[key], compared) for key in one)
+    if type(one).__module__.startswith("softsim."):
+        return _compiles_alike(vars(one), vars(other), compared)
+    return True

@@ -2,6 +2,8 @@
 
 import pytest
 
+from softsim.sharing import compiles_alike
+
 SCENE = """
 bodies:
   b: {mesh: {generator: block, length: 4 mm, height: 2 mm, element_size: 1 mm},
@@ -56,3 +58,31 @@ def test_what_all_have_in_common(build, override):
 def test_a_static_model_is_alone(build):
     static = build(SCENE, "time.procedure=static")
     assert not static.can_share(static)
+
+
+class Part:
+    """An object whose numbers a kernel reads."""
+
+    def __init__(self, **numbers):
+        vars(self).update(numbers)
+
+
+Part.__module__ = "softsim.part"
+
+
+@pytest.mark.parametrize(
+    ("changed", "serves"),
+    [
+        ({}, True),
+        ({"stiffness": 2.0}, False),
+        ({"relaxes": False}, False),
+        ({"parts": [Part(count=1), Part(count=3)]}, False),
+        ({"parts": [Part(count=1)]}, False),
+    ],
+)
+def test_kernels_serve_objects_of_the_same_numbers(changed, serves):
+    def of(**further):
+        numbers = {"stiffness": 1.0, "relaxes": True, "parts": [Part(count=1), Part(count=2)]}
+        return Part(**(numbers | further))
+
+    assert compiles_alike(of(), of(**changed)) is serves

@@ -3,7 +3,7 @@
 import logging
 import signal
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict, replace
 
@@ -14,6 +14,7 @@ from softsim import backend
 from softsim.errors import Interrupted, OutputError, SoftsimError, StabilityError
 from softsim.interruption import stop_signals
 from softsim.machine import Choice
+from softsim.model import Model
 from softsim.output.checkpoint import Checkpoint
 from softsim.output.compiling import compiling
 from softsim.output.console import ProgressReport, phase
@@ -31,6 +32,48 @@ from softsim.stability.time_step import first_time_increment, time_increment
 log = logging.getLogger("softsim")
 WORDLESS = nullcontext()
 
+MakesSolver = Callable[[list[Model], Choice], tuple[ExplicitSolver, EnergyReader]]
+"""Makes the solver of models of one structure, and the reader of its energies."""
+
+
+def new_solver(models: list[Model], choice: Choice) -> tuple[ExplicitSolver, EnergyReader]:
+    """Start Taichi as chosen, and make a solver and its reader, with their kernels compiled.
+
+    Raises DeviceError: the device is not there, or the models do not fit.
+    """
+    # Of one, lest a run go elsewhere beside others than alone.
+    choice = replace(choice, device=choice.device_for(models[0].corner_count))
+    threads = choice.threads_for(len(models) * models[0].corner_count)
+    backend.start(choice.device, threads=threads, most_lanes=models[0].most_lanes)
+    solver = ExplicitSolver(models)
+    reader = EnergyReader(solver)
+    solver.compile()
+    reader.update()
+    return solver, reader
+
+
+class ReusedSolver:
+    """Makes solvers, and gives the last one again where the next models have its structure.
+
+    That saves the start of Taichi and the tracing and loading of kernels. Results have the same
+    bits as those of a new solver. The batch before must have ended.
+    """
+
+    def __init__(self) -> None:
+        self._last: tuple[Choice, backend.Device, ExplicitSolver, EnergyReader] | None = None
+
+    def __call__(self, models: list[Model], choice: Choice) -> tuple[ExplicitSolver, EnergyReader]:
+        """Return a solver of the models and its reader. Raises DeviceError as `new_solver`."""
+        if self._last is not None:
+            chosen, device, solver, reader = self._last
+            is_there = chosen == choice and backend.device() is device
+            if is_there and solver.take_models(models):
+                return solver, reader
+        self._last = None
+        solver, reader = new_solver(models, choice)
+        self._last = choice, backend.device(), solver, reader
+        return solver, reader
+
 
 class Batch:
     """Runs that share a solver, each with its own step and end: one that has ended, or that a guard
@@ -38,7 +81,7 @@ class Batch:
 
     files: those of each run, with its scene and model. stop_conditions: given to each run
     beside those of its scene. checkpoint: from which a batch of one is resumed; earlier: the step
-    after which a batch of one begins.
+    after which a batch of one begins. make_solver: `new_solver`, or a ReusedSolver.
     """
 
     def __init__(
@@ -48,21 +91,14 @@ class Batch:
         stop_conditions: Sequence[Sequence[MakesStopCondition]],
         checkpoint: Checkpoint | None = None,
         earlier: EarlierStep | None = None,
+        make_solver: MakesSolver = new_solver,
     ) -> None:
         self.clock = WallClock()
         self.console = files[0].console
-        model = files[0].model
-        # Of one, lest a run go elsewhere beside others than alone.
-        choice = replace(choice, device=choice.device_for(model.corner_count))
-        threads = choice.threads_for(len(files) * model.corner_count)
         self.unsettled: dict[int, StabilityError] = {}
         with _end_noted(files):
             with compiling(self.console, [of_run.path for of_run in files]):
-                backend.start(choice.device, threads=threads, most_lanes=model.most_lanes)
-                self.solver = ExplicitSolver([of_run.model for of_run in files])
-                self.reader = EnergyReader(self.solver)
-                self.solver.compile()
-                self.reader.update()
+                self.solver, self.reader = make_solver([of_run.model for of_run in files], choice)
             for of_run in files:
                 with of_run.logged():
                     log.info("kernels are ready, %.1f s after the start", self.clock.age)

@@ -318,7 +318,7 @@ class Run:
         try:
             yield
         except StabilityError:
-            self.files.write_frame(self.scenario)
+            self.files.write_failed_frame(self.scenario)
             raise
 
     def _write_row(self) -> None:

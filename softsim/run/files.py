@@ -76,9 +76,7 @@ class RunFiles:
                 (self.path / stale).unlink(missing_ok=True)
         target.write_text_atomic(files.SCENE, loaded.resolved())
         self.history = History(self.path / files.HISTORY, columns(model), resumed_at)
-        self.fields = FieldWriter(self.path / files.RESULTS, *mesh_of(model), resumed_at)
-        if resumed_at is None:
-            self.fields.describe(**description(model, loaded.scene.title))
+        self.open_fields(resumed_at)
         log.setLevel(logging.INFO)
         self.log_file = RunLog(self.path / files.LOG)
         with self.logged():
@@ -87,6 +85,17 @@ class RunFiles:
             self.write_summary(
                 {"status": STARTING, "scene": str(loaded.path), "title": loaded.scene.title}
             )
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames written."""
+        return self.fields.frame_count
+
+    def open_fields(self, resumed_at: float | None) -> None:
+        """Open the file of the frames, for those after `resumed_at` [s]; None: from the start."""
+        self.fields = FieldWriter(self.path / files.RESULTS, *mesh_of(self.model), resumed_at)
+        if resumed_at is None:
+            self.fields.describe(**description(self.model, self.loaded.scene.title))
 
     @contextmanager
     def logged(self) -> Iterator[None]:
@@ -119,6 +128,10 @@ class RunFiles:
             self.fields.append(scenario.time, now.point_data, now.cell_data, now.extra)
             self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
 
+    def write_failed_frame(self, scenario: Scenario) -> None:
+        """Write the fields at which a guard stops the run."""
+        self.write_frame(scenario)
+
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
@@ -127,7 +140,7 @@ class RunFiles:
         inspected: places of the nodes (n, d) [m] at the last inspection.
         """
         self.history.save()
-        progress.row_count, progress.frame_count = self.history.row_count, self.fields.frame_count
+        progress.row_count, progress.frame_count = self.history.row_count, self.frame_count
         scene, device = self.loaded.scene.model_dump_json(), backend.device().name
         content = Checkpoint(
             scenario.state(), asdict(progress), inspected, scene, device, self.file_digests
@@ -146,6 +159,28 @@ class RunFiles:
     def close(self) -> None:
         """Close the files."""
         self.history.close()
+
+
+class FramelessFiles(RunFiles):
+    """The files of a run whose frames are not kept: fields are gathered only where it fails."""
+
+    @property
+    def frame_count(self) -> int:
+        """Number of frames that a resumed run must find: none."""
+        return 0
+
+    def open_fields(self, resumed_at: float | None) -> None:
+        """Remove the frames of an earlier run."""
+        (self.path / files.RESULTS).unlink(missing_ok=True)
+
+    def write_frame(self, scenario: Scenario) -> None:
+        """Give the warnings about the strains of a frame."""
+        self.warn(strain_warnings(self.model, scenario.positions(), scenario.time))
+
+    def write_failed_frame(self, scenario: Scenario) -> None:
+        """Write the fields at which a guard stops the run."""
+        super().open_fields(None)
+        super().write_frame(scenario)
 
 
 def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -> Checkpoint:
@@ -169,9 +204,11 @@ def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -
             hint=f"resume with --device {checkpoint.device}",
         )
     progress = Progress.written(checkpoint.progress)
-    rows, frames = read_history(path / files.HISTORY)[TIME], read_frames(path / files.RESULTS).times
+    rows = read_history(path / files.HISTORY)[TIME]
     _refuse_hole(path / files.HISTORY, rows, progress.time, progress.row_count)
-    _refuse_hole(path / files.RESULTS, frames, progress.time, progress.frame_count)
+    if progress.frame_count:
+        frames = read_frames(path / files.RESULTS).times
+        _refuse_hole(path / files.RESULTS, frames, progress.time, progress.frame_count)
     return checkpoint
 
 

@@ -59,6 +59,9 @@ class Record(Protocol):
     def write_frame(self, scenario: Scenario) -> None:
         """Keep the present fields."""
 
+    def write_failed_frame(self, scenario: Scenario) -> None:
+        """Keep the fields at which a guard stops the run."""
+
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray
     ) -> None:
@@ -125,6 +128,9 @@ class Memory:
         log.info(text)
 
     def write_frame(self, scenario: Scenario) -> None:
+        """Who asks sees the fields."""
+
+    def write_failed_frame(self, scenario: Scenario) -> None:
         """Who asks sees the fields."""
 
     def write_checkpoint(

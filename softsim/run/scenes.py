@@ -1,5 +1,6 @@
 """Runs of scenes: one scene with its folder and console, or several that share a structure."""
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -15,7 +16,7 @@ from softsim.model import Model
 from softsim.output.claim import claimed
 from softsim.output.folder import CHECKPOINT, RunFolder
 from softsim.output.stop_conditions import MakesStopCondition
-from softsim.run.batch import Batch
+from softsim.run.batch import Batch, MakesSolver, new_solver
 from softsim.run.course import Results, conditions_of_scene
 from softsim.run.files import RunFiles, fitting_checkpoint
 from softsim.scene.loading import Loaded, LoadedScene, load_scene
@@ -95,7 +96,8 @@ def outcome_of(batch: Batch, console: Console, profile_after: float) -> Results:
 
 def resumed(
     loaded: LoadedScene, model: Model, target: RunFolder, choice: Choice, console: Console,
-    stop_conditions: Sequence[MakesStopCondition] = (),
+    stop_conditions: Sequence[MakesStopCondition] = (), files: type[RunFiles] = RunFiles,
+    make_solver: MakesSolver = new_solver,
 ) -> Batch:  # fmt: skip
     """A batch of one, resumed from the checkpoint in its folder.
 
@@ -103,8 +105,36 @@ def resumed(
     """
     checkpoint = fitting_checkpoint(loaded, target, choice)
     choice = replace(choice, device=checkpoint.device)
-    files = RunFiles(loaded, model, target, console, float(checkpoint.progress["time"]))
-    return Batch([files], choice, [stop_conditions], checkpoint)
+    opened = files(loaded, model, target, console, float(checkpoint.progress["time"]))
+    return Batch([opened], choice, [stop_conditions], checkpoint, make_solver=make_solver)
+
+
+def run_case(
+    loaded: LoadedScene,
+    folder: Path,
+    device: str,
+    resume: bool,
+    stop_conditions: Sequence[MakesStopCondition],
+    files: type[RunFiles],
+    make_solver: MakesSolver,
+) -> Results:
+    """Run a case of a study on one thread, as `run` does; nothing is printed, no passes measured.
+
+    resume: continue from the checkpoint, which is there. files: what a run is recorded in.
+    make_solver: as of Batch. Raises what `run` raises.
+    """
+    choice, console = choose(device, 1), Console(quiet=True)
+    model = ready_model(loaded, choice)
+    target = RunFolder(folder)
+    with claimed(target.path):
+        if resume:
+            batch = resumed(
+                loaded, model, target, choice, console, stop_conditions, files, make_solver
+            )
+        else:
+            opened = files(loaded, model, target, console)
+            batch = Batch([opened], choice, [stop_conditions], make_solver=make_solver)
+        return outcome_of(batch, console, math.inf)
 
 
 def run_batch(
@@ -113,13 +143,14 @@ def run_batch(
     device: str = AUTO,
     threads: int | str = AUTO,
     stop_conditions: Sequence[Sequence[MakesStopCondition]] | None = None,
+    files: type[RunFiles] = RunFiles,
 ) -> list[Results | SoftsimError]:
     """Run several scenes in this process, each as `run` does, those of one structure side by side.
 
     Scenes that share mesh, materials and kinds of loads and walls are computed together, as many at
     once as fit into memory; a static one is alone. The results of a scene do not depend on the
-    others. folders, stop_conditions: those of each scene. Nothing is printed, no passes are
-    measured.
+    others. folders, stop_conditions: those of each scene. files: what each is recorded in. Nothing
+    is printed, no passes are measured.
 
     Returns the outcome of each: Results, or the error that stopped it; DeviceError where not even
     one of its structure fits.
@@ -136,25 +167,25 @@ def run_batch(
         except SoftsimError as error:
             outcomes[k] = error
     for group in groups(models, choice):
-        files: dict[int, RunFiles] = {}
+        opened: dict[int, RunFiles] = {}
         with ExitStack() as claims:
             for k in group:
                 try:
                     target = RunFolder(folders[k])
                     claims.enter_context(claimed(target.path))
-                    files[k] = RunFiles(scenes[k], models[k], target, console)
+                    opened[k] = files(scenes[k], models[k], target, console)
                 except SoftsimError as error:
                     outcomes[k] = error
-            if not files:
+            if not opened:
                 continue
             try:
-                batch = Batch(list(files.values()), choice, [stop_conditions[k] for k in files])
+                batch = Batch(list(opened.values()), choice, [stop_conditions[k] for k in opened])
             except DeviceError as error:  # not even one of this structure fits
-                for file in files.values():
-                    file.close()
-                outcomes |= dict.fromkeys(files, error)
+                for one in opened.values():
+                    one.close()
+                outcomes |= dict.fromkeys(opened, error)
             else:
-                outcomes |= dict(zip(files, batch.run(console), strict=True))
+                outcomes |= dict(zip(opened, batch.run(console), strict=True))
     return [outcomes[k] for k in range(len(scenes))]
 
 

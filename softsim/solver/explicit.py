@@ -18,6 +18,7 @@ from softsim.errors import OutputError
 from softsim.loads.load import Load
 from softsim.machine import memory_of
 from softsim.model import Model
+from softsim.sharing import compiles_alike
 from softsim.solver.chatter import Chatter, chatter
 from softsim.solver.increments import IncrementKernels, Span
 from softsim.solver.memory import refuse_too_large
@@ -45,13 +46,38 @@ class ExplicitSolver:
         self.scenarios = len(models)
         with fields.together(self.scenarios) as made:
             self.terms = Terms(models)
+            self._made, self._made_by_terms = made, len(made.fields)
             self.kernels = IncrementKernels(self.terms, self.scenarios)
             self.impulses = [f for term in self.terms.everything for f in term.impulses()]
             device = backend.device().name
             refuse_too_large(models[0], made.size, device, memory_of(device))
+        self._reset_clocks()
+
+    def _reset_clocks(self) -> None:
         self.times, self.time_increments = np.zeros(self.scenarios), np.zeros(self.scenarios)
         self.increment_counts = np.zeros(self.scenarios, dtype=int)
         self.begin_block()
+
+    def take_models(self, models: list[Model]) -> bool:
+        """Become the solver of other models, with the same memory and compiled kernels, in the
+        state of a new solver.
+
+        Returns False where these kernels do not serve the models: another structure, or another
+        number of scenarios. The solver is of no further use then.
+        """
+        first = self.models[0]
+        if len(models) != self.scenarios or not all(map(first.can_share, models)):
+            return False
+        try:
+            with fields.refilled(self._made, self._made_by_terms):
+                terms = Terms(models)
+        except fields.DifferentFieldsError:
+            return False
+        if not compiles_alike(self.terms, terms):
+            return False
+        self.models, self.terms = models, terms
+        self._reset_clocks()
+        return True
 
     @property
     def time(self) -> float:

@@ -4,18 +4,16 @@ case.json of its folder.
 Taichi is imported here only when a job runs.
 """
 
-import io
-import math
 import shutil
 import time
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ValidationError
-from rich.console import Console
 
 from softsim.errors import (
     ClusterError,
@@ -43,6 +41,10 @@ from softsim.study.cases import (
     case_key,
     load_source,
 )
+
+if TYPE_CHECKING:
+    from softsim.run.batch import ReusedSolver
+    from softsim.run.files import RunFiles
 
 CASE = "case.json"
 FAILURE = "failure.txt"
@@ -261,13 +263,29 @@ def _fault(job: Job) -> Exception | None:
 
 
 def _run_elements(job: Job) -> None:
-    from softsim.run import run
+    from softsim.run.scenes import run_case
 
-    silent = Console(file=io.StringIO())
-    run(
-        scene_of(job), (), job.folder, chosen_device(job.device), _goes_on(job), silent, threads=1,
-        profile_after=math.inf, stop_conditions=job.stop_conditions,
+    run_case(
+        scene_of(job), job.folder, chosen_device(job.device), _goes_on(job), job.stop_conditions,
+        _files_of(job), _solver_of_worker(),
     )  # fmt: skip
+
+
+def _files_of(job: Job) -> "type[RunFiles]":
+    """Return what a job is recorded in: frames only where the study keeps them."""
+    from softsim.run.files import FramelessFiles, RunFiles
+
+    return RunFiles if job.keep == EVERYTHING else FramelessFiles
+
+
+@cache
+def _solver_of_worker() -> "ReusedSolver":
+    """Return the maker of this process's solvers: a case of the structure of the one before gets
+    the solver of that one.
+    """
+    from softsim.run.batch import ReusedSolver
+
+    return ReusedSolver()
 
 
 def _run_chain(job: Job) -> None:
@@ -300,6 +318,7 @@ def _faults_together(jobs: Sequence[Job]) -> dict[str, Exception | None]:
         found = run_batch(
             list(scenes.values()), [job.folder for job in ready],
             chosen_device(ready[0].device), 1, [job.stop_conditions for job in ready],
+            _files_of(ready[0]),
         )  # fmt: skip
     except SoftsimError as error:  # a stop, a disk that is full: it concerns all
         return faults | dict.fromkeys(scenes, error)
@@ -327,6 +346,10 @@ def _can_be_joined(job: Job) -> bool:
 
 
 def _goes_on(job: Job) -> bool:
-    """Whether an attempt that was cut off left a checkpoint, of the device that is to go on."""
+    """Return True if an attempt that was cut off left a checkpoint of the device that is to go on,
+    and the frames before it where these are kept.
+    """
     file = job.folder / CHECKPOINT
+    if job.keep == EVERYTHING and not (job.folder / RESULTS).is_file():
+        return False
     return file.is_file() and read_checkpoint(file).device == chosen_device(job.device)

@@ -86,3 +86,35 @@ def test_two_into_one_folder_are_one_and_a_refusal(scenes, tmp_path):
     first, second = run_batch(loaded, [tmp_path / "out", tmp_path / "out"], "cpu", 1)
     assert first.summary["status"] == "done"
     assert isinstance(second, OutputError) and "works in" in second.message
+
+
+@pytest.mark.physics
+def test_a_reused_solver_gives_the_bytes_of_a_new_one(scenes, tmp_path):
+    """After a case that was torn; another structure gets a new solver."""
+    from softsim.run.batch import ReusedSolver, new_solver
+    from softsim.run.files import FramelessFiles
+    from softsim.run.scenes import run_case
+
+    reused, solvers = ReusedSolver(), []
+
+    def make(models, choice):
+        made = reused(models, choice)
+        solvers.append(made[0])
+        return made
+
+    def run(scene, name, maker):
+        return run_case(scene, tmp_path / name, "cpu", False, (), FramelessFiles, maker)
+
+    torn, rough = scenes("torn", "rough")
+    [thick] = scenes("rough", further=["bodies.block.thickness=6 mm"])
+    with pytest.raises(StabilityError):
+        run(torn, "torn", make)
+    assert len(read_frames(tmp_path / "torn" / "results.vtkhdf")) == 1  # shows why
+    for name, scene in {"rough": rough, "thick": thick}.items():
+        run(scene, name, make)
+    assert solvers[0] is solvers[1] and solvers[1] is not solvers[2]
+    for name, scene in {"rough": rough, "thick": thick}.items():
+        run(scene, f"{name} anew", new_solver)
+        one, other = (tmp_path / folder / "history.csv" for folder in (name, f"{name} anew"))
+        assert one.read_bytes() == other.read_bytes()
+        assert not (tmp_path / name / "results.vtkhdf").exists()

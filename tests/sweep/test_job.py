@@ -3,6 +3,7 @@
 import pytest
 
 import softsim.run
+import softsim.run.scenes
 from softsim.errors import Interrupted, OutputError
 from softsim.study.cases import Case, Source
 from softsim.sweep import job
@@ -31,7 +32,7 @@ def test_a_batch_that_one_brings_down_is_run_one_by_one(jobs, monkeypatch):
             raise fault
 
     monkeypatch.setattr(softsim.run, "run_batch", brought_down_by(RuntimeError("of all")))
-    monkeypatch.setattr(softsim.run, "run", run_alone)
+    monkeypatch.setattr(softsim.run.scenes, "run_case", run_alone)
     assert job.simulate(jobs) == [fault, None]
 
 
