@@ -203,11 +203,17 @@ def probes(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[Lin
     """Yield the last reading of each probe, and between which values it was."""
     lowest, highest = summary.get("probes_min", {}), summary.get("probes_max", {})
     for column, last in summary.get("probes", {}).items():
-        _, factor, unit = QUANTITIES.get(units.get(column, ""), ("", 1.0, units.get(column, "")))
-        low, high = lowest.get(column), highest.get(column)
+        unit = units.get(column, "")
+        _, factor, shown = QUANTITIES.get(unit, ("", 1.0, unit))
+        none = STANDSTILL if unit == "m" else 0.0  # what round-off explains
+        values = [
+            f"{value * factor if abs(value) > none else 0.0:.4g}"
+            for value in (last, lowest.get(column), highest.get(column))
+            if value is not None
+        ]
         if last is None:
             continue
-        words = f"{last * factor:.4g} {unit}".rstrip()
-        if low is not None and high is not None:
-            words += f" at the end, from {low * factor:.4g} to {high * factor:.4g}"
-        yield Line(" ".join(name_and_axis(column, units.get(column, ""))).rstrip(), words)
+        words = f"{values[0]} {shown}".rstrip()
+        if len(values) == 3:
+            words += f" at the end, from {values[1]} to {values[2]}"
+        yield Line(" ".join(name_and_axis(column, unit)).rstrip(), words)

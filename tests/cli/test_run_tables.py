@@ -40,12 +40,12 @@ def test_cycles_without_motion_are_told() -> None:
 
 
 def test_what_was_found_comes_before_how_and_warnings_before_both() -> None:
-    summary = {"increments": 7, "probes": {"tip_y": 2e-3}, "warnings": ["a", "b"]}
+    summary = {"increments": 7, "probes": {"tip_x": 2e-18, "tip_y": 2e-3}, "warnings": ["a", "b"]}
     out = io.StringIO()
-    Console(file=out, width=100).print(summary_table(summary, {"tip_y": "m"}))
+    Console(file=out, width=100).print(summary_table(summary, {"tip_x": "m", "tip_y": "m"}))
     lines = [" ".join(line.split()) for line in out.getvalue().splitlines()]
     assert lines == [
-        "warnings 2, listed in summary.json and run.log", "tip y 2 mm", "increments 7"
+        "warnings 2, listed in summary.json and run.log", "tip x 0 mm", "tip y 2 mm", "increments 7"
     ]  # fmt: skip
 
 
