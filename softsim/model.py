@@ -243,12 +243,13 @@ class SteadyProbe:
 @dataclass(frozen=True)
 class Relaxation:
     """Dynamic relaxation to equilibrium: within `longest` [s], until the unbalanced force is below
-    `tolerance` of the inner ones, or a probe is steady.
+    `tolerance` of the inner ones, or a probe is steady; not before `shortest` [s] are over.
     """
 
     longest: float
     tolerance: float
     until: SteadyProbe | None = None
+    shortest: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

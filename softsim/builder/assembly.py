@@ -98,7 +98,8 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     )
     surfaces = [b.node_sets["surface"] for b in bodies]
     touching = np.concatenate([*surfaces, np.arange(soft_count, len(points))])
-    all_walls = walls.walls(names)
+    closed_walls = walls.walls(names)
+    all_walls = walls.fitted(names, closed_walls, points[touching])
     walls.refuse_penetration(names, all_walls, points[touching])
     at_walls = stiffness.contact(touching, scene.contact.friction_coefficient)
     total_mass = mass.sum() + sum(rigid_body.mass for rigid_body in rigid_bodies)
@@ -116,7 +117,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     acting = dict(sorted(acting.items(), key=lambda named: type(named[1]).__name__))
     model = Model(
         bodies=bodies,
-        cables=built_cables(names, is_free, stiffness, all_walls),
+        cables=built_cables(names, is_free, stiffness, closed_walls),
         layers=layers.built_layers(names, points),
         fibres=all_fibres,
         points=points,
@@ -151,7 +152,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         energy_error_limit=scene.solver.energy_error_limit,
         relaxation=relaxation(names),
         settling=settling(names),
-        passage=passage.passage(names, all_walls, outline_nodes, chamber),
+        passage=passage.passage(names, closed_walls, outline_nodes, chamber),
         crossing=crossing(names, bodies),
     )
     refuse_instant_relaxation(names, model)
@@ -239,7 +240,8 @@ def settling(names: Names) -> Relaxation | None:
     scene = names.scene
     if scene.time.procedure == "static" or scene.time.settle is None:
         return None
-    return Relaxation(scene.time.settle, scene.solver.equilibrium_tolerance)
+    shortest = walls.CLOSING * scene.time.settle if scene.contact.interference_fit else 0.0
+    return Relaxation(scene.time.settle, scene.solver.equilibrium_tolerance, shortest=shortest)
 
 
 def refuse_instant_relaxation(names: Names, model: Model) -> None:

@@ -1,6 +1,7 @@
 """Walls of a scene, which of them move, and bodies that start inside them."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -14,6 +15,7 @@ from softsim.builder.polylines import polyline_walls
 from softsim.builder.profiles import displacement
 from softsim.builder.terrain import terrains
 from softsim.contact.cylinder import Cylinder
+from softsim.contact.fit import FittedWall
 from softsim.contact.half_spaces import HalfSpaces
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.round_pipes import RoundPipes
@@ -35,7 +37,10 @@ from softsim.scene.surroundings import (
 from softsim.scene.terrain import RampWall, SemicircleWall, StepFieldWall
 
 ON_AXIS = (Sphere, Cylinder)
-APART = "move the wall or the body so that they do not overlap"
+FITS = "for an interference fit write contact.interference_fit: [{}] and a time.settle"
+APART = f"move the wall or the body so that they do not overlap; {FITS}"
+# Part of the settling time in which a wall with an interference fit closes.
+CLOSING = 0.5
 
 
 def walls(names: Names) -> tuple[Wall, ...]:
@@ -186,6 +191,50 @@ def centre_of(names: Names, name: str, wall: SphereWall | CylinderWall) -> np.nd
     return centre
 
 
+def fitted(names: Names, walls: Sequence[Wall], places: np.ndarray) -> tuple[Wall, ...]:
+    """Return the walls, of which those with an interference fit recede from places (n, d) at first.
+
+    Raises SceneError where such a wall is unknown or has corners, or where nothing settles.
+    """
+    wanted = names.scene.contact.interference_fit
+    for k, name in enumerate(wanted):
+        keys = ("contact", "interference_fit", k)
+        known = list(names.scene.environment.walls)
+        if name not in known:
+            hint = close_names(name, known, "walls")
+            raise names.loaded.error(keys, f"there is no wall '{name}'", hint)
+        [wall] = [w for w in walls if name in map(wall_of, w.names)]
+        if len(wall.corners()):
+            raise names.loaded.error(
+                keys,
+                f"'{name}' has corners: facets that start around one cannot be moved off it",
+                "an interference fit is for walls without convex corners, such as pipes",
+            )
+    time = names.scene.time
+    first = names.beginning.time == 0.0
+    if wanted and first and (time.procedure == "static" or time.settle is None):
+        raise names.loaded.error(
+            ("contact", "interference_fit"),
+            "a wall with an interference fit closes on bodies while they settle, and here nothing "
+            "settles before t = 0",
+            "write time.settle: 0.2 s and time.procedure: dynamic (static steps may follow)",
+        )
+    # In later steps the walls have closed long since.
+    settle = time.settle if time.settle is not None else 1.0
+    return tuple(_fitted(wall, frozenset(wanted), places, settle) for wall in walls)
+
+
+def _fitted(wall: Wall, wanted: frozenset[str], places: np.ndarray, settle: float) -> Wall:
+    """Return the wall, with an interference fit of those of its surfaces that have one."""
+    if not any(wall_of(name) in wanted for name in wall.names):
+        return wall
+    if isinstance(wall, MovingWall):
+        return replace(wall, wall=_fitted(wall.wall, wanted, places, settle))
+    gaps = wall.gaps(places)
+    overlap = [max(0.0, -gaps[n].min()) if wall_of(n) in wanted else 0.0 for n in wall.names]
+    return FittedWall(wall, np.array(overlap), -settle, CLOSING * settle)
+
+
 def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) -> None:
     """Nothing that may touch a wall, at places (n, d), starts inside it."""
     for wall in walls:
@@ -199,7 +248,7 @@ def refuse_penetration(names: Names, walls: Sequence[Wall], places: np.ndarray) 
 def plain_overlap(key: str, names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
     """What is wrong where places (n, d) start in the wall `name`, told at one of its keys."""
     problem = how_deep(name, wall, places)
-    return names.loaded.error(("environment", "walls", name, key), problem, APART)
+    return names.loaded.error(("environment", "walls", name, key), problem, APART.format(name))
 
 
 def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> SceneError:
@@ -210,7 +259,7 @@ def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> Sce
     # All of its gaps: the pipe may be too narrow on both sides.
     widest = pipe.diameter - 2.0 * least_gap(name, wall, places).min()
     enough = np.ceil((widest - 2.0 * ALLOWED_PENETRATION) * 1e6) / 1e3  # mm, up to a um
-    hint = f"a pipe that takes it has a diameter of at least {enough:g} mm"
+    hint = f"a pipe that takes it has a diameter of at least {enough:g} mm; {FITS.format(name)}"
     return names.loaded.error(keys, how_deep(name, wall, places), hint)
 
 

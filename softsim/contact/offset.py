@@ -8,6 +8,7 @@ import taichi as ti
 
 from softsim.contact.frame import FixedFrame
 from softsim.contact.wall import Obstacle, Wall
+from softsim.term import Pass, Stage
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,10 @@ class OffsetObstacle(Obstacle):
     def __init__(self, obstacle: Obstacle, radius: float) -> None:
         self.inner, self.standoff, self.count = obstacle, radius, obstacle.count
         obstacle.standoff = radius
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Passes of an increment: those of the obstacle."""
+        return self.inner.passes()
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""

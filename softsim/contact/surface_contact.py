@@ -83,7 +83,9 @@ class SurfaceContact(NodalForces, Dissipation):
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment."""
-        return self.frame.passes() | {Stage.MOVE: [Pass("contact", int(self.count), (self.push,))]}
+        # Frames steer, obstacles measure: no stage is in two of them.
+        own = {Stage.MOVE: [Pass("contact", int(self.count), (self.push,))]}
+        return self.frame.passes() | self.obstacle.passes() | own
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps."""

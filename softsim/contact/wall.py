@@ -8,6 +8,7 @@ import numpy as np
 import taichi as ti
 
 from softsim.contact.frame import FixedFrame
+from softsim.term import Pass, Stage
 
 
 class Wall(ABC):
@@ -88,6 +89,10 @@ class Obstacle:
     gap_and_normal: Any
     standoff: float = 0.0
     """Gap [m] at which something already touches: the radius of what is round about its node."""
+
+    def passes(self) -> dict[Stage, list[Pass]]:
+        """Passes of an increment: none of a wall that does not change in its frame."""
+        return {}
 
     def state_fields(self) -> dict[str, ti.Field]:
         """Fields that a checkpoint keeps: none of a wall that remembers nothing."""

@@ -192,21 +192,22 @@ class Run:
     @property
     def row_is_due(self) -> bool:
         """True if a row of the history is to be written now."""
-        now, progress = self.scenario.time, self.progress
-        is_time = self.finished or now >= progress.next_history
-        return now > progress.last_history and is_time
+        progress = self.progress
+        is_time = self.finished or self._increments_to(progress.next_history) <= 0
+        return self.scenario.time > progress.last_history and is_time
 
     def write_due(self) -> None:
         """Write the history row and the frame that are due; for a row the reader was updated."""
-        now, progress = self.scenario.time, self.progress
+        progress = self.progress
         if self.row_is_due:
             with self.clock.spending_on(ROWS):
                 self._write_row()
         self.finished = self.finished or any(c.is_over for c in self.stop_conditions)
-        if now >= progress.next_frame or self.finished:
+        if self._increments_to(progress.next_frame) <= 0 or self.finished:
             with self.clock.spending_on(FRAMES):
                 self.files.write_frame(self.scenario)
-            progress.next_frame = _next_multiple(self.output.frame_interval, now)
+            latest = max(self.scenario.time, progress.next_frame)
+            progress.next_frame = _next_multiple(self.output.frame_interval, latest)
 
     def has_reached_end(self) -> bool:
         """True at the end time, with the round-off of the steps that led there."""
@@ -234,10 +235,10 @@ class Run:
         """
         scenario, dt = self.scenario, self.scenario.time_increment
         left = self.model.end_time - scenario.time
-        to_row = np.ceil((self.progress.next_history - scenario.time) / dt - 1e-9)
+        to_row = self._increments_to(self.progress.next_history)
         to_inspection = self.progress.schedule.look_due - scenario.increment_count
         longest = longest_block(self.model.element_count)
-        count = min(longest, to_inspection, max(1, int(to_row)))
+        count = min(longest, to_inspection, max(1, to_row))
         if left <= 0.0:  # a static run settles
             return count
         to_end = max(1, int(np.ceil(left / dt - 1e-9)))
@@ -245,6 +246,11 @@ class Run:
             return count
         scenario.change_time_increment(left / to_end)
         return to_end
+
+    def _increments_to(self, due: float) -> int:
+        """Return the number of increments until what is due at a time [s] is written."""
+        scenario = self.scenario
+        return increments_to(due, scenario.time, scenario.time_increment, self.model.end_time)
 
     def _run_length(self) -> float:
         """Increments of the whole run, with the present step."""
@@ -331,7 +337,8 @@ class Run:
         for condition in self.stop_conditions:
             condition.see_row(row)
         progress.last_history = scenario.time
-        progress.next_history = _next_multiple(self.output.history_interval, scenario.time)
+        latest = max(scenario.time, progress.next_history)
+        progress.next_history = _next_multiple(self.output.history_interval, latest)
         progress.largest_energy = self.balance.largest_energy
         scenario.solver.clear_impulses(scenario.number)
         error = self.energy_error = seen.row["energy_error"]
@@ -460,6 +467,27 @@ def conditions_of_scene(loaded: LoadedScene, model: Model) -> list[StopCondition
     if model.relaxation is not None and model.relaxation.until is not None:
         conditions.append(ProbeAtRest(model.relaxation.until))
     return conditions
+
+
+def increments_to(due: float, time: float, dt: float, end: float) -> int:
+    """Return the number of increments until what is due at a time is written; 0 or less: now.
+
+    It is written with the last increment that does not end after that time, so that a row shows the
+    load that acted up to then, and not the next ramp of a load with a corner there. From the end of
+    the loads on it is the first increment that ends there or later: that of the end is there
+    exactly.
+
+    Parameters
+    ----------
+    due, time, end : float
+        Time at which it is due, present time, end of the loads [s].
+    dt : float
+        Time of an increment [s].
+    """
+    exact = (due - time) / dt
+    if due < end * (1.0 - 1e-12):
+        return int(np.floor(exact + 1e-9))
+    return int(np.ceil(exact - 1e-9))
 
 
 def _next_multiple(interval: float, time: float) -> float:

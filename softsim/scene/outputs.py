@@ -65,7 +65,7 @@ class Output(Part):
     """What is written, how often."""
 
     history_interval: PositiveTime = Field(
-        default=written("2 ms"), description="Between history rows."
+        default=written("2 ms"), description="Time between history rows."
     )
     frame_interval: PositiveTime = Field(
         default=written("100 ms"), description="Between stored fields."

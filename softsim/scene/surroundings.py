@@ -163,6 +163,11 @@ class Contact(Part):
         default=1.0, ge=0.0, le=1.0, description="Of the dashpot along the surface, over that of "
         "the normal contact; it resists elastic slip only. ABAQUS/Explicit's tangent fraction."
     )  # fmt: skip
+    interference_fit: tuple[Name, ...] = Field(
+        default=(),
+        description="Walls that may start inside bodies, such as a pipe narrower than its robot: "
+        "they recede at first and close to their places in the first half of time.settle.",
+    )
     self_contact: tuple[Text, ...] = Field(
         default=(),
         description="Bodies, or facet sets body.set, whose surfaces may touch themselves and each "

@@ -83,6 +83,8 @@ def is_settled(scenario: Scenario, reader: EnergyReader) -> bool:
     model, settling = scenario.model, scenario.model.settling
     assert settling is not None
     refuse_broken_elements(model, scenario.positions(), scenario.time)
+    if scenario.time < settling.shortest - settling.longest:  # walls still close on bodies
+        return False
     share = unbalanced_share(scenario)
     if share <= settling.tolerance and not moves(reader.of_scenario(scenario.number), settling):
         return True
