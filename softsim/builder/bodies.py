@@ -31,7 +31,7 @@ from softsim.robots.pneunet import pneunet
 from softsim.robots.spike_patch import spike_patch
 from softsim.scene import bodies as scene_bodies
 from softsim.scene.loading import LoadedScene
-from softsim.scene.meshes import FileMesh
+from softsim.scene.meshes import FileMesh, GeneratedMesh
 
 GENERATORS: dict[str, Callable[..., Mesh]] = {
     "block": block,
@@ -44,6 +44,8 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     "spike_patch": spike_patch,
     "pneunet": pneunet,
 }
+# Cells along the longest side of a generated body, at most.
+MOST_ALONG = 1e4
 # Families of ABAQUS's element types -> the formulation that they mean.
 FORMULATIONS = {
     "CPE": ("plane_strain", "ring_section"),
@@ -199,11 +201,31 @@ def placed_mesh(loaded: LoadedScene, name: str, data: scene_bodies.Body) -> Mesh
     return replace(found, mesh=mesh)
 
 
+def generated(loaded: LoadedScene, name: str, source: GeneratedMesh) -> Mesh:
+    """Return the mesh that a generator makes. Raises MeshError or SceneError."""
+    sizes = source.model_dump(exclude={"generator"})
+    lengths = {key: size for key, size in sizes.items() if isinstance(size, float)}
+    longest = max(lengths, key=lambda key: lengths[key])
+    if lengths[longest] > MOST_ALONG * lengths["element_size"]:
+        raise loaded.error(
+            ("bodies", name, "mesh", "element_size"),
+            f"{longest} is more than {MOST_ALONG:g} times the element_size: "
+            f"{lengths[longest] * 1e3:g} mm and {lengths['element_size'] * 1e3:g} mm",
+            "such a mesh has too many cells to compute with: check the units of both",
+        )
+    try:
+        return GENERATORS[source.generator](**sizes)
+    except MemoryError:
+        raise MeshError(
+            "the mesh has more cells than fit into memory", hint="increase element_size"
+        ) from None
+
+
 def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.Body) -> MeshFile:
     """Return the mesh from its file or its generator. Raises MeshError."""
     source = data.mesh
     if not isinstance(source, FileMesh):
-        return MeshFile(GENERATORS[source.generator](**source.model_dump(exclude={"generator"})))
+        return MeshFile(generated(loaded, name, source))
     found = read_mesh(
         loaded.resolve_file(("bodies", name, "mesh", "file")),
         source.length_unit,

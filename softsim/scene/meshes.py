@@ -269,6 +269,17 @@ def _mesh_kind(value: Any) -> str | None:
     return getattr(value, "generator", None)
 
 
+GeneratedMesh = (
+    BlockMesh
+    | PfrSectionMesh
+    | BoxMesh
+    | PfrMeridianMesh
+    | PfrSolidMesh
+    | LeafbotSectionMesh
+    | LeafbotSolidMesh
+    | SpikePatchMesh
+    | PneunetMesh
+)
 MeshSource = Annotated[
     Annotated[BlockMesh, Tag("block")]
     | Annotated[PfrSectionMesh, Tag("pfr_section")]

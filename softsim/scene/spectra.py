@@ -8,10 +8,16 @@ from pydantic import AfterValidator, Field, field_validator
 from softsim.scene.part import Part
 from softsim.scene.quantities import Number, PositiveFrequency, PositivePressure, PositiveTime
 
+WIDEST_BAND = 1e9
+
 
 def _rises(band: tuple[float, float]) -> tuple[float, float]:
     if band[1] <= band[0]:
         raise ValueError(f"must rise, from the lowest to the highest: {band[0]:g}, {band[1]:g} Hz")
+    if band[1] > WIDEST_BAND * band[0]:
+        raise ValueError(
+            f"{band[0]:g} to {band[1]:g} Hz is too wide to fit: at most a factor of {WIDEST_BAND:g}"
+        )
     return band
 
 

@@ -158,7 +158,9 @@ SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
         (CUBE.replace(MESH, "{file: none.msh}"), "none.msh}", "there is no file", ""),
         (CUBE.replace(MESH, "{file: ../x.msh}"), "../x.msh}", "leaves the scene's folder", ""),
         (CUBE.replace(MESH, "{file: /etc/hostname}"), "/etc/", "leaves the scene's folder", ""),
-        (CUBE.replace(MESH, "{file: scene.yaml}"), "{file", "cannot be read as a mesh", "formats:"),
+        (CUBE.replace(MESH, "{file: scene.yaml}"), "{file", "no format of meshes", "formats:"),
+        (CUBE.replace("element_size: 2.5 mm", "element_size: 5 nm"), "5 nm",
+         "is more than 10000 times the element_size", "too many cells"),
     ],
 )  # fmt: skip
 def test_each_refusal_points_at_the_key_and_says_what_would_be_right(

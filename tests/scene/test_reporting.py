@@ -22,6 +22,10 @@ def problems(path):
 @pytest.mark.parametrize(
     ("old", "new", "first", "hint"),
     [
+        ("end: 24 s", "end: 1e-300 s", "a.yaml:8:8: end: '1e-300 s' is too small to compute with",
+         "a duration such as"),
+        ("end: 24 s", "end: 1e300 s", "a.yaml:8:8: end: '1e300 s' is too large to compute with",
+         "a duration such as"),
         ("end: 24 s", "end: -1 s", "a.yaml:8:8: end: '-1 s' must be greater than 0 s",
          'a duration such as "24 s"'),
         ("end: 24 s", "end: 24", 'a.yaml:8:8: end: a duration needs a unit: write "24 s"', ""),

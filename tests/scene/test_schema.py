@@ -31,6 +31,14 @@ def parts():
     return [model for model in found if model.__module__ == schema.__name__]
 
 
+def test_the_length_of_a_direction_does_not_matter():
+    """Ordinary ones stay as they are written; where squares overflow or vanish they are scaled."""
+    for written, held in (([3, 4], (3, 4)), ([0, 1e200], (0, 1)), ([-1e-200, 5e-201], (-1, 0.5))):
+        wall = surroundings.PlaneWall(kind="plane", normal=written)
+        assert wall.normal == held
+    assert refused(surroundings.PlaneWall, kind="plane", normal=[0.0, -0.0]) == {"normal"}
+
+
 def test_every_key_has_a_description():
     missing = [
         f"{model.__name__}.{name}"
