@@ -195,7 +195,7 @@ def test_check_prints_every_set_of_a_mesh_file_and_what_reading_changed(
     assert done.exit_code == 0, done.stderr
     said = re.sub(r"\s+", " ", done.stdout)
     for words in ("foot (2)", "bore (2)", "half (4)", "surface (4)", "bore (1)",
-                  "cell sets half (2)", "1 inverted cells turned",
+                  "cell sets all (2), half (2)", "1 inverted cells turned",
                   "not read body 'b' *MATERIAL rubber, *STEP"):  # fmt: skip
         assert words in said, words
 
