@@ -31,8 +31,7 @@ HALVES = """
 bodies:
   rod: {mesh: {generator: block, length: 20 mm, height: 1 mm, element_size: 0.5 mm},
         formulation: plane_strain, thickness: 1 mm, material: soft, fixed: [left],
-        sets: {outer: {plane: {point: [0 mm, 0 mm], normal: [1, 0]}},
-               all: {plane: {point: [-11 mm, 0 mm], normal: [1, 0]}}},
+        sets: {outer: {plane: {point: [0 mm, 0 mm], normal: [1, 0]}}},
         regions: {outer: {material: lossy}}}
 conditions: {guide: {kind: fixed, nodes: rod.all, directions: [x]}}
 materials:
