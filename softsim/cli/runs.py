@@ -167,7 +167,8 @@ def check(
         if modes is not None:
             folder = out or Path("runs") / f"{scene.stem}_modes"
             _tell_modes(model, modes, choice.device_for(model.corner_count), folder, console)
-        console.print(f"{scene}: {_finding(warnings, stopped)}", highlight=False)
+        finding = _finding(warnings, stopped)
+        console.print(f"{scene}: {finding}", highlight=False, soft_wrap=True)
         if stopped:
             raise typer.Exit(StabilityError.exit_code)
 

@@ -16,7 +16,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,20 +42,24 @@ def compiling(console: "Console", folders: Sequence[Path] = ()) -> Iterator[None
     """
     from softsim.interruption import ended_at_once, is_command
 
-    if console.quiet or not is_command():
+    script = [sys.executable, "-S", __file__, str(int(console.is_terminal)), *map(str, folders)]
+    watcher = None
+    if is_command() and not console.quiet:
+        # A session of its own: the Ctrl-C of a terminal goes to all processes of one. Where no more
+        # processes may start, the run goes on without one.
+        with suppress(OSError):
+            watcher = subprocess.Popen(
+                script, stdin=subprocess.PIPE, text=True, start_new_session=True
+            )
+    if watcher is None:
         with console.status(PHASE):
             yield
         return
-    script = [sys.executable, "-S", __file__, str(int(console.is_terminal)), *map(str, folders)]
-    # A session of its own: the Ctrl-C of a terminal goes to all processes of one.
-    with subprocess.Popen(
-        script, stdin=subprocess.PIPE, text=True, start_new_session=True
-    ) as watcher:
-        try:
-            with ended_at_once():
-                yield
-        finally:
-            watcher.communicate(READY)
+    try:
+        with ended_at_once():
+            yield
+    finally:
+        watcher.communicate(READY)
 
 
 def watch(is_terminal: bool, folders: Sequence[Path]) -> None:

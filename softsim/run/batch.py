@@ -273,7 +273,7 @@ class Batch:
 @contextmanager
 def _end_noted(records: Sequence[Record]) -> Iterator[None]:
     """Write into the summaries how runs ended, and close their files, if the block does not end
-    well. A resumed run has no summary yet: that of before stays.
+    well. What was there before a resumed run, which has no summary yet, stays as it is.
     """
     try:
         yield
@@ -284,7 +284,7 @@ def _end_noted(records: Sequence[Record]) -> Iterator[None]:
             with suppress(OutputError):  # of a full disk: the first error says more
                 if record.summary:
                     record.write_summary(record.summary | {"status": status, "failure": failure})
-                with record.logged():
-                    log.error("%s", failure)
-            record.close()
+                    with record.logged():
+                        log.error("%s", failure)
+                record.close()
         raise

@@ -174,6 +174,17 @@ def test_check_tells_natural_modes(softsim, write_scene, tmp_path):
     assert (tmp_path / "modes.png").stat().st_size > 5000
 
 
+def test_a_check_whose_trial_run_is_stopped_ends_with_that(softsim, write_scene, monkeypatch):
+    from softsim.run import pilot
+
+    found = pilot.Duration(1.0, 1.0, 1.0, 1.0, 100, 1e6, 1, 0.5, "element 3 of 'b' is crushed")
+    monkeypatch.setattr(pilot, "predicted_duration", lambda *_, **__: found)
+    done = softsim("check", write_scene(SCENE), "--device", "cpu")
+    assert done.exit_code == 3
+    assert "warning: element 3 of 'b' is crushed" in done.stdout
+    assert done.stdout.endswith(": the trial run was stopped by a guard, see above\n")
+
+
 @pytest.mark.parametrize("options", [["--modes", "0"], ["--out", "figures"]])
 def test_a_check_of_no_modes_has_no_figure(softsim, write_scene, options):
     done = softsim("check", write_scene(SCENE), *options)
