@@ -61,7 +61,8 @@ def render(
             raise typer.BadParameter(f"{path} must end in {known}", param_hint="--out")
         run = recorded(folder)
         shown = field or read_summary(folder).get("snapshot_field", "stretch")
-        count = draw_film(run, shown, rate, frames, path)
+        with drawing_can_stop(folder, "render"):
+            count = draw_film(run, shown, rate, frames, path)
         console.print(f"film    {path}, {count} pictures", highlight=False)
 
 
@@ -77,16 +78,16 @@ def ended_by(show: Callable[[], None]) -> Iterator[None]:
 
 
 @contextmanager
-def drawing_can_stop(folder: Path) -> Iterator[None]:
-    """Turn Ctrl-C and SIGTERM while figures are drawn into Interrupted, which names what draws the
-    rest."""
+def drawing_can_stop(folder: Path, command: str = "report") -> Iterator[None]:
+    """Turn Ctrl-C and SIGTERM while pictures are drawn into Interrupted, which names the command
+    that draws what is missing."""
     with interrupted_by_sigterm():
         try:
             yield
         except KeyboardInterrupt as stop:
             raise Interrupted(
-                f"stopped while figures were drawn: the numbers in {folder} are complete",
-                hint=f"softsim report {folder} draws the rest",
+                f"stopped while pictures were drawn: the numbers in {folder} are complete",
+                hint=f"softsim {command} {folder} draws what is missing",
             ) from stop
 
 

@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 
 from softsim.errors import OutputError
 from softsim.output.fields import Frames
-from softsim.output.folder import explained
+from softsim.output.folder import replacing
 from softsim.report.colours import FIELDS, refuse_missing_field, shared_scale
 from softsim.report.curves import single_pressure
 from softsim.report.recorded import Recorded
@@ -57,13 +57,13 @@ def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path
     view = body.view
     aspect = (view[3] - view[2]) / (view[1] - view[0])
     height = float(np.clip(PAGE_WIDTH * aspect + 1.2, *HEIGHTS))
-    with matplotlib.rc_context(STYLE), explained(path):
+    with matplotlib.rc_context(STYLE), replacing(path) as partial:
         figure = Figure(figsize=(PAGE_WIDTH, height), layout="constrained", dpi=RESOLUTION)
         axes = figure.subplots()
         add_scale(figure, axes, colours, extend, FIELDS[field].label)
         titles = [state(frames.times[k], run.history["time"], pressure) for k in indices]
         images = drawn(figure, axes, body, titles, colours)
-        WRITERS[path.suffix](images, pictures_a_second, path)
+        WRITERS[path.suffix](images, pictures_a_second, partial)
     return len(indices)
 
 
@@ -121,7 +121,7 @@ def write_gif(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) 
     for picture in (first, *others):
         picture.putpalette(palette)
     duration = 1000 // pictures_a_second
-    first.save(path, save_all=True, append_images=others, duration=duration, loop=0)
+    first.save(path, "GIF", save_all=True, append_images=others, duration=duration, loop=0)
 
 
 def nearest_colours(palette: np.ndarray) -> np.ndarray:
@@ -135,7 +135,8 @@ def nearest_colours(palette: np.ndarray) -> np.ndarray:
 
 def write_mp4(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) -> None:
     """Write RGB images (height, width, 3) with ffmpeg, by way of a figure that holds each."""
-    film, screen = FFMpegWriter(fps=pictures_a_second), Figure(dpi=RESOLUTION)
+    film = FFMpegWriter(fps=pictures_a_second, extra_args=["-f", "mp4"])
+    screen = Figure(dpi=RESOLUTION)
     first, *others = images
     screen.set_size_inches(first.shape[1] / RESOLUTION, first.shape[0] / RESOLUTION)
     with film.saving(screen, str(path), RESOLUTION):

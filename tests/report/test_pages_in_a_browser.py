@@ -138,9 +138,34 @@ def test_a_body_in_space_is_turned(browser: Browser, pages: dict):
     robot(browser).send_keys(Keys.SHIFT, Keys.ARROW_RIGHT * 10)
     assert np.linalg.norm(eye(browser) - turned) > 0.3
     seen = eye(browser)
+    check_what_is_in_front(browser, seen)
     slide(browser, 9)
     assert (picture(browser) != before).mean() > 0.02
     np.testing.assert_allclose(eye(browser), seen, atol=1e-3)
+
+
+def check_what_is_in_front(browser: Browser, eye_of_scene: np.ndarray) -> None:
+    """Lines that the body must not hide are moved towards the eye, and stay within the axes."""
+    low, high = np.array(
+        browser.run(
+            "const s = robot.layout.scene; return [s.xaxis, s.yaxis, s.zaxis].map(a => a.range)"
+        )
+    ).T
+    sizes = np.array(
+        browser.run("const { x, y, z } = robot.layout.scene.aspectratio; return [x, y, z]")
+    )
+    towards = 0.5 * (low + high) + eye_of_scene * (high - low) / sizes
+    place = low + [0.5, 0.4, 0.6] * (high - low)
+    given = {name: [c, None] for name, c in zip("xyz", place, strict=True)}
+    moved = browser.run("const m = inFront(arguments[0]); return [m.x, m.y, m.z]", given)
+    assert [there for _, there in moved] == [None] * 3
+    found = np.array([there for there, _ in moved])
+    assert (found > low).all() and (found < high).all()
+    way, whole = found - place, towards - place
+    share = np.linalg.norm(way) / np.linalg.norm(whole)
+    np.testing.assert_allclose(way, share * whole, atol=1e-3 * np.linalg.norm(way))
+    nearest_end = np.minimum(found - low, high - found) / (high - low)
+    assert nearest_end.min() < 0.02
 
 
 def test_the_camera_stands_still_or_follows(browser: Browser, pages: dict):
