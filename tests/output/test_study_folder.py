@@ -41,12 +41,13 @@ def test_a_record_of_something_else_is_told(tmp_path):
 def test_no_text_of_the_table_is_a_formula_to_a_spreadsheet(tmp_path):
     labels = ['=HYPERLINK("http://x")', "-1+1", "@SUM(A1)", "+1", "soft - or so", None]
     numbers = [-1.5, 2.0, -3e-7, 0.0, 1.0, None]
-    table = polars.DataFrame({"=name": labels, "p [kPa]": numbers})
+    table = polars.DataFrame({"=name": labels, "p [kPa]": numbers, "state": ["=1"] * 6})
     write_table(tmp_path, table)
     found = polars.read_csv(tmp_path / TABLE_TEXT)
-    assert found.columns == ["'=name", "p [kPa]"]
+    assert found.columns == ["'=name", "p [kPa]", "state"]
     assert found["'=name"].to_list() == [*(f"'{label}" for label in labels[:4]), *labels[4:]]
     assert found["p [kPa]"].to_list() == numbers
+    assert set(found["state"]) == {"'=1"}
     assert read_table(tmp_path).equals(table)
 
 
