@@ -24,6 +24,7 @@ from softsim.materials.stability import instability_stretch
 from softsim.mesh.closest import at, closest_on_facets
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Model
+from softsim.solver.clamps import clamp_doubts
 from softsim.solver.joined_bodies import linked_groups, tied_pairs
 from softsim.stability.time_step import first_time_increment
 
@@ -74,6 +75,7 @@ def doubts(model: Model) -> dict[str, str]:
         **length_doubts(model),
         **tie_doubts(model),
         **meeting_doubts(model),
+        **clamp_doubts(model),
         **{f"bars of {f.name}": text for f in model.fibres for text in fibre_doubts(model, f)},
     }
 
