@@ -27,7 +27,7 @@ LEAST_POISSON_RATIO = 0.4
 
 def clamp_doubts(model: Model) -> dict[str, str]:
     """Return warnings, kind -> text, of clamped columns of elements that are too long."""
-    held = ~model.is_free.any(axis=1)
+    held = ~np.any(model.is_free, axis=1)
     found: dict[str, str] = {}
     for region in model.regions:
         law, kappa = region.material.law, region.material.bulk_modulus
