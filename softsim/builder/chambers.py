@@ -120,10 +120,10 @@ def built_drive(
 def refuse_emptied(names: Names, drive: AddedVolume | AddedGas, held: str, keys: Keys) -> None:
     """Raise SceneError if more is to be taken out of a chamber than it holds at the start."""
     least = float(drive.profile.values.min())
-    if least <= drive.least_added:
+    if least <= -drive.content:
         raise names.loaded.error(
             (*keys, "profile"),
-            f"{least / drive.least_added:.3g} times the content of the chamber is to be taken out "
+            f"{-least / drive.content:.3g} times the content of the chamber is to be taken out "
             f"of it: it holds {held} at the start",
             "take less out of it than it holds; what is pumped in is positive",
         )

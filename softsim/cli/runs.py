@@ -132,7 +132,7 @@ def check(
         from softsim.cli.run_tables import acting_tables, model_table
         from softsim.run.scenes import ready_model
         from softsim.run.steps import foreseen_models
-        from softsim.solver.plausibility import doubts
+        from softsim.solver.plausibility import doubts, output_doubts
 
         models = foreseen_models(steps, choice) if steps else [ready_model(loaded, choice)]
         warnings = 0
@@ -140,9 +140,11 @@ def check(
             if steps:
                 console.rule(f"step {k + 1} of {len(steps)}: {steps[k].name}")
             console.print(model_table(model))
-            for table in acting_tables(steps[k].loaded if steps else loaded, model):
+            from_scene = steps[k].loaded if steps else loaded
+            for table in acting_tables(from_scene, model):
                 console.print(table, highlight=False)
-            for text in doubts(model).values():
+            found = doubts(model) | output_doubts(model, from_scene.scene.output)
+            for text in found.values():
                 warnings += 1
                 console.print(f"warning: {text}", highlight=False)
         model, stopped = models[0], ""

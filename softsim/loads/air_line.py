@@ -116,6 +116,11 @@ class AirLine:
         return self.ambient_pressure / self.specific_energy
 
     @property
+    def last_change(self) -> float:
+        """Time [s] at which the time course that is wanted ends."""
+        return self.course.last_change
+
+    @property
     def cycle_count(self) -> float:
         """Cycles that are wanted."""
         return self.course.cycle_count

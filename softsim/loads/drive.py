@@ -66,6 +66,11 @@ class _Scheduled(_Immediate):
         return cycles_of(self.profile)
 
     @property
+    def last_change(self) -> float:
+        """Time [s] at which its profile ends."""
+        return float(self.profile.times[-1])
+
+    @property
     def cycle_count(self) -> int:
         """Cycles of the profile."""
         return len(self.cycles)
@@ -154,9 +159,9 @@ class AddedVolume(_Scheduled):
     thinning_advice = "a skin thins as its chamber grows: add less volume"
 
     @property
-    def least_added(self) -> float:
-        """Volume [m^3], negative, that leaves nothing in the chamber."""
-        return -self.initial_volume
+    def content(self) -> float:
+        """Volume [m^3] in the chamber at the start."""
+        return self.initial_volume
 
     @property
     def peak(self) -> str:
@@ -217,9 +222,9 @@ class AddedGas(_Scheduled):
     thinning_advice = "a skin thins as its chamber grows: let in less gas"
 
     @property
-    def least_added(self) -> float:
-        """Mass [kg], negative, that leaves nothing in the chamber."""
-        return -self.initial_mass
+    def content(self) -> float:
+        """Mass [kg] in the chamber at the start."""
+        return self.initial_mass
 
     @property
     def peak(self) -> str:
@@ -284,6 +289,14 @@ class ControlledPressure(_Immediate):
     def peak(self) -> str:
         """The highest pressure that the control asks for."""
         return f"up to {1e-3 * self.settings.highest:.4g} kPa"
+
+    @property
+    def last_change(self) -> float:
+        """Time [s] at which the first cycle has ended at the latest."""
+        rules = self.settings
+        rise = rules.highest / rules.inflation_rate
+        fall = (rules.highest - rules.lowest) / rules.deflation_rate
+        return rules.start + rise + rules.hold + fall
 
     @property
     def cycle_count(self) -> float:

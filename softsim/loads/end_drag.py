@@ -34,6 +34,11 @@ class EndDrag(Load):
     stiffness: Own[float]
     drag: Own[float]
 
+    @property
+    def largest_force(self) -> float:
+        """Its drag [N]."""
+        return self.drag
+
     def term(
         self, alike: Sequence["EndDrag"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "EndDragTerm":

@@ -57,6 +57,16 @@ class Load(ABC):
         """
         return ""
 
+    @property
+    def largest_force(self) -> float:
+        """Largest force [N] that it exerts of itself; 0 where that follows from what it acts on."""
+        return 0.0
+
+    @property
+    def last_change(self) -> float:
+        """Time [s] at which its time course ends; 0 of one that has none."""
+        return 0.0
+
     def time_scaled(self, factor: float) -> "Load":
         """The load with its time course played `factor` times as fast."""
         return self

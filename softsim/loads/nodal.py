@@ -38,6 +38,17 @@ class NodalForce(Load):
         resultant = np.linalg.norm(self.forces.sum(axis=0)) * np.abs(self.share.values).max()
         return f"resultant of {resultant:.4g} N at most, on {len(self.nodes)} nodes"
 
+    @property
+    def largest_force(self) -> float:
+        """Largest sum [N] of the sizes of its forces."""
+        sizes = np.linalg.norm(self.forces, axis=1)
+        return float(sizes.sum() * np.abs(self.share.values).max())
+
+    @property
+    def last_change(self) -> float:
+        """Time [s] at which its time course ends."""
+        return float(self.share.times[-1])
+
     def time_scaled(self, factor: float) -> "NodalForce":
         """The force rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))

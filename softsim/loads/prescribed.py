@@ -32,6 +32,11 @@ class PrescribedMotion(Load):
         profiles = [motion.profile for motion in alike]
         return PrescribedMotionTerm(nodes, self.nodes, self.axis, ProfileTable(profiles))
 
+    @property
+    def last_change(self) -> float:
+        """Time [s] at which its time course ends."""
+        return float(self.profile.times[-1])
+
     def time_scaled(self, factor: float) -> "PrescribedMotion":
         """The motion, `factor` times as fast."""
         return replace(self, profile=self.profile.time_scaled(factor))

@@ -55,6 +55,11 @@ class FollowerPressure(Load):
         body = OPEN if self.body is None else self.body
         return FollowerPressureTerm(nodes, rigid_bodies, facets, lids, drives, body)
 
+    @property
+    def last_change(self) -> float:
+        """Time [s] at which the time course of its drive ends."""
+        return self.drive.last_change
+
     def time_scaled(self, factor: float) -> "FollowerPressure":
         """The pressure, or what drives it, `factor` times as fast."""
         return replace(self, drive=self.drive.time_scaled(factor))

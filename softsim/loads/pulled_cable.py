@@ -60,6 +60,11 @@ class PulledCable(Load):
         """The cable in kernels."""
         return PulledCableTerm(nodes, alike)
 
+    @property
+    def largest_force(self) -> float:
+        """Largest tension [N] that it is given."""
+        return float(self.tension.values.max())
+
     def time_scaled(self, factor: float) -> "PulledCable":
         """The winch `factor` times as fast."""
         pull, tension = (course.time_scaled(factor) for course in (self.pull, self.tension))

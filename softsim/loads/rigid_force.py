@@ -32,6 +32,16 @@ class RigidForce(Load):
         table = ProfileTable([load.share for load in alike])
         return RigidForceTerm(rigid_bodies, self.body, forces, table)
 
+    @property
+    def largest_force(self) -> float:
+        """Largest size [N] of its force."""
+        return float(np.linalg.norm(self.force) * np.abs(self.share.values).max())
+
+    @property
+    def last_change(self) -> float:
+        """Time [s] at which its time course ends."""
+        return float(self.share.times[-1])
+
     def time_scaled(self, factor: float) -> "RigidForce":
         """The force rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))

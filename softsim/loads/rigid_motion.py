@@ -40,6 +40,11 @@ class RigidMotion(Load):
         table = ProfileTable([motion.profile for motion in alike])
         return RigidMotionTerm(rigid_bodies, self.body, self.axis, table)
 
+    @property
+    def last_change(self) -> float:
+        """Time [s] at which its time course ends."""
+        return float(self.profile.times[-1])
+
     def time_scaled(self, factor: float) -> "RigidMotion":
         """The motion, `factor` times as fast."""
         return replace(self, profile=self.profile.time_scaled(factor))

@@ -51,6 +51,11 @@ class Tether(Load):
         """Its drag."""
         return {"tether_drag": "N"}
 
+    @property
+    def largest_force(self) -> float:
+        """Its drag [N]."""
+        return self.drag
+
     def term(
         self, alike: Sequence["Tether"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "TetherTerm":

@@ -60,7 +60,7 @@ from softsim.solver.penetration import (
     penetration_warnings,
     thinnest_wall,
 )
-from softsim.solver.plausibility import doubts
+from softsim.solver.plausibility import doubts, output_doubts
 from softsim.solver.settling import moves, unbalanced_share
 from softsim.stability.reference_shape import ReferenceShape
 from softsim.stability.schedule import GROWTH, StableStepSchedule
@@ -131,7 +131,8 @@ class Run:
             log.info("mass scaling: %s", self.model.mass_scaling.describe())
             self.files.warn(turning_warnings(self.model.added_turning))
         log.info("stable step %s", stable.describe())
-        self.files.warn(doubts(self.model) | step_warnings(self.model, stable))
+        self.files.warn(doubts(self.model) | output_doubts(self.model, self.output))
+        self.files.warn(step_warnings(self.model, stable))
         energies = self.reader.of_scenario(self.scenario.number)
         self.balance = EnergyBalance.starting(energies, self.model)
         self.shape = ReferenceShape(self.model, x)

@@ -114,7 +114,7 @@ class RunFiles:
             if kind not in self.warnings:
                 self.warnings[kind] = text
                 log.warning(text)
-                self.console.print(f"warning: {text}", highlight=False)
+                self.console.print(f"warning: {text}", highlight=False, markup=False)
 
     def tell(self, text: str) -> None:
         """Write what happened into the log and onto the console."""

@@ -1,5 +1,6 @@
 """Field types of the schema: quantities with a unit, numbers, names, references to sets."""
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -15,9 +16,11 @@ from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from softsim import units
 
-Bound = Literal["any", "positive", "not negative"]
+Bound = Literal["any", "positive", "not negative", "within a turn"]
 IN_RANGE = 1e-40, 1e40
 """Smallest and largest size of a quantity in SI units with which a model can be computed."""
+TURN = 2.0 * math.pi * (1.0 + 1e-12)
+"""A whole turn [rad], with the round-off of 360 deg."""
 SQUARABLE = 1e-140, 1e140
 """Numbers between these have squares, and sums of squares, that a float holds in full precision."""
 NAME = r"[A-Za-z_][A-Za-z0-9_-]*"
@@ -58,6 +61,8 @@ class Quantity:
             raise self._refusal(f"{value!r} must be greater than {zero}")
         if self.bound == "not negative" and number < 0.0:
             raise self._refusal(f"{value!r} must not be less than {zero}")
+        if self.bound == "within a turn" and abs(number) > TURN:
+            raise self._refusal(f"{value!r} is more than a whole turn")
         if (self.bound == "positive" and number < IN_RANGE[0]) or abs(number) > IN_RANGE[1]:
             size = "small" if abs(number) < 1.0 else "large"
             raise self._refusal(f"{value!r} is too {size} to compute with")
@@ -108,6 +113,7 @@ PositiveLineDensity = Annotated[float, Quantity("kg/m", "positive")]
 PositiveInertia = Annotated[float, Quantity("kg*m^2", "positive")]
 PositiveDensity = Annotated[float, Quantity("kg/m^3", "positive")]
 Angle = Annotated[float, Quantity("rad")]
+AngleWithinTurn = Annotated[float, Quantity("rad", "within a turn")]
 AngularVelocity = Annotated[float, Quantity("rad/s")]
 AngularVelocityOrVector = Annotated[float | tuple[float, ...], QuantityOrVector("rad/s")]
 Velocity = Annotated[float, Quantity("m/s")]

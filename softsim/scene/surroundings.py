@@ -11,7 +11,7 @@ from softsim.scene.polylines import PolylineWall
 from softsim.scene.profiles import FactorProfile
 from softsim.scene.quantities import (
     AccelerationOrVector,
-    Angle,
+    AngleWithinTurn,
     AutoOrPositiveStiffness,
     Axis,
     Direction,
@@ -123,10 +123,10 @@ class Environment(Part):
         description="Factor of gravity over time, such as {kind: ramp, duration: 50 ms}; by "
         "default all of gravity acts from the start.",
     )
-    inclination: Angle = Field(
+    inclination: AngleWithinTurn = Field(
         default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."
     )
-    roll: Angle = Field(
+    roll: AngleWithinTurn = Field(
         default=written("0 deg"),
         description="Of +y about x, from the vertical plane through x; 90 deg: a section lies on "
         "its side and feels no weight across x.",

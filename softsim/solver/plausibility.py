@@ -1,4 +1,4 @@
-"""Inputs that hardly anybody means, told before a run: mostly a unit that is off by a thousand.
+"""Warnings before a run of inputs that are probably not meant, mostly a unit off by a thousand.
 
 Everything here is allowed. Bounds are wide on purpose: a warning of what is meant would soon be
 overlooked.
@@ -14,8 +14,16 @@ from softsim.elements.embedding import holding_cells
 from softsim.elements.fibre import Fibre
 from softsim.elements.plane_strain import PlaneStrain
 from softsim.loads.air_line import LAMINAR, AirLine, Course
-from softsim.loads.drive import ATMOSPHERE, ControlledPressure, GivenPressure
+from softsim.loads.drive import (
+    ATMOSPHERE,
+    AddedGas,
+    AddedVolume,
+    ControlledPressure,
+    GivenPressure,
+)
+from softsim.loads.gravity import RisingGravity
 from softsim.loads.prescribed import PrescribedMotion
+from softsim.loads.pressure import FollowerPressure
 from softsim.loads.profile import Profile
 from softsim.loads.rigid_motion import RigidMotion
 from softsim.loads.rotor import Rotor
@@ -24,6 +32,7 @@ from softsim.materials.stability import instability_stretch
 from softsim.mesh.closest import at, closest_on_facets
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Model
+from softsim.scene.outputs import Output
 from softsim.solver.clamps import clamp_doubts
 from softsim.solver.joined_bodies import linked_groups, tied_pairs
 from softsim.stability.time_step import first_time_increment
@@ -49,6 +58,21 @@ BAR_LENGTHS = 0.1, 2.0
 MEETING_DISTANCE = 0.5
 # Share of the smaller body's size by which bodies that just touch may overlap through round-off.
 TOUCHING = 1e-6
+# Beyond these ratios to the model's own scale a quantity is probably off by a unit: the gap of a
+# wall over the model's size; a force over the softest shear modulus times the size squared; what is
+# pumped into a chamber, or its line holds, over what the chamber holds; the mass of a rigid body
+# over that of the deformable ones; a time over the run's length.
+FARTHEST_WALL = 1e3
+LARGEST_FORCE = 1e2
+LARGEST_FILLING, LARGEST_LINE = 1e3, 1e4
+LARGEST_MASS = 1e5
+LONGEST_TIME = 1e6
+# Bodies that come to rest do so within this time [s], or this many times the run's length.
+LONGEST_SETTLING = 60.0, 1e2
+# Loads that carry no weight.
+HOLDING_NOTHING = (FollowerPressure, Rotor, RisingGravity)
+# A run of fewer increments shows nothing.
+FEWEST_INCREMENTS = 10
 # A run that nobody waits for [days], at so many element updates a second: of a fast processor.
 MOST_DAYS, FAST = 30.0, 50e6
 
@@ -56,10 +80,8 @@ MOST_DAYS, FAST = 30.0, 50e6
 def doubts(model: Model) -> dict[str, str]:
     """Warnings, kind -> text, of a model that may not be what its user meant.
 
-    Looked at: the size of bodies, the depth of sections, shear moduli, densities and stability of
-    materials, how high pressures, what air lines let through, how fast motors and motions are, how
-    many increments there are to do, which side of a tie is the finer one, how long the bars of
-    fibres are.
+    They compare sizes, materials and pressures with those of soft robots; walls, forces, fillings,
+    masses and times with the model's own scale; and look at contact, ties, fibres and air lines.
     """
     return {
         **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
@@ -76,6 +98,12 @@ def doubts(model: Model) -> dict[str, str]:
         **tie_doubts(model),
         **meeting_doubts(model),
         **clamp_doubts(model),
+        **wall_doubts(model),
+        **support_doubts(model),
+        **force_doubts(model),
+        **filling_doubts(model),
+        **mass_doubts(model),
+        **time_doubts(model),
         **{f"bars of {f.name}": text for f in model.fibres for text in fibre_doubts(model, f)},
     }
 
@@ -260,6 +288,133 @@ def length_doubts(model: Model) -> dict[str, str]:
         "length": f"{increments:.3g} increments of {1e6 * dt:.3g} us are to be done, which takes "
         f"some {days:.2g} days at {FAST / 1e6:g} million element updates a second: shorten "
         "time.end, coarsen the mesh where its altitude is smallest, or play the loads faster"
+    }
+
+
+def wall_doubts(model: Model) -> dict[str, str]:
+    """Return warnings of walls that are so far from all bodies that none can meet them."""
+    size = float(np.ptp(model.points, axis=0).max())
+    touching = model.points[model.contact.nodes]
+    return {
+        f"distance of {name}": f"wall '{name}' is {gap.min():.3g} m away from the bodies, "
+        f"{gap.min() / size:.3g} times their size: look at the units of its place and size"
+        for wall in model.walls
+        if len(touching)
+        for name, gap in wall.gaps(touching).items()
+        if gap.min() > FARTHEST_WALL * size
+    }
+
+
+def support_doubts(model: Model) -> dict[str, str]:
+    """Return a warning of bodies that fall by more than their size, as there is no wall, no held
+    node or rigid body, and no load that may carry them.
+    """
+    gravity = float(np.linalg.norm(model.gravity))
+    fall = 0.5 * gravity * (model.end_time - model.start_time) ** 2
+    if model.walls or fall < np.ptp(model.points, axis=0).max():
+        return {}
+    down = np.flatnonzero(model.gravity)
+    loose = np.asarray(model.is_free[:, down].all(axis=1))
+    outlines = model.meshed_count + sum(len(data.cable.nodes) for data in model.cables)
+    loose[model.ties.nodes] = loose[outlines:] = True
+    for body in model.rigid_bodies:
+        loose[body.tied] = True
+    guided = any(not body.free[axis] for body in model.rigid_bodies for axis in down)
+    held = guided or not loose.all()
+    if held or not all(isinstance(load, HOLDING_NOTHING) for load in model.loads):
+        return {}
+    return {
+        "support": f"nothing holds the bodies: they fall by {fall:.3g} m until the end of the run; "
+        "give environment.walls, hold nodes (bodies.NAME.fixed), or switch gravity off "
+        "(environment.gravity: 0 m/s^2)"
+    }
+
+
+def force_doubts(model: Model) -> dict[str, str]:
+    """Return warnings of forces that no body of this size and stiffness bears."""
+    softest = min(r.material.law.initial_shear_modulus for r in model.regions)
+    scale = softest * float(np.ptp(model.points, axis=0).max()) ** 2
+    return {
+        f"force of {name}": f"load '{name}' exerts {load.largest_force:.3g} N, "
+        f"{load.largest_force / scale:.3g} times the softest shear modulus on the square of the "
+        "model's size: look at its unit"
+        for name, load in zip(model.load_names, model.loads, strict=True)
+        if load.largest_force > LARGEST_FORCE * scale
+    }
+
+
+def filling_doubts(model: Model) -> dict[str, str]:
+    """Return warnings of chambers that are given far more than they hold, or whose line holds far
+    more than they do.
+    """
+    found = {}
+    for load in model.pressures:
+        drive = load.drive
+        if isinstance(drive, AddedVolume | AddedGas):
+            most = float(drive.profile.values.max())
+            if most > LARGEST_FILLING * drive.content > 0.0:
+                found[f"filling of {load.name}"] = (
+                    f"load '{load.name}' adds {most / drive.content:.3g} times what its chamber "
+                    f"of {1e6 * drive.initial_volume:.4g} ml holds at the start: look at its unit"
+                )
+        if isinstance(drive, AddedGas | AirLine):
+            line = drive.side_volume + (drive.line_volume if isinstance(drive, AirLine) else 0.0)
+            if line > LARGEST_LINE * drive.initial_volume > 0.0:
+                found[f"line of {load.name}"] = (
+                    f"beside its chamber of {1e6 * drive.initial_volume:.4g} ml load "
+                    f"'{load.name}' has {1e6 * line:.4g} ml of gas: look at the unit of its dead "
+                    "volume or line"
+                )
+    return found
+
+
+def mass_doubts(model: Model) -> dict[str, str]:
+    """Return warnings of rigid bodies that move and are far heavier than all that deforms."""
+    soft = sum(body.mass for body in model.bodies)
+    return {
+        f"mass of {body.name}": f"rigid body '{body.name}' has {body.mass:.3g} kg, "
+        f"{body.mass / soft:.3g} times the mass of the deformable bodies: look at its unit"
+        for body in model.rigid_bodies
+        if any(body.free[:3]) and body.mass > LARGEST_MASS * soft
+    }
+
+
+def time_doubts(model: Model) -> dict[str, str]:
+    """Return warnings of times that do not fit the run's length, and of a run of a few increments.
+
+    A run in steps begins late: what counts is the time of a load since t = 0.
+    """
+    duration, dt = model.end_time - model.start_time, first_time_increment(model)
+    found = {
+        f"time of {name}": f"the time course of load '{name}' ends at {load.last_change:.3g} s, "
+        f"and the run at {model.end_time:.3g} s: nearly nothing of it happens; look at the units "
+        "of its times and rates"
+        for name, load in zip(model.load_names, model.loads, strict=True)
+        if load.last_change > LONGEST_TIME * model.end_time
+    }
+    if duration < FEWEST_INCREMENTS * dt:
+        found["end"] = (
+            f"the run is over after {1e6 * duration:.3g} us, which is {duration / dt:.2g} "
+            "increments: look at the unit of time.end"
+        )
+    settling = model.settling
+    longest = max(LONGEST_SETTLING[0], LONGEST_SETTLING[1] * duration)
+    if settling is not None and settling.longest > longest:
+        found["settle"] = (
+            f"bodies may take {settling.longest:.3g} s to come to rest before a run of "
+            f"{duration:.3g} s: look at the unit of time.settle"
+        )
+    return found
+
+
+def output_doubts(model: Model, output: Output) -> dict[str, str]:
+    """Return warnings of intervals of the output that are far longer than the run."""
+    duration = model.end_time - model.start_time
+    return {
+        key: f"output.{key} is {interval:.3g} s in a run of {duration:.3g} s, which leaves the "
+        "start and the end only: look at its unit"
+        for key in ("history_interval", "frame_interval")
+        if (interval := getattr(output, key)) > LONGEST_TIME * duration
     }
 
 
