@@ -214,7 +214,8 @@ class Robot:
     """Parts of which a run tells: number of the rigid body `frame`, name of the load `chamber`, a
     pressure, rows: node sets (k,) whose contact is counted, sides: those of their nodes that lie
     at the top or bottom, left or right at rest, name of the probe `track`, in space, whose way over
-    the ground is told. None, or no rows, where there is none.
+    the ground is told. None, or no rows, where there is none. assumptions: sentences that a verdict
+    states.
     """
 
     frame: int | None
@@ -222,6 +223,7 @@ class Robot:
     rows: dict[str, np.ndarray]
     sides: dict[str, np.ndarray]
     track: str | None
+    assumptions: tuple[str, ...] = ()
 
 
 # Share of the unbalanced force that resists the motion under dynamic relaxation: Cundall's.

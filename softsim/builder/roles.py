@@ -24,7 +24,8 @@ def robot(
     """
     named = None if chamber is None else chamber.name
     found = rows(names, bodies)
-    return Robot(frame(names), named, found, sides(found, points), track(names))
+    assumptions = names.scene.robot.assumptions
+    return Robot(frame(names), named, found, sides(found, points), track(names), assumptions)
 
 
 def frame(names: Names) -> int | None:

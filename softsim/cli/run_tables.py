@@ -216,7 +216,7 @@ def segments_table(report: Mapping[str, Any]) -> Table:
     """A row a segment, of `layout` as the summary keeps it, with units below the headings."""
     content = segments(report)
     first, *others = content.headings
-    table = Table(first, box=None)
+    table = Table(first, box=None, caption=content.caption, caption_justify="left")
     for heading in others:
         name, _, unit = heading.rstrip("]").partition(" [")
         table.add_column(f"{name}\n{unit}", justify="right")

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from softsim.cli.options import DeviceName, Overrides, Precision, ScenePath, Threads, explained
+from softsim.cli.options import (
+    DeviceName,
+    Overrides,
+    Precision,
+    ScenePath,
+    Threads,
+    Workers,
+    explained,
+)
 from softsim.cli.reporting import (
     drawing_can_stop,
     ended_by,
@@ -20,6 +28,8 @@ from softsim.errors import ExpectationError, Option, SceneError, StabilityError
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.model import Model
+    from softsim.scene.loading import LoadedScene
+    from softsim.study.loading import LoadedStudy
 
 
 def run(
@@ -217,16 +227,43 @@ def assess(
     device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
     threads: Threads = "auto",
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+    repeats: Annotated[
+        int | None,
+        typer.Option(
+            min=2,
+            help="Run it so often, with friction, start and the motor's phase drawn from ranges, "
+            "and report the pass rate.",
+        ),
+    ] = None,
+    friction_range: Annotated[
+        float,
+        typer.Option(min=0.0, max=100.0, help="Of --repeats: friction varies by +- so many %."),
+    ] = 10.0,
+    start_range: Annotated[
+        str, typer.Option(help="Of --repeats: the start varies along the pipe by +- this length.")
+    ] = "2 mm",
+    seed: Annotated[int, typer.Option(min=0, help="Of --repeats: of the draws.")] = 1,
+    workers: Workers = None,
 ) -> None:
     """Ask whether a robot gets through a layout of pipes: exit code 0 if it passes, 5 if not.
 
     What LAYOUT says wins over what the robot brings. Without `time` it has 60 s; the run ends as
-    soon as the verdict is there.
+    soon as the verdict is there. With --repeats the exit code is 0 if all runs pass; the same
+    command goes on where it was stopped.
     """
     with explained() as console:
         from softsim.scene.assessment import load_layout
 
         loaded = load_layout(layout, robot, overrides or [])
+        if repeats is not None:
+            from softsim.study.assessment import Spread, repeated_assessment
+
+            start = _length(start_range, "--start-range")
+            spread = Spread(repeats, friction_range / 100.0, start, seed)
+            study = repeated_assessment(layout, robot, loaded, spread, overrides or [])
+            folder = out or Path("runs") / f"{layout.stem}_{robot}_repeats"
+            _assess_repeatedly(loaded, study, folder, device.value, workers, console)
+            return
         folder = out or Path("runs") / f"{layout.stem}_{robot}"
         from softsim.run import run as run_scene  # imports Taichi
 
@@ -234,6 +271,56 @@ def assess(
             run_scene(
                 loaded, [], folder, device.value, resume, console, threads, profile_after=math.inf
             )
+
+
+def _length(text: str, option: str) -> float:
+    """Return a length [m] that an option gives. SceneError: it is none."""
+    from softsim import units
+
+    try:
+        return units.parse(text, "m")
+    except ValueError as error:
+        raise SceneError(str(error), "", Option(f"{option} {text}")) from None
+
+
+def _assess_repeatedly(
+    loaded: "LoadedScene",
+    study: "LoadedStudy",
+    folder: Path,
+    device: str,
+    workers: int | None,
+    console: Console,
+) -> None:
+    """Run the repeats of an assessment, and print their table and the pass rate.
+
+    Raises
+    ------
+    ExpectationError: not all runs passed, as the scene expects.
+    """
+    from softsim.builder import build_model
+    from softsim.cli.options import unheaded
+    from softsim.cli.reporting import report_study
+    from softsim.cli.study_tables import print_results
+    from softsim.output.verdict import assumptions
+    from softsim.report.study.curve import pass_rate_in_words
+    from softsim.report.study.findings import VERDICT, Findings
+    from softsim.study.description import describe
+    from softsim.sweep.engine import pool_for  # imports dask
+    from softsim.sweep.study import sweep
+
+    rests_on = assumptions(build_model(loaded))
+    console.print(unheaded(describe(study)))
+    frame = sweep(study, folder, pool_for(folder, device, workers), device, console=console)
+    print_results(study, frame, folder, console)
+    report_study(folder, console)
+    findings = Findings.read(folder)
+    rate = pass_rate_in_words(findings)
+    console.print(rate, style="bold", highlight=False, markup=False, soft_wrap=True)
+    for text in rests_on:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+    passed = VERDICT in frame.columns and bool((frame[VERDICT] == "passed").fill_null(False).all())
+    if loaded.scene.expect.passes and not passed:
+        raise ExpectationError(rate, hint="the scene expects that every run passes")
 
 
 def _show_passage(folder: Path, console: Console) -> None:
@@ -247,4 +334,7 @@ def _show_passage(folder: Path, console: Console) -> None:
     if report is not None:
         console.print(segments_table(report))
         console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
+        single = "one run with nothing varied: --repeats N tells how much the verdict depends on it"
+        for text in (report["margin"], *report["assumptions"], single):
+            console.print(text, highlight=False, markup=False, soft_wrap=True)
         console.print(f"results in {folder}", highlight=False)

@@ -66,16 +66,34 @@ class SettlingOutlook:
         return f"{text}, a tenth in {pace:.2g} s, ETA {left:.0f} s"
 
 
+class GoalOutlook:
+    """Estimates when a body reaches its goal, from its mean speed since the display began."""
+
+    def __init__(self) -> None:
+        self.began: tuple[float, float] | None = None
+
+    def left(self, now: float, share: float) -> float:
+        """Return the simulated time [s] that is left at the simulated time `now` [s].
+
+        share: of the way to the goal that is covered, from 0 to 1. The result is infinite as long
+        as nothing was gained.
+        """
+        if self.began is None:
+            self.began = now, share
+        since, gained = now - self.began[0], share - self.began[1]
+        return (1.0 - share) * since / gained if gained > 0.0 else float("inf")
+
+
 class ProgressReport:
-    """Shows simulated time, speed, time left, energy error and contact count; of a static run whose
-    loads are there, how it settles.
+    """Shows simulated time, speed, time left, energy error and contact count; of a body that has a
+    goal, how far it is; of a static run whose loads are there, how it settles.
 
     tolerance: of the unbalanced share of forces, NaN of a dynamic run.
     """
 
     def __init__(self, console: Console, end: float, start: float, tolerance: float) -> None:
         self.console, self.end, self.start = console, end, start
-        self.settling = SettlingOutlook(tolerance)
+        self.settling, self.goal = SettlingOutlook(tolerance), GoalOutlook()
         self.began = self.last_line = time.monotonic()
         self.progress: Progress | None = None
         if console.is_terminal:
@@ -90,16 +108,26 @@ class ProgressReport:
             self.progress.start()
 
     def update(
-        self, now: float, energy_error: float, contact_count: int, unbalanced: float
+        self,
+        now: float,
+        energy_error: float,
+        contact_count: int,
+        unbalanced: float,
+        way_share: float | None = None,
     ) -> None:
-        """Show where the run is; `now` is the simulated time [s], unbalanced the share of forces,
-        NaN of a dynamic run.
+        """Show the state of the run.
+
+        Parameters
+        ----------
+        now: simulated time [s].
+        energy_error, contact_count: at that time.
+        unbalanced: share of the forces that do not balance, NaN of a dynamic run.
+        way_share: share of the way to the goal that is covered, None of a run without a goal.
         """
         wall = time.monotonic() - self.began
         speed = (now - self.start) / wall if wall > 0.0 else 0.0
         if now <= self.end:
-            left = (self.end - now) / speed if speed > 0.0 else float("nan")
-            outlook = f"ETA {left:.0f} s"
+            outlook = self._outlook(now, speed, way_share)
         else:
             self.settling.see(wall, unbalanced)
             outlook = self.settling.describe()
@@ -108,10 +136,27 @@ class ProgressReport:
             f"energy error {100.0 * energy_error:.3f} %  contacts {contact_count}  {outlook}"
         )
         if self.progress is not None:
-            self.progress.update(self.task, completed=now, state=state)
+            shown = now if way_share is None else max(now, way_share * self.end)
+            self.progress.update(self.task, completed=shown, state=state)
         elif time.monotonic() - self.last_line >= PLAIN_EVERY:
             self.last_line = time.monotonic()
             self.console.print(state, highlight=False)
+
+    def _outlook(self, now: float, speed: float, way_share: float | None) -> str:
+        """Return the wall time that is left: to the goal if there is one, else to the end time.
+
+        speed: simulated over wall time.
+        """
+        to_goal = float("inf") if way_share is None else self.goal.left(now, way_share)
+        if speed <= 0.0:
+            return "ETA unknown"
+        to_goal, to_end = to_goal / speed, (self.end - now) / speed
+        if way_share is None:
+            return f"ETA {to_end:.0f} s"
+        far = f"{100.0 * way_share:.0f} % of the way"
+        if to_goal > to_end:
+            return f"{far}, time limit in {to_end:.0f} s"
+        return f"{far}, ETA {to_goal:.0f} s"
 
     def close(self) -> None:
         """Take the live line away."""

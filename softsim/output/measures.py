@@ -14,7 +14,7 @@ from softsim.output.motion import walk_pressures, whole_cycles
 from softsim.output.passage import Verdict
 from softsim.output.touching import interval_integrals, row_contacts, touching_areas
 from softsim.output.travel import BODY, FRAME, travel_axis, without_radius
-from softsim.output.verdict import layout_report
+from softsim.output.verdict import assumptions, layout_report
 from softsim.output.vibration import dominant_frequency
 from softsim.scene.outputs import Expect, Range, probe_columns
 
@@ -49,7 +49,7 @@ def measures(model: Model, history: History) -> dict[str, Any]:
     if model.chamber is not None:
         found |= cycle_measures(model, history)
     if model.passage is not None:
-        found["layout"] = layout_report(model.passage, history)
+        found["layout"] = layout_report(model.passage, history, assumptions(model))
     if model.crossing is not None:
         found["crossing"] = crossing_report(model.crossing, history)
     if model.of_kind(Tendon):

@@ -5,6 +5,7 @@ what counts is the farthest place that it has reached.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -25,9 +26,24 @@ class Verdict(str, Enum):
     UNFINISHED = "unfinished"
 
 
+@dataclass(frozen=True)
+class Standstill:
+    """A time in which a body gained less than the least progress of its passage.
+
+    began, duration: when it had last gained as much, and for how long it then did not [s].
+    arc_length, branch: its farthest place at that time [m], and the branch in which that lies.
+    """
+
+    began: float
+    duration: float
+    arc_length: float
+    branch: int
+
+
 class PassageCondition:
     """Follows a body along its pipes; ends a run with the verdict. exit: by which it passed;
-    branch: in which it was at its farthest place.
+    branch: in which it was at its farthest place. longest_standstill: up to now; idle_cycles: the
+    most whole pressure cycles in a row without the least progress.
     """
 
     name = "layout"
@@ -39,11 +55,26 @@ class PassageCondition:
         self.farthest, self.branch = passage.start, 0
         # Where and when it had last gained `least_progress`, and in which cycle, counted from 1.
         self.milestone, self.milestone_time, self.milestone_cycle = passage.start, 0.0, 0
+        self.longest_standstill = Standstill(0.0, 0.0, passage.start, 0)
+        self.idle_cycles = 0
 
     @property
     def is_over(self) -> bool:
         """Whether the verdict is there."""
         return self.verdict is not Verdict.UNFINISHED
+
+    @property
+    def patience_used(self) -> float:
+        """Share of the patience that the body has used up at its worst; it is stuck at 1."""
+        if self.passage.in_cycles:
+            return self.idle_cycles / self.passage.patience
+        return self.longest_standstill.duration / self.passage.patience_time
+
+    @property
+    def way_share(self) -> float:
+        """Share of the way from the start to the goal that the body has covered, from 0 to 1."""
+        start, goal = self.passage.start, self.passage.goal_beyond(self.branch)
+        return min(1.0, max(0.0, (self.farthest - start) / (goal - start)))
 
     def see_row(self, row: Mapping[str, float]) -> None:
         """A row of the history, as it is written."""
@@ -56,6 +87,7 @@ class PassageCondition:
         if self.is_over:
             return
         passage = self.passage
+        self._note_standstill(time, cycles_done)
         if arc_length > self.farthest:
             self.farthest, self.branch = arc_length, int(branch)
         if self.farthest >= self.milestone + passage.least_progress:
@@ -65,6 +97,15 @@ class PassageCondition:
             self.verdict, self.exit = Verdict.PASSED, passage.network.branches[int(branch)].exit
         elif self._has_stopped(time, cycles_done) or self._has_fallen(arc_length):
             self.verdict = Verdict.STUCK
+
+    def _note_standstill(self, time: float, cycles_done: float) -> None:
+        """Keep the longest time and the most whole cycles since the latest milestone."""
+        standing = time - self.milestone_time
+        if standing > self.longest_standstill.duration:
+            self.longest_standstill = Standstill(
+                self.milestone_time, standing, self.milestone, self.branch
+            )
+        self.idle_cycles = max(self.idle_cycles, int(cycles_done) - self.milestone_cycle)
 
     def _has_fallen(self, arc_length: float) -> bool:
         return has_fallen(self.passage, self.farthest - arc_length)

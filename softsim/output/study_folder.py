@@ -36,7 +36,8 @@ BEGIN_AGAIN = "remove it and start the study again: cases that have ended do not
 class StudyRecord:
     """What study.json holds. status: running, done or interrupted; wall_time [s] of all sessions;
     settings: title -> text, what a reader of the report should know. case_count: of a bisection how
-    many there are at most.
+    many there are at most. sampled: cases are drawn from the ranges of the factors, so that a share
+    of them estimates a probability.
     """
 
     title: str
@@ -52,6 +53,7 @@ class StudyRecord:
     version: str = ""
     settings: dict[str, str] | None = None
     bisection: Bisection | None = None
+    sampled: bool = False
 
 
 def write_study(folder: Path, record: StudyRecord) -> None:

@@ -1,5 +1,6 @@
 """What summary.json says under `layout`: the verdict, where, how long in each segment, and why."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -8,15 +9,29 @@ import numpy as np
 from softsim.contact.path_features import nearest_feature
 from softsim.contact.pipe_network import PipeNetwork
 from softsim.contact.pipe_segment import Segment
-from softsim.model import Passage
+from softsim.model import Model, Passage
 from softsim.output import blockage
 from softsim.output.passage import History, Verdict, after_history
 
 
-def layout_report(passage: Passage, history: History) -> dict[str, Any]:
-    """Verdict, place, segments, and what blocked it, SI; lengths are arc lengths along the path."""
+def layout_report(
+    passage: Passage, history: History, assumed: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return what a run says of a layout: verdict, place, margin, segments, what blocked the body.
+
+    Parameters
+    ----------
+    passage: the way of the body, and when it has passed or is stuck.
+    history: column -> (rows,), SI.
+    assumed: what the verdict rests on, as `assumptions` has it.
+
+    Returns
+    -------
+    What summary.json has under `layout`, SI; lengths are arc lengths along the path.
+    """
     course = after_history(passage, history)
     time, s = history["time"], history["arc_length"]
+    longest = course.longest_standstill
     report = {
         "verdict": course.verdict.value,
         "start": passage.start,
@@ -42,7 +57,33 @@ def layout_report(passage: Passage, history: History) -> dict[str, Any]:
     report["patience"] = {
         name: getattr(passage, name) for name in ("patience", "patience_time", "least_progress")
     }
-    return report | {"sentence": sentence(report)}
+    report["longest_standstill"] = {
+        "began": longest.began,
+        "duration": longest.duration,
+        "where": where(passage, longest.branch, longest.arc_length),
+    }
+    report["idle_cycles"] = course.idle_cycles if passage.in_cycles else None
+    report["patience_used"] = course.patience_used
+    report["assumptions"] = list(assumed)
+    return report | {"sentence": sentence(report), "margin": margin(report)}
+
+
+def assumptions(model: Model) -> tuple[str, ...]:
+    """Return in sentences what a verdict rests on: dimension, friction, and the robot's own."""
+    memory = (
+        f"its limit follows the normal force within {1e3 * model.friction_memory:.3g} ms"
+        if model.friction_memory > 0.0
+        else "Coulomb's law at once"
+    )
+    space = {
+        2: "a plane section of robot and pipe, not the robot in space",
+        3: "robot and pipe in space",
+    }
+    return (
+        f"model: {space[model.points.shape[1]]}",
+        f"friction: coefficient {model.contact.friction_coefficient:.3g} on all walls, {memory}",
+        *model.robot.assumptions,
+    )
 
 
 def where(passage: Passage, branch: int, place: float) -> dict[str, Any]:
@@ -146,17 +187,40 @@ def blockage_report(passage: Passage, history: History) -> dict[str, Any]:
 
 
 def sentence(report: dict[str, Any]) -> str:
-    """The verdict in a line."""
+    """Return the verdict in a line. Lengths are the way of the body's centre."""
     place, time = report["where"], report["time"]
     gained = (place["arc_length"] - report["start"]) * 1e3
-    segment = f"segment {place['segment']} ({place['what']}) at {place['arc_length'] * 1e3:.0f} mm"
     by_exit = f" by the exit '{report.get('exit')}'" if len(report["exits"]) > 1 else ""
     said = {
-        Verdict.PASSED: lambda: f"passed{by_exit}: {gained:.0f} mm in {time:.1f} s",
-        Verdict.STUCK: lambda: f"stuck in {segment}: {report['blocked_by']}",
+        Verdict.PASSED: lambda: (
+            f"passed{by_exit}: its centre went the {gained:.0f} mm from start to goal in "
+            f"{time:.1f} s"
+        ),
+        Verdict.STUCK: lambda: f"stuck in {segment_of(place)}: {report['blocked_by']}",
         Verdict.UNFINISHED: lambda: (
-            f"unfinished: {gained:.0f} of {(report['goal'] - report['start']) * 1e3:.0f} mm in "
-            f"{time:.1f} s, in {segment}"
+            f"unfinished: its centre went {gained:.0f} of "
+            f"{(report['goal'] - report['start']) * 1e3:.0f} mm from start to goal in {time:.1f} "
+            f"s, and is in {segment_of(place)}"
         ),
     }
     return said[Verdict(report["verdict"])]()
+
+
+def margin(report: dict[str, Any]) -> str:
+    """Return in a line how close the body came to the verdict stuck, and where."""
+    longest, patience = report["longest_standstill"], report["patience"]
+    step = f"{1e3 * patience['least_progress']:.3g} mm"
+    used, limit = f"{longest['duration']:.1f}", f"{patience['patience_time']:.3g} s"
+    if report["idle_cycles"] is not None:
+        used, limit = str(report["idle_cycles"]), f"{patience['patience']} whole pressure cycles"
+    return (
+        f"longest standstill: {longest['duration']:.1f} s with less than {step} of progress, from "
+        f"t = {longest['began']:.1f} s on, in {segment_of(longest['where'])}; it would be stuck "
+        f"after {limit} of that, and came to {used}"
+    )
+
+
+def segment_of(place: dict[str, Any]) -> str:
+    """Return the segment of a place in words, as `where` has it."""
+    at = f"{place['arc_length'] * 1e3:.0f} mm"
+    return f"segment {place['segment']} ({place['what']}) at {at}"

@@ -40,14 +40,18 @@ def cell(value: float | str | None, written: str = ".4g") -> Cell:
 COLUMNS = {
     "from [mm]": ("start", 1e3, ".0f"),
     "to [mm]": ("end", 1e3, ".0f"),
-    "entered [s]": ("entered", 1.0, ".2f"),
-    "left [s]": ("left", 1.0, ".2f"),
-    "speed [mm/s]": ("mean_speed", 1e3, ".1f"),
-    "rows": ("most_rows_in_contact", 1.0, ".0f"),
-    "gap [mm]": ("least_clearance", 1e3, ".2f"),
+    "centre in [s]": ("entered", 1.0, ".2f"),
+    "centre out [s]": ("left", 1.0, ".2f"),
+    "mean speed [mm/s]": ("mean_speed", 1e3, ".1f"),
+    "most spike rows touching [-]": ("most_rows_in_contact", 1.0, ".0f"),
+    "least frame-wall gap [mm]": ("least_clearance", 1e3, ".2f"),
 }
-"""Heading -> name in the report, factor to the heading's unit, how it is written. gap: the least
-clearance of the frame."""
+"""Heading -> name in the report, factor to the heading's unit, how it is written."""
+
+CAPTION = (
+    "The way through the layout: from and to are arc lengths of the centre line; the times are "
+    "those at which the robot's centre enters and leaves a segment"
+)
 
 
 def segments(report: Mapping[str, Any]) -> Table:
@@ -62,4 +66,4 @@ def segments(report: Mapping[str, Any]) -> Table:
         ]
         branch = f" ({segment['branch']})" if len(report["exits"]) > 1 else ""
         rows.append([cell(f"{segment['segment']}{branch}  {segment['what']}"), *numbers])
-    return Table("The way through the layout", ["segment", *COLUMNS], rows)
+    return Table(CAPTION, ["segment", *COLUMNS], rows)

@@ -183,6 +183,7 @@ class Batch:
                 slowest.energy_error,
                 slowest.contact_count,
                 slowest.unbalanced_share,
+                slowest.way_share,
             )
             since = time.monotonic() - last_checkpoint
             if since >= min(run.output.checkpoint_interval for run in running):

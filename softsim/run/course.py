@@ -191,6 +191,12 @@ class Run:
         self.finished = self._is_done()
 
     @property
+    def way_share(self) -> float | None:
+        """Share of the way to the goal of a layout that is covered; None of a run without one."""
+        on_the_way = [c for c in self.stop_conditions if isinstance(c, PassageCondition)]
+        return on_the_way[0].way_share if on_the_way else None
+
+    @property
     def row_is_due(self) -> bool:
         """True if a row of the history is to be written now."""
         progress = self.progress

@@ -158,6 +158,11 @@ class Roles(Part):
         default=None, description="Probe of kind displacement, in space, whose way over the ground "
         "is told: how tightly it turns, how fast it goes."
     )  # fmt: skip
+    assumptions: tuple[Text, ...] = Field(
+        default=(),
+        description="Sentences on what the model of the robot assumes, and what experiments say of "
+        "it; a verdict on a layout states them.",
+    )
 
 
 class Tie(Part):

@@ -33,6 +33,7 @@ from softsim.study.cases import DONE, WAITING, Case, key_of
 from softsim.study.description import settings
 from softsim.study.loading import REPEAT, LoadedStudy
 from softsim.study.measures import MeasureColumn
+from softsim.study.schema import LatinHypercubeDesign, SobolDesign
 from softsim.sweep.job import Job, Outcome, known_outcome
 
 WRITE_EVERY = 10.0
@@ -204,6 +205,7 @@ def record_of(study: LoadedStudy, case_count: int) -> StudyRecord:
         case_count=case_count,
         version=__version__,
         settings=dict(settings(study)),
+        sampled=isinstance(study.design, LatinHypercubeDesign | SobolDesign),
     )
 
 

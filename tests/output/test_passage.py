@@ -97,3 +97,26 @@ def test_the_last_rows_are_those_of_the_last_whole_cycle():
     timed = last_rows(passage(in_cycles=False), rows)
     assert t[timed].min() == pytest.approx(2.0)
     assert last_rows(passage(), history([0.0, 1.0], [30.0, 30.0])).all()
+
+
+def test_the_longest_standstill_and_the_patience_that_it_used():
+    """100 mm/s, but from 1 to 5.2 s it stands at 130 mm, which takes in one whole cycle of 2 s."""
+    rows = history([0.0, 1.0, 5.2, 6.2], [30.0, 130.0, 130.0, 230.0])
+    condition = after_history(passage(), rows)
+    longest = condition.longest_standstill
+    assert longest.duration == pytest.approx(4.25, abs=0.06)  # until 5 mm more are gained
+    assert longest.began == pytest.approx(1.0, abs=0.06)
+    assert longest.arc_length == pytest.approx(0.13, abs=5e-3)
+    assert (condition.idle_cycles, condition.patience_used) == (1, 0.5)
+    assert condition.way_share == pytest.approx(0.2 / (STEP + 16.5e-3 - 0.03))
+
+    timed = after_history(passage(in_cycles=False, patience_time=8.0), rows)
+    assert timed.patience_used == pytest.approx(longest.duration / 8.0)
+
+
+def test_what_moves_steadily_never_stands_and_what_is_stuck_has_used_its_patience():
+    moving = after_history(passage(), history([0.0, 2.0], [30.0, 230.0]))
+    assert moving.longest_standstill.duration <= 0.061 and moving.patience_used == 0.0
+    stuck = after_history(passage(), history([0.0, 20.0], [30.0, 30.0]))
+    assert stuck.patience_used == 1.0 and stuck.way_share == 0.0
+    assert stuck.longest_standstill.duration == pytest.approx(4.0)

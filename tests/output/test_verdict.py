@@ -17,7 +17,7 @@ def test_passed():
     rows["clearance"] = np.where(rows["arc_length"] < STEP, 2e-3, 1e-3)
     report = layout_report(passage(), rows)
     assert report["verdict"] == "passed"
-    assert report["sentence"] == "passed: 241 mm in 4.8 s"
+    assert report["sentence"] == "passed: its centre went the 241 mm from start to goal in 4.8 s"
     assert "blocked_by" not in report
     straight, bend, second, last = report["segments"]
     assert (straight["segment"], bend["segment"], second["segment"], last["segment"]) == (
@@ -58,8 +58,28 @@ def test_stuck():
 def test_unfinished():
     report = layout_report(passage(), history([0.0, 3.0], [30.0, 90.0]))
     assert report["sentence"] == (
-        "unfinished: 60 of 241 mm in 3.0 s, in segment 1 (straight 120 mm) at 90 mm"
+        "unfinished: its centre went 60 of 241 mm from start to goal in 3.0 s, and is in segment 1 "
+        "(straight 120 mm) at 90 mm"
     )
+
+
+def test_margin_and_assumptions():
+    """It stands in the bend from 1 to 2.6 s, within a cycle, and goes on."""
+    rows = history([0.0, 1.0, 2.6, 3.6], [30.0, 150.0, 150.0, 250.0], period=5.0)
+    report = layout_report(passage(), rows, ("friction: coefficient 0.7",))
+    longest = report["longest_standstill"]
+    assert longest["where"]["what"] == "bend 90 deg, radius 60 mm"
+    assert longest["duration"] == pytest.approx(1.65, abs=0.06)
+    assert (report["idle_cycles"], report["patience_used"]) == (0, 0.0)
+    assert report["assumptions"] == ["friction: coefficient 0.7"]
+    assert report["margin"] == (
+        "longest standstill: 1.7 s with less than 5 mm of progress, from t = 1.0 s on, in segment "
+        "2 (bend 90 deg, radius 60 mm) at 150 mm; it would be stuck after 2 whole pressure cycles "
+        "of that, and came to 0"
+    )
+    timed = layout_report(passage(in_cycles=False), rows)
+    assert timed["margin"].endswith("it would be stuck after 3 s of that, and came to 1.7")
+    json.dumps(report, allow_nan=False)
 
 
 def test_a_body_beyond_an_open_end_is_clear_of_all_walls():
@@ -97,7 +117,7 @@ def test_the_exit_by_which_it_left():
     rows["branch"] = np.where(rows["arc_length"] > 0.05, 1.0, 0.0)
     report = layout_report(asked, rows)
     assert (report["verdict"], report["exit"], report["goal"]) == ("passed", "left", 120e-3)
-    assert report["sentence"].startswith("passed by the exit 'left': 115 mm")
+    assert report["sentence"].startswith("passed by the exit 'left': its centre went the 115 mm")
     assert report["where"]["branch"] == "left"
     first, tee, ahead, half, arm = report["segments"]
     assert tee["segment"] == half["segment"] == 2

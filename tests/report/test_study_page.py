@@ -14,7 +14,14 @@ from study_folders import FRICTION, PIPE, RATE, RATES, SPEED, grid, sampled, spe
 from typer.testing import CliRunner
 
 from softsim.cli import app
-from softsim.output.study_folder import TABLE_TEXT, WARNINGS, read_table, write_table
+from softsim.output.study_folder import (
+    TABLE_TEXT,
+    WARNINGS,
+    StudyRecord,
+    read_table,
+    write_table,
+)
+from softsim.report.study.curve import pass_rate_in_words
 from softsim.report.study.figures import study_charts
 from softsim.report.study.findings import Findings
 from softsim.report.study.page import level_words, page_context, state_of, write_study_page
@@ -36,6 +43,25 @@ def page(tmp_path_factory) -> Path:
         plots=[Plot("scatter", "rate", "speed"), Plot("heat_map", "rate", "pipe", colour="speed")],
     )  # fmt: skip
     return write_study_page(folder)
+
+
+def test_the_pass_rate_of_drawn_cases_has_its_interval():
+    """8 of 10: Wilson's interval is 49 to 94 %. A grid is no sample, and has no rate."""
+    table = polars.DataFrame(
+        {
+            "friction": np.linspace(0.6, 0.8, 11),
+            "verdict": ["passed"] * 8 + ["stuck", "unfinished", None],
+            "status": ["done"] * 10 + ["failed"],
+        }
+    )
+    record = StudyRecord("pass rate", "layout.yaml", (FRICTION,), (), sampled=True)
+    assert pass_rate_in_words(Findings(record, table)) == (
+        "passed: 8 of 10 cases, 80 % (95 % interval, Wilson: 49 to 94 %); "
+        "1 more without a verdict are not counted"
+    )
+    assert pass_rate_in_words(Findings(record, table[10:])) == "no case has a verdict"
+    of_grid = StudyRecord("pass rate", "layout.yaml", (FRICTION,), ())
+    assert pass_rate_in_words(Findings(of_grid, table)) == ""
 
 
 @pytest.mark.parametrize(

@@ -104,3 +104,20 @@ def test_every_layout_takes_every_robot_for_pipes(layout):
         model = build_model(load_layout(layout, robot, []))
         assert model.passage is not None
         assert model.passage.in_cycles
+
+
+@pytest.mark.parametrize(
+    ("robot", "page", "numbers"),
+    [
+        ("pfr", "README.md", ["12 of 12 claims", "1 of 5"]),
+        ("pfr_solid", "docs/validation.md", ["22", "11 agree"]),
+    ],
+)
+def test_what_a_robot_says_of_its_validation_is_what_the_documentation_says(robot, page, numbers):
+    layout = Path(__file__).parents[2] / "scenes" / "layouts" / "elbow_90_36mm.yaml"
+    loaded = load_layout(layout, robot, [])
+    [said] = [text for text in loaded.scene.robot.assumptions if text.startswith("validation")]
+    documented = (Path(__file__).parents[2] / page).read_text(encoding="utf-8")
+    for number in numbers:
+        assert number in documented
+        assert all(word in said for word in number.split())

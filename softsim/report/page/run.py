@@ -53,6 +53,7 @@ def run_context(folder: Path) -> dict[str, Any]:
         ],
         "computed": list(bookkeeping(run.summary)),
         "segments": None if run.layout is None else segments(run.layout),
+        "layout": run.layout,
         "charts": list(map(chart_of, curves)),
         "animation": animation_of(run),
         "settings": [setting(line) for line in text.splitlines()],

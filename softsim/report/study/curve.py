@@ -7,9 +7,17 @@ import numpy as np
 import polars
 from matplotlib.colors import to_hex
 
+from softsim.output.passage import Verdict
 from softsim.report.colours import colours_of
 from softsim.report.diagram import Series, shortened
-from softsim.report.study.findings import DONE_COUNT, SPREAD, AxisScale, Findings, written
+from softsim.report.study.findings import (
+    DONE_COUNT,
+    SPREAD,
+    VERDICT,
+    AxisScale,
+    Findings,
+    written,
+)
 from softsim.report.style import BLUE, COLOURS
 from softsim.study.axes import Axis
 
@@ -68,6 +76,27 @@ def wilson_band(share: np.ndarray, count: np.ndarray) -> np.ndarray:
         found = binomtest(round(share[k] * count[k]), int(count[k]))
         band[:, k] = found.proportion_ci(CONFIDENCE, "wilson")
     return band
+
+
+def pass_rate_in_words(findings: Findings) -> str:
+    """Return how many of the drawn cases of a layout passed, with Wilson's interval.
+
+    The result is empty for a study whose cases are not drawn from ranges, or have no verdict.
+    """
+    if not findings.record.sampled or VERDICT not in findings.table.columns:
+        return ""
+    verdicts = findings.done[VERDICT].drop_nulls()
+    count, passed = len(verdicts), int((verdicts == Verdict.PASSED.value).sum())
+    if count == 0:
+        return "no case has a verdict"
+    low, high = wilson_band(np.array([passed / count]), np.array([count]))[:, 0]
+    others = findings.table.height - count
+    without = f"; {others} more without a verdict are not counted" if others else ""
+    return (
+        f"passed: {passed} of {count} cases, {100.0 * passed / count:.0f} % "
+        f"({100.0 * CONFIDENCE:g} % interval, Wilson: {100.0 * low:.0f} to {100.0 * high:.0f} %)"
+        f"{without}"
+    )
 
 
 def remark(findings: Findings, x: Axis, y: Axis, by: Axis | None) -> str:

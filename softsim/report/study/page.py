@@ -10,6 +10,7 @@ from softsim.output.study_folder import TABLE_TEXT, WARNINGS
 from softsim.report.page.writing import PAGE, write_page
 from softsim.report.readable import duration
 from softsim.report.study.boundary import boundaries_in_words
+from softsim.report.study.curve import pass_rate_in_words
 from softsim.report.study.figures import study_charts
 from softsim.report.study.findings import Findings, best_in_words, title_of, written
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
@@ -41,6 +42,7 @@ def page_context(findings: Findings, folder: Path) -> dict[str, Any]:
         "kind": kind,
         "words": words,
         "best": best_in_words(findings),
+        "pass_rate": pass_rate_in_words(findings),
         "boundaries": boundaries_in_words(findings),
         "charts": study_charts(findings),
         "factors": [(title_of(f), level_words(findings, f.name)) for f in findings.factors],
