@@ -5,7 +5,7 @@ Friction, the place where it starts and the angle at which its motor starts are 
 which a Latin hypercube fills evenly. The same seed draws the same values.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -56,7 +56,7 @@ def repeated_assessment(
     ------
     SceneError: the scene cannot be run with values from these ranges.
     """
-    factors = dict(_factors(loaded, spread))
+    factors = _factors(loaded, spread)
     if not factors:
         raise SceneError(
             "nothing varies: the scene has no friction, no written start of its pipe and no motor",
@@ -76,42 +76,34 @@ def repeated_assessment(
     return loaded_study(tree_of(content), layout, shared)
 
 
-def _factors(loaded: LoadedScene, spread: Spread) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield what varies: name, and what a study's file would say of it."""
-    scene = loaded.scene
+def _factors(loaded: LoadedScene, spread: Spread) -> dict[str, dict[str, Any]]:
+    """Return what varies: name -> what a study's file would say of it."""
+    scene, found = loaded.scene, {}
     friction = scene.contact.friction_coefficient
     if friction > 0.0 and spread.friction > 0.0:
-        yield (
-            "friction",
-            {
-                "key": "contact.friction_coefficient",
-                "range": [friction * (1.0 - spread.friction), friction * (1.0 + spread.friction)],
-                "about": "friction coefficient",
-            },
-        )
+        found["friction"] = {
+            "key": "contact.friction_coefficient",
+            "range": [friction * (1.0 - spread.friction), friction * (1.0 + spread.friction)],
+            "about": "friction coefficient",
+        }
     walls = scene.environment.walls
     paths = {name: wall for name, wall in walls.items() if isinstance(wall, PipePathWall)}
     asked = scene.layout.path if scene.layout else None
-    for name, wall in list(paths.items())[:1] if asked is None else [(asked, paths[asked])]:
-        keys = ("environment", "walls", name, "start", 0)
-        is_written = nearest(loaded.tree, keys)[1] == len(keys)
-        if spread.start > 0.0 and is_written:  # a study sets what a scene has
-            ends = [1e3 * (wall.start[0] + sign * spread.start) for sign in (-1.0, 1.0)]
-            yield (
-                "start",
-                {
-                    "key": ".".join(map(str, keys)),
-                    "range": [f"{end:.10g} mm" for end in ends],
-                    "about": "where the pipe starts, seen from the robot",
-                },
-            )
+    path = asked if asked in paths else next(iter(paths), None)
+    keys = ("environment", "walls", str(path), "start", 0)
+    is_written = nearest(loaded.tree, keys)[1] == len(keys)  # a study sets what a scene has
+    if path is not None and is_written and spread.start > 0.0:
+        ends = [1e3 * (paths[path].start[0] + sign * spread.start) for sign in (-1.0, 1.0)]
+        found["start"] = {
+            "key": ".".join(map(str, keys)),
+            "range": [f"{end:.10g} mm" for end in ends],
+            "about": "where the pipe starts, seen from the robot",
+        }
     for name, load in scene.loads.items():
         if isinstance(load, EccentricMass):
-            yield (
-                f"phase_of_{name}",
-                {
-                    "key": f"loads.{name}.phase",
-                    "range": ["0 deg", "360 deg"],
-                    "about": f"angle at which {name} starts",
-                },
-            )
+            found[f"phase_of_{name}"] = {
+                "key": f"loads.{name}.phase",
+                "range": ["0 deg", "360 deg"],
+                "about": f"angle at which {name} starts",
+            }
+    return found
