@@ -5,12 +5,13 @@ with its Geometry and the Taichi classes that this makes: `elements` and `facets
 """
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from softsim.elements.quadrature import quadrature
-from softsim.mesh.batches import in_batches
+from softsim.mesh.batches import batches
 
 if TYPE_CHECKING:  # Taichi is for those who compute forces
     from softsim.elements.facets import Facets
@@ -67,10 +68,10 @@ class Geometry(ABC):
         so that weight and inertia do the work of the continuous body.
         """
 
-        def of(cells: np.ndarray) -> np.ndarray:
-            return quadrature(points, cells).integrals(self.depths(points, cells))
+        def of(cells: np.ndarray, depths: np.ndarray) -> np.ndarray:
+            return quadrature(points, cells).integrals(depths)
 
-        return in_batches(of, cells)
+        return self._with_depths(of, points, cells)
 
     def mass_shares(self, points: np.ndarray, cells: np.ndarray) -> np.ndarray:
         """Share (m, corners) of an element's mass that each corner carries."""
@@ -83,10 +84,27 @@ class Geometry(ABC):
         and Belytschko 1981, Int. J. Numer. Meth. Engng 17:679-706).
         """
 
-        def of(cells: np.ndarray) -> np.ndarray:
-            return quadrature(points, cells).mean_gradients(self.depths(points, cells))
+        def of(cells: np.ndarray, depths: np.ndarray) -> np.ndarray:
+            return quadrature(points, cells).mean_gradients(depths)
 
-        return in_batches(of, cells)
+        return self._with_depths(of, points, cells)
+
+    def _with_depths(
+        self,
+        of: Callable[[np.ndarray, np.ndarray], np.ndarray],
+        points: np.ndarray,
+        cells: np.ndarray,
+    ) -> np.ndarray:
+        """Return what a function of cells and their depths finds of all cells, batch by batch.
+
+        The depths are those of all cells: a ring section knows which of them are rings by number.
+        """
+        depths = self.depths(points, cells)
+        found = [
+            of(cells[batch], depths if len(depths) == 1 else depths[batch])
+            for batch in batches(len(cells))
+        ]
+        return np.concatenate(found)
 
     def of_cells(self, numbers: np.ndarray, thickness: float | None) -> "Geometry":
         """That of some of the elements, of another thickness [m] where one is given."""

@@ -45,6 +45,16 @@ def block(length: float, height: float, element_size: float, cells: CellKind = "
     )
 
 
+def check_cell_count(count: float, element_size: float) -> None:
+    """Raise MeshError where elements of this size [m] are more than a reasonable memory holds."""
+    if count > LARGEST_GRID:
+        raise MeshError(
+            f"element_size is {1e3 * element_size:g} mm and makes at least {count:.3g} elements; "
+            f"at most {LARGEST_GRID:g} fit in a reasonable memory",
+            hint="increase element_size",
+        )
+
+
 def grid_cells(node: np.ndarray) -> np.ndarray:
     """Quadrilaterals (m, 4) of a grid of node numbers (rows, columns), counter-clockwise."""
     corners = node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]

@@ -9,6 +9,7 @@ from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, renumbered
 from softsim.mesh.quality import check
+from softsim.robots.block import check_cell_count
 from softsim.robots.limits import (
     check_counts,
     check_lean,
@@ -148,6 +149,7 @@ def _around(
     last = float(spike_angles[-1].max())
     first_of_next = 2 * math.pi / count - last
     between = layers_across((first_of_next - last) * (inner + skin), element_size)
+    check_cell_count(len(strip.points) * count * (across + between), element_size)
     gap_angles = np.linspace(last, first_of_next, between + 1)[1:-1]
     period = np.concatenate([spike_angles, np.repeat(gap_angles[:, None], len(radius), axis=1)])
     starts = 2 * math.pi * np.arange(count) / count

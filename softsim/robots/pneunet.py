@@ -13,7 +13,7 @@ from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
 from softsim.mesh.mesh import Mesh, boundary_facets, facets_on, renumbered
 from softsim.mesh.quality import check
-from softsim.robots.block import FILLINGS, LARGEST_GRID
+from softsim.robots.block import FILLINGS, LARGEST_GRID, check_cell_count
 from softsim.robots.extrusion import EXTRUSIONS
 from softsim.robots.limits import check_positive
 
@@ -108,6 +108,7 @@ def divided(sizes: list[float], element_size: float) -> tuple[np.ndarray, np.nda
     """Places (n + 1,) [m] that divide stretches of these sizes, one after another, into equal parts
     no longer than `element_size`, and the number of the stretch of each part (n,).
     """
+    check_cell_count(sum(sizes) / element_size, element_size)
     counts = [max(1, int(np.ceil(size / element_size - 1e-9))) for size in sizes]
     steps = np.repeat(np.array(sizes) / counts, counts)
     return np.concatenate([[0.0], np.cumsum(steps)]), np.repeat(np.arange(len(sizes)), counts)

@@ -11,6 +11,7 @@ import numpy as np
 
 from softsim.errors import MeshError
 from softsim.mesh.band import CellKind
+from softsim.robots.block import check_cell_count
 
 SHARPEST_TIP = np.radians(15)
 """Smallest angle [rad] between rear edge and tip face: the blade below it has no cell to fit in."""
@@ -85,6 +86,7 @@ def cross_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarra
     edge: length [m] aimed at for the sides of triangles between the lines; root_segments: number
     of segments of the first line, where the spike stands on the skin.
     """
+    check_cell_count(_side(shape) / edge * root_segments, edge)
     bands = max(2, round(_side(shape) / (edge * np.sin(EQUILATERAL))))
     segments = [root_segments]
     for fraction in np.arange(1, bands + 1) / bands:
@@ -98,6 +100,7 @@ def grid_lines(shape: Spike, edge: float, root_segments: int) -> list[np.ndarray
 
     edge: length [m] aimed at for the sides of the quadrilaterals from root to tip.
     """
+    check_cell_count(_side(shape) / edge * root_segments, edge)
     bands = max(1, round(_side(shape) / edge))
     return _stacked_lines(shape, [root_segments] * (bands + 1))
 

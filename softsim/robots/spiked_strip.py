@@ -7,6 +7,7 @@ import numpy as np
 
 from softsim.mesh.band import BANDS, CellKind, stacked_bands
 from softsim.mesh.mesh import Mesh
+from softsim.robots.block import check_cell_count
 from softsim.robots.spike import CROSSINGS, Spike
 from softsim.robots.strip import LINES, node_lines, whole
 
@@ -59,6 +60,7 @@ def spiked_strip(
     All cells lie in bands between lines of nodes: along the skin, and across each spike.
     """
     kind, rows = fineness.kind, fineness.rows
+    check_cell_count(rows * length / fineness.longest, fineness.edge)
     stations = np.sort([-length / 2, *(centers - root / 2), *(centers + root / 2), length / 2])
     x, ends = _columns(stations, fineness.longest, fineness.columns)
     coordinates = [

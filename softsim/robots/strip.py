@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from softsim.mesh.band import BANDS, CellKind, stacked_bands
+from softsim.robots.block import check_cell_count
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ def even_columns(
     Returns the positions and where among them the stations lie. An even number puts a position
     in the middle between two stations, and lets mirrored stations have mirrored tetrahedra.
     """
+    check_cell_count(float(np.ptp(stations)) / size, size)
     steps = np.array([even(piece / size) for piece in np.diff(stations)])
     if of_fins is not None:
         steps[1::2] = of_fins
@@ -110,6 +112,7 @@ def finned_strip(
     rows: of cells through the skin; an even number of triangles, for nodes at x on its inner side
     too.
     """
+    check_cell_count(rows * len(x), float(np.ptp(x)) / len(x))
     skin = _rows(LINES[kind](x, rows + 1), np.linspace(0, thickness, rows + 1))
     blocks, skin_lines = list(skin), node_lines(0, skin)
     outer, first_free = skin_lines[-1], sum(map(len, skin))

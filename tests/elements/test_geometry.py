@@ -70,6 +70,14 @@ def test_mass_shares_are_positive_and_whole(geometry, points, cells):
     assert centre == pytest.approx(middle, rel=1e-9)
 
 
+@pytest.mark.parametrize("found", ["volumes", "gradients"])
+def test_a_section_of_more_cells_than_a_batch_is_the_same(monkeypatch, found):
+    """Rings are known by their number among all cells, not among those of a batch."""
+    whole = getattr(RINGS, found)(STRIPS, PAIRED)
+    monkeypatch.setattr("softsim.mesh.batches.BATCH", 7)
+    np.testing.assert_array_equal(getattr(RINGS, found)(STRIPS, PAIRED), whole)
+
+
 def test_ring_shares_are_the_integrals_of_the_shape_functions():
     """int N_a r dA of a triangle by its closed form, A (2 r_a + r_b + r_c) / 12."""
     points, cell = np.array([[0.0, 0.0], [2.0, 0.0], [0.5, 1.0]]), np.array([[0, 1, 2]])

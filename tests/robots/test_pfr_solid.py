@@ -299,3 +299,10 @@ def test_any_sensible_body_has_sound_cells(skin, rows, **dimensions):
         assume(False)
     check(mesh)
     assert quality(mesh).worst_aspect_ratio < 10
+
+
+@pytest.mark.parametrize("cells", ["simplex", "quad"])
+@pytest.mark.parametrize("size", [1e-12, 1e-7, 1e-6])
+def test_more_elements_than_memory_holds_are_refused_before_they_are_made(cells, size):
+    with pytest.raises(MeshError, match="fit in a reasonable memory"):
+        pfr_solid(element_size=size, cells=cells)
