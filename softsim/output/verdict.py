@@ -210,13 +210,13 @@ def margin(report: dict[str, Any]) -> str:
     """Return in a line how close the body came to the verdict stuck, and where."""
     longest, patience = report["longest_standstill"], report["patience"]
     step = f"{1e3 * patience['least_progress']:.3g} mm"
-    used, limit = f"{longest['duration']:.1f}", f"{patience['patience_time']:.3g} s"
+    used = f"{longest['duration']:.1f} of {patience['patience_time']:.3g} s"
     if report["idle_cycles"] is not None:
-        used, limit = str(report["idle_cycles"]), f"{patience['patience']} whole pressure cycles"
+        used = f"{report['idle_cycles']} of {patience['patience']} whole pressure cycles"
     return (
         f"longest standstill: {longest['duration']:.1f} s with less than {step} of progress, from "
-        f"t = {longest['began']:.1f} s on, in {segment_of(longest['where'])}; it would be stuck "
-        f"after {limit} of that, and came to {used}"
+        f"t = {longest['began']:.1f} s on, in {segment_of(longest['where'])}; closest to stuck: "
+        f"{used} without progress"
     )
 
 

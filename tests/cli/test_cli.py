@@ -345,7 +345,9 @@ def test_assess_prints_the_verdict_and_tells_scripts(softsim, write_scene, tmp_p
     assert "1  straight 90 mm" in done.stdout
     went = "unfinished: its centre went 0 of 49 mm from start to goal in 0.0 s"
     assert f"{went}, and is in segment 1 (straight 90 mm) at 25 mm" in done.stdout
-    assert "it would be stuck after" in done.stdout and "friction: coefficient" in done.stdout
+    assert (
+        "closest to stuck: 0 of 2 whole" in done.stdout and "friction: coefficient" in done.stdout
+    )
     assert "verdict passed, found unfinished" in done.stderr
     assert (out / "layout.png").stat().st_size > 5000
 
