@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 
 from softsim.cli.options import (
     DeviceName,
@@ -309,7 +310,7 @@ def _assess_repeatedly(
     from softsim.sweep.study import sweep
 
     rests_on = assumptions(build_model(loaded))
-    console.print(unheaded(describe(study)))
+    console.print(unheaded([list(map(escape, row)) for row in describe(study)]))
     frame = sweep(study, folder, pool_for(folder, device, workers), device, console=console)
     print_results(study, frame, folder, console)
     report_study(folder, console)

@@ -9,6 +9,7 @@ from softsim.output.study_folder import (
     TABLE,
     TABLE_TEXT,
     StudyRecord,
+    inert,
     read_study,
     read_table,
     write_study,
@@ -46,6 +47,8 @@ def test_no_text_of_the_table_is_a_formula_to_a_spreadsheet(tmp_path):
     found = polars.read_csv(tmp_path / TABLE_TEXT)
     assert found.columns == ["'=name", "p [kPa]", "state"]
     assert found["'=name"].to_list() == [*(f"'{label}" for label in labels[:4]), *labels[4:]]
+    several = polars.DataFrame({"status": ["=1", "done"], "reason": ["@x", None]})
+    assert inert(several).rows() == [("'=1", "'@x"), ("done", None)]
     assert found["p [kPa]"].to_list() == numbers
     assert set(found["state"]) == {"'=1"}
     assert read_table(tmp_path).equals(table)
