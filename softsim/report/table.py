@@ -42,16 +42,14 @@ COLUMNS = {
     "to [mm]": ("end", 1e3, ".0f"),
     "centre in [s]": ("entered", 1.0, ".2f"),
     "centre out [s]": ("left", 1.0, ".2f"),
-    "mean speed [mm/s]": ("mean_speed", 1e3, ".1f"),
-    "most spike rows touching [-]": ("most_rows_in_contact", 1.0, ".0f"),
-    "least frame-wall gap [mm]": ("least_clearance", 1e3, ".2f"),
+    "speed [mm/s]": ("mean_speed", 1e3, ".1f"),
+    "most rows touching": ("most_rows_in_contact", 1.0, ".0f"),
+    "least frame gap [mm]": ("least_clearance", 1e3, ".2f"),
 }
-"""Heading -> name in the report, factor to the heading's unit, how it is written."""
+"""Heading -> name in the report, factor to the heading's unit, how it is written. from, to:
+arc lengths of the centre line; speed: mean; rows: of spikes; gap: between frame and wall."""
 
-CAPTION = (
-    "The way through the layout: from and to are arc lengths of the centre line; the times are "
-    "those at which the robot's centre enters and leaves a segment"
-)
+CAPTION = "The way of the robot's centre through the layout"
 
 
 def segments(report: Mapping[str, Any]) -> Table:

@@ -36,7 +36,10 @@ MEASURES = {
     "time": {"of": "layout.time", "about": "time until the verdict"},
     "reached": {"of": "layout.where.arc_length", "about": "farthest place of the centre"},
     "standstill": {"of": "layout.longest_standstill.duration", "about": "longest standstill"},
-    "patience": {"of": "layout.patience_used", "about": "share of the patience used, 1 if stuck"},
+    "patience_used": {
+        "of": "layout.patience_used",
+        "about": "share of the patience used, 1 if stuck",
+    },
 }
 
 
