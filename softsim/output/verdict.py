@@ -32,7 +32,7 @@ def layout_report(
     course = after_history(passage, history)
     time, s = history["time"], history["arc_length"]
     longest = course.longest_standstill
-    report = {
+    report: dict[str, Any] = {
         "verdict": course.verdict.value,
         "start": passage.start,
         "goal": passage.goal_beyond(course.branch),
