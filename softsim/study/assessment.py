@@ -74,6 +74,7 @@ def repeated_assessment(
         "factors": factors,
         "design": {"kind": "latin_hypercube", "count": spread.count, "seed": spread.seed},
         "measures": MEASURES,
+        "plots": [{"kind": "scatter", "x": name, "y": "standstill"} for name in factors],
     }
     shared = [one for one in overrides if one.partition("=")[0].strip() not in varied]
     return loaded_study(tree_of(content), layout, shared)

@@ -50,13 +50,13 @@ def test_the_pass_rate_of_drawn_cases_has_its_interval():
     table = polars.DataFrame(
         {
             "friction": np.linspace(0.6, 0.8, 11),
-            "verdict": ["passed"] * 8 + ["stuck", "unfinished", None],
+            "verdict": ["passed"] * 8 + ["stuck", "stuck", None],
             "status": ["done"] * 10 + ["failed"],
         }
     )
     record = StudyRecord("pass rate", "layout.yaml", (FRICTION,), (), sampled=True)
     assert pass_rate_in_words(Findings(record, table)) == (
-        "passed: 8 of 10 cases, 80 % (95 % interval, Wilson: 49 to 94 %); "
+        "passed: 8 of 10 cases, 80 % (95 % interval, Wilson: 49 to 94 %), 2 stuck; "
         "1 more without a verdict are not counted"
     )
     assert pass_rate_in_words(Findings(record, table[10:])) == "no case has a verdict"

@@ -90,12 +90,14 @@ def pass_rate_in_words(findings: Findings) -> str:
     if count == 0:
         return "no case has a verdict"
     low, high = wilson_band(np.array([passed / count]), np.array([count]))[:, 0]
-    others = findings.table.height - count
-    without = f"; {others} more without a verdict are not counted" if others else ""
+    others = verdicts.filter(verdicts != Verdict.PASSED.value).value_counts(sort=True)
+    rest = "".join(f", {number} {verdict}" for verdict, number in others.iter_rows())
+    uncounted = findings.table.height - count
+    without = f"; {uncounted} more without a verdict are not counted" if uncounted else ""
     return (
         f"passed: {passed} of {count} cases, {100.0 * passed / count:.0f} % "
         f"({100.0 * CONFIDENCE:g} % interval, Wilson: {100.0 * low:.0f} to {100.0 * high:.0f} %)"
-        f"{without}"
+        f"{rest}{without}"
     )
 
 
