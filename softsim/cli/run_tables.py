@@ -216,10 +216,11 @@ def segments_table(report: Mapping[str, Any]) -> Table:
     """A row a segment, of `layout` as the summary keeps it, with units below the headings."""
     content = segments(report)
     first, *others = content.headings
-    table = Table(first, box=None, caption=content.caption, caption_justify="left")
+    table = Table(box=None, caption=content.caption, caption_justify="left")
+    table.add_column(first, no_wrap=True)
     for heading in others:
         name, _, unit = heading.rstrip("]").partition(" [")
-        table.add_column(f"{name}\n{unit}", justify="right")
+        table.add_column("\n".join([*name.split(), unit]), justify="right")
     for row in content.rows:
         table.add_row(*(cell.text for cell in row))
     return table
