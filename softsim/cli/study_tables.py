@@ -25,6 +25,7 @@ from softsim.study.cases import (
 )
 from softsim.study.description import describe
 from softsim.study.loading import LoadedStudy
+from softsim.sweep.checks import refusals
 from softsim.sweep.cost import foretold_cost, stored_cost, told_cost
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
 
@@ -82,6 +83,8 @@ def print_plan(
         console.print(f"{size}, {runs} to run")
     else:
         console.print(f"{size}, {runs} to run next, at most {left} in all")
+    for line in refusals(waiting, device):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
     if waiting:
         each = stored_cost(frame) or foretold_cost(waiting[0], device)
         console.print(told_cost(each, left, device, workers), highlight=False, soft_wrap=True)

@@ -148,8 +148,10 @@ def _find_header(
 ) -> _Header:
     refusal = MaterialError(
         f"{text.path}: no line names the columns '{strain_column}' and '{stress_column}'",
-        hint="name them with --strain-column and --stress-column, and --delimiter if it is none "
-        "of ; , tab",
+        hint="the table needs a line of headings, such as "
+        "'Engineering Strain,Engineering Stress [MPa]', and a row a point below it; other "
+        "headings are named with --strain-column and --stress-column, a delimiter that is none of "
+        "; , tab with --delimiter",
     )
     names_one = False
     for line, content in enumerate(text.lines):

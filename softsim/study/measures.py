@@ -174,7 +174,11 @@ def _mismatch(
                 (spread or written).origin,
             )
         targets.append(Target(column, reference, scale))
-    return Mismatch(MISMATCH, about="distance to the reference values", targets=tuple(targets))
+    return Mismatch(
+        MISMATCH,
+        about="distance to the reference values, 0 where all are met",
+        targets=tuple(targets),
+    )
 
 
 def number_column(name: str, columns: Sequence[MeasureColumn], written: Tree) -> MeasureColumn:

@@ -21,7 +21,6 @@ def _number_or_text(value: Any) -> Any:
 Scalar = Annotated[
     Any, AfterValidator(_number_or_text), WithJsonSchema({"type": ["number", "string"]})
 ]
-Settings = Annotated[dict[Text, Any], Field(min_length=1)]
 References = Annotated[dict[Name, Any], Field(min_length=1)]
 Seed = Annotated[WholeNumber, Field(ge=0)]
 About = Annotated[Text, Field(description="What it is, in words: for axes and headings.")]
@@ -53,8 +52,8 @@ class KeyFactor(Part):
 class VariantsFactor(Part):
     """Several keys at once, under a label."""
 
-    variants: Annotated[dict[Text, Settings], Field(min_length=1)] = Field(
-        description="Label -> what it sets: {thin: {PATH: VALUE, ...}, thick: {...}}."
+    variants: Annotated[dict[Text, dict[Text, Any]], Field(min_length=1)] = Field(
+        description="Label -> what it sets: {as_is: {}, thin: {PATH: VALUE, ...}, thick: {...}}."
     )
     about: About = ""
 
@@ -228,7 +227,9 @@ class Objective(Part):
         description="Measure -> deviation that counts as 1, such as {speed: 2 mm/s}; by default "
         "the reference value itself.",
     )
-    trials: WholeNumber = Field(ge=1, description="How many cases are tried.")
+    trials: WholeNumber | None = Field(
+        default=None, ge=1, description="How many cases are tried; --trials wins over it."
+    )
     seed: Seed = Field(default=1, description="Of the random numbers.")
     prune: Prune | None = Field(
         default=None,

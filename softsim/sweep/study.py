@@ -21,6 +21,7 @@ from softsim.study.axes import Goal
 from softsim.study.cases import DONE, LOST, PRUNED, Case
 from softsim.study.loading import LoadedStudy, load_study, study_from
 from softsim.study.schema import Objective
+from softsim.sweep.checks import refusals
 from softsim.sweep.engine import WorkerPool, completed, pool_for
 from softsim.sweep.job import Job, Outcome, Simulate, simulate
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, kept_ledger, record_of, told_size
@@ -55,6 +56,8 @@ def sweep(
     rounds = table.open_rounds(study, folder, device, again)
     waiting, left = next(rounds, NOTHING_LEFT)
     console.print(told_size(study, len(table.rows) - len(waiting)))
+    for line in refusals(waiting, device):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
     with kept_ledger(folder, record, table, left, console) as ledger:
         if waiting:
             with pool as workers:
@@ -91,12 +94,12 @@ def optimize(
     """
     from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
 
-    objective, goal = asked(study)
+    objective, goal, count = asked(study, count)
     console = console or Console()
     RunFolder(folder / CASES)  # is made here, or refused
     column = next(measure for measure in study.measures if measure.name == goal.measure)
     trials = Trials(folder, study.search_space, column, goal.sense, objective.seed)
-    table, count = StudyTable(study.factors, study.measures), count or objective.trials
+    table = StudyTable(study.factors, study.measures)
     plan = TrialJobs(folder.resolve(), column, objective.prune, device, study.study.keep)
     for trial in trials.ended():
         table.note(*plan.stored(study.case(trial.number, trial.values)))
@@ -130,8 +133,11 @@ def optimize(
     return table.frame()
 
 
-def asked(study: LoadedStudy) -> tuple[Objective, Goal]:
-    """What a study wants optimised. SceneError: it says none, or nothing varies in it."""
+def asked(study: LoadedStudy, count: int | None) -> tuple[Objective, Goal, int]:
+    """Return what a study wants optimised and the number of trials, `count` if that is given.
+
+    Raises SceneError: it says none of them, or nothing varies in it.
+    """
     objective, goal = study.study.optimize, study.goal
     if objective is None or goal is None:
         raise SceneError(
@@ -144,7 +150,14 @@ def asked(study: LoadedStudy) -> tuple[Objective, Goal]:
             "give a factor a range, or several values",
             nearest(study.tree, ("factors",))[0].key_origin,
         )
-    return objective, goal
+    count = count or objective.trials
+    if count is None:
+        raise SceneError(
+            "the number of trials is not given",
+            "write trials: 40 under optimize, or add --trials 40",
+            nearest(study.tree, ("optimize",))[0].key_origin,
+        )
+    return objective, goal, count
 
 
 class Study:

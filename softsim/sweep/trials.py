@@ -43,6 +43,16 @@ START = 8
 """Trials that have nothing to learn from; a power of two, for which a Sobol sequence is even."""
 
 
+SAMPLER: dict[str, Any] = {
+    "n_startup_trials": START, "n_ei_candidates": 24, "multivariate": False, "group": False,
+    "constant_liar": True,
+}  # fmt: skip
+"""Options of the sampler, whose defaults differ between versions of optuna."""
+
+OPTUNA = "optuna"
+"""Attribute of optuna's study: the version that began it."""
+
+
 @dataclass(frozen=True)
 class Trial:
     """Values of the factors to try. number: from 1, that of its case."""
@@ -84,6 +94,7 @@ class Trials:
             load_if_exists=True,
         )
         self._refuse_another(folder, settings(space, column, sense))
+        self._refuse_another_optuna(folder)
         known = len(self.study.get_trials(deepcopy=False))
         for point in even_points(space, seed)[known:]:
             self.study.enqueue_trial(point)
@@ -130,9 +141,7 @@ class Trials:
     def _draw_for(self, number: int) -> None:
         """Random numbers that depend on the seed and the trial alone."""
         seed = int(np.random.SeedSequence((self.seed, number)).generate_state(1)[0])
-        self.study.sampler = optuna.samplers.TPESampler(
-            n_startup_trials=START, seed=seed, constant_liar=True
-        )
+        self.study.sampler = optuna.samplers.TPESampler(seed=seed, **SAMPLER)
 
     def _suggested(self, trial: optuna.trial.BaseTrial, number: int) -> Trial:
         values = {name: suggested(trial, name, space) for name, space in self.space.items()}
@@ -150,6 +159,21 @@ class Trials:
                 "tell nothing here",
                 hint="choose another folder with --out, or remove the journal: the runs in the "
                 "folder are kept, and used again where they fit",
+            )
+
+    def _refuse_another_optuna(self, folder: Path) -> None:
+        """Refuse to continue what another major version of optuna began: with the same seed it
+        chooses other values.
+        """
+        began = self.study.user_attrs.get(OPTUNA)
+        if began is None:
+            self.study.set_user_attr(OPTUNA, optuna.__version__)
+        elif began.split(".")[0] != optuna.__version__.split(".")[0]:
+            raise OutputError(
+                f"{folder / JOURNAL} was begun with optuna {began}, this is optuna "
+                f"{optuna.__version__}: its trials would go on with other values",
+                hint=f'install "optuna=={began.split(".")[0]}.*", or choose another folder with '
+                "--out",
             )
 
 

@@ -35,6 +35,14 @@ def search_file(study_file):
     return study_file
 
 
+def test_trials_come_from_the_command_or_the_file(search_file, tmp_path):
+    search_file.write_text(STUDY.replace(", trials: 10", ""))
+    table, _ = optimized(search_file, tmp_path / "out", count=2)
+    assert len(table) == 2
+    with pytest.raises(SceneError, match="number of trials is not given"):
+        optimized(search_file, tmp_path / "out", count=None)
+
+
 def test_the_optimum_is_found(search_file, tmp_path):
     table, said = optimized(search_file, tmp_path / "out", count=60)
     assert table["case"].to_list() == list(range(1, 61))

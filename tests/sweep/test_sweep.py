@@ -27,7 +27,9 @@ from softsim.report.study.figures import draw_study
 from softsim.report.study.findings import Findings
 from softsim.study.cases import DONE, FAILED, WAITING
 from softsim.study.loading import load_study
+from softsim.sweep.checks import refusals
 from softsim.sweep.engine import pool_for, remote_pool
+from softsim.sweep.ledger import StudyTable
 from softsim.sweep.study import sweep
 
 WALL_TIME = "wall_time [s]"
@@ -57,6 +59,23 @@ def test_table_and_record(study_file, tmp_path, pool):
     assert len((tmp_path / "out" / "table.csv").read_text().splitlines()) == 7
     record = read_study(tmp_path / "out")
     assert (record.status, record.case_count, record.title) == ("done", 6, "A block falls")
+
+
+def test_cases_that_cannot_run_are_named_before_any_runs(study_file):
+    rewrite(
+        study_file, "time: {key: time.end, range: [2 ms, 12 ms], count: 6}",
+        "size: {variants: {as it is: {}, "
+        "coarse: {bodies.block.mesh.length: 1e-9 mm, bodies.block.mesh.element_size: 1 m}}}",
+    )  # fmt: skip
+    study = load_study(study_file)
+    waiting, _ = next(StudyTable.of(study).open_rounds(study, study_file.parent / "out", "cpu", ()))
+    one, both = refusals(waiting, "cpu")
+    assert one.startswith("case 2 cannot run (size coarse): ")
+    assert both == "1 of 2 cases checked cannot run"
+    assert list(refusals(waiting[:1], "cpu")) == []
+    assert list(refusals(waiting, "cpu", 0.0)) == [
+        "0 of 1 cases checked cannot run; 1 were not checked, it takes too long"
+    ]
 
 
 def test_only_what_is_missing_or_changed_runs(study_file, tmp_path, pool):

@@ -4,10 +4,12 @@ import pickle
 from functools import partial
 from itertools import islice
 
+import optuna
 import pytest
 from falling_block import BLOCK
 
 from softsim.builder import build_model
+from softsim.errors import OutputError
 from softsim.scene.loading import load_scene
 from softsim.study.factors import Interval
 from softsim.study.measures import MeasureColumn
@@ -56,6 +58,13 @@ def test_trials_in_flight_are_taken_up(trials, tmp_path):
     for trial in begun:
         again.tell(trial.number, None)
     assert not again.is_open(3) and list(again.ended()) == begun
+
+
+def test_another_major_version_of_optuna_is_refused(trials, tmp_path, monkeypatch):
+    assert trials.study.user_attrs["optuna"] == optuna.__version__
+    monkeypatch.setattr(optuna, "__version__", "99.0.0")
+    with pytest.raises(OutputError, match=r"begun with optuna .* this is optuna 99\.0\.0"):
+        Trials(tmp_path, SPACE, MeasureColumn("speed", of="speed"), "maximize", seed=1)
 
 
 END = 10e-3

@@ -15,6 +15,7 @@ from softsim.output.study_folder import StudyRecord, read_study, read_table
 from softsim.report.diagram import Scale
 from softsim.study.axes import Axis
 from softsim.study.cases import DONE, FAILED, LOST
+from softsim.study.measures import MISMATCH
 
 VERDICT = "verdict"
 
@@ -198,4 +199,6 @@ def best_in_words(findings: Findings) -> str:
     remark = f" ({', '.join(repeats)})" if repeats else ""
     at = written_together(findings.factors, [best.values[f.column] for f in findings.factors])
     value = f"{measure.name} {written(measure, best.value)}"
+    if measure.name == MISMATCH:
+        value += f" ({measure.about})"
     return f"{BEST} {best.case}: {value}{remark} at {at}"
