@@ -26,6 +26,7 @@ class Measure:
 
 
 LENGTH, SPEED, PRESSURE = Measure("m"), Measure("m/s"), Measure("Pa")
+ENERGY = Measure("J")
 FORCE, TIME, FREQUENCY, AREA = Measure("N"), Measure("s"), Measure("Hz"), Measure("m^2")
 NUMBER, LABEL, SHARE = Measure(), Measure(is_label=True), Measure(is_share=True)
 CYCLES, NODES, ROWS = "pressure cycle", "node", "row"
@@ -163,6 +164,25 @@ def axes_of(scene: Scene) -> tuple[str, ...]:
     if "axisymmetric" in formulations:
         return ("y", RADIAL)
     return ("x", "y", "z") if "solid" in formulations else ("x", "y")
+
+
+def recorded(scene: Scene) -> dict[str, Measure]:
+    """Return the columns of a run's history that a study can evaluate, by name."""
+    axes = axes_of(scene)
+    found = {"contact_area": AREA, "wall_force_normal": FORCE, "energy_error": NUMBER}
+    found |= {"internal_energy": ENERGY, "kinetic_energy": ENERGY, "external_work": ENERGY}
+    found |= {f"body_{axis}": LENGTH for axis in axes}
+    found |= {f"wall_force_{axis}": FORCE for axis in axes}
+    if scene.rigid_bodies:
+        found |= {f"frame_{axis}": LENGTH for axis in axes}
+    if any(load.kind in CHAMBERS for load in scene.loads.values()):
+        found |= {"pressure": PRESSURE}
+    probes = {
+        column: OF_PROBES[probe.kind]
+        for name, probe in scene.output.probes.items()
+        for column in probe_columns(name, probe.kind, axes)
+    }
+    return found | probes
 
 
 def of_probes(scene: Scene) -> dict[str, Measure]:

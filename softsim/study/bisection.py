@@ -187,7 +187,7 @@ def bisection_of(
     interval = factor.space
     assert isinstance(interval, Interval)  # _bisected has seen to it
     column = number_column(design.measure, columns, at["measure"])
-    if not produced[column.of].is_share:
+    if not (column.of in produced and produced[column.of].is_share):
         known = [one.name for one in columns if one.of in produced and produced[one.of].is_share]
         known = known or [name for name, measure in produced.items() if measure.is_share]
         raise SceneError(

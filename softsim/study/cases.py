@@ -17,7 +17,7 @@ from softsim.errors import Option, SceneError
 from softsim.scene.assessment import layout_tree
 from softsim.scene.chain import ChainScene, produced_by_chain
 from softsim.scene.loading import Loaded, overridden, read_scene, validated_as
-from softsim.scene.measures import Measure, produced
+from softsim.scene.measures import Measure, produced, recorded
 from softsim.scene.resolved import flow_text
 from softsim.scene.schema import Scene
 from softsim.scene.tree import Origin, Tree
@@ -52,6 +52,11 @@ class Source:
         """What a run of a scene tells, by name."""
         return produced(scene)
 
+    @staticmethod
+    def recorded(scene: Any) -> dict[str, Measure]:
+        """Return the columns of the history of a run of a scene, by name."""
+        return recorded(scene)
+
     @property
     def command(self) -> tuple[str, ...]:
         """What runs it."""
@@ -70,6 +75,11 @@ class ChainSource(Source):
     def produced(scene: Any) -> dict[str, Measure]:
         """What a run of a chain tells, by name."""
         return produced_by_chain(scene)
+
+    @staticmethod
+    def recorded(scene: Any) -> dict[str, Measure]:
+        """Return the columns of a history that can be evaluated: none of a chain's."""
+        return {}
 
     @property
     def command(self) -> tuple[str, ...]:

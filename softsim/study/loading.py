@@ -202,8 +202,13 @@ def loaded_study(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedStud
         for one in scenes
         for name, measure in composition.kind.produced(one.scene).items()
     }
+    columns = {
+        name: measure
+        for one in scenes
+        for name, measure in composition.kind.recorded(one.scene).items()
+    }
     measures = tuple(
-        measure_column(name, part, nearest(tree, ("measures", name))[0], told)
+        measure_column(name, part, nearest(tree, ("measures", name))[0], told, columns)
         for name, part in study.measures.items()
     )
     bisection = None

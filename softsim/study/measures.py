@@ -1,10 +1,13 @@
-"""Columns read from the summary of each run, and which of them is sought: a measure that should be
-large or small, or the distance to reference values.
+"""Columns read from the summary or the history of each run, and which of them is sought: a measure
+that should be large or small, or the distance to reference values.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from softsim.errors import SceneError
 from softsim.scene.measures import Measure
@@ -15,7 +18,13 @@ from softsim.study.axes import Axis, Goal
 from softsim.study.cases import Value
 from softsim.study.factors import Reading
 from softsim.study.schema import MeasurePart, Objective
-from softsim.units import size_of, usual_unit
+from softsim.units import KINDS, size_of, usual_unit
+
+History = Mapping[str, np.ndarray]
+"""Columns of a history by name, (rows,) each."""
+
+TIME, SLOPE = "time", "slope"
+TAKES = "first, last, mean, min, max or slope"
 
 
 @dataclass(frozen=True)
@@ -33,7 +42,16 @@ class MeasureColumn(Axis):
         """The axis alone, as a report needs it."""
         return Axis(self.name, self.unit, self.is_label, self.logarithmic, self.about)
 
-    def value(self, summary: Mapping[str, Any]) -> Value | None:
+    @property
+    def reads_history(self) -> bool:
+        """True if its value is not in the summary."""
+        return False
+
+    def si_unit(self, produced: Mapping[str, Measure]) -> str:
+        """Return its SI unit; `produced` is what a run of the scene tells."""
+        return produced[self.of].unit
+
+    def value(self, summary: Mapping[str, Any], history: History) -> Value | None:
         """What a run found, in `unit`; None where it found nothing."""
         found: Any = summary
         for word in self.of.split("."):
@@ -43,6 +61,42 @@ class MeasureColumn(Axis):
         if found is None or isinstance(found, str):
             return found
         return float(found) / self.size
+
+
+@dataclass(frozen=True)
+class HistoryColumn(MeasureColumn):
+    """An axis that is read from a column of the history, in the rows from `begin` to `end` [s]."""
+
+    begin: float = -math.inf
+    end: float = math.inf
+    si: str = ""
+
+    @property
+    def reads_history(self) -> bool:
+        """True."""
+        return True
+
+    def si_unit(self, produced: Mapping[str, Measure]) -> str:
+        """Return its SI unit."""
+        return self.si
+
+    def value(self, summary: Mapping[str, Any], history: History) -> float | None:
+        """What is taken of the rows, in `unit`; None where there are too few."""
+        if self.of not in history:
+            return None
+        time = history[TIME]
+        inside = (time >= self.begin) & (time <= self.end)
+        time, values = time[inside], history[self.of][inside]
+        if self.take == SLOPE:
+            return slope(time, values) / self.size if len(time) > 1 else None
+        found = taken(values.tolist(), self.take)
+        return None if found is None else found / self.size
+
+
+def slope(time: np.ndarray, values: np.ndarray) -> float:
+    """Return the slope of the straight line through values (n,) at times (n,) by least squares."""
+    since = time - time.mean()
+    return float((since * (values - values.mean())).sum() / (since**2).sum())
 
 
 def taken(values: Sequence[float | None], take: str | None) -> float | None:
@@ -55,34 +109,81 @@ def taken(values: Sequence[float | None], take: str | None) -> float | None:
 
 
 def measure_column(
-    name: str, part: MeasurePart, tree: Tree, produced: Mapping[str, Measure]
+    name: str,
+    part: MeasurePart,
+    tree: Tree,
+    produced: Mapping[str, Measure],
+    recorded: Mapping[str, Measure],
 ) -> MeasureColumn:
-    """The column of a measure; `produced` is what a run of the scene tells.
+    """The column of a measure; `produced` is what a run of the scene tells, `recorded` the columns
+    of its history.
 
     Raises
     ------
     SceneError: it does not tell this, or not so.
     """
+    if part.take is not None and part.of in recorded:
+        return _history_column(name, part, tree, recorded[part.of])
     if part.of not in produced:
+        known = [*produced, *recorded]
         message = f"no run of this scene tells {part.of!r}"
-        raise _refusal(tree, "of", message, did_you_mean(part.of, list(produced)))
+        hint = did_you_mean(part.of, known)
+        if part.of in recorded:
+            message, hint = f"{part.of} is a column of the history", f"give take: {TAKES}"
+        raise _refusal(tree, "of", message, hint)
+    for key, given in (("from", part.begin), ("to", part.to)):
+        if given is not None:
+            hint = (
+                f"the columns of the history have rows: {', '.join(recorded)}; and say what to take"
+            )
+            raise _refusal(tree, key, f"{part.of} has no rows over time", hint)
     measure = produced[part.of]
+    if part.take == SLOPE:
+        hint = f"columns of the history have one: {', '.join(recorded)}"
+        raise _refusal(tree, "take", f"{part.of} has no slope over time", hint)
     if measure.listed and part.take is None:
         hint = "give take: first, last, mean, min or max"
         raise _refusal(tree, "of", f"{part.of} has a number a {measure.listed}", hint)
     if part.take is not None and not measure.listed:
         raise _refusal(tree, "take", f"{part.of} is one value, no list", "leave take out")
-    usual = usual_unit(measure.unit) if measure.unit else ""
-    unit = usual if part.unit is None else part.unit
-    try:
-        size = size_of(unit, measure.unit) if measure.unit else 1.0
-    except ValueError as error:
-        raise _refusal(tree, "unit", f"{unit!r} {error}") from None
-    if part.unit and not measure.unit:
-        raise _refusal(tree, "unit", f"{part.of} has no unit", "leave unit out")
+    unit, size = _unit_of(part, tree, measure.unit)
     return MeasureColumn(
         name, unit, measure.is_label, about=part.about, of=part.of, take=part.take, size=size
     )
+
+
+def _history_column(name: str, part: MeasurePart, tree: Tree, measure: Measure) -> HistoryColumn:
+    """The column of a measure that is read from the history. SceneError as measure_column."""
+    si = measure.unit
+    if part.take == SLOPE:
+        si = f"{si}/s"
+        if si not in KINDS:
+            raise _refusal(tree, "take", f"a slope of {part.of} has no unit", "take another value")
+    window = [-math.inf, math.inf]
+    for k, key in enumerate(("from", "to")):
+        held = child(tree, key)
+        if held is not None:
+            window[k] = Reading(Quantity("s"), "s").number(held)
+    if not window[0] < window[1]:
+        raise _refusal(tree, "to", "the window ends before it begins", "give a later time")
+    unit, size = _unit_of(part, tree, si)
+    begin, end = window
+    return HistoryColumn(
+        name, unit, about=part.about, of=part.of, take=part.take, size=size, begin=begin, end=end,
+        si=si,
+    )  # fmt: skip
+
+
+def _unit_of(part: MeasurePart, tree: Tree, si: str) -> tuple[str, float]:
+    """The unit of a column, and what one of it is in the SI unit `si`. SceneError: another kind."""
+    unit = (usual_unit(si) if si else "") if part.unit is None else part.unit
+    try:
+        size = size_of(unit, si) if si else 1.0
+    except ValueError as error:
+        raise _refusal(tree, "unit", f"{unit!r} {error}") from None
+    if part.unit and not si:
+        raise _refusal(tree, "unit", f"{part.of} has no unit", "leave unit out")
+    return unit, size
 
 
 def _refusal(tree: Tree, key: str, message: str, hint: str = "") -> SceneError:
@@ -112,11 +213,16 @@ class Mismatch(MeasureColumn):
 
     targets: tuple[Target, ...] = ()
 
-    def value(self, summary: Mapping[str, Any]) -> float | None:
+    @property
+    def reads_history(self) -> bool:
+        """True if one of the measures does."""
+        return any(target.column.reads_history for target in self.targets)
+
+    def value(self, summary: Mapping[str, Any], history: History) -> float | None:
         """Sum of ((measure - reference) / scale)^2; None where a run found not all of them."""
         total = 0.0
         for target in self.targets:
-            found = target.column.value(summary)
+            found = target.column.value(summary, history)
             if found is None:
                 return None
             total += ((float(found) - target.reference) / target.scale) ** 2
@@ -162,7 +268,7 @@ def _mismatch(
     for name in references:
         written = nearest(tree, ("match", name))[0]
         column = number_column(name, columns, written)
-        unit = produced[column.of].unit
+        unit = column.si_unit(produced)
         reading = Reading(Quantity(unit), column.unit) if unit else Reading()
         reference = reading.number(written)
         spread = None if scales is None else child(scales, name)

@@ -152,12 +152,21 @@ class Repeats(Part):
 
 
 class MeasurePart(Part):
-    """A column of the table, read from the summary of each run."""
+    """A column of the table, read from the summary or the history of each run."""
 
-    of: Text = Field(description='Name in summary.json, dotted into mappings: "layout.verdict".')
-    take: Literal["first", "last", "mean", "min", "max"] | None = Field(
-        default=None, description="Which of a list, with a number a pressure cycle, node or row."
+    of: Text = Field(
+        description='Name in summary.json, dotted into mappings: "layout.verdict"; with `take` '
+        'also a column of history.csv, such as "body_x".'
     )
+    take: Literal["first", "last", "mean", "min", "max", "slope"] | None = Field(
+        default=None,
+        description="Which of a list, with a number a pressure cycle, node or row, or of a column "
+        "of the history; slope, of a column: its rate over time, by least squares.",
+    )
+    begin: Scalar | None = Field(
+        default=None, alias="from", description="Of a column: time of the first row, such as 0.3 s."
+    )
+    to: Scalar | None = Field(default=None, description="Of a column: time of the last row.")
     unit: Text | None = Field(
         default=None, description="In which it is shown, such as mm; a usual one by default."
     )

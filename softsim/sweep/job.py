@@ -26,7 +26,7 @@ from softsim.errors import (
 from softsim.machine import chosen_device
 from softsim.output.checkpoint import read_checkpoint
 from softsim.output.folder import CHECKPOINT, HISTORY, RESULTS, RunFolder, explained, read_summary
-from softsim.output.history import thin_history
+from softsim.output.history import read_history, thin_history
 from softsim.output.stop_conditions import MakesStopCondition
 from softsim.scene.loading import Loaded
 from softsim.study.cases import (
@@ -41,6 +41,7 @@ from softsim.study.cases import (
     case_key,
     load_source,
 )
+from softsim.study.measures import History, MeasureColumn
 
 if TYPE_CHECKING:
     from softsim.run.batch import ReusedSolver
@@ -133,6 +134,16 @@ def stored_outcome(folder: Path) -> Outcome | None:
             hint=f"remove the folder {folder}: its case runs anew",
         ) from error
     return Outcome(found.key, found.status, found.reason, found.wall_time, read_summary(folder))
+
+
+def history_of(job: Job, columns: Sequence[MeasureColumn]) -> History:
+    """Return the history that a job has left, as far as one of the columns reads it; empty where
+    there is none. Raises OutputError where it is damaged.
+    """
+    file = job.folder / HISTORY
+    if not file.is_file() or not any(column.reads_history for column in columns):
+        return {}
+    return read_history(file)
 
 
 def known_outcome(job: Job, again: Collection[str]) -> Outcome | None:

@@ -34,7 +34,7 @@ from softsim.study.description import settings
 from softsim.study.loading import REPEAT, LoadedStudy
 from softsim.study.measures import MeasureColumn
 from softsim.study.schema import LatinHypercubeDesign, SobolDesign
-from softsim.sweep.job import Job, Outcome, known_outcome
+from softsim.sweep.job import Job, Outcome, history_of, known_outcome
 
 WRITE_EVERY = 10.0
 """Seconds after which new rows are on disk at the latest."""
@@ -106,11 +106,14 @@ class StudyTable:
 
     def note(self, job: Job, outcome: Outcome) -> None:
         """Fill in the row of a job."""
+        history = history_of(job, self.measures)
         asked = outcome.summary.get("layout") or outcome.summary.get("crossing") or {}
         self.rows[job.case.number] = {
             "case": job.case.number,
             **{factor.column: job.case.values[factor.name] for factor in self.factors},
-            **{measure.column: measure.value(outcome.summary) for measure in self.measures},
+            **{
+                measure.column: measure.value(outcome.summary, history) for measure in self.measures
+            },
             "verdict": asked.get("verdict"),
             "status": outcome.status,
             "reason": outcome.reason or None,

@@ -23,7 +23,7 @@ from softsim.study.loading import LoadedStudy, load_study, study_from
 from softsim.study.schema import Objective
 from softsim.sweep.checks import refusals
 from softsim.sweep.engine import WorkerPool, completed, pool_for
-from softsim.sweep.job import Job, Outcome, Simulate, simulate
+from softsim.sweep.job import Job, Outcome, Simulate, history_of, simulate
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, kept_ledger, record_of, told_size
 
 
@@ -113,7 +113,9 @@ def optimize(
     left = max(0, count - len(table.rows))
 
     def note(job: Job, outcome: Outcome) -> None:
-        value = column.value(outcome.summary) if outcome.status == DONE else None
+        value = None
+        if outcome.status == DONE:
+            value = column.value(outcome.summary, history_of(job, [column]))
         trials.tell(job.case.number, value, outcome.status == PRUNED)
         ledger.note(job, outcome)
 

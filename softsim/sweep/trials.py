@@ -306,7 +306,7 @@ class PruningCondition:
         yet, such as one of a cycle that goes on, says nothing.
         """
         history = {name: np.array(numbers) for name, numbers in self.history.items()}
-        value = self.column.value(measures(self.model, history))
+        value = self.column.value(measures(self.model, history), history)
         if value is None:
             return False
         storage = storage_in(self.folder)

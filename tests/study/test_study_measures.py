@@ -1,8 +1,9 @@
 """Columns that are read from a summary."""
 
+import numpy as np
 import pytest
 
-from softsim.study.measures import MeasureColumn, taken
+from softsim.study.measures import HistoryColumn, MeasureColumn, taken
 
 SUMMARY = {
     "frame_displacement": 0.0123,
@@ -26,7 +27,7 @@ SUMMARY = {
     ],
 )
 def test_a_value_in_the_unit_of_its_column(column, value):
-    assert column.value(SUMMARY) == pytest.approx(value)
+    assert column.value(SUMMARY, {}) == pytest.approx(value)
 
 
 @pytest.mark.parametrize(
@@ -36,3 +37,24 @@ def test_a_value_in_the_unit_of_its_column(column, value):
 def test_what_is_taken_of_a_list(take, value):
     assert taken([3.0, 1.0, None], take) == value
     assert taken([None, None], take) is taken([], take) is None
+
+
+TIME = np.linspace(0.0, 1.0, 11)
+HISTORY = {"time": TIME, "body_x": np.where(TIME < 0.3, 0.0, 2e-3 * (TIME - 0.3))}
+
+
+@pytest.mark.parametrize(
+    ("take", "window", "value"),
+    [
+        ("slope", {"begin": 0.3}, 2.0),
+        ("slope", {"end": 0.2}, 0.0),
+        ("slope", {"begin": 0.95}, None),
+        ("last", {"end": 0.8}, 1.0),
+        ("max", {}, 1.4),
+        ("mean", {"begin": 0.55, "end": 0.85}, 0.8),
+    ],
+)
+def test_what_is_taken_of_a_window_of_the_history(take, window, value):
+    column = HistoryColumn("a", "mm", of="body_x", take=take, size=1e-3, **window)
+    assert column.reads_history and column.value(SUMMARY, {}) is None
+    assert column.value(SUMMARY, HISTORY) == pytest.approx(value)
