@@ -180,7 +180,7 @@ def recorded(scene: Scene) -> dict[str, Measure]:
     probes = {
         column: OF_PROBES[probe.kind]
         for name, probe in scene.output.probes.items()
-        for column in probe_columns(name, probe.kind, axes)
+        for column in probe_columns(name, probe.kind, "".join(axes))
     }
     return found | probes
 

@@ -188,7 +188,7 @@ def test_a_layout_takes_its_robot():
          "there is no measure 'muved'\n  did you mean 'moved'?"),
         # keys of the study
         (MEASURES, "kep: thin\nmeasures:", "6:1", "unknown key 'kep'\n"),
-        ("  moved: {of", "  moved: {off", "7:3", "moved: the key 'of' is missing"),
+        ("  moved: {of", "  moved: {off", "7:11", "unknown key 'off' in moved"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named_at_its_place(load, old, new, place, message):
