@@ -44,7 +44,7 @@ START = 8
 
 
 SAMPLER: dict[str, Any] = {
-    "n_startup_trials": START, "n_ei_candidates": 24, "multivariate": False, "group": False,
+    "n_startup_trials": START, "n_ei_candidates": 24, "multivariate": True, "group": False,
     "constant_liar": True,
 }  # fmt: skip
 """Options of the sampler, whose defaults differ between versions of optuna."""
