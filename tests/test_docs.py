@@ -195,7 +195,7 @@ def test_every_page_is_in_the_site():
     entries = [entry for part in parts for pages in part.values() for entry in pages]
     names = [name for e in entries for name in (e.values() if isinstance(e, dict) else [e])]
     notebooks = (ROOT / "docs" / "notebooks").glob("*.ipynb")
-    pages = [page.name for page in PAGES[1:]] + [f"notebooks/{path.name}" for path in notebooks]
+    pages = [page.name for page in PAGES[1:]] + [f"notebooks/{path.stem}.md" for path in notebooks]
     assert sorted(names) == sorted(pages)
 
 

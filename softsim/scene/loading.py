@@ -120,8 +120,9 @@ def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     Parameters
     ----------
     path: the scene file.
-    overrides: "time.end=3 s" each: keys joined by dots, then a YAML value; points.2.1 or
-        points[2][1] is an entry of a list, counted from 0. Later ones win, and all win over files.
+    overrides: "time.end=3 s" each: keys joined by dots, then a YAML value; `points.2.1` or
+        `points[2][1]` is an entry of a list, counted from 0. Later ones win, and all win over
+        files.
 
     Raises
     ------

@@ -108,6 +108,7 @@ def test_reference_computes_the_increment_of_softsim(block, start, program, tmp_
 
 
 @pytest.mark.parametrize("block", [("rings", "viscous")], indirect=True, ids="-".join)
+@pytest.mark.physics
 def test_a_reference_without_finite_energies_is_refused(block, program, tmp_path):
     dt = 100.0 * stable_step(block, block.points).value
     problem = write_problem(tmp_path / "block.bin", block, dt)

@@ -121,6 +121,7 @@ def overbooked():
 
 
 @pytest.mark.parametrize("batch", [1, 2])
+@pytest.mark.physics
 def test_a_case_that_only_waited_where_one_died_is_not_lost(overbooked, jobs, batch):
     """Nor one that ran beside it."""
     found = outcomes(completed(jobs(4), overbooked, batch=batch, simulate=stand_ins.deadly_first))

@@ -280,6 +280,7 @@ def test_a_scheduler_has_its_own_workers(tmp_path):
         pool_for(tmp_path, "cpu", 2, "tcp://127.0.0.1:9")
 
 
+@pytest.mark.physics
 def test_a_scheduler_that_does_not_answer(tmp_path):
     nobody = remote_pool("tcp://127.0.0.1:9", tmp_path)
     with (

@@ -11,6 +11,7 @@ from validation.verdicts import DISAGREES, UNKNOWN
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda script: script.name)
+@pytest.mark.physics
 def test_script_without_outcomes(script, tmp_path):
     cases = script.cases(False)
     keys = {case.key for case in cases}
