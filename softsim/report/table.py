@@ -43,13 +43,16 @@ COLUMNS = {
     "centre in [s]": ("entered", 1.0, ".2f"),
     "centre out [s]": ("left", 1.0, ".2f"),
     "speed [mm/s]": ("mean_speed", 1e3, ".1f"),
-    "most rows touching": ("most_rows_in_contact", 1.0, ".0f"),
+    "most rows": ("most_rows_in_contact", 1.0, ".0f"),
     "least frame gap [mm]": ("least_clearance", 1e3, ".2f"),
 }
 """Heading -> name in the report, factor to the heading's unit, how it is written. from, to:
 arc lengths of the centre line; speed: mean; rows: of spikes; gap: between frame and wall."""
 
-CAPTION = "The way of the robot's centre through the layout"
+CAPTION = (
+    "Path of the robot's centre through the layout. most rows: rows of spikes that touch at once; "
+    "least frame gap: between frame and wall"
+)
 
 
 def segments(report: Mapping[str, Any]) -> Table:

@@ -23,9 +23,11 @@ def lines(report) -> list[str]:
 
 
 def test_a_row_a_segment():
+    shown = lines({"segments": [SEGMENT, AHEAD], "exits": ["end"]})
+    assert not any("…" in line for line in shown)  # it fits into 80 columns
     first, second = (
-        " ".join(line.split())
-        for line in lines({"segments": [SEGMENT, AHEAD], "exits": ["end"]})[2:]
+        next(" ".join(line.split()) for line in shown if line.startswith(f" {number} "))
+        for number in (1, 2)
     )
     assert first == "1 straight 70 mm 0 70 0.00 2.50 18.0 4 2.50"
     assert second == "2 bend -180 deg, radius 60 mm 70 164"  # in one line of 80
