@@ -70,7 +70,7 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
 
 
 def acting_tables(loaded: LoadedScene, model: Model) -> Iterator[Table]:
-    """What acts on the bodies of a scene, and what their mesh files say that is not read."""
+    """Yield a table of what acts on the bodies of a scene, and one of unread keywords of meshes."""
     for title, rows in (("what acts", acting(loaded, model)), ("not read", not_read(model))):
         if rows:
             table = unheaded([[escape(text) for text in row] for row in rows])

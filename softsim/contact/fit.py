@@ -28,7 +28,7 @@ class FittedWall(Wall):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the surfaces."""
+        """Names of the surfaces."""
         return self.wall.names
 
     @property
@@ -53,7 +53,7 @@ class FittedWall(Wall):
         return self.wall.steepest()
 
     def obstacle(self, alike: Sequence["FittedWall"], places: np.ndarray) -> "FittedObstacle":
-        """What kernels meet."""
+        """Return the obstacle of the kernels."""
         return FittedObstacle(self.wall.obstacle([one.wall for one in alike], places), alike)
 
     def frame(self, alike: Sequence["FittedWall"]) -> FixedFrame:
@@ -61,7 +61,7 @@ class FittedWall(Wall):
         return self.wall.frame([one.wall for one in alike])
 
     def touched_at_once(self) -> tuple[float, float]:
-        """As of the wall."""
+        """Return the surfaces that a node may touch at once."""
         return self.wall.touched_at_once()
 
     def drawn(self) -> dict[str, np.ndarray]:
@@ -97,7 +97,7 @@ class FittedObstacle(Obstacle):
 
     @ti.func
     def may_touch(self, s, i, q):
-        """As of the closed wall, which is nearer."""
+        """Return True if a node may touch the closed wall, which is the nearer one."""
         return self.inner.may_touch(s, i, q)
 
     @ti.func

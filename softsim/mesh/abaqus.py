@@ -110,7 +110,9 @@ def _same(one: str, other: str) -> bool:
 
 
 class _Deck:
-    """What has been read so far. Names and labels are looked up at the end of the file.
+    """Content of an ABAQUS file as far as it has been read.
+
+    Names and labels are looked up at the end of the file.
 
     moves: the body stands where its instance does. reduces: mid-side nodes are left out.
     """

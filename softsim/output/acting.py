@@ -1,4 +1,4 @@
-"""What acts on the bodies of a scene, in words: loads, gravity, walls, contact, what is held.
+"""Description of what acts on the bodies of a scene: loads, gravity, walls, contact, what is held.
 
 Defaults that a scene does not mention are listed too, and marked.
 """

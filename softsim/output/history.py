@@ -13,7 +13,7 @@ from softsim.output.folder import explained, replacing
 TIME = "time"
 
 REPLACED = "\N{REPLACEMENT CHARACTER}"
-"""What Python reads in place of a byte that is no UTF-8."""
+"""Character that Python reads in place of a byte that is no UTF-8."""
 
 
 class History:

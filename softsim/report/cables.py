@@ -18,7 +18,7 @@ FIBRE_WIDTH, FIBRE_OPACITY = 0.6, 0.6
 
 
 LAYER_WIDTH = 1.2
-"""Of the edge of a layer [points]."""
+"""Line width of the edge of a layer [points]."""
 
 ARM = 0.08
 """Length of the arms of the cross at a rigid body's centre, of the size of the mesh."""

@@ -60,7 +60,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Entry:
-    """How a value of summary.json is written; label: its name for people, the key by default."""
+    """Notation of a value of summary.json; label: its name for people, the key by default."""
 
     write: Callable[[Any], str]
     about: str = ""

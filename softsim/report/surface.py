@@ -42,7 +42,7 @@ PIPE_FACES = 72
 NO_FACES = np.zeros((0, 4, 3))
 
 RIM_WIDTH = 0.6
-"""Of the edge of a wall [points]."""
+"""Line width of the edge of a wall [points]."""
 
 ARROW = 20.0
 """Length of the arrows that show directions [points]."""

@@ -128,10 +128,10 @@ class Memory:
         log.info(text)
 
     def write_frame(self, scenario: Scenario) -> None:
-        """Who asks sees the fields."""
+        """Do nothing: the fields stay in memory."""
 
     def write_failed_frame(self, scenario: Scenario) -> None:
-        """Who asks sees the fields."""
+        """Do nothing: the fields stay in memory."""
 
     def write_checkpoint(
         self, scenario: Scenario, progress: Progress, inspected: np.ndarray

@@ -164,7 +164,7 @@ def material_doubts(material: Material) -> dict[str, str]:
 
 
 def pressure_doubts(model: Model) -> dict[str, str]:
-    """Of pressures far above the stiffness of the softest material, and of suction below vacuum."""
+    """Warn of pressures far above the softest material's stiffness, and of suction below vacuum."""
     softest = min(r.material.law.initial_shear_modulus for r in model.regions)
     found = {}
     for load in model.pressures:

@@ -20,7 +20,7 @@ from softsim.study.loading import LoadedStudy, loaded_study, tree_of
 
 @dataclass(frozen=True)
 class Spread:
-    """How often a robot goes through a layout, and the ranges of what varies.
+    """Number of runs of a robot through a layout, and the ranges of what varies.
 
     friction: half of the range of the friction coefficient, over the coefficient. start: half of
     the range of the place at which the robot starts, along the pipe [m]. seed: of the draws.

@@ -81,7 +81,7 @@ class HistoryColumn(MeasureColumn):
         return self.si
 
     def value(self, summary: Mapping[str, Any], history: History) -> float | None:
-        """What is taken of the rows, in `unit`; None where there are too few."""
+        """Return the value taken from the rows, in `unit`; None if there are too few."""
         if self.of not in history:
             return None
         time = history[TIME]

@@ -63,4 +63,4 @@ def _check_chain(job: Job, device: str) -> None:
 CHECKS: dict[type[Source], Callable[[Job, str], None]] = {
     Source: _check_elements, ChainSource: _check_chain,
 }  # fmt: skip
-"""How a case is checked."""
+"""Function that checks a case."""
