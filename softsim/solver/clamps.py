@@ -22,8 +22,8 @@ LARGEST_ERROR = 0.03
 SLENDER = 2.0
 """Heights of the clamp that a body reaches away from it, at least: others hardly bend."""
 LEAST_POISSON_RATIO = 0.4
-"""Lowest Poisson's ratio at small strain for which a warning is given: with less the effect is below
-2 % where it is 3 % at 0.475."""
+"""Lowest Poisson's ratio at small strain for which a warning is given: with less the effect is
+below 2 % where it is 3 % at 0.475."""
 
 
 def clamp_doubts(model: Model) -> dict[str, str]:
