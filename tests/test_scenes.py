@@ -11,7 +11,19 @@ from rich.console import Console
 
 SCENES = Path(__file__).parents[1] / "scenes"
 ALL = sorted(p.name for p in SCENES.glob("*.yaml"))
-MAIN_JOB = pytest.param("pfr_36mm.yaml", marks=pytest.mark.starts(1))
+# The others differ from these in numbers, or take long to compile.
+PHYSICS = {
+    "bellows.yaml", "first_look.yaml", "leafbot5.yaml", "pfr_30mm_3d.yaml",
+    "pfr_36mm_air_line.yaml", "pneunet.yaml", "skin_inflation_rings.yaml", "spike_patch.yaml",
+    "tendon_finger.yaml", "terrain_step.yaml",
+}  # fmt: skip
+
+
+def in_its_tier(name: str):
+    """Return a scene with the marker of its tier: the main job belongs to the default one."""
+    if name == "pfr_36mm.yaml":
+        return pytest.param(name, marks=pytest.mark.starts(1))
+    return name if name in PHYSICS else pytest.param(name, marks=pytest.mark.slow)
 
 
 def test_there_are_scenes():
@@ -19,7 +31,7 @@ def test_there_are_scenes():
             "pfr_vertical_hold.yaml", "first_look.yaml"} <= set(ALL)  # fmt: skip
 
 
-@pytest.mark.parametrize("name", [MAIN_JOB, *sorted(set(ALL) - {"pfr_36mm.yaml"})])
+@pytest.mark.parametrize("name", map(in_its_tier, ALL))
 def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.run import run

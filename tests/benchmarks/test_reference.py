@@ -53,7 +53,11 @@ LAWS = {
     % """,
            prony: [{g: 0.3, relaxation_time: 50 us}, {g: 0.2, relaxation_time: 2 ms}]""",
 }
-CASES = [(mesh, law) for mesh in BLOCKS for law in LAWS]
+CASES = [
+    pytest.param((mesh, law), marks=[] if law == "viscous" else pytest.mark.slow)
+    for mesh in BLOCKS
+    for law in LAWS
+]
 INCREMENTS = 200
 
 
