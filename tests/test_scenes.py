@@ -31,7 +31,7 @@ def test_there_are_scenes():
             "pfr_vertical_hold.yaml", "first_look.yaml"} <= set(ALL)  # fmt: skip
 
 
-@pytest.mark.parametrize("name", map(in_its_tier, ALL))
+@pytest.mark.parametrize("name", [in_its_tier(name) for name in ALL])
 def test_runs_for_a_moment(name, tmp_path, kernel_cache, monkeypatch):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.run import run
