@@ -98,7 +98,8 @@ def test_a_link_that_is_lost_stops_the_build(link, tmp_path):
     """Without the API, whose modules lie elsewhere."""
     docs = tmp_path / "docs"
     (docs / "site").mkdir(parents=True)
-    shutil.copy(DOCS / "site" / "mkdocs.yml", docs / "site")
+    for name in ("mkdocs.yml", "notebooks.py"):
+        shutil.copy(DOCS / "site" / name, docs / "site")
     shutil.copytree(DOCS / "notebooks", docs / "notebooks")
     for page in PAGES[1:]:
         (docs / page.name).write_text(f"# {page.stem}\n")
