@@ -2,6 +2,10 @@
 
 import gc
 import os
+
+# Workers of pytest-xdist share the processors: more threads of each would only wait.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from pathlib import Path
 
 import pytest

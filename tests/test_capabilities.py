@@ -1,4 +1,4 @@
-"""Every capability once, in four structures: the physics of the default tier of tests.
+"""Every capability once, in three structures: the physics of the default tier of tests.
 
 Each scene holds as many elements, loads, walls and structures as fit into one model, so that they
 share one compiled solver. Each runs for some milliseconds. The energy balance then closes only if
@@ -81,7 +81,7 @@ PLANE_ACTS = {
 
 SOLID = "formulation: solid, material: soft"
 CUBE = "mesh: {generator: box, length: 2 mm, height: 2 mm, width: 2 mm, element_size: 2 mm}"
-# A brick of hexahedra with a block of tetrahedra tied to it, and pieces that fly at walls.
+# A brick of hexahedra with a block of tetrahedra tied to it, pieces that fly at both and at a wall.
 SPACE = f"""
 bodies:
   brick: {{mesh: {{generator: box, length: 4 mm, height: 2 mm, width: 2 mm, element_size: 1 mm,
@@ -92,46 +92,19 @@ bodies:
             initial_velocity: [0 m/s, -1 m/s, 0.2 m/s]}}
   on_plane: {{{CUBE}, {SOLID}, position: [-9 mm, 0.1 mm, 0 mm],
              initial_velocity: [0.3 m/s, -0.5 m/s, 0 m/s]}}
-  in_pipe: {{{CUBE}, {SOLID}, position: [-9 mm, 46.5 mm, -1 mm],
-            initial_velocity: [0.3 m/s, 0.5 m/s, 0 m/s]}}
-  on_ball: {{{CUBE}, {SOLID}, position: [19 mm, 13.1 mm, -1 mm],
-            initial_velocity: [0.3 m/s, -0.5 m/s, 0 m/s]}}
-  on_drum: {{{CUBE}, {SOLID}, position: [39 mm, 13.1 mm, -1 mm],
-            initial_velocity: [0.3 m/s, -0.5 m/s, 0 m/s]}}
-  on_steps: {{{CUBE}, {SOLID}, position: [61 mm, 12.1 mm, -1 mm],
-             initial_velocity: [0.3 m/s, -0.5 m/s, 0 m/s]}}
 ties: {{glue: {{nodes: tip.left, facets: brick.right, tolerance: 0.1 mm}}}}
-layers:
-  film: {{facets: brick.bottom, thickness: 0.1 mm, youngs_modulus: 5 MPa, density: 800 kg/m^3}}
-fibres:
-  thread: {{body: brick, points: [[0.5 mm, 21 mm, 1 mm], [3.5 mm, 21 mm, 1 mm]], spacing: 1 mm,
-           diameter: 0.2 mm, youngs_modulus: 50 MPa, density: 1000 kg/m^3}}
-cables:
-  tail: {{points: [[0 mm, 40 mm, 0 mm], [6 mm, 40 mm, 0 mm]], segment_length: 1.5 mm,
-         diameter: 1 mm, mass_per_length: 3 g/m, stretching_stiffness: 60 N,
-         bending_stiffness: 20 N*mm^2}}
 rigid_bodies:
   frame: {{mass: 2 g, inertia: [20 g*mm^2, 30 g*mm^2, 30 g*mm^2], center: [-1 mm, 40 mm, 0 mm],
-          tied: [tail.start_segment], initial_angular_velocity: 10 rad/s}}
-environment:
-  walls:
-    pipe: {{kind: pipe, diameter: 50 mm, axis_height: 24 mm}}
-    plane: {{kind: plane, normal: [0, 1, 0]}}
-    ball: {{kind: sphere, center: [20 mm, 10 mm, 0 mm], diameter: 6 mm}}
-    drum: {{kind: cylinder, center: [40 mm, 10 mm, 0 mm], direction: z, diameter: 6 mm,
-           length: 8 mm}}
+          initial_angular_velocity: 10 rad/s}}
+environment: {{walls: {{plane: {{kind: plane, normal: [0, 1, 0]}}}}}}
 contact: {{friction_coefficient: 0.3, self_contact: [brick, tip, striker]}}
 loads:
   air: {{kind: follower_pressure, facets: [brick.top], profile: {{kind: constant, value: 2 kPa,
         ramp: 1 ms}}}}
   motor: {{kind: eccentric_mass, acts_on: frame, eccentric_mass: 0.2 g, radius: 1 mm,
           frequency: 150 Hz, rotation_axis: x, spin_up: 1 ms}}
-  hose: {{kind: tether, acts_on: frame, drag: 0.02 N, yaw_stiffness: 1 N*mm/rad}}
 {MATERIALS}"""
-SPACE_ACTS = {
-    "thread_tension", "tail_tension", "wall_force_normal", "slip_share", "hourglass_energy",
-    "pressure", "tether_drag",
-}  # fmt: skip
+SPACE_ACTS = {"wall_force_normal", "slip_share", "hourglass_energy", "pressure", "frame_z"}
 
 # Tubes of triangles and of quadrilaterals in a bore: one driven by a liquid, one by a gas, one by a
 # pump at the end of an air line.

@@ -71,6 +71,7 @@ def slide(browser: Browser, frame: int) -> None:
     ("name", "width"),
     [("plane", 400), ("layout", 400), ("space", 1600)],
 )
+@pytest.mark.physics
 def test_a_page_opens_whole_and_alone(browser: Browser, pages: dict, name: str, width: int):
     browser.open(pages[name], width)
     assert browser.complaints() == [] and browser.requests() == []
@@ -89,6 +90,7 @@ def test_text_of_a_user_is_shown_as_it_is(browser: Browser, pages: dict):
 
 
 @pytest.mark.parametrize("name", ["plane", "failed"])
+@pytest.mark.physics
 def test_a_run_that_failed_opens_where_it_did(browser: Browser, pages: dict, name: str):
     browser.open(pages[name])
     assert browser.run("return current === end && end > 0")
@@ -116,6 +118,7 @@ def test_the_slider_moves_the_body_and_the_marks_in_the_charts(
     assert said.startswith("0.9 s, ")
 
 
+@pytest.mark.physics
 def test_keys_step_and_the_button_plays(browser: Browser, pages: dict):
     browser.open(pages["plane"])
     slide(browser, 0)
@@ -128,6 +131,7 @@ def test_keys_step_and_the_button_plays(browser: Browser, pages: dict):
     assert browser.run("return [play.getAttribute('aria-label'), playing]") == ["Play", False]
 
 
+@pytest.mark.physics
 def test_a_body_in_space_is_turned(browser: Browser, pages: dict):
     browser.open(pages["space"])
     before, stood = picture(browser), eye(browser)
@@ -168,6 +172,7 @@ def check_what_is_in_front(browser: Browser, eye_of_scene: np.ndarray) -> None:
     assert nearest_end.min() < 0.02
 
 
+@pytest.mark.physics
 def test_the_camera_stands_still_or_follows(browser: Browser, pages: dict):
     browser.open(pages["plane"])
     choose = "camera.value = arguments[0]; camera.dispatchEvent(new Event('change'))"
@@ -184,6 +189,7 @@ def test_the_camera_stands_still_or_follows(browser: Browser, pages: dict):
     assert middle(browser) == pytest.approx(at_start + 8.0, abs=0.2)  # the robot goes to the right
 
 
+@pytest.mark.physics
 def test_a_click_in_a_chart_leads_there(browser: Browser, pages: dict):
     browser.open(pages["plane"])
     browser.run("document.dispatchEvent(new CustomEvent('seek', { detail: 2.96 }))")
@@ -198,6 +204,7 @@ def column(browser: Browser, number: int) -> list[str]:
     return browser.run(f"return [...{cells}].map((cell) => cell.textContent)")
 
 
+@pytest.mark.physics
 def test_a_click_on_a_heading_sorts(browser: Browser, pages: dict):
     browser.open(pages["layout"])
     first = column(browser, 1)
@@ -212,6 +219,7 @@ def test_a_click_on_a_heading_sorts(browser: Browser, pages: dict):
 
 
 @pytest.mark.parametrize("clicks", [1, 2])
+@pytest.mark.physics
 def test_empty_cells_stay_last(browser: Browser, pages: dict, clicks: int):
     browser.open(pages["layout"])
     heading = browser.driver.find_elements("css selector", "th button")[3]  # when it came there

@@ -185,6 +185,7 @@ def chosen(browser) -> list[str]:
     return [row.get_attribute("data-case") for row in rows]
 
 
+@pytest.mark.physics
 def test_the_page_opens_in_silence(browser, page):
     browser.open(page)
     drawn(browser, 0)
@@ -193,6 +194,7 @@ def test_the_page_opens_in_silence(browser, page):
     assert cases_shown(browser) == list(range(1, 17))
 
 
+@pytest.mark.physics
 def test_a_click_on_a_heading_sorts(browser, page):
     browser.open(page)
     heading = browser.driver.find_element(By.XPATH, "//th/button[text()='speed [mm/s]']")
@@ -206,6 +208,7 @@ def test_a_click_on_a_heading_sorts(browser, page):
     assert cases_shown(browser) == [*expected[::-1], 11]
 
 
+@pytest.mark.physics
 def test_the_table_finds_words(browser, page):
     browser.open(page)
     field = browser.driver.find_element(By.CSS_SELECTOR, ".cases input")
@@ -217,6 +220,7 @@ def test_the_table_finds_words(browser, page):
 
 
 @pytest.mark.parametrize("chart", [0, 1], ids=["scatter", "heat map"])
+@pytest.mark.physics
 def test_a_click_on_a_point_leads_to_its_case(browser, page, chart):
     browser.open(page)
     browser.driver.find_element(By.CSS_SELECTOR, ".cases input").send_keys("30 mm")
@@ -227,6 +231,7 @@ def test_a_click_on_a_point_leads_to_its_case(browser, page, chart):
     assert len(cases_shown(browser)) == 16
 
 
+@pytest.mark.physics
 def test_large_tables_are_turned_page_by_page(browser, tmp_path):
     rows = [{"rate": float(rate)} for rate in range(1, 251)]
     browser.open(write_study_page(write_made_up(tmp_path, [RATE], rows)))
@@ -238,6 +243,7 @@ def test_large_tables_are_turned_page_by_page(browser, tmp_path):
     assert not following.is_enabled()
 
 
+@pytest.mark.physics
 def test_a_narrow_window_scrolls_tables_not_the_page(browser, page):
     browser.open(page, width=420)
     drawn(browser, 1)

@@ -61,6 +61,7 @@ def test_a_run_follows_the_wall_and_a_resumed_one_too(batch, tmp_path):
     assert whole.read_bytes() == parts.read_bytes()
 
 
+@pytest.mark.slow
 def test_a_command_ends_the_control(write_scene, kernel_cache, monkeypatch):
     """Of a simulation; reset, it follows the wall again."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
@@ -100,6 +101,7 @@ AIR_LINE = SCENE.replace(
 )
 
 
+@pytest.mark.slow
 def test_the_control_sees_the_sensor_of_an_air_line(batch_of, tmp_path):
     """Not the skin, which has not come to 9 kPa yet; what is wanted goes on from what the sensor
     showed. A resumed run goes on to the same bits.

@@ -24,6 +24,7 @@ from softsim.output.history import read_history
 SLOWED_STRIP = FALLING_STRIP.replace("output: {", "output: {checkpoint_interval: 1 ms, ")
 
 
+@pytest.mark.slow
 def test_stopped_and_resumed_gives_the_same_files(write_scene, tmp_path, run, kernels_of_users):
     """SIGTERM in the middle, then --resume: history and fields as if nothing had happened."""
     scene = write_scene(SLOWED_STRIP)

@@ -266,6 +266,7 @@ FUZZ = settings(max_examples=150, suppress_health_check=list(HealthCheck))
 
 @FUZZ
 @given(title=st.text(), source=st.text())
+@pytest.mark.physics
 def test_any_text_survives_being_resolved(write, title, source):
     scene = yaml.safe_load(WITH_ALL)
     scene["title"], scene["materials"]["soft"]["source"] = title, source

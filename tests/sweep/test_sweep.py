@@ -275,6 +275,7 @@ def test_what_an_optimisation_stopped_early_runs_to_its_end(study_file, tmp_path
     assert "6 cases, 5 of them stored" in said and set(again["status"]) == {DONE}
 
 
+@pytest.mark.physics
 def test_a_scheduler_has_its_own_workers(tmp_path):
     with pytest.raises(ClusterError, match="has workers already"):
         pool_for(tmp_path, "cpu", 2, "tcp://127.0.0.1:9")

@@ -117,6 +117,7 @@ def test_outcomes_are_named_and_what_was_not_run_says_so(block):
     assert found["other"].numbers("displacement_per_cycle").tolist() == []
 
 
+@pytest.mark.slow
 def test_cases_run_and_fail_on_their_own(block, tmp_path, kernel_cache, monkeypatch):
     """In real processes: one runs to its end, one is stopped by a guard; the block falls freely."""
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)

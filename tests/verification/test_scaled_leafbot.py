@@ -27,6 +27,7 @@ def scaled(share: float) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 def test_depth_mass_and_force_scaled_alike_change_nothing(tmp_path, kernel_cache, monkeypatch):
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim.run import run
