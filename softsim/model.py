@@ -115,17 +115,46 @@ class CableData:
 
 @dataclass(frozen=True)
 class SelfContactData:
-    """Surfaces that may touch themselves and each other: `contact`, nodes (k,) and their constants;
-    facets (f, d), numbered as nodes. Of each node and facet the longest side at rest [m], and the
-    connected part of the bodies that it belongs to.
+    """Surfaces of deformable bodies that may touch themselves and each other.
+
+    nodes: their vertices (k,). facets (f, d), numbered as nodes. Points are the vertices, then the
+    facets' centroids (k + f,): point_size at rest [m], point_part the connected part of the bodies
+    that each belongs to, point_areas the area [m^2] that it stands for, penalty_stiffness k_n
+    [N/m], damping_time c_n / k_n [s]. facet_areas (f,) [m^2]; facet_stiffness: contact stiffness
+    per area (f,) [Pa/m]. tangential_ratio: k_t / k_n; tangential_damping_fraction: c_t / c_n.
     """
 
-    contact: ContactData
+    nodes: np.ndarray
     facets: np.ndarray
-    node_size: np.ndarray
-    facet_size: np.ndarray
-    node_part: np.ndarray
-    facet_part: np.ndarray
+    point_size: np.ndarray
+    point_part: np.ndarray
+    point_areas: np.ndarray
+    facet_areas: np.ndarray
+    facet_stiffness: np.ndarray
+    penalty_stiffness: np.ndarray
+    damping_time: np.ndarray
+    tangential_ratio: float
+    tangential_damping_fraction: float
+    friction_coefficient: Own[float]
+
+    @property
+    def facet_size(self) -> np.ndarray:
+        """Size of each facet at rest (f,) [m]."""
+        return self.point_size[len(self.nodes) :]
+
+    @property
+    def facet_part(self) -> np.ndarray:
+        """Connected part of the bodies (f,) that each facet belongs to."""
+        return self.point_part[len(self.nodes) :]
+
+    def summed_at_nodes(self, of_points: np.ndarray) -> np.ndarray:
+        """Return the sum (k,) over each vertex and its part of the centroids around it of values of
+        all points (k + f,).
+        """
+        d = self.facets.shape[1]
+        own, centroids = np.split(of_points, [len(self.nodes)])
+        number = np.searchsorted(self.nodes, self.facets)
+        return own + np.bincount(number.ravel(), np.repeat(centroids / d, d), len(self.nodes))
 
 
 @dataclass(frozen=True)

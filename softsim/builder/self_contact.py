@@ -1,24 +1,25 @@
-"""Self-contact: the surfaces that a scene names, and how stiff they are against each other."""
+"""Contact between bodies: the surfaces that a scene names, and how stiff they are."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
+from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.names import Names, close_names, in_mm
+from softsim.elements.geometry import nodal_sums
 from softsim.elements.quadrature import simplex_gradients
 from softsim.elements.ties import Ties
-from softsim.mesh.bearing import nodes_per_facet_bound
-from softsim.mesh.mesh import SURFACE, simplex_facets, simplexes
-from softsim.model import Body, ContactData, SelfContactData
+from softsim.materials.material import Material
+from softsim.mesh.mesh import SURFACE, facet_owners, simplex_facets, simplexes
+from softsim.model import Body, SelfContactData
+from softsim.scene.conditions import Fixed, Symmetry
 
-# Of the penalty stiffness against a wall. Two surfaces that press each other are as stiff as one
-# after the other, a half; the nodes of each are held against the facets of the other, a half each.
-# Where facets are uneven, so that one corner bears many nodes, less, but no less than this.
-LARGEST_SHARE, LEAST_SHARE = 0.25, 0.125
+# Compression at which bodies go contact.allowed_penetration into each other.
+REFERENCE_STRAIN = 0.1
 
 
 def self_contact(
@@ -27,33 +28,126 @@ def self_contact(
     points: np.ndarray,
     ties: Ties,
     mass: np.ndarray,
-    stiffness: Stiffness,
 ) -> SelfContactData | None:
-    """What contact.self_contact names, or None where it names nothing.
+    """Return the surfaces that contact.self_contact names, or None where it names nothing.
 
     points (n, d) [m] of all nodes, mass (n,) [kg] that a force on each has to move. Raises
-    SceneError for a name that does not exist, and for bodies that start inside each other.
+    SceneError for a name that does not exist, for surfaces that are planes of symmetry as a whole,
+    and for bodies that start inside each other.
     """
-    references = names.scene.contact.self_contact
-    if not references:
+    settings = names.scene.contact
+    if not settings.self_contact:
         return None
-    named = [named_facets(names, r, k) for k, r in enumerate(references)]
-    facets = np.unique(np.concatenate([simplex_facets(f)[0] for f in named]), axis=0)
+    named = [named_facets(names, r, k) for k, r in enumerate(settings.self_contact)]
+    surfaces = []
+    for body in bodies:
+        own = [f for f in named if body.first_node <= f.flat[0] < body.nodes.stop]
+        if own:
+            whole = np.unique(np.concatenate(own), axis=0)
+            surfaces.append(surface_of(body, points, whole[~cut_faces(names, points, whole)]))
+    facets, corner_areas, moduli = (np.concatenate(part) for part in zip(*surfaces, strict=True))
+    if not len(facets):
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            "all of its faces lie in planes of symmetry, or are held across themselves",
+            "name the surfaces that may touch",
+        )
     nodes = np.unique(facets)
     part = connected_parts(bodies, ties, len(points))
     refuse_overlap(names, bodies, points, part, nodes)
     sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
-    facet_size = sides.max(axis=1)
     size = np.zeros(len(points))
-    np.maximum.at(size, facets, facet_size[:, None])
-    return SelfContactData(
-        contact=surface_against_surface(names, points, facets, mass, stiffness),
-        facets=facets,
-        node_size=size[nodes],
-        facet_size=facet_size,
-        node_part=part[nodes],
-        facet_part=part[facets[:, 0]],
+    np.maximum.at(size, facets, sides.max(axis=1)[:, None])
+    facet_areas = corner_areas.sum(axis=1)
+    vertex_areas, centroid_areas = simpson_areas(corner_areas)
+    at_nodes = [nodal_sums(facets, a, len(points))[nodes] for a in (corner_areas, vertex_areas)]
+    if settings.penalty_stiffness == "auto":
+        pressure = REFERENCE_STRAIN * moduli
+        per_area = pressure / (settings.allowed_penetration * sides.mean(axis=1))
+    else:
+        of_node = settings.penalty_stiffness / at_nodes[0]
+        per_area = of_node[np.searchsorted(nodes, facets)].mean(axis=1)
+    # Each of the two half passes has half of the stiffness.
+    k_n = 0.5 * np.concatenate(
+        [
+            nodal_sums(facets, per_area[:, None] * vertex_areas, len(points))[nodes],
+            per_area * centroid_areas,
+        ]
     )
+    friction = settings.self_friction_coefficient
+    data = SelfContactData(
+        nodes=nodes,
+        facets=facets,
+        point_size=np.concatenate([size[nodes], sides.max(axis=1)]),
+        point_part=np.concatenate([part[nodes], part[facets[:, 0]]]),
+        point_areas=np.concatenate([at_nodes[1], centroid_areas]),
+        facet_areas=facet_areas,
+        facet_stiffness=per_area,
+        penalty_stiffness=k_n,
+        damping_time=np.zeros(len(k_n)),
+        tangential_ratio=settings.tangential_stiffness_ratio,
+        tangential_damping_fraction=settings.tangential_damping_fraction,
+        friction_coefficient=settings.friction_coefficient if friction is None else friction,
+    )
+    # Two equal nodes m that press each other have the springs k and dashpots c of both half passes:
+    # c = 2 zeta sqrt(k m / 2) / 2 of each, with k = 2 k_n.
+    own = data.summed_at_nodes(k_n)
+    time = np.zeros(len(points))
+    time[nodes] = settings.damping_ratio * np.sqrt(mass[nodes] / np.maximum(own, 1e-300))
+    return replace(data, damping_time=np.concatenate([time[nodes], time[facets].mean(axis=1)]))
+
+
+def cut_faces(names: Names, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return which facets (f,) lie in a plane that a condition holds them in: a plane of symmetry,
+    or nodes that are fixed along one direction, across the facet. The body goes on behind them.
+    """
+    cut = np.zeros(len(facets), dtype=bool)
+    flat = 1e-9 * np.ptp(points, axis=0).max()
+    for name, condition in names.scene.conditions.items():
+        if isinstance(condition, Symmetry):
+            letter = condition.normal
+        elif isinstance(condition, Fixed) and len(condition.directions or ()) == 1:
+            letter = condition.directions[0]
+        else:
+            continue
+        held = names.node_set(condition.nodes, ("conditions", name, "nodes"))
+        across = points[facets][:, :, "xyz".index(letter)]
+        cut |= np.isin(facets, held).all(axis=1) & (np.ptp(across, axis=1) <= flat)
+    return cut
+
+
+def surface_of(
+    body: Body, points: np.ndarray, facets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the edges or triangles (f, d) of facets of a body, the areas (f, d) [m^2] that their
+    corners stand for, and the modulus E / (1 - nu^2) (f,) [Pa] of the material behind them.
+
+    Facets on the axis of a body of revolution have no area: they are left out.
+    """
+    d = points.shape[1]
+    owners = facet_owners(facets - body.first_node, body.cells)
+    triangles, numbers = simplex_facets(facets)
+    areas, moduli = np.zeros(triangles.shape), np.zeros(len(triangles))
+    for region in body.regions:
+        own = np.isin(owners[numbers], region.numbers)
+        areas[own] = region.geometry.corner_areas(points, triangles[own])
+        moduli[own] = plane_strain_modulus(region.material)
+    bears = areas.sum(axis=1) > 1e-12 * np.ptp(points, axis=0).max() ** 2
+    return triangles[bears].reshape(-1, d), areas[bears].reshape(-1, d), moduli[bears]
+
+
+def plane_strain_modulus(material: Material) -> float:
+    """Return E / (1 - nu^2) [Pa] = 4 mu (3 kappa + mu) / (3 kappa + 4 mu), of fast loads."""
+    mu, kappa = material.instantaneous_shear_modulus, material.bulk_modulus
+    return 4.0 * mu * (3.0 * kappa + mu) / (3.0 * kappa + 4.0 * mu)
+
+
+def simpson_areas(corner_areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the areas that the vertices (f, d) and the centroid (f,) of facets stand for in
+    Simpson's rule, of those of their linear shape functions (f, d); uneven ones too, as of rings.
+    """
+    d, whole = corner_areas.shape[1], corner_areas.sum(axis=1)
+    return corner_areas - whole[:, None] / (d + 1), whole * d / (d + 1)
 
 
 def named_facets(names: Names, reference: str, k: int) -> np.ndarray:
@@ -68,35 +162,6 @@ def named_facets(names: Names, reference: str, k: int) -> np.ndarray:
             close_names(reference, list(names.bodies), "bodies"),
         )
     return names.facet_set(f"{reference}.{SURFACE}", keys)
-
-
-def surface_against_surface(
-    names: Names, points: np.ndarray, facets: np.ndarray, mass: np.ndarray, stiffness: Stiffness
-) -> ContactData:
-    """Contact data of the corners of facets (f, d) against facets.
-
-    No node is stiffer than most: of two that press each other the softer decides. The dashpot is
-    sized by a node's own mass, even where it is tied to a rigid body: what it touches is as light.
-    """
-    settings = names.scene.contact
-    nodes = np.unique(facets)
-    of_walls = stiffness.penalty[nodes]
-    median = np.median(of_walls)
-    evened = np.minimum(of_walls, median)
-    # What may add up at a corner (stability/contact_stiffness.py) is then no more than a wall adds.
-    share = of_walls / (2.0 * (evened + median * nodes_per_facet_bound(points, facets, nodes)))
-    k_n = np.clip(share.min(), LEAST_SHARE, LARGEST_SHARE) * evened
-    damping = 2.0 * settings.damping_ratio * np.sqrt(k_n * mass[nodes])
-    friction = settings.self_friction_coefficient
-    return ContactData(
-        nodes=nodes,
-        penalty_stiffness=k_n,
-        tangential_stiffness=settings.tangential_stiffness_ratio * k_n,
-        damping=damping,
-        tangential_damping=settings.tangential_damping_fraction * damping,
-        effective_mass=mass[nodes],
-        friction_coefficient=settings.friction_coefficient if friction is None else friction,
-    )
 
 
 def connected_parts(bodies: Sequence[Body], ties: Ties, node_count: int) -> np.ndarray:

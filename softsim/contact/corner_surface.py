@@ -38,11 +38,13 @@ class CornerSurface(DeformableSurface):
         corners: Sequence[np.ndarray],
     ) -> None:
         of_facets = np.unique(facets)
-        no_part = np.zeros(len(facets))
-        super().__init__(nodes, of_facets, facets, no_part, facet_size, no_part, no_part)
+        nothing = np.zeros(len(facets))
+        super().__init__(
+            nodes, of_facets, facets, nothing, facet_size, nothing, nothing, nothing, nothing
+        )
         self.frame = frame
         most = max(len(places) for places in corners)
-        self.member_count = Number(most)
+        self.point_count = Number(most)
         self.watched_count = Number(len(of_facets) + 1)
         filled = [np.pad(c, ((0, most - len(c)), (0, 0)), constant_values=NOWHERE) for c in corners]
         self.place_of_corner = vector_field(np.stack(filled))
@@ -87,6 +89,21 @@ class CornerSurface(DeformableSurface):
             for k in ti.static(range(self.nodes.dimension)):
                 V[c, k] = v[k]
         return V
+
+    @ti.func
+    def outward(self, s, i):
+        """A corner presses whatever is near: it has no normal."""
+        return ti.Vector.zero(backend.real, self.nodes.dimension)
+
+    @ti.func
+    def faces(self, X, outward):
+        """True: all facets face a corner."""
+        return True
+
+    @ti.func
+    def facing_share(self, s, i, X, f):
+        """A corner has all of its stiffness."""
+        return ti.cast(1.0, backend.real)
 
     @ti.func
     def length(self, i, f):

@@ -1,16 +1,28 @@
-"""The surface of deformable bodies: signed gap of a node to a facet, and what counts as apart.
+"""The surface of deformable bodies: the points that touch, the facets they touch, the signed gap.
 
-The gap is the distance to the closest point y of the surface, negative inside: then its gradient
-is the normal n = (x - y) / gap for the node and -w_c n for the corners of the facet, whatever
-feature y lies on, and a force k gap n is that of a potential. It is the same from both facets where
-y passes from one to the next. Whether a node is inside tells the normal of the face, edge or corner
-on which y lies, for a corner the sum of its facets' normals weighted by their angles (Baerentzen
-and Aanaes 2005, IEEE Trans. Vis. Comput. Graph. 11:243-253).
+Contact is integrated over each facet by Simpson's rule of a simplex, which is exact for quadratics:
+its points are the d vertices, with 1 / (d (d + 1)) of the area each, and the centroid, with
+d / (d + 1). A vertex is shared by the facets around it, so it is one point. Each surface's points
+are held against the facets of the others, and the other way round (two half passes).
 
-A node lies next to the facets around it, and behind a thin fin's or skin's other side. So those
-that are as close at rest as NEIGHBOURHOOD facets are long touch each other never, and a node deeper
-than DEPTH of a facet's length is inside of something else: a part must be squeezed to a quarter of
-NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
+A point touches the closest of the facets that face it: whose normal is within FACING of the
+opposite of the point's own. So at a flush edge a point finds the face that it presses, not the side
+of the other body that happens to be closer. The gap g is the distance to the closest point y of
+the facing surface, negative inside: its gradient is the normal n = (x - y) / g for the point and
+-w_c n for the vertices of the facet, whatever feature y lies on. On which side x lies follows from
+the normal of the face, edge or vertex on which y lies, at a vertex the sum of its facets' normals
+weighted by their angles (Baerentzen and Aanaes 2005, IEEE Trans. Vis. Comput. Graph. 11:243-253).
+
+The facing surface ends at a rim, and at edges whose other facet does not face the point or is its
+neighbour. A point that is the length s beyond such an end keeps the gap z to the facet's plane and
+loses its stiffness over the length l = EXTENSION times the facet's size,
+    E = k phi(s / l) z^2 / 2,    phi(u) = (1 - u)^2 (1 + 2 u),
+so a body that slides off an edge is let go without a jump, and energy is kept.
+
+A point lies next to the facets around it, and behind a thin fin's or skin's other side. So those
+that are as close at rest as NEIGHBOURHOOD facets are long touch each other never, and a point
+deeper than DEPTH of a facet's length is inside of something else: a part must be squeezed to a
+quarter of NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
 """
 
 from typing import Any
@@ -19,26 +31,32 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.contact.facet_shapes import Edge, Triangle
+from softsim.contact.facet_shapes import Edge, Triangle, centroid, foot_weights
 from softsim.fields import Number, index_field, real_field
 from softsim.mesh.mesh import open_rim
 from softsim.nodes import Nodes
 
 NEIGHBOURHOOD = 3.0
 DEPTH = 0.75
+# Least cosine between a facet's normal and the opposite of that of a point that it faces.
+FACING = 0.3
+# Over the size of a facet: length beyond an end of the surface over which contact fades.
+EXTENSION = 0.05
 
 SHAPES: dict[int, Any] = {2: Edge, 3: Triangle}
 
 
 class DeformableSurface:
-    """Facets that touch, and the nodes that do.
+    """Facets that touch, and the points that do: vertices first, then the facets' centroids.
 
     Parameters
     ----------
-    nodes: the shared nodes. members: numbers of those that touch (k,). facets: corners (f, d),
+    nodes: the shared nodes. members: numbers of the vertices (k,). facets: corners (f, d),
         numbered as nodes.
-    member_size, facet_size: longest side at rest (k,), (f,) [m].
-    member_part, facet_part: which connected part of the bodies each belongs to (k,), (f,).
+    point_size, facet_size: size at rest (k + f,), (f,) [m].
+    point_part, facet_part: which connected part of the bodies each belongs to (k + f,), (f,).
+    facet_areas: at rest (f,) [m^2].
+    facet_stiffness: contact stiffness per area (f,) [Pa/m].
     """
 
     def __init__(
@@ -46,17 +64,21 @@ class DeformableSurface:
         nodes: Nodes,
         members: np.ndarray,
         facets: np.ndarray,
-        member_size: np.ndarray,
+        point_size: np.ndarray,
         facet_size: np.ndarray,
-        member_part: np.ndarray,
+        point_part: np.ndarray,
         facet_part: np.ndarray,
+        facet_areas: np.ndarray,
+        facet_stiffness: np.ndarray,
     ) -> None:
         d = nodes.dimension
         self.nodes, self.shape = nodes, SHAPES[d]()
         self.member_count, self.facet_count = Number(len(members)), Number(len(facets))
+        self.point_count = Number(len(members) + len(facets))
         self.watched_count = self.member_count
-        self.member_size, self.facet_size = real_field(member_size), real_field(facet_size)
-        self.member_part, self.facet_part = index_field(member_part), index_field(facet_part)
+        self.point_size, self.facet_size = real_field(point_size), real_field(facet_size)
+        self.point_part, self.facet_part = index_field(point_part), index_field(facet_part)
+        self.facet_area, self.facet_stiffness = real_field(facet_areas), real_field(facet_stiffness)
         self.member, self.corner = index_field(members), index_field(facets)
         # Facets around each node, in their order, and which of their corners it is.
         order = np.argsort(facets.ravel(), kind="stable")
@@ -68,21 +90,95 @@ class DeformableSurface:
         self.is_rim = index_field(is_rim)
 
     @ti.func
+    def centroid_facet(self, i):
+        """Facet of which point i is the centroid; negative for a vertex."""
+        return i - self.member_count.read()
+
+    @ti.func
     def place(self, s, i):
-        """Where node i is now."""
-        return self.nodes.position[s, self.member[i]]
+        """Position of point i."""
+        f = self.centroid_facet(i)
+        x = ti.Vector.zero(backend.real, self.nodes.dimension)
+        if f >= 0:
+            x = centroid(self.corners(s, f))
+        if f < 0:
+            x = self.nodes.position[s, self.member[i]]
+        return x
+
+    @ti.func
+    def place_at_rest(self, i):
+        """Position of point i at rest."""
+        f = self.centroid_facet(i)
+        x = ti.Vector.zero(backend.real, self.nodes.dimension)
+        if f >= 0:
+            x = centroid(self.corners_at_rest(f))
+        if f < 0:
+            x = self.nodes.rest[self.member[i]]
+        return x
 
     @ti.func
     def velocity(self, s, i):
-        """Of node i [m/s]."""
-        return self.nodes.velocity[s, self.member[i]]
+        """Velocity of point i [m/s]."""
+        f = self.centroid_facet(i)
+        v = ti.Vector.zero(backend.real, self.nodes.dimension)
+        if f >= 0:
+            v = centroid(self.corner_velocities(s, f))
+        if f < 0:
+            v = self.nodes.velocity[s, self.member[i]]
+        return v
 
     @ti.func
     def watched_place(self, s, k):
-        """Where the k-th is of those whose motion relative to each other tells that others get
-        near: all nodes.
+        """Position of the k-th node of those whose relative motion makes the lists stale: all."""
+        return self.nodes.position[s, self.member[k]]
+
+    @ti.func
+    def outward(self, s, i):
+        """Normal of the surface at point i, of any length: of a vertex the sum of the area vectors
+        around it.
         """
-        return self.place(s, k)
+        f = self.centroid_facet(i)
+        n = ti.Vector.zero(backend.real, self.nodes.dimension)
+        if f >= 0:
+            n = self.shape.area_vector(self.corners(s, f))
+        else:
+            a = self.member[i]
+            for e in range(self.first_around[a], self.first_around[a + 1]):
+                n += self.shape.area_vector(self.corners(s, self.facet_around[e]))
+        return n
+
+    @ti.func
+    def faces(self, X, outward):
+        """True if a facet with its corners at X faces a point whose normal is `outward`."""
+        area = self.shape.area_vector(X)
+        against = -area.dot(outward)
+        least = FACING * FACING * area.norm_sqr() * outward.norm_sqr()
+        return against > 0.0 and against * against > least
+
+    @ti.func
+    def facing_share(self, s, i, X, f):
+        """Part of the stiffness of point i that acts on facet f, with its corners at X, when they
+        meet: that of the areas projected onto f; of two surfaces the softer one decides.
+        """
+        g, normal = self.centroid_facet(i), self.shape.normal(X)
+        facing, whole = ti.Vector([0.0, 0.0])
+        if g >= 0:
+            facing, whole = self._projected(s, g, f, normal), self.facet_stiffness[g]
+        if g < 0:
+            a = self.member[i]
+            for e in range(self.first_around[a], self.first_around[a + 1]):
+                h = self.facet_around[e]
+                facing += self.facet_area[h] * self._projected(s, h, f, normal)
+                whole += self.facet_area[h] * self.facet_stiffness[h]
+        return facing / whole
+
+    @ti.func
+    def _projected(self, s, g, f, normal):
+        """Stiffness per area [Pa/m] of facets g and f, times the cosine between their planes; f has
+        the unit normal `normal`. Zero where they face away from each other.
+        """
+        cosine = ti.max(0.0, -normal.dot(self.shape.normal(self.corners(s, g))))
+        return cosine * ti.min(self.facet_stiffness[g], self.facet_stiffness[f])
 
     @ti.func
     def corners(self, s, f):
@@ -110,15 +206,15 @@ class DeformableSurface:
 
     @ti.func
     def length(self, i, f):
-        """The longer of the sides of a node's facets and of facet f, at rest [m]."""
-        return ti.max(self.member_size[i], self.facet_size[f])
+        """The longer of the sizes of a point's facets and of facet f, at rest [m]."""
+        return ti.max(self.point_size[i], self.facet_size[f])
 
     @ti.func
     def are_neighbours(self, i, f):
-        """Whether node i and facet f are too close at rest to touch each other."""
+        """True if point i and facet f are too close at rest to touch each other."""
         result = 0
-        if self.member_part[i] == self.facet_part[f]:
-            X, x = self.corners_at_rest(f), self.nodes.rest[self.member[i]]
+        if self.point_part[i] == self.facet_part[f]:
+            X, x = self.corners_at_rest(f), self.place_at_rest(i)
             w = self.shape.closest_weights(X, x)
             nearest = NEIGHBOURHOOD * self.length(i, f)
             if (x - X.transpose() @ w).norm_sqr() < nearest * nearest:
@@ -126,28 +222,41 @@ class DeformableSurface:
         return result
 
     @ti.func
-    def gap_and_normal(self, s, i, X, f, w, x):
-        """Signed gap [m] of node i at x to facet f, whose corners are at X and whose closest point
-        has the weights w, and the unit normal n.
+    def gap_and_normal(self, s, i, X, f, w, x, outward):
+        """Signed gap [m] of point i at x, its own normal `outward`, to facet f, whose corners are
+        at X and whose closest point has the weights w.
 
-        Outside, as if it did not touch, where the surface ends at that point, or goes on with
-        facets that node i cannot touch: the closest point of all may lie there.
+        Returns the gap g; the unit normal n; the weights U of the corners of dg/dt =
+        n . (v - sum_c U_c v_c); and of an end of the surface phi and -(dphi/ds) / s [1/m^2]:
+        elsewhere 1 and 0.
         """
         apart = x - X.transpose() @ w
         n = self.shape.normal(X)
         gap = apart.dot(n)
+        U, hold, fading = w, ti.cast(1.0, backend.real), ti.cast(0.0, backend.real)
         if w.min() == 0.0:  # on an edge of the facet or on a corner
-            gap = apart.norm()
-            if apart.dot(self._outward(s, i, f, w)) < 0.0:
-                gap = -gap
-            if gap != 0.0:
-                n = apart / gap
-        return gap, n
+            outside = self._outward(s, i, f, w, outward)
+            if outside.norm_sqr() > 0.0:
+                gap = apart.norm()
+                if apart.dot(outside) < 0.0:
+                    gap = -gap
+                if gap != 0.0:
+                    n = apart / gap
+            else:
+                U = foot_weights(X, self.shape.weight_gradients(X), x)
+                reach = EXTENSION * self.facet_size[f]
+                beyond = (apart - gap * n).norm() / reach
+                if beyond < 1.0:
+                    hold = (1.0 - beyond) ** 2 * (1.0 + 2.0 * beyond)
+                    fading = 6.0 * (1.0 - beyond) / reach**2
+                else:
+                    gap = 0.0
+        return gap, n, U, hold, fading
 
     @ti.func
-    def _outward(self, s, i, f, w):
-        """A normal of the edge or corner of facet f where w lies; none (zero) where the surface
-        ends or goes on with neighbours of node i.
+    def _outward(self, s, i, f, w, outward):
+        """A normal of the edge or vertex of facet f where w lies; none (zero) where the surface
+        ends, or goes on with facets that do not face point i or are its neighbours.
         """
         heaviest = 0
         for c in ti.static(range(1, self.nodes.dimension)):
@@ -166,7 +275,7 @@ class DeformableSurface:
                     weight = self.shape.angle(X, self.corner_around[e])
                 normal += weight * self.shape.normal(X)
                 meeting += 1
-                if self.are_neighbours(i, g) == 1:
+                if not self.faces(X, outward) or self.are_neighbours(i, g) == 1:
                     whole = 0
         if (on_corner and self.is_rim[a] == 1) or (not on_corner and meeting != 2):
             whole = 0

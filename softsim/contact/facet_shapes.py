@@ -17,6 +17,15 @@ def corner(X, k):
 
 
 @ti.func
+def centroid(X):
+    """Mean of the rows of X."""
+    centre = corner(X, 0)
+    for c in ti.static(range(1, X.n)):
+        centre += corner(X, c)
+    return centre / ti.static(float(X.n))
+
+
+@ti.func
 def foot_weights(X, gradients, x):
     """W (d,): linear in x, each 1 at its own corner and 0 at the others."""
     W = gradients @ (x - corner(X, 0))
@@ -32,9 +41,7 @@ def is_farther(X, x, square):
     (r + d)^2 <= 2 (r^2 + d^2), so |x - c|^2 > 2 (r^2 + d^2) says so without a root. Most facets
     that are near, but not the closest, are told by this from few numbers.
     """
-    centre = ti.Vector([0.0 for _ in ti.static(range(X.m))])
-    for c in ti.static(range(X.n)):
-        centre += corner(X, c) / ti.static(float(X.n))
+    centre = centroid(X)
     farthest = ti.cast(0.0, backend.real)
     for c in ti.static(range(X.n)):
         farthest = ti.max(farthest, (corner(X, c) - centre).norm_sqr())
@@ -70,10 +77,15 @@ class Edge:
     dimension = 2
 
     @ti.func
+    def area_vector(self, X):
+        """Normal out of the material, as long as the edge [m]."""
+        along = corner(X, 1) - corner(X, 0)
+        return ti.Vector([along[1], -along[0]])
+
+    @ti.func
     def normal(self, X):
         """Unit normal out of the material."""
-        along = corner(X, 1) - corner(X, 0)
-        return ti.Vector([along[1], -along[0]]).normalized()
+        return self.area_vector(X).normalized()
 
     @ti.func
     def weight_gradients(self, X):
@@ -100,10 +112,15 @@ class Triangle:
     dimension = 3
 
     @ti.func
+    def area_vector(self, X):
+        """Normal out of the material, as long as twice the area [m^2]."""
+        a = corner(X, 0)
+        return (corner(X, 1) - a).cross(corner(X, 2) - a)
+
+    @ti.func
     def normal(self, X):
         """Unit normal out of the material."""
-        a = corner(X, 0)
-        return (corner(X, 1) - a).cross(corner(X, 2) - a).normalized()
+        return self.area_vector(X).normalized()
 
     @ti.func
     def weight_gradients(self, X):

@@ -30,7 +30,7 @@ MARGIN = 1.5
 # Facets that a node may have near it, nodes that a facet may, in facets of equal length: those of
 # both sides of a fin pressed to half its length, twice over, in the plane; in space as many across.
 MOST_FACETS = {2: 32, 3: 128}
-MOST_NODES = {2: 32, 3: 96}
+MOST_NODES = {2: 64, 3: 288}
 
 
 def margin_and_room(facet_size: np.ndarray, dimension: int) -> tuple[float, float, int]:
@@ -67,14 +67,14 @@ class NeighbourLists:
         self.surface, self.nodes = surface, nodes
         self.margin = real_field(np.array([margin]))
         self.deepest = real_field(np.array([DEPTH * longest]))  # that anything gets
-        by_member = (scenarios, int(surface.member_count))
+        by_point = (scenarios, int(surface.point_count))
         by_facet = (scenarios, int(surface.facet_count))
         self.cells = CellLists(*by_facet, d)  # of the facets' centroids
         self.place = vector_field(np.zeros((scenarios, int(surface.watched_count), d)))
         self.radius = real_field(np.zeros(by_facet))
         self.facet_room, self.node_room = room * MOST_FACETS[d], room * MOST_NODES[d]
-        self.near_facet = index_field(np.zeros((*by_member, self.facet_room)))
-        self.near_facet_count = index_field(np.zeros(by_member))
+        self.near_facet = index_field(np.zeros((*by_point, self.facet_room)))
+        self.near_facet_count = index_field(np.zeros(by_point))
         self.near_node = index_field(np.zeros((*by_facet, self.node_room)))
         self.near_node_count = index_field(np.zeros(by_facet))
         by_part = np.zeros((scenarios, PARTS, d))
@@ -132,7 +132,7 @@ class NeighbourLists:
     def find_facets(self, s, p, t, dt):
         """Make the lists of the nodes of part p anew, if lists are."""
         if self.renewed[s] == 1:
-            first, end = part_of(self.surface.member_count.read(), p)
+            first, end = part_of(self.surface.point_count.read(), p)
             for i in range(first, end):
                 self.near_facet_count[s, i] = self._find_facets_of(s, i)
 
@@ -192,7 +192,7 @@ class NeighbourLists:
         if self.renewed[s] == 1:
             for f in range(self.surface.facet_count.read()):
                 self.near_node_count[s, f] = 0
-            for i in range(self.surface.member_count.read()):
+            for i in range(self.surface.point_count.read()):
                 for k in range(self.near_facet_count[s, i]):
                     f = self.near_facet[s, i, k]
                     count = self.near_node_count[s, f]

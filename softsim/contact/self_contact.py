@@ -1,17 +1,21 @@
-"""Contact of the surface of deformable bodies with itself: nodes against facets.
+"""Contact of the surfaces of deformable bodies with each other: points against facets.
 
-The laws are those of the walls (contact/laws.py), between a node and the
-closest point of the facets that it may touch; of one facet, the closest, at a time. Each side's
-nodes are held against the other's facets. What pushes a node pushes back on the corners of its
-facet, so momentum and angular momentum are kept. The spring of the friction is a vector in space
-that goes with the facet: it grows with the velocity of the node relative to the place beside the
+The laws are those of the walls (contact/laws.py), between a point of a surface, vertex or centroid
+of a facet, and the closest facet that faces it (contact/deformable_surface.py); one at a time. Each
+surface's points are held against the others' facets. The force on a point is that on the corners of
+its own facet, by their weights; what pushes a point pushes back on the corners of the facet that it
+touches, so momentum and angular momentum are kept. The spring of the friction is a vector in space
+that goes with the facet: it grows with the velocity of the point relative to the place beside the
 facet where it is, and turns with the tangent plane.
+
+A point's stiffness is settled when it meets a facet and stays until it leaves
+(`DeformableSurface.facing_share`), so its springs have a potential.
 """
 
 import numpy as np
 import taichi as ti
 
-from softsim import backend
+from softsim import backend, fields
 from softsim.contact.deformable_surface import DEPTH, DeformableSurface
 from softsim.contact.dissipation import Dissipation
 from softsim.contact.facet_shapes import (
@@ -23,25 +27,27 @@ from softsim.contact.facet_shapes import (
 )
 from softsim.contact.laws import normal_force, shear_force, slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
-from softsim.fields import index_field, real_field, vector_field
+from softsim.fields import Number, index_field, real_field, vector_field
 from softsim.nodes import PARTS
 from softsim.term import Pass, Stage
 
 
 class SelfContact(Dissipation):
-    """Contact of the nodes of a surface with its facets, each with the closest one.
+    """Contact of the points of a surface with its facets, each with the closest that faces it.
 
     Parameters
     ----------
-    surface: nodes (k) and facets (f). lists: which of them may touch.
+    surface: points (k) and facets (f). lists: which of them may touch.
     members: numbers of the nodes that get forces.
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
     friction_coefficient: mu (scenarios,) [-].
 
-    Fields, (scenarios, k): facet that a node touches, or -1; gap [m], zero unless it touches;
-    stretch (d) of the friction's spring [m], friction (d) [N]; pressing, the normal force [N];
-    friction_dissipation and damping_dissipation [J].
+    Fields, (scenarios, k): facet that a point touches, or -1; gap [m], zero unless it touches;
+    share of its stiffness that acts on that facet, hold what is left of it at an end of the
+    surface; stretch (d) of the friction's spring [m], friction (d) [N]; pressing, the normal force
+    [N]; deepest, the largest penetration so far [m]; friction_dissipation and damping_dissipation
+    [J].
     """
 
     def __init__(
@@ -57,7 +63,7 @@ class SelfContact(Dissipation):
     ) -> None:
         nodes = surface.nodes
         scenarios, d = nodes.scenarios, nodes.dimension
-        Dissipation.__init__(self, scenarios, int(surface.member_count))
+        Dissipation.__init__(self, scenarios, int(surface.point_count))
         self.surface, self.lists, self.nodes = surface, lists, nodes
         self.penalty_stiffness = real_field(penalty_stiffness)
         self.tangential_stiffness = real_field(tangential_stiffness)
@@ -66,13 +72,15 @@ class SelfContact(Dissipation):
         self.friction_coefficient = real_field(friction_coefficient)
         self.first_slot = nodes.corner_forces.reserve(members)
 
-        shape = (scenarios, int(surface.member_count))
+        self.member_count = Number(len(members))
+        shape = (scenarios, int(surface.point_count))
         self.facet = index_field(np.full(shape, -1))
         self.gap, self.dashpot, self.pressing = (real_field(np.zeros(shape)) for _ in range(3))
+        self.share, self.hold, self.deepest = (real_field(np.zeros(shape)) for _ in range(3))
         self.stretch, self.friction = (vector_field(np.zeros((*shape, d))) for _ in range(2))
         self.on_corner = vector_field(np.zeros((*shape, d, d)))  # forces on the facet's corners
-        self.on_member = vector_field(np.zeros((*shape, d)))  # on the node itself
-        # Whether nodes of a part may touch facets, facets around them be touched; whether it is so.
+        self.on_point = vector_field(np.zeros((*shape, d)))
+        # True if points of a part may touch facets; if nodes of a part may get forces, and do.
         self.may_touch, self.may_react = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
         self.loaded = index_field(np.zeros((scenarios, len(members))))
 
@@ -92,6 +100,9 @@ class SelfContact(Dissipation):
         return {
             "facet": self.facet,
             "gap": self.gap,
+            "share": self.share,
+            "hold": self.hold,
+            "deepest": self.deepest,
             "dashpot": self.dashpot,
             "normal_force": self.pressing,
             "stretch": self.stretch,
@@ -101,42 +112,56 @@ class SelfContact(Dissipation):
             "damping_dissipation": self.damping_dissipation,
         }
 
+    def forget_dissipation(self, scenario: int) -> None:
+        """Set the dissipated energies and the largest penetration of a scenario to zero."""
+        super().forget_dissipation(scenario)
+        fields.write_row(self.deepest, scenario, 0.0)
+
     @ti.func
     def push(self, s, p, t, dt):
-        """Contact forces of the nodes of part p, and what their facets' corners get."""
+        """Contact forces of the points of part p, and their reactions on the facets' corners."""
         first, end = part_of(self.count.read(), p)
         if self.lists.renewed[s] == 1:
             self.may_touch[s, p] = 0
             for i in range(first, end):
-                if self.lists.near_facet_count[s, i] > 0 or self.facet[s, i] >= 0:
+                if self._is_involved(s, i):
                     self.may_touch[s, p] = 1
         if self.may_touch[s, p] == 1:
             for i in range(first, end):
-                if self.lists.near_facet_count[s, i] > 0 or self.facet[s, i] >= 0:
-                    self._push_node(s, i, t, dt)
+                if self._is_involved(s, i):
+                    self._push_point(s, i, t, dt)
 
     @ti.func
-    def _push_node(self, s, i, t, dt):
-        """Contact force of node i with the closest facet."""
-        x = self.surface.place(s, i)
-        f, w = self._closest_facet(s, i, x)
+    def _is_involved(self, s, i):
+        """True if point i touches a facet, or may before long."""
+        return self.lists.near_facet_count[s, i] > 0 or self.facet[s, i] >= 0
+
+    @ti.func
+    def _push_point(self, s, i, t, dt):
+        """Contact force of point i with the closest facet that faces it."""
+        x, outward = self.surface.place(s, i), self.surface.outward(s, i)
+        f, w = self._closest_facet(s, i, x, outward)
         gap = ti.cast(0.0, backend.real)
-        n = ti.Vector.zero(backend.real, self.nodes.dimension)
-        rate = ti.cast(0.0, backend.real)  # dg/dt = n . (v - sum_c w_c v_c)
+        rate = ti.cast(0.0, backend.real)  # dg/dt = n . (v - sum_c U_c v_c)
         if f >= 0:
             X, V = self.surface.corners(s, f), self.surface.corner_velocities(s, f)
             v = self.surface.velocity(s, i)
-            gap, n = self.surface.gap_and_normal(s, i, X, f, w, x)
-            rate = n.dot(v - V.transpose() @ w)
+            gap, n, U, hold, fading = self.surface.gap_and_normal(s, i, X, f, w, x, outward)
+            rate = n.dot(v - V.transpose() @ U)
             if gap < 0.0:
-                self._touch(s, i, f, X, V, w, x, v, gap, n, rate, t, dt)
+                if self.facet[s, i] < 0:
+                    self.share[s, i] = self.surface.facing_share(s, i, X, f)
+                self.hold[s, i] = hold
+                self._touch(s, i, f, X, V, U, x, v, gap, n, rate, t, dt)
+                if fading > 0.0:
+                    self._slide_off(s, i, X, w, U, x, gap, n, fading)
         if gap >= 0.0 and self.facet[s, i] >= 0:
             self._let_go(s, i, rate, dt)
 
     @ti.func
-    def _closest_facet(self, s, i, x):
-        """Closest facet among those near, with the weights of its closest point; -1 where it is
-        farther than nodes get deep in it.
+    def _closest_facet(self, s, i, x, outward):
+        """Closest of the facets near point i at x that face its normal `outward`, with the weights
+        of its closest point; -1 where it is farther than points get deep in it.
         """
         closest = -1
         w = ti.Vector.zero(backend.real, self.nodes.dimension)
@@ -144,7 +169,7 @@ class SelfContact(Dissipation):
         for k in range(self.lists.near_facet_count[s, i]):
             f = self.lists.near_facet[s, i, k]
             X = self.surface.corners(s, f)
-            if not is_farther(X, x, nearest):
+            if not is_farther(X, x, nearest) and self.surface.faces(X, outward):
                 weights = self.surface.shape.closest_weights(X, x)
                 square = (x - X.transpose() @ weights).norm_sqr()
                 if square < nearest:
@@ -154,10 +179,12 @@ class SelfContact(Dissipation):
         return closest, w
 
     @ti.func
-    def _touch(self, s, i, f, X, V, w, x, v, gap, n, rate, t, dt):
-        """Node i at x, with the velocity v, touches facet f, its corners at X with velocities V."""
-        N = normal_force(gap, rate, self.penalty_stiffness[i], self.damping[i])
-        # Where the node is beside the facet, and how fast it slides over it.
+    def _touch(self, s, i, f, X, V, U, x, v, gap, n, rate, t, dt):
+        """Point i at x, with velocity v, touches facet f, its corners at X with velocities V."""
+        k_n = self.share[s, i] * self.hold[s, i] * self.penalty_stiffness[i]
+        c_n = self.share[s, i] * self.hold[s, i] * self.damping[i]
+        N = normal_force(gap, rate, k_n, c_n)
+        # Where the point is beside the facet, and how fast it slides over it.
         facet_normal = self.surface.shape.normal(X)
         gradients = self.surface.shape.weight_gradients(X)
         W = foot_weights(X, gradients, x)
@@ -167,7 +194,8 @@ class SelfContact(Dissipation):
         inside = dt
         if self.facet[s, i] < 0 and rate * dt < gap:
             inside = gap / rate  # it crossed the surface within this increment
-        k_t, damping_rate = self.tangential_stiffness[i], self.tangential_damping[i] / dt
+        k_t = self.share[s, i] * self.tangential_stiffness[i]
+        damping_rate = self.share[s, i] * self.tangential_damping[i] / dt
         across = self.stretch[s, i].dot(n)  # by which the tangent plane has turned away
         before = self.stretch[s, i] - across * n
         stretch = before + inside * sliding
@@ -175,7 +203,7 @@ class SelfContact(Dissipation):
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
         friction = shear_force(stretch, before, k_t, damping_rate)
-        damping_force = N + self.penalty_stiffness[i] * gap
+        damping_force = N + k_n * gap
         self.book_normal(s, i, self.dashpot[s, i], damping_force, dt * rate)
         self.book_tangential(
             s, i, self.friction[s, i], friction, before, stretch, k_t,
@@ -184,63 +212,84 @@ class SelfContact(Dissipation):
         self.friction_dissipation[s, i] = self.friction_dissipation[s, i] + (
             0.5 * k_t * across * across
         )
-        self.on_member[s, i] = N * n - friction
+        self.on_point[s, i] = N * n - friction
         rubbed = corner_forces(gradients, facet_normal, W, z, -friction)
         for c in ti.static(range(self.nodes.dimension)):
-            self.on_corner[s, i, c] = -w[c] * N * n - corner(rubbed, c)
+            self.on_corner[s, i, c] = -U[c] * N * n - corner(rubbed, c)
         self.facet[s, i], self.gap[s, i], self.pressing[s, i] = f, gap, N
         self.dashpot[s, i] = damping_force
         self.stretch[s, i], self.friction[s, i] = stretch, friction
+        self.deepest[s, i] = ti.max(self.deepest[s, i], -gap)
+
+    @ti.func
+    def _slide_off(self, s, i, X, w, U, x, gap, n, fading):
+        """Add the force by which the fading contact at an end of the surface drives point i away
+        from it: -dE/ds along its way s beyond the end, E = k phi(s) gap^2 / 2.
+        """
+        beyond = x - X.transpose() @ w - gap * n
+        per_length = 0.5 * self.share[s, i] * self.penalty_stiffness[i] * gap * gap * fading
+        self.on_point[s, i] = self.on_point[s, i] + per_length * beyond
+        for c in ti.static(range(self.nodes.dimension)):
+            moment = (U[c] - w[c]) * gap * n
+            self.on_corner[s, i, c] = self.on_corner[s, i, c] + per_length * (
+                moment - w[c] * beyond
+            )
 
     @ti.func
     def _friction_limit(self, s, i, N, speed, t, dt):
-        """Of friction [N] on node i, which is pressed with N and slides at `speed` [m/s]."""
+        """Limit of friction [N] on point i, pressed with N, that slides at `speed` [m/s]."""
         return self.friction_coefficient[s] * N
 
     @ti.func
     def _let_go(self, s, i, rate, dt):
-        """Node i, which touched, does not any more; `rate` of its gap [m/s]."""
+        """Point i, which touched, does not any more; `rate` of its gap [m/s]."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
         # How it slid in this last increment is not known: what the spring held is rubbed off.
         before, friction = self.stretch[s, i], self.friction[s, i]
         self.book_normal(s, i, self.dashpot[s, i], 0.0, dt * rate)
-        self.book_tangential(
-            s, i, friction, nothing, before, nothing, self.tangential_stiffness[i], before
-        )
-        self.on_member[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
+        k_t = self.share[s, i] * self.tangential_stiffness[i]
+        self.book_tangential(s, i, friction, nothing, before, nothing, k_t, before)
+        self.on_point[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
         self.facet[s, i], self.gap[s, i], self.pressing[s, i] = -1, 0.0, 0.0
         self.dashpot[s, i] = 0.0
 
     @ti.func
     def gather_facet_reactions(self, s, p, t, dt):
         """All contact forces on the nodes of part p, into their slots."""
-        first, end = part_of(self.count.read(), p)
+        first, end = part_of(self.member_count.read(), p)
         if self.lists.renewed[s] == 1:
-            self.may_react[s, p] = self.may_touch[s, p]
+            self.may_react[s, p] = 0
             for i in range(first, end):
-                if self._nodes_around(s, i) > 0 or self.loaded[s, i] == 1:
+                if self._may_be_loaded(s, i):
                     self.may_react[s, p] = 1
         if self.may_react[s, p] == 1:
             for i in range(first, end):
                 self._gather_node(s, i)
 
     @ti.func
-    def _nodes_around(self, s, i):
-        """How many nodes may touch the facets around node i."""
-        a = self.surface.member[i]
-        count = 0
+    def _may_be_loaded(self, s, i):
+        """True if a point at node i or around it, or one on a facet around it, may touch."""
+        a, m = self.surface.member[i], self.member_count.read()
+        result = self._is_involved(s, i) or self.loaded[s, i] == 1
         for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
-            count += self.lists.near_node_count[s, self.surface.facet_around[e]]
-        return count
+            f = self.surface.facet_around[e]
+            if self.lists.near_node_count[s, f] > 0 or self._is_involved(s, m + f):
+                result = True
+        return result
 
     @ti.func
     def _gather_node(self, s, i):
-        """What node i gets from its own facet and from the nodes on the facets around it."""
-        a = self.surface.member[i]
-        total = self.on_member[s, i]
+        """Forces on node i: of its own point, of the centroids of the facets around it, and of the
+        points that touch these.
+        """
+        a, m = self.surface.member[i], self.member_count.read()
+        total = self.on_point[s, i]
         loaded = ti.cast(self.facet[s, i] >= 0, ti.i32)
         for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
             f, c = self.surface.facet_around[e], self.surface.corner_around[e]
+            if self.facet[s, m + f] >= 0:
+                loaded = 1
+                total += self.on_point[s, m + f] / ti.static(float(self.nodes.dimension))
             for k in range(self.lists.near_node_count[s, f]):
                 j = self.lists.near_node[s, f, k]
                 if self.facet[s, j] == f:
@@ -255,6 +304,8 @@ class SelfContact(Dissipation):
         """Energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
-            total += 0.5 * self.penalty_stiffness[i] * self.gap[s, i] * self.gap[s, i]
-            total += 0.5 * self.tangential_stiffness[i] * self.stretch[s, i].norm_sqr()
+            k_n = self.hold[s, i] * self.penalty_stiffness[i]
+            springs = k_n * self.gap[s, i] * self.gap[s, i]
+            springs += self.tangential_stiffness[i] * self.stretch[s, i].norm_sqr()
+            total += 0.5 * self.share[s, i] * springs
         return total

@@ -1,4 +1,4 @@
-"""Upper bound of the nodes of a surface that a corner of a facet carries in self-contact.
+"""Sizes of facets, and an upper bound of what a corner of a facet carries of places on it.
 
 A node on a facet is carried by its corners with its barycentric weights. A corner's weight falls to
 zero over its reach, h; of nodes that lie s apart on a line it carries no more than
@@ -7,14 +7,6 @@ with one of them on the corner, and in space the square of that. One if s = h.
 """
 
 import numpy as np
-
-
-def nodes_per_facet_bound(x: np.ndarray, facets: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Upper bound (k,) of the sum of weights that each of `nodes` (k,), the corners of the facets
-    (f, d), carries where the nodes are densest, all nodes at x (n, d).
-    """
-    extent = nodal_extents(x, facets)[nodes]
-    return weights_in_line(extent / extent.min()) ** (x.shape[1] - 1)
 
 
 def weights_in_line(ratio: np.ndarray) -> np.ndarray:
@@ -35,3 +27,13 @@ def nodal_extents(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
     share = np.sqrt(squared) / (2.0 if d == 2 else 6.0)
     own = np.bincount(facets.ravel(), np.repeat(share, d), minlength=len(x))
     return own ** (1.0 / (d - 1))
+
+
+def area_vectors(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Normals (f, d) out of the material, as long as the length [m] of the edges or the area [m^2]
+    of the triangles (f, d), all nodes at x (n, d) [m].
+    """
+    sides = x[facets[:, 1:]] - x[facets[:, :1]]
+    if x.shape[1] == 2:
+        return np.stack([sides[:, 0, 1], -sides[:, 0, 0]], axis=1)
+    return 0.5 * np.cross(sides[:, 0], sides[:, 1])

@@ -171,8 +171,13 @@ class Contact(Part):
     self_contact: tuple[Text, ...] = Field(
         default=(),
         description="Bodies, or facet sets body.set, whose surfaces may touch themselves and each "
-        "other; a quarter as stiff as walls, in which two surfaces yield and each holds the other.",
+        "other. Faces in a plane of symmetry are left out.",
     )
+    allowed_penetration: Number = Field(
+        default=0.01, gt=0.0, le=0.1, description="Of bodies into each other, over the size of the "
+        "softer one's facets, where that is compressed by a tenth; less takes shorter steps. Not "
+        "where penalty_stiffness is given."
+    )  # fmt: skip
     self_friction_coefficient: Number | None = Field(
         default=None, ge=0.0, description="Coulomb's mu among them; as on walls by default."
     )

@@ -468,7 +468,7 @@ def meeting_doubts(model: Model) -> dict[str, str]:
     group = linked_groups(tied_pairs(model), len(model.bodies))
     listed = np.zeros(len(model.points), dtype=bool)
     if model.self_contact is not None:
-        listed[model.self_contact.contact.nodes] = True
+        listed[model.self_contact.nodes] = True
     found = {}
     for (i, a), (j, b) in combinations(enumerate(model.bodies), 2):
         if group[i] == group[j] or (listed[a.nodes].any() and listed[b.nodes].any()):

@@ -159,18 +159,17 @@ class Terms:
         data = models[0].self_contact
         if data is None:
             return []
-        contact = data.contact
-        friction = [m.self_contact.contact.friction_coefficient for m in models if m.self_contact]
+        friction = [m.self_contact.friction_coefficient for m in models if m.self_contact]
         surface = DeformableSurface(
-            self.nodes, contact.nodes, data.facets, data.node_size, data.facet_size,
-            data.node_part, data.facet_part,
+            self.nodes, data.nodes, data.facets, data.point_size, data.facet_size,
+            data.point_part, data.facet_part, data.facet_areas, data.facet_stiffness,
         )  # fmt: skip
         lists = NeighbourLists(surface, *margin_and_room(data.facet_size, self.nodes.dimension))
+        k_n, c_n = data.penalty_stiffness, data.penalty_stiffness * data.damping_time
         return [
             SelfContact(
-                surface, lists, contact.nodes,
-                contact.penalty_stiffness, contact.tangential_stiffness, contact.damping,
-                contact.tangential_damping, np.array(friction),
+                surface, lists, data.nodes, k_n, data.tangential_ratio * k_n, c_n,
+                data.tangential_damping_fraction * c_n, np.array(friction),
             )
         ]  # fmt: skip
 

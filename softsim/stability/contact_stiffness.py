@@ -8,21 +8,21 @@ as if the other were fixed; how that is put together stands in stability/rigid_b
 A corner of a wall that presses a facet k w w^T, with the weights w_c of the facet's corners: at
 most k w_c at each of them, as (sum_c w_c u_c)^2 <= sum_c w_c u_c^2.
 
-In self-contact a node against a facet feels k b b^T with b = (1, -w_c) along one direction, the
-weights w_c of the facet's corners adding up to 1. As
-(sum_j b_j u_j)^2 <= (sum_j |b_j|) (sum_j |b_j| u_j^2), that is at most 2 k at the node and 2 k w_c
-at the corners. (Two nodes that press each other from both sides attain it.) Left out: what
-friction's turning of the facet adds, some gap over its length. A corner bears the sum of w_c over
-all nodes on its facets (mesh/bearing.py).
+Between bodies a point against a facet feels k b b^T along one direction, with b the weights of the
+corners of its own facet and, negative, those of the other, either adding up to 1. As
+(sum_j b_j u_j)^2 <= (sum_j |b_j|) (sum_j |b_j| u_j^2), that is at most 2 k |b_j| at each of them.
+(Two nodes that press each other from both sides attain it.) Left out: what friction's turning of
+the facet adds, some gap over its length, and what an end of a surface adds where contact fades.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from softsim.contact.wall import Wall
 from softsim.loads.end_drag import EndDrag
-from softsim.mesh.bearing import nodes_per_facet_bound
+from softsim.mesh.bearing import area_vectors, weights_in_line
 from softsim.model import ContactData, Model, OutlineData, SelfContactData
 from softsim.stability.rigid_bodies import TIED_SHARE, TiedSprings, least_inertia
 
@@ -41,14 +41,15 @@ class ContactStiffness:
         self.reach = REACH * np.ptp(model.points, axis=0).max()
         self.supports = [(o, o.support) for o in model.outlines if o.support is not None]
         self.touched_at_once = touched_at_once(model.walls)
-        self.on_walls = self._tied_springs(model.contact)
+        self.on_walls = self._tied_springs(model.contact.nodes)
         if model.self_contact is not None:
-            self.on_surfaces = self._tied_springs(model.self_contact.contact)
+            self.surfaces = SurfaceStiffness(model.self_contact, model.points)
+            self.on_surfaces = self._tied_springs(model.self_contact.nodes)
 
-    def _tied_springs(self, contact: ContactData) -> list[TiedSprings]:
-        """Of contact, on each rigid body."""
+    def _tied_springs(self, nodes: np.ndarray) -> list[TiedSprings]:
+        """Springs of contact at nodes (k,), on each rigid body."""
         bodies, points = self.model.rigid_bodies, self.model.points
-        return [TiedSprings(body, points, contact.nodes) for body in bodies]
+        return [TiedSprings(body, points, nodes) for body in bodies]
 
     def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Stiffness (n,) [N/m] against walls, outlines and other surfaces, and of what drags on
@@ -104,7 +105,7 @@ class ContactStiffness:
         stiffness = np.zeros(len(x))
         data = self.model.self_contact
         if data is not None:
-            stiffness[data.contact.nodes] = self_stiffness(data, x, dt)
+            stiffness[data.nodes] = self.surfaces.of_nodes(x, dt)
         return np.where(self.tied, 0.0, stiffness)
 
     def of_pressed(self, x: np.ndarray, dt: float) -> np.ndarray:
@@ -128,7 +129,7 @@ class ContactStiffness:
             k += self._of_corners(dt)[contact.nodes]
             at_walls[:] = [springs.largest_frequency(k) for springs in self.on_walls]
         if own is not None:
-            k = self_stiffness(own, x, dt)
+            k = self.surfaces.of_nodes(x, dt)
             pressed[:] = [springs.largest_frequency(k) for springs in self.on_surfaces]
         for outline, supported in self.supports:
             k = surface_stiffness(supported, dt)
@@ -167,10 +168,85 @@ def wall_stiffness(
     return surfaces * k_t + alike * np.maximum(k_n - k_t, 0.0)
 
 
-def self_stiffness(data: SelfContactData, x: np.ndarray, dt: float) -> np.ndarray:
-    """Stiffness (k,) [N/m] of each node of the surfaces, all nodes at x (n, d), at the step dt."""
-    k = surface_stiffness(data.contact, dt)
-    return 2.0 * (k + k.max() * nodes_per_facet_bound(x, data.facets, data.contact.nodes))
+class SurfaceStiffness:
+    """Upper bound of the stiffness of contact between bodies at the nodes of their surfaces.
+
+    A node bears its own points and, by their weights w, those of others on the facets around it.
+    One surface presses it at a time, from one side: then it has the areas of its facets projected
+    onto that surface. Its own points have k_n = (stiffness per area) (area) / 2, the others at most
+    half of the node's stiffness per area, or of theirs, and an area sum A_i w_i: of points that lie
+    s apart and have the area s^(d - 1) each, no more than (s weights_in_line(h / s))^(d - 1) for a
+    reach h of the facets.
+    """
+
+    def __init__(self, data: SelfContactData, rest: np.ndarray) -> None:
+        """rest: positions of all nodes (n, d) [m] at rest."""
+        self.data, d = data, rest.shape[1]
+        count = len(data.nodes)
+        number = np.searchsorted(data.nodes, data.facets)
+        # Pairs of facets around each node: the second is projected along the normal of the first.
+        node, facet = number.ravel(), np.repeat(np.arange(len(number)), d)
+        order = np.argsort(node, kind="stable")
+        node, facet = node[order], facet[order]
+        around = np.bincount(node, minlength=count)
+        begin = np.concatenate([[0], np.cumsum(around)])[node]
+        self.first = np.repeat(np.arange(len(node)), around[node])
+        along = np.arange(len(self.first)) - np.repeat(
+            np.cumsum(around[node]) - around[node], around[node]
+        )
+        self.second = begin[self.first] + along
+        self.node, self.facet, self.number = node, facet, number
+        shares = np.linalg.norm(area_vectors(rest, data.facets), axis=1) / d
+        self.rest_shares, self.rest_size = shares, self._projected(rest, shares)
+        depth = data.summed_at_nodes(data.point_areas) / np.bincount(node, shares[facet], count)
+        self.depth = self._largest_around(depth[number].max(axis=1))
+        self.per_area = self._largest_around(data.facet_stiffness)
+        self.damping_time = self._largest_around(data.damping_time[number].max(axis=1))
+        self.node_part = data.point_part[:count]
+
+    def _largest_around(self, of_facets: np.ndarray) -> np.ndarray:
+        """Largest value (k,) of the facets (f,) around each node."""
+        largest = np.zeros(len(self.data.nodes))
+        np.maximum.at(largest, self.number, of_facets[:, None])
+        return largest
+
+    def _projected(self, x: np.ndarray, of_facets: np.ndarray) -> np.ndarray:
+        """Sum (k,) over the facets around each node of values (f,), projected along the normal of
+        that facet, or of their mean, which makes it largest, all nodes at x.
+        """
+        count, vectors = len(self.data.nodes), area_vectors(x, self.data.facets)
+        normals = (vectors / np.linalg.norm(vectors, axis=1)[:, None])[self.facet]
+        values = of_facets[self.facet]
+        cosine = np.einsum("pi,pi->p", normals[self.first], normals[self.second])
+        sums = np.bincount(self.first, np.maximum(cosine, 0.0) * values[self.second])
+        largest = np.zeros(count)
+        np.maximum.at(largest, self.node, sums)
+        mean = [np.bincount(self.node, values * component, count) for component in normals.T]
+        return np.maximum(largest, np.linalg.norm(mean, axis=0))
+
+    def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Stiffness (k,) [N/m] of each surface node, all nodes at x (n, d), at the step dt [s]."""
+        data, d = self.data, x.shape[1]
+        own = self._projected(x, self.rest_shares * data.facet_stiffness)
+        own *= self._with_dashpots(self.damping_time, dt)
+        now = self._projected(x, np.linalg.norm(area_vectors(x, data.facets), axis=1) / d)
+        squeezed, extent = self.rest_size / now, now ** (1.0 / (d - 1))
+        others = np.zeros(len(data.nodes))
+        for part in np.unique(self.node_part):
+            of_part = self.node_part == part
+            apart = extent[of_part].max()
+            size = squeezed[of_part].max() * (apart * weights_in_line(extent / apart)) ** (d - 1)
+            per_area = np.minimum(self.per_area, self.per_area[of_part].max())
+            damping_time = self.damping_time[of_part].max()
+            others = np.maximum(others, per_area * size * self._with_dashpots(damping_time, dt))
+        # Half the stiffness in each half pass, twice the stiffness of a pair in the bound.
+        return self.depth * (own + others)
+
+    def _with_dashpots(self, damping_time: Any, dt: float) -> Any:
+        """The larger of 1 + 2 c_n / (k_n dt) and k_t / k_n + 2 c_t / (k_n dt)."""
+        lag = 2.0 * damping_time / dt
+        data = self.data
+        return np.maximum(1.0 + lag, data.tangential_ratio + data.tangential_damping_fraction * lag)
 
 
 def surface_stiffness(contact: ContactData, dt: float) -> np.ndarray:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from softsim.builder.self_contact import LARGEST_SHARE, LEAST_SHARE, depth_inside
+from softsim.builder.self_contact import depth_inside, plane_strain_modulus
 from softsim.errors import SceneError
 from softsim.robots.block import block
 from softsim.robots.box import box
-from softsim.stability.contact_stiffness import self_stiffness
+from softsim.stability.contact_stiffness import SurfaceStiffness
 
 TWO = """\
 bodies:
@@ -25,12 +25,13 @@ def test_bodies_and_facet_sets_are_named(build):
     model = build(TWO)
     data = model.self_contact
     assert len(data.facets) == 12 + 4
-    assert set(data.node_part) == set(data.facet_part)
+    assert len(data.point_areas) == len(data.nodes) + len(data.facets)
+    assert data.point_areas.sum() == pytest.approx((12 + 4) * 5e-6)
     assert len(set(data.facet_part)) == 2
     np.testing.assert_allclose(data.facet_size, 1e-3, rtol=1e-9)
-    assert data.contact.friction_coefficient == 0.7
+    assert data.friction_coefficient == 0.7
     given = build(TWO, "contact.self_friction_coefficient=0.2").self_contact
-    assert given.contact.friction_coefficient == 0.2
+    assert given.friction_coefficient == 0.2
 
 
 @pytest.mark.parametrize("mesh", [block(4.0, 3.0, 1.0, "quad"), box(4.0, 2.0, 3.0, 1.0, "quad")])
@@ -48,19 +49,42 @@ def test_nothing_touches_itself_unless_asked(build):
     assert build(TWO, "contact.self_contact=[]").self_contact is None
 
 
-def test_all_contact_at_a_node_is_no_stiffer_than_a_wall(build):
-    """Nodes of equal facets, without dashpots: a quarter of a wall's stiffness each way."""
-    model = build(TWO, "contact.self_contact=[a, b]", "contact.damping_ratio=0")
+def test_a_node_bears_both_half_passes(build):
+    """Nodes of equal facets, without dashpots: twice the springs of one pass and the other, of a
+    tenth of the modulus over the allowed penetration; at a corner those of one side, which has half
+    the length, or of the mean of both.
+    """
+    model = build(
+        TWO, "contact.self_contact=[a, b]", "contact.damping_ratio=0",
+        "contact.allowed_penetration=0.02",
+    )  # fmt: skip
     data = model.self_contact
-    walls = model.contact.penalty_stiffness[np.isin(model.contact.nodes, data.contact.nodes)]
-    np.testing.assert_allclose(data.contact.penalty_stiffness, LARGEST_SHARE * walls)
-    np.testing.assert_allclose(self_stiffness(data, model.points, 1e-6), walls)
+    modulus = plane_strain_modulus(model.bodies[0].regions[0].material)
+    whole = 0.1 * modulus / (0.02 * 1e-3) * 5e-6
+    of_sides = data.summed_at_nodes(data.penalty_stiffness)
+    np.testing.assert_allclose(of_sides, 0.5 * whole)
+    bound = SurfaceStiffness(data, model.points).of_nodes(model.points, 1e-6)
+    assert set(np.round(bound / whole, 6)) == {2.0, round(0.5**0.5 + 1.0, 6)}
 
 
-def test_uneven_facets_soften_it_to_a_limit(build):
-    model = build(TWO, "contact.self_contact=[a, b]", "bodies.b.mesh.element_size=0.1 mm")
-    share = model.self_contact.contact.penalty_stiffness.max() / model.contact.penalty_stiffness[0]
-    assert share == pytest.approx(LEAST_SHARE)
+def test_a_stiffness_of_nodes_is_that_of_both_half_passes(build):
+    model = build(TWO, "contact.self_contact=[a, b]", "contact.penalty_stiffness=700 N/m")
+    data = model.self_contact
+    np.testing.assert_allclose(data.summed_at_nodes(data.penalty_stiffness), 350.0)
+
+
+def test_faces_in_a_plane_of_symmetry_do_not_touch(build):
+    """Nor does a side that is held across itself by a fixed direction."""
+    half = """
+conditions:
+  a: {kind: symmetry, nodes: a.left, normal: x}
+  b: {kind: fixed, nodes: b.left, directions: [x]}
+  base: {kind: fixed, nodes: a.bottom}
+"""
+    data = build(TWO + half, "contact.self_contact=[a, b]").self_contact
+    assert len(data.facets) == 2 * 12 - 2 * 2
+    with pytest.raises(SceneError, match="planes of symmetry"):
+        build(TWO + half, "contact.self_contact=[a.left]")
 
 
 @pytest.mark.parametrize(

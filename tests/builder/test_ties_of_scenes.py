@@ -94,7 +94,7 @@ def test_cells_that_are_flattened_are_refused(build):
 def test_tied_bodies_are_one_part_for_contact(build):
     """What lies side by side at rest, at the rim of a tie, does not touch."""
     model = build(SCENE, "contact.self_contact=['lower', 'upper']")
-    assert len(np.unique(model.self_contact.node_part)) == 1
+    assert len(np.unique(model.self_contact.point_part)) == 1
 
 
 def test_the_reaction_of_tied_nodes_is_refused(build):

@@ -45,7 +45,7 @@ class SurfaceRig:
         fields.write(nodes.position, np.ascontiguousarray(x[None]))
         fields.write(nodes.velocity, np.zeros((1, *x.shape)) if v is None else v[None])
         self._find(dt)
-        members = self.model.self_contact.contact.nodes
+        members = self.model.self_contact.nodes
         slots = slice(self.contact.first_slot, self.contact.first_slot + len(members))
         forces = np.zeros_like(x)
         for k, component in enumerate(nodes.corner_forces.component):
@@ -54,14 +54,15 @@ class SurfaceRig:
 
     def energy(self) -> float:
         """Energy in the springs [J]."""
-        constants = self.model.self_contact.contact
-        gap, stretch = fields.read(self.contact.gap)[0], fields.read(self.contact.stretch)[0]
-        normal = (constants.penalty_stiffness * gap**2).sum()
-        return 0.5 * (normal + (constants.tangential_stiffness * (stretch**2).sum(axis=1)).sum())
+        data, contact = self.model.self_contact, self.contact
+        gap, share, hold = (fields.read(f)[0] for f in (contact.gap, contact.share, contact.hold))
+        squares = (fields.read(contact.stretch)[0] ** 2).sum(axis=1)
+        springs = hold * gap**2 + data.tangential_ratio * squares
+        return 0.5 * float((share * data.penalty_stiffness * springs).sum())
 
     @property
     def facets(self):
-        """Facet that each node touches (k,), or -1."""
+        """Facet that each point touches (k,), or -1."""
         return fields.read(self.contact.facet)[0]
 
     @ti.kernel

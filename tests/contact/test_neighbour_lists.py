@@ -16,6 +16,11 @@ def distances(points, edges, x):
     return np.linalg.norm(x[:, None] - closest, axis=2)
 
 
+def contact_points(x, data):
+    """Positions (k + f, 2) of the vertices and of the facets' centroids, all nodes at x (n, 2)."""
+    return np.concatenate([x[data.nodes], x[data.facets].mean(axis=1)])
+
+
 def listed(rig):
     """Pairs (node, facet) by the lists of the nodes and by those of the facets."""
     lists = rig.lists
@@ -35,13 +40,12 @@ def test_lists_hold_every_pair_within_reach_of_the_longest_facet(build, fresh_ta
     noise = np.random.default_rng(5).standard_normal(model.points.shape)
     x = pressed_together(model, 0.2e-3) + 0.1e-3 * noise
     rig.place(x)
-    members = data.contact.nodes
-    length = np.maximum(data.node_size[:, None], data.facet_size)
+    length = np.maximum(data.point_size[:, None], data.facet_size)
     assert data.facet_size.min() < 0.95 * data.facet_size.max()
     reach = DEPTH * data.facet_size.max() + MARGIN * data.facet_size.mean()
-    within = distances(x, data.facets, x[members]) <= reach
-    at_rest = distances(model.points, data.facets, model.points[members])
-    apart = (data.node_part[:, None] != data.facet_part) | (at_rest >= NEIGHBOURHOOD * length)
+    within = distances(x, data.facets, contact_points(x, data)) <= reach
+    at_rest = distances(model.points, data.facets, contact_points(model.points, data))
+    apart = (data.point_part[:, None] != data.facet_part) | (at_rest >= NEIGHBOURHOOD * length)
     by_node, by_facet = listed(rig)
     assert by_node == [tuple(pair) for pair in np.argwhere(within & apart).tolist()]
     assert sorted((i, f) for f, i in by_facet) == by_node
