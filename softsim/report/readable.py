@@ -134,11 +134,24 @@ COMPUTED = {
         lambda v: f"{100.0 * v:.3f} %",
         "Largest error of the energy balance, relative to the largest energy.",
     ),
+    "largest_penetration": Entry(
+        lambda v: f"{100.0 * v:.2g} % of an element",
+        "Largest depth of a node in a wall, over the size of the elements there.",
+        label="penetration of walls",
+    ),
+    "largest_body_penetration": Entry(
+        lambda v: f"{100.0 * v:.2g} % of an element",
+        "Largest depth of a body in another one, over the size of the elements there.",
+        label="penetration of bodies",
+    ),
 }
 """Key -> how it is written, of how a run was computed."""
 
-NOTHING = ("cycles_done", "rows_in_contact", "mean_contact_area")
-"""Keys of which zero means that the run is not about them: no pressure cycles, no walls."""
+NOTHING = (
+    "cycles_done", "rows_in_contact", "mean_contact_area", "largest_penetration",
+    "largest_body_penetration",
+)  # fmt: skip
+"""Keys of which zero means that the run is not about them: no pressure cycles, no contact."""
 
 COMPONENTS = {"x": "in x", "y": "in y", "z": "in z", "radial": "in the mean radius"}
 """End of the key of a component of a displacement -> its direction in words."""

@@ -55,6 +55,8 @@ from softsim.solver.guards import (
     turning_warnings,
 )
 from softsim.solver.penetration import (
+    body_penetration,
+    body_penetration_warnings,
     crossing_warnings,
     penetration,
     penetration_warnings,
@@ -408,6 +410,9 @@ class Run:
         deepest = penetration(self.scenario)
         found |= {"largest_penetration": deepest.relative}
         self.files.warn(penetration_warnings(self.model, deepest))
+        if (between := body_penetration(self.scenario)) is not None:
+            found |= {"largest_body_penetration": between.relative}
+            self.files.warn(body_penetration_warnings(between))
         self.files.warn(hourglass_warnings(history) | air_line_warnings(history))
         if (name := ended_by(self.stop_conditions)) is not None:
             found["ended_by"] = name

@@ -80,6 +80,7 @@ def chatter_warnings(model: Model, found: Chatter) -> dict[str, str]:
         f"{found.returns:.3g} times in an oscillation of {oscillation_period(model) * 1e3:.3g} ms, "
         f"most often ({found.worst_returns:.3g} times) the one of {body} at rest at ({place}) mm. "
         "Friction and sliding then depend on the mesh: give the material its spectrum at kHz "
-        "(materials.NAME.spectrum), raise contact.damping_ratio, or let the body settle first "
-        "(time.settle)"
+        "(materials.NAME.spectrum), raise contact.damping_ratio, let the friction limit follow "
+        "the normal force more slowly (contact.friction_memory, contact.friction_slip_length), or "
+        "let the body settle first (time.settle)"
     }

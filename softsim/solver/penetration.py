@@ -1,5 +1,5 @@
-"""Penetration of walls by nodes, which penalty contact allows: how deep, against the size of the
-elements and the thickness of walls.
+"""Penetration of walls by nodes and of bodies by each other, which penalty contact allows: how
+deep, against the size of the elements and the thickness of walls.
 
 A node that is more than half through a wall is pushed out on the other side. If no increment moves
 it by more than a quarter of the wall's thickness, it has been between a quarter and a half deep
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.contact.wall import Wall
-from softsim.model import Model
+from softsim.model import Model, SelfContactData
 from softsim.solver.explicit import Scenario
 
 # Deeper than this share of its elements' size a node is held by a contact that is too soft.
@@ -51,6 +51,50 @@ def penetration_of(model: Model, depths: np.ndarray) -> Penetration:
     worst = int(np.argmax(relative))
     node = int(model.contact.nodes[worst]) if relative[worst] > 0.0 else None
     return Penetration(depths, float(relative[worst]), node)
+
+
+@dataclass(frozen=True)
+class BodyPenetration:
+    """Largest penetration of bodies into each other, or of one into itself, so far.
+
+    relative: over the size of the facets there [-]; depth [m]; place (d,) of that point at rest
+    [m]. Zero where nothing touched.
+    """
+
+    relative: float
+    depth: float
+    place: np.ndarray
+
+
+def body_penetration(scenario: Scenario) -> BodyPenetration | None:
+    """Return the largest penetration of surfaces since t = 0, None without contact of bodies."""
+    if scenario.model.self_contact is None:
+        return None
+    depths = np.max([scenario.read(c.deepest) for c in scenario.terms.self_contacts], axis=0)
+    return body_penetration_of(scenario.model, scenario.model.self_contact, depths)
+
+
+def body_penetration_of(model: Model, data: SelfContactData, depths: np.ndarray) -> BodyPenetration:
+    """Return the penetration that depths (k + f,) [m] of all contact points amount to."""
+    corners = model.points[data.facets]
+    of_facets = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+    relative = depths / np.concatenate([element_sizes(model)[data.nodes], of_facets])
+    worst = int(np.argmax(relative))
+    places = np.concatenate([model.points[data.nodes], corners.mean(axis=1)])
+    return BodyPenetration(float(relative[worst]), float(depths[worst]), places[worst])
+
+
+def body_penetration_warnings(found: BodyPenetration | None) -> dict[str, str]:
+    """Return a warning of bodies that went deep into each other, against their elements."""
+    if found is None or found.relative <= DEEPEST:
+        return {}
+    place = ", ".join(f"{c * 1e3:.2f}" for c in found.place)
+    return {
+        "penetration of bodies": f"the surface at rest at ({place}) mm went "
+        f"{1e3 * found.depth:.3g} mm deep into another one, {100.0 * found.relative:.3g} % of the "
+        f"size of its elements, more than {100.0 * DEEPEST:g} %: the contact is too soft; lower "
+        "contact.allowed_penetration, or leave out contact.penalty_stiffness"
+    }
 
 
 def element_sizes(model: Model) -> np.ndarray:

@@ -5,6 +5,8 @@ import pytest
 
 from softsim.contact.polyline import Polyline
 from softsim.solver.penetration import (
+    body_penetration_of,
+    body_penetration_warnings,
     crossing_warnings,
     element_sizes,
     penetration_of,
@@ -45,6 +47,21 @@ def test_depth_is_counted_in_elements(build):
     assert penetration_warnings(model, deep(model, fin, 0.049e-3)) == {}
     [told] = penetration_warnings(model, deep(model, fin, 0.051e-3)).values()
     assert "wall 'fin', which is 0.2 mm thick" in told
+
+
+def test_depth_of_bodies_is_counted_in_their_facets(build):
+    model = build(FIN, "contact.self_contact=[b]")
+    data = model.self_contact
+    depths = np.zeros(len(data.nodes) + len(data.facets))
+    assert body_penetration_warnings(body_penetration_of(model, data, depths)) == {}
+    depths[-1] = 0.2e-3
+    found = body_penetration_of(model, data, depths)
+    assert (found.relative, found.depth) == (pytest.approx(0.2), 0.2e-3)
+    np.testing.assert_allclose(found.place, model.points[data.facets[-1]].mean(axis=0))
+    [told] = body_penetration_warnings(found).values()
+    assert "0.2 mm deep into another one, 20 % of the size" in told
+    assert "contact.allowed_penetration" in told
+    assert body_penetration_warnings(None) == {}
 
 
 def test_a_node_that_can_step_over_a_wall_is_told(build):
