@@ -289,8 +289,9 @@ class Model:
 
     A component is free when it follows its own force: neither fixed, prescribed nor tied to a
     rigid body or a facet. After the nodes of bodies come those of cables. The last nodes, without
-    mass, are the corners of rigid outlines. ties: of nodes to facets, whose corners have their
-    masses. loads: whatever acts from outside, prescribed motions too; sorted by kind.
+    mass, are the vertices of rigid surfaces and the corners of rigid outlines. ties: of nodes to
+    facets, whose corners have their masses. loads: whatever acts from outside, prescribed motions
+    too; sorted by kind.
     gravity (d,) [m/s^2]: all of it; starting_gravity: at t = 0, where it rises over a profile.
     load_names: of the loads, as the scene calls what they come from. start_time [s]: 0, or where a
     step begins; end_time: the latest; cycles: of the pressure in the robot's chamber, with which

@@ -1,5 +1,7 @@
 """The whole model of a scene, part by part."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from softsim.builder import (
@@ -54,11 +56,14 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     meshed, scene = meshed_bodies(loaded), loaded.scene
     names = Names(loaded, meshed, placed_cables(loaded, meshed), beginning)
     names, all_ties = ties.placed_ties(names)
+    names = replace(names, surfaces=rigid.placed_surfaces(names))
     bodies = built_bodies(names)
     soft_points = np.concatenate([*(b.points for b in bodies), cable_points(names)])
     soft_count = len(soft_points)
+    vertices, vertex_owner = rigid.surface_points(names)
     corners, corner_owner = rigid.outline_points(names)
-    points = np.concatenate([soft_points, corners])
+    points = np.concatenate([soft_points, vertices, corners])
+    carrier = np.concatenate([vertex_owner, corner_owner])
 
     own_mass = conditions.lumped_mass(names, bodies, len(points))
     own_mass += layers.layer_masses(names, len(points))
@@ -80,7 +85,7 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
     starting = conditions.initial_velocity(names, bodies, points, own_mass)
     velocity = all_ties.followed(np.where(moves, starting, 0.0))
     outline_nodes = [
-        soft_count + np.flatnonzero(corner_owner == r) for r in range(len(scene.rigid_bodies))
+        soft_count + np.flatnonzero(carrier == r) for r in range(len(scene.rigid_bodies))
     ]
     rigid_bodies = tuple(
         rigid.rigid_body(

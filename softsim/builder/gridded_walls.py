@@ -1,12 +1,9 @@
 """Walls that go through a grid of distances: STL surfaces in space."""
 
-import numpy as np
-
 from softsim.builder.names import Names
 from softsim.contact import triangle_surface
 from softsim.contact.distance_grid import DistanceGrid, SpacingError
 from softsim.errors import MeshError
-from softsim.mesh.mesh import SURFACE
 from softsim.mesh.surface import read_surface
 from softsim.scene.gridded_walls import SurfaceWall
 
@@ -45,8 +42,4 @@ def grid_spacing(names: Names, wall: SurfaceWall) -> float:
     """
     if isinstance(wall.spacing, float):
         return wall.spacing
-    edges = []
-    for body in names.bodies.values():
-        corners = body.mesh.points[body.mesh.facet_sets[SURFACE]]
-        edges.append(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).ravel())
-    return float(np.median(np.concatenate(edges)))
+    return names.median_side

@@ -2,12 +2,12 @@
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from softsim.elements.geometry import Geometry
-from softsim.mesh.mesh import Mesh
+from softsim.mesh.mesh import SURFACE, Mesh
 from softsim.scene.loading import LoadedScene
 from softsim.scene.schema import Scene
 from softsim.scene.steps import Beginning
@@ -71,6 +71,21 @@ class PlacedCable:
 
 
 @dataclass(frozen=True)
+class PlacedSurface:
+    """Closed surface of a rigid body at rest.
+
+    points (k, d) [m]: its vertices; first_node: number of the first in the model. facets (f, d):
+    edges or triangles, numbered within the model, their normals outwards. faces (m, d): the same
+    before they were divided, as they are drawn.
+    """
+
+    points: np.ndarray
+    first_node: int
+    facets: np.ndarray
+    faces: np.ndarray
+
+
+@dataclass(frozen=True)
 class Names:
     """Looks up what a scene's names mean; SceneError, at the key, where they mean nothing."""
 
@@ -78,6 +93,7 @@ class Names:
     bodies: Mapping[str, MeshedBody]
     cables: Mapping[str, PlacedCable]
     beginning: Beginning
+    surfaces: Mapping[str, PlacedSurface] = field(default_factory=dict)
 
     @property
     def scene(self) -> Scene:
@@ -93,6 +109,15 @@ class Names:
     def dimension(self) -> int:
         """Coordinates of a node: 2 or 3."""
         return self.geometry.dimension
+
+    @property
+    def median_side(self) -> float:
+        """Median side of the facets on the surfaces of all bodies [m]."""
+        sides = []
+        for body in self.bodies.values():
+            corners = body.mesh.points[body.mesh.facet_sets[SURFACE]]
+            sides.append(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).ravel())
+        return float(np.median(np.concatenate(sides)))
 
     def vector(self, components: Sequence[float], keys: Keys) -> np.ndarray:
         """A vector (d,) of the model's space; a z that is left out is zero."""

@@ -1,19 +1,26 @@
-"""Rigid bodies, the nodes tied to them, and their outlines."""
+"""Rigid bodies, the nodes tied to them, their outlines and surfaces."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from softsim.builder.contact import ALLOWED_PENETRATION, Stiffness
-from softsim.builder.names import Names, in_mm
+from softsim.builder.names import Names, PlacedSurface, in_mm
 from softsim.builder.profiles import displacement
 from softsim.contact.cylinder import Cylinder
+from softsim.contact.polyline import checked_polyline
 from softsim.contact.sphere import Sphere
 from softsim.elements.axisymmetric import Axisymmetric
+from softsim.errors import MeshError
 from softsim.loads.rigid_motion import RigidMotion
+from softsim.mesh.mesh import SURFACE, signed_volumes, simplex_facets
+from softsim.mesh.reading import read_mesh
+from softsim.mesh.surface import divided, in_order, read_surface, refuse_flat
 from softsim.model import Body, OutlineData
 from softsim.rigid.body import RigidBodyData
 from softsim.scene import conditions
-from softsim.scene.bodies import BallOutline, RigidBody
+from softsim.scene.bodies import BallOutline, RigidBody, RigidSurface
 from softsim.scene.surroundings import PipeWall, PlaneWall
+from softsim.scene.tree import Keys
 from softsim.units import format_quantity
 
 # Of a model of each kind, in the order x, y, z, rotations about x, y, z.
@@ -156,10 +163,13 @@ def tied_bodies(names: Names, name: str) -> set[str]:
 
 
 def rigid_body(names: Names, name: str, mass: float, tied: np.ndarray) -> RigidBodyData:
-    """One rigid body of this mass [kg]; `tied`: its soft nodes and the corners of its outline."""
+    """One rigid body of this mass [kg]; `tied`: its soft nodes and those without mass, the corners
+    of its outline or surface.
+    """
     data = names.scene.rigid_bodies[name]
     keys = ("rigid_bodies", name)
     free = free_to_move(names, name)
+    surface, none = names.surfaces.get(name), np.zeros((0, names.dimension), dtype=int)
     velocity = names.vector(data.initial_velocity, (*keys, "initial_velocity"))
     started = dict(zip(DIRECTIONS, velocity, strict=False))
     started["rotation_z"] = data.initial_angular_velocity
@@ -180,7 +190,117 @@ def rigid_body(names: Names, name: str, mass: float, tied: np.ndarray) -> RigidB
         velocity=velocity,
         angular_velocity=np.array([0.0, 0.0, data.initial_angular_velocity]),
         free=free,
+        facets=surface.facets if surface else none,
+        faces=surface.faces if surface else none,
     )
+
+
+def placed_surfaces(names: Names) -> dict[str, PlacedSurface]:
+    """Surfaces of all rigid bodies that have one, their nodes after those of bodies and cables."""
+    result: dict[str, PlacedSurface] = {}
+    first_node = sum(len(body.mesh.points) for body in names.bodies.values())
+    first_node += sum(len(cable.points) for cable in names.cables.values())
+    for name, data in names.scene.rigid_bodies.items():
+        if data.surface is not None:
+            result[name] = placed_surface(names, name, data.surface, first_node)
+            first_node += len(result[name].points)
+    return result
+
+
+def placed_surface(names: Names, name: str, data: RigidSurface, first_node: int) -> PlacedSurface:
+    """The surface of the rigid body `name`, its facets as small as those of deformable bodies.
+
+    Raises SceneError for a file that holds no closed surface of this kind of model, for one that is
+    smaller than a facet of the deformable bodies or has too many facets, and for a body whose
+    centre lies beside its surface.
+    """
+    keys = ("rigid_bodies", name, "surface")
+    source = (*keys, "file" if data.points is None else "points")
+    if name in names.bodies:
+        raise names.loaded.error(
+            keys, f"a deformable body is called '{name}' too", "contact names either: rename one"
+        )
+    usual = names.median_side
+    try:
+        points, faces = read_rigid_surface(names, data, keys)
+        size = np.ptp(points, axis=0).max()
+        if size < usual:
+            raise MeshError(
+                f"the surface is {size * 1e3:.3g} mm large, less than a facet of the deformable "
+                f"bodies, {usual * 1e3:.3g} mm",
+                hint=f"check length_unit: it is {format_quantity(data.length_unit, 'm')} here",
+            )
+        longest = data.element_size if isinstance(data.element_size, float) else usual
+        vertices, facets = divided(points, faces, longest)
+        if isinstance(names.geometry, Axisymmetric):  # what lies on the axis has no area
+            facets = facets[vertices[facets, 0].max(axis=1) > 1e-9 * size]
+    except MeshError as error:
+        raise names.loaded.error(source, error.message, error.hint) from None
+    centre = names.vector(names.scene.rigid_bodies[name].center, ("rigid_bodies", name, "center"))
+    low, high = points.min(axis=0), points.max(axis=0)
+    if ((centre < low - 1e-9) | (centre > high + 1e-9)).any():
+        raise names.loaded.error(
+            ("rigid_bodies", name, "center"),
+            f"the centre of mass, {in_mm(centre)}, lies outside the surface of '{name}', which "
+            f"goes from {in_mm(low)} to {in_mm(high)}",
+            "give the centre where the surface is placed, or move that (surface.position)",
+        )
+    return PlacedSurface(vertices, first_node, first_node + facets, first_node + faces)
+
+
+def read_rigid_surface(
+    names: Names, data: RigidSurface, keys: Keys
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, d) [m] of a surface at its place, and its facets (m, d), their normals outwards.
+
+    Raises MeshError.
+    """
+    if data.points is not None:
+        if names.dimension == 3:
+            raise MeshError("points make a surface in a section only", hint="give an STL file")
+        corners = [names.vector(p, (*keys, "points", k)) for k, p in enumerate(data.points)]
+        points = checked_polyline(np.array(corners), closed=True).points
+        faces = np.stack([np.arange(len(points)), np.roll(np.arange(len(points)), -1)], axis=1)
+        if signed_volumes(points - points[0], np.insert(faces, 0, 0, axis=1)).sum() < 0.0:
+            faces = faces[:, ::-1]
+    else:
+        path = names.loaded.resolve_file((*keys, "file"))
+        if path.suffix.lower() == ".stl":
+            surface = read_surface(path, data.length_unit)
+            points, faces = surface.points, surface.triangles
+        else:
+            mesh = read_mesh(path, data.length_unit, reduce_order=True).mesh
+            points, faces = mesh.points, simplex_facets(mesh.facet_sets[SURFACE])[0]
+    if points.shape[1] != names.dimension:
+        needed = {2: "a section, such as a polygon by its points", 3: "a surface in space"}
+        raise MeshError(
+            f"{data.file} is in {points.shape[1]} dimensions, the model in {names.dimension}",
+            hint=f"give {needed[names.dimension]}",
+        )
+    used, faces = np.unique(faces, return_inverse=True)
+    faces = faces.reshape(-1, names.dimension)
+    turn = Rotation.from_euler("z", data.rotation).as_matrix()
+    turn = turn[: names.dimension, : names.dimension]
+    points = points[used] @ turn.T + names.vector(data.position, (*keys, "position"))
+    if names.dimension == 3:
+        refuse_flat(points, faces)
+        return points, faces
+    lowest = points[:, 0].min() / np.ptp(points, axis=0).max()
+    if isinstance(names.geometry, Axisymmetric) and lowest < -1e-9:
+        raise MeshError(
+            "a point of the surface is at a negative radius x", hint="give its half at x >= 0"
+        )
+    return points, in_order(faces)
+
+
+def surface_points(names: Names) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (k, d) of all surfaces, and the number of the rigid body of each (k,)."""
+    points, owners = [np.zeros((0, names.dimension))], [np.zeros(0, dtype=int)]
+    for r, name in enumerate(names.scene.rigid_bodies):
+        if name in names.surfaces:
+            points.append(names.surfaces[name].points)
+            owners.append(np.full(len(points[-1]), r))
+    return np.concatenate(points), np.concatenate(owners)
 
 
 def outline_shape(names: Names, name: str, data: RigidBody) -> Cylinder | Sphere:

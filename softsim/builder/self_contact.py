@@ -151,8 +151,23 @@ def simpson_areas(corner_areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def named_facets(names: Names, reference: str, k: int) -> np.ndarray:
-    """Facets (f, d) of a body's whole surface, or of "body.set"; entry k of the list."""
+    """Facets (f, d) of a body's whole surface, or of "body.set"; entry k of the list.
+
+    A rigid body's are those of its mesh surface, "body" or "body.surface".
+    """
     keys = ("contact", "self_contact", k)
+    rigid, _, part = reference.partition(".")
+    if rigid in names.scene.rigid_bodies and rigid not in names.bodies:
+        if rigid not in names.surfaces or part not in ("", SURFACE):
+            raise names.loaded.error(
+                keys,
+                f"the rigid body '{rigid}' has no "
+                + (f"facet set '{part}'" if rigid in names.surfaces else "mesh surface"),
+                f'write "{rigid}.surface"'
+                if rigid in names.surfaces
+                else f"give rigid_bodies.{rigid}.surface: {{file: NAME.stl}}",
+            )
+        return names.surfaces[rigid].facets
     if "." in reference:
         return names.facet_set(reference, keys)
     if reference not in names.bodies:

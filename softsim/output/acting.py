@@ -76,6 +76,8 @@ def _held(loaded: LoadedScene) -> Iterator[Row]:
     for name, rigid in loaded.scene.rigid_bodies.items():
         tied = ", ".join(rigid.tied) or "no nodes"
         free = "" if rigid.free is None else f"; free: {', '.join(rigid.free) or 'nothing'}"
+        if rigid.surface is not None:
+            free += f"; surface: {rigid.surface.file or 'a polygon'}"
         yield f"rigid body '{name}'", f"moves with {tied}{free}"
     for name, tree in entries(loaded.tree, "ties").items():
         yield f"tie '{name}'", phrase(tree)

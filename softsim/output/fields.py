@@ -100,6 +100,9 @@ class FieldWriter:
         of each of the walls NAME_owner (k,): its number among the walls, whose displacements are in
         the frames as wall_offset (w, d) [m]; gravity (d,) [m/s^2];
         outlines (k, 4), one a rigid body: centre in the body's axes, length, height [m];
+        rigid_vertices (v, d), of rigid bodies with a mesh surface, in the axes of the rigid body
+        rigid_vertex_bodies (v,) of each, from its centre [m]; rigid_faces (m, d), their edges or
+        triangles by number of vertex;
         cable_starts (c,), where each cable's nodes begin among those in the frames, cables (n, d)
         [m]; fibre_starts and fibres, the same of the places of each fibre; layers (m, 2 or 3), the
         nodes of the facets of all layers.

@@ -374,6 +374,7 @@ def description(model: Model, title: str) -> dict:
         "gravity": model.gravity,
         "outlines": np.array(outlines).reshape(-1, 4),
         "outline_bodies": np.array(owners, dtype=int),
+        **rigid_surfaces(model),
         "cable_starts": np.cumsum([0, *(len(data.cable.nodes) for data in model.cables)])[:-1],
         "fibre_starts": np.cumsum([0, *(len(line.corners) for line in lines_inside(model))])[:-1],
         **(
@@ -384,6 +385,21 @@ def description(model: Model, title: str) -> dict:
         "sets": sets,
         "title": title,
         "formulation": model.regions[0].geometry.name,
+    }
+
+
+def rigid_surfaces(model: Model) -> dict[str, np.ndarray]:
+    """Mesh surfaces of rigid bodies as FieldWriter.describe stores them, if there are any."""
+    bodies = [(r, body) for r, body in enumerate(model.rigid_bodies) if len(body.faces)]
+    if not bodies:
+        return {}
+    nodes = [np.unique(body.faces) for _, body in bodies]
+    arms = [model.points[n] - b.centre for n, (_, b) in zip(nodes, bodies, strict=True)]
+    faces = np.concatenate([body.faces for _, body in bodies])
+    return {
+        "rigid_vertices": np.concatenate(arms),
+        "rigid_vertex_bodies": np.repeat([r for r, _ in bodies], [len(n) for n in nodes]),
+        "rigid_faces": np.searchsorted(np.concatenate(nodes), faces),
     }
 
 

@@ -37,7 +37,9 @@ def layers_at(frames: Frames, index: int) -> np.ndarray:
 
 
 def crosses_at(frames: Frames, index: int) -> np.ndarray:
-    """Lines (k, 2, d) [mm] along the axes of each rigid body that no outline shows, in a frame."""
+    """Lines (k, 2, d) [mm] along the axes of each rigid body of which no outline or surface is
+    drawn, in a frame.
+    """
     d = frames.points.shape[1]
     none = np.zeros((0, 2, d))
     if "frame_pose" not in frames.extra:
@@ -45,12 +47,26 @@ def crosses_at(frames: Frames, index: int) -> np.ndarray:
     poses = frames.extra["frame_pose"][index]
     outlined = frames.described.get("outlines", ())  # in sections only
     owners = frames.described.get("outline_bodies", np.arange(len(outlined)))
-    poses = np.delete(poses, owners.astype(int), axis=0)
+    surfaces = frames.described.get("rigid_vertex_bodies", ())
+    poses = np.delete(poses, np.union1d(owners, surfaces).astype(int), axis=0)
     if len(poses) == 0:
         return none
     arm = ARM * np.ptp(frames.points, axis=0).max() * turned_axes(poses[:, d:])
     centres = poses[:, None, :d]
     return np.stack([centres - arm, centres + arm], axis=2).reshape(-1, 2, d) * MILLI
+
+
+def rigid_faces_at(frames: Frames, index: int) -> tuple[np.ndarray, np.ndarray]:
+    """Vertices (v, d) [mm] of the mesh surfaces of rigid bodies in a frame, and their edges or
+    triangles (m, d) by number of vertex.
+    """
+    d = frames.points.shape[1]
+    if "rigid_faces" not in frames.described or "frame_pose" not in frames.extra:
+        return np.zeros((0, d)), np.zeros((0, d), dtype=int)
+    bodies = frames.described["rigid_vertex_bodies"].astype(int)
+    poses = frames.extra["frame_pose"][index][bodies]
+    arms = np.einsum("vi,vij->vj", frames.described["rigid_vertices"], turned_axes(poses[:, d:]))
+    return (poses[:, :d] + arms) * MILLI, frames.described["rigid_faces"].astype(int)
 
 
 def turned_axes(turns: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from softsim.report.cables import (
     draw_lines,
     fibres_at,
     layers_at,
+    rigid_faces_at,
 )
 from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.style import FRAME, INK, ORANGE, PALE, QUIET, WALL
@@ -36,13 +37,13 @@ NO_WALLS, NO_LINES = np.zeros((0, 4)), np.zeros((0, 2, 2))
 
 @dataclass(frozen=True)
 class Shot:
-    """One frame in the plane [mm]: corners (m, 3|4, 2), values (m,), rigid outlines (k, 4, 2),
+    """One frame in the plane [mm]: corners (m, 3|4, 2), values (m,), rigid outlines (n, 2),
     edges of the free surface (e, 2, 2), nodes (n, 2) of each cable, places of each fibre, edges
     (l, 2, 2) of layers, arms (c, 2, 2) of the crosses of rigid bodies."""
 
     corners: np.ndarray
     values: np.ndarray
-    outlines: np.ndarray
+    outlines: list[np.ndarray]
     boundary: np.ndarray
     cables: list[np.ndarray]
     fibres: list[np.ndarray]
@@ -52,7 +53,7 @@ class Shot:
     def moving(self) -> np.ndarray:
         """All places (n, 2) that must be seen; a failed run's last frame may have lost nodes."""
         places = np.concatenate(
-            [p.reshape(-1, 2) for p in (self.corners, self.outlines, self.crosses)]
+            [p.reshape(-1, 2) for p in (self.corners, *self.outlines, self.crosses)]
         )
         return places[np.isfinite(places).all(axis=1)]
 
@@ -176,6 +177,7 @@ class HalfSection(Section):
         pale[:, :3] += PALE * (1.0 - pale[:, :3])
         draw_cells(axes, mirrored(shot.corners), pale)
         draw_edges(axes, mirrored(shot.boundary), QUIET)
+        draw_outlines(axes, [mirrored(outline) for outline in shot.outlines])
         draw_lines(axes, mirrored(shot.layers), ORANGE, LAYER_WIDTH)
         draw_edges(axes, ends(shot.boundary), QUIET, zorder=1.8)  # behind all that stands inside
         axes.axvline(0.0, color=INK, linewidth=0.7, linestyle=(0, (9, 2, 1.5, 2)), zorder=5)
@@ -263,14 +265,16 @@ def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
     )  # fmt: skip
 
 
-def outlines_at(frames: Frames, index: int) -> np.ndarray:
-    """Corners (k, 4, 2) [mm] of the rigid outlines in a frame of a plane run."""
+def outlines_at(frames: Frames, index: int) -> list[np.ndarray]:
+    """Corners (n, 2) [mm] of outlines and surfaces of rigid bodies in a frame of a plane run."""
+    vertices, edges = rigid_faces_at(frames, index)
+    surfaces = chains(vertices[edges])
     if "outlines" not in frames.described or "frame_pose" not in frames.extra:
-        return np.zeros((0, 4, 2))
+        return surfaces
     poses = frames.extra["frame_pose"][index]
     if "outline_bodies" in frames.described:  # not every rigid body has an outline
         poses = poses[frames.described["outline_bodies"].astype(int)]
-    return outline_corners(frames.described["outlines"], poses) * MILLI
+    return [*outline_corners(frames.described["outlines"], poses) * MILLI, *surfaces]
 
 
 def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
@@ -287,8 +291,8 @@ def draw_edges(axes: Axes, edges: np.ndarray, colour: str, zorder: float = 4.0) 
     axes.add_collection(rim, autolim=False)
 
 
-def draw_outlines(axes: Axes, outlines: np.ndarray) -> None:
-    """Rigid bodies, by the corners (k, 4, 2) [mm] of their outlines."""
+def draw_outlines(axes: Axes, outlines: list[np.ndarray]) -> None:
+    """Rigid bodies, by the corners (n, 2) [mm] of their outlines."""
     for outline in outlines:
         axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
 

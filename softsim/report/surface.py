@@ -9,7 +9,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgba
 from matplotlib.transforms import ScaledTranslation, Transform
 
-from softsim.mesh.mesh import boundary_facets, facet_owners
+from softsim.mesh.mesh import boundary_facets, facet_owners, with_corners
 from softsim.output.fields import Frames
 from softsim.report.cables import (
     LAYER_WIDTH,
@@ -21,12 +21,14 @@ from softsim.report.cables import (
     draw_lines,
     fibres_at,
     layers_at,
+    rigid_faces_at,
 )
 from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.section import walls_at
 from softsim.report.style import (
     AZIMUTH,
     ELEVATION,
+    FRAME,
     GLOSS,
     INK,
     ORANGE,
@@ -86,11 +88,12 @@ CAMERA = Camera.at(np.radians(AZIMUTH), np.radians(ELEVATION))
 @dataclass(frozen=True)
 class Shot:
     """Faces that the camera sees, from far to near: corners in the picture (k, 3|4, 2) [mm],
-    values (k,), light (k,), 0 to 1."""
+    values (k,), light (k,), 0 to 1, numbers (k,) among all faces."""
 
     corners: np.ndarray
     values: np.ndarray
     light: np.ndarray
+    numbers: np.ndarray
 
 
 class Surface:
@@ -107,7 +110,14 @@ class Surface:
         corners = [places_at(frames, index)[facets] for index in indices]
         values = shown_values(frames, indices, field, facets, owners)
         self.values = np.concatenate(values)
-        self.shots = [visible_side(c, v, self.camera) for c, v in zip(corners, values, strict=True)]
+        self.face_count = len(facets)  # those of rigid bodies come after them
+        self.shots = []
+        for number, index in enumerate(indices):
+            vertices, faces = rigid_faces_at(frames, index)
+            rigid = vertices[with_corners(faces, 2, facets.shape[1])]
+            corners[number] = np.concatenate([corners[number], rigid])
+            shown = np.append(values[number], np.full(len(rigid), np.nan))
+            self.shots.append(visible_side(corners[number], shown, self.camera))
         self.cables = [
             [self.camera.project(line) for line in cables_at(frames, index)] for index in indices
         ]
@@ -155,7 +165,9 @@ class Surface:
             axes.add_collection(faces, autolim=False)
         draw_cables(axes, self.cables[number], zorder=1.0)  # behind the body, as a tether is
         shot = self.shots[number]
-        _draw_faces(axes, shot, colours.to_rgba(np.ma.masked_invalid(shot.values)))
+        rgba = colours.to_rgba(np.ma.masked_invalid(shot.values))
+        rgba[shot.numbers >= self.face_count] = to_rgba(FRAME)
+        _draw_faces(axes, shot, rgba)
         draw_lines(axes, self.layers[number], ORANGE, LAYER_WIDTH)
         draw_fibres(axes, self.fibres[number])
         draw_lines(axes, self.crosses[number], INK, WIDTH)
@@ -181,7 +193,7 @@ def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Sho
     depth = corners[seen].mean(axis=1) @ camera.towards
     seen = seen[np.argsort(depth)]
     light = camera.light(normals[seen] / lengths[seen, None])
-    return Shot(camera.project(corners[seen]), values[seen], light)
+    return Shot(camera.project(corners[seen]), values[seen], light, seen)
 
 
 def lit(colours: np.ndarray, light: np.ndarray) -> np.ndarray:

@@ -23,6 +23,8 @@ class RigidBodyData:
 
     centre, velocity: (d,) [m, m/s]. tied: node numbers. angular_velocity: (3,) [rad/s], in a plane
     model about z only. free: which of x, y, z and of the rotations about x, y, z may move.
+    facets (f, d): of its mesh surface, of tied nodes without mass; faces (m, d): coarser ones of
+    the same shape, which are drawn. Neither has a row if the body has no such surface.
     """
 
     name: str
@@ -33,6 +35,8 @@ class RigidBodyData:
     velocity: np.ndarray
     angular_velocity: np.ndarray
     free: tuple[bool, ...]
+    facets: np.ndarray
+    faces: np.ndarray
 
     def with_tied_mass(
         self, points: np.ndarray, node_mass: np.ndarray

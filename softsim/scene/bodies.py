@@ -10,6 +10,7 @@ from softsim.scene.part import AT_REST, ORIGIN, Part
 from softsim.scene.quantities import (
     Angle,
     AngularVelocity,
+    AutoOrPositiveLength,
     Axis,
     Inertia,
     Name,
@@ -132,6 +133,47 @@ class BallOutline(Part):
     radius: PositiveLength = Field(description="Its radius.")
 
 
+class RigidSurface(Part):
+    """The closed surface of a rigid body, which touches walls at its corners and, where
+    `contact.self_contact` names it, the surfaces of deformable bodies.
+    """
+
+    file: Text | None = Field(
+        default=None,
+        description="STL file of a closed surface in space, or a mesh (gmsh .msh, VTK .vtu, ABAQUS "
+        ".inp) whose boundary is the surface, with straight sides between the corners of its "
+        "cells; relative to the file that says so.",
+    )
+    points: tuple[Point, ...] | None = Field(
+        default=None,
+        validate_default=True,
+        description="In a section, instead of a file: corners of a polygon, one after the other.",
+    )
+    length_unit: PositiveLength = Field(
+        default=written("1 mm"), description="Length of one unit in the file."
+    )
+    position: Point = Field(
+        default=ORIGIN, description="Where the origin of the file or of the points is placed."
+    )
+    rotation: Angle = Field(
+        default=written("0 deg"), description="Turn about that origin, in the x-y plane, before it."
+    )
+    element_size: AutoOrPositiveLength = Field(
+        default="auto",
+        description="Longest side of its facets: longer ones are divided, as contact acts at "
+        "single points of facets. auto: the median side of the deformable bodies' facets.",
+    )
+
+    @field_validator("points")
+    @classmethod
+    def _file_or_points(
+        cls, points: tuple[Any, ...] | None, info: ValidationInfo
+    ) -> tuple[Any, ...] | None:
+        if (points is None) == (info.data.get("file") is None):
+            raise ValueError("a surface has either a file or points: give one of them")
+        return points
+
+
 def _outline_kind(value: Any) -> str:
     ball = "radius" in value if isinstance(value, dict) else isinstance(value, BallOutline)
     return "ball" if ball else "cylinder"
@@ -159,6 +201,9 @@ class RigidBody(Part):
         default=(), description='Node sets that move with it: "skin.knots".'
     )
     outline: Outline | None = Field(default=None, description="What touches walls.")
+    surface: RigidSurface | None = Field(
+        default=None, description="Instead of an outline: a closed surface from a file."
+    )
     supports: tuple[SetReference, ...] = Field(
         default=(), description="Node sets that may lie against the outline from outside."
     )
@@ -179,6 +224,12 @@ class RigidBody(Part):
     def _has_one_mass(self) -> "RigidBody":
         if (self.mass is None) == (self.total_mass is None):
             raise ValueError("has either mass or total_mass: give one of them")
+        return self
+
+    @model_validator(mode="after")
+    def _has_one_shape(self) -> "RigidBody":
+        if self.outline is not None and self.surface is not None:
+            raise ValueError("has either an outline or a surface: give one of them")
         return self
 
     @field_validator("supports")

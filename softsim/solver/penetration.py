@@ -102,8 +102,11 @@ def element_sizes(model: Model) -> np.ndarray:
     surface infinity, of the corners of rigid outlines the smallest diameter of those.
     """
     sizes = np.full(len(model.points), np.inf)
-    for body in model.bodies:
-        facets = body.facet_sets["surface"]
+    cables = sum(len(data.cable.nodes) for data in model.cables)
+    outlines = slice(model.meshed_count + cables, None)
+    sizes[outlines] = min((2.0 * o.shape.radius for o in model.outlines), default=np.inf)
+    surfaces = [body.facet_sets["surface"] for body in model.bodies]
+    for facets in (*surfaces, *(body.facets for body in model.rigid_bodies)):
         sides = np.linalg.norm(
             model.points[facets] - model.points[np.roll(facets, 1, axis=1)], axis=2
         )
@@ -113,9 +116,6 @@ def element_sizes(model: Model) -> np.ndarray:
             for w in (sides, sides > 0.0)
         )
         np.divide(sums, counts, out=sizes, where=counts > 0)
-    cables = sum(len(data.cable.nodes) for data in model.cables)
-    outlines = slice(model.meshed_count + cables, None)
-    sizes[outlines] = min((2.0 * o.shape.radius for o in model.outlines), default=np.inf)
     return sizes
 
 

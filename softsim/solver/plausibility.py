@@ -5,7 +5,7 @@ overlooked.
 """
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -97,6 +97,7 @@ def doubts(model: Model) -> dict[str, str]:
         **length_doubts(model),
         **tie_doubts(model),
         **meeting_doubts(model),
+        **surface_doubts(model),
         **clamp_doubts(model),
         **wall_doubts(model),
         **support_doubts(model),
@@ -474,7 +475,7 @@ def meeting_doubts(model: Model) -> dict[str, str]:
         if group[i] == group[j] or (listed[a.nodes].any() and listed[b.nodes].any()):
             continue
         size = min(np.ptp(a.points, axis=0).max(), np.ptp(b.points, axis=0).max())
-        if box_distance(a, b) > MEETING_DISTANCE * size:
+        if box_distance(a.points, b.points) > MEETING_DISTANCE * size:
             continue
         depth = overlap(a, b)
         overlaps = depth > TOUCHING * size
@@ -491,11 +492,35 @@ def meeting_doubts(model: Model) -> dict[str, str]:
     return found
 
 
-def box_distance(a: Body, b: Body) -> float:
-    """Return the distance [m] between the boxes around two bodies, 0 where these overlap."""
-    apart = np.maximum(
-        a.points.min(axis=0) - b.points.max(axis=0), b.points.min(axis=0) - a.points.max(axis=0)
-    )
+def surface_doubts(model: Model) -> dict[str, str]:
+    """Return warnings of rigid bodies with a mesh surface so near a body that they may meet it,
+    while the scene asks for no contact between them.
+    """
+    listed = np.zeros(len(model.points), dtype=bool)
+    if model.self_contact is not None:
+        listed[model.self_contact.nodes] = True
+    found = {}
+    for rigid, body in product(model.rigid_bodies, model.bodies):
+        nodes = np.unique(rigid.facets)
+        tied = np.isin(rigid.tied, np.arange(body.nodes.start, body.nodes.stop)).any()
+        if tied or not len(nodes) or (listed[nodes].any() and listed[body.nodes].any()):
+            continue
+        places = model.points[nodes]
+        size = min(np.ptp(places, axis=0).max(), np.ptp(body.points, axis=0).max())
+        if box_distance(places, body.points) <= MEETING_DISTANCE * size:
+            found[f"contact of {rigid.name} and {body.name}"] = (
+                f"the rigid body '{rigid.name}' and '{body.name}' have no contact with each other, "
+                "and start so near that they may meet and pass through each other: name both in "
+                "contact.self_contact"
+            )
+    return found
+
+
+def box_distance(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the distance [m] between the boxes around places a (n, d) and b (m, d), 0 where these
+    overlap.
+    """
+    apart = np.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0))
     return float(np.linalg.norm(np.maximum(apart, 0.0)))
 
 

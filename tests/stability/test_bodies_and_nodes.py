@@ -15,7 +15,7 @@ def body_of(d: int, free: tuple[bool, ...], rng: np.random.Generator) -> RigidBo
     root = rng.standard_normal((3, 3))
     return RigidBodyData(
         "b", 2e-3, 1e-7 * (root @ root.T + np.eye(3)), np.full(d, 1e-3), np.arange(0, NODES, 2),
-        np.zeros(d), np.zeros(3), free,
+        np.zeros(d), np.zeros(3), free, np.zeros((0, d), dtype=int), np.zeros((0, d), dtype=int),
     )  # fmt: skip
 
 

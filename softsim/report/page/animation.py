@@ -8,6 +8,7 @@ import numpy as np
 from softsim.errors import OutputError
 from softsim.mesh.mesh import boundary_facets, facet_owners, simplex_facets
 from softsim.output.fields import Frames
+from softsim.report.cables import rigid_faces_at
 from softsim.report.colours import (
     FIELDS,
     MILLI,
@@ -71,7 +72,8 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     """
     refuse_missing_field(frames, field)
     d, mirrored, skin = frames.points.shape[1], is_axisymmetric(frames), skin_of(frames)
-    chosen = chosen_frames(len(frames), len(skin.nodes) * d, len(skin.faces))
+    coordinates = skin.nodes.size * d + frames.described.get("rigid_vertices", np.zeros(0)).size
+    chosen = chosen_frames(len(frames), coordinates, len(skin.faces))
     every = np.stack([places_at(frames, index) for index in chosen])
     places = every[:, skin.nodes]
     kept = np.isfinite(places).all(axis=2).any(axis=1)
@@ -183,7 +185,8 @@ def with_surroundings(
     if len(origin) == 2:
         view = pictures(frames, [0], field).view.reshape(2, 2).T - origin
         return np.stack([np.minimum(near[0], view[0]), np.maximum(near[1], view[1])])
-    corners = corners_of_box(near)
+    rigid = rigid_faces_at(frames, 0)[0] - origin
+    corners = corners_of_box(np.concatenate([near, rigid]))
     walls = (
         np.concatenate([f.reshape(-1, 3) for f in seen_walls(frames, corners + origin, 0)]) - origin
     )

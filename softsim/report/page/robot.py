@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 
 from softsim.output.fields import Frames
-from softsim.report.cables import FIBRE_OPACITY, cables_at, crosses_at, fibres_at, layers_at
+from softsim.report.cables import (
+    FIBRE_OPACITY,
+    cables_at,
+    crosses_at,
+    fibres_at,
+    layers_at,
+    rigid_faces_at,
+)
 from softsim.report.colours import shades
 from softsim.report.page.charts import BAR
 from softsim.report.section import Section, mirrored, outlines_at
@@ -97,12 +104,15 @@ def plane_parts(
     if "cables" in frames.extra:
         yield Part(line(INK, CABLE), [path(cables_at(frames, index)) for index in chosen])
     outlines = [outlines_at(frames, index) for index in chosen]
-    yield Part(filled(FRAME, INK), [path(o[[0, 1, 2, 3, 0]] for o in shown) for shown in outlines])
+    both_sides = is_axisymmetric(frames)
+    if both_sides:
+        outlines = [[*shown, *(mirrored(o) for o in shown)] for shown in outlines]
+    closed = [[np.concatenate([o, o[:1]]) for o in shown] for shown in outlines]
+    yield Part(filled(FRAME, INK), [path(shown) for shown in closed])
     yield Part(BAR)
     for shade in (*shades(SHADES), NO_VALUE):
         yield Part(filled(shade, shade))
     yield Part(line(INK))
-    both_sides = is_axisymmetric(frames)
     if "layers" in frames.described:
         layers = [layers_at(frames, index) for index in chosen]
         yield Part(
@@ -151,8 +161,9 @@ def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
 def space_parts(
     frames: Frames, chosen: np.ndarray, everywhere: np.ndarray, shadows: int
 ) -> Iterator[Part]:
-    """Walls where they are at first and their edges, cables, fibres, layers, crosses of rigid
-    bodies; then the body: the faces of its surface, those without a value, and its shadows.
+    """Walls where they are at first and their edges, cables, fibres, layers, surfaces and crosses
+    of rigid bodies; then the body: the faces of its surface, those without a value, and its
+    shadows.
     """
     flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
@@ -174,6 +185,10 @@ def space_parts(
     if "layers" in frames.described:
         layers = [path(layers_at(frames, index), 3) for index in chosen]
         yield Part(line(ORANGE, 2.0 * CABLE) | in_space, layers, in_front=True)
+    rigid = [rigid_faces_at(frames, index) for index in chosen]
+    if len(rigid[0][1]):
+        corners = dict(zip("ijk", rigid[0][1].T, strict=True))
+        yield Part(look | corners | {"color": FRAME}, [xyz(v.T.round(3)) for v, _ in rigid])
     yield from crosses(frames, chosen)
     yield Part(look | {"intensitymode": "cell", "coloraxis": "coloraxis"})
     yield Part(look | {"color": NO_VALUE})
