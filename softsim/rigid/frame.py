@@ -259,10 +259,13 @@ class RigidBodies:
 
     @ti.func
     def kinetic_energy(self, s, dt):
-        """Of all bodies [J], at the time of their positions: velocities less half a kick of dt."""
+        """Kinetic energy of all bodies [J], at the time of their positions: velocities less half a
+        kick of dt. Prescribed components do not count: their drive works against forces only.
+        """
         energy = ti.cast(0.0, backend.real)
         for r in range(self.count):
             v = self.velocity[s, r] - 0.5 * dt / self.mass[r] * self.force[s, r]
+            v *= self.free[r]
             L = self.angular_momentum[s, r] - 0.5 * dt * self.torque[s, r]
             omega = self.turning_speed(r, self.rotation[s, r], L)
             energy += 0.5 * self.mass[r] * v.dot(v) + 0.5 * omega.dot(L)
