@@ -137,7 +137,12 @@ def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Mod
         friction_memory=scene.contact.friction_memory,
         friction_slip_length=scene.contact.friction_slip_length,
         self_contact=self_contact.self_contact(
-            names, bodies, points, all_ties, all_ties.moved_mass(mass)
+            names,
+            bodies,
+            points,
+            all_ties,
+            [b.tied for b in rigid_bodies if len(b.facets)],
+            all_ties.moved_mass(mass),
         ),
         corners=wall_corners.corner_data(bodies, points, all_walls, at_walls),
         loads=tuple(acting.values()),

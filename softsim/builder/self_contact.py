@@ -11,10 +11,13 @@ from scipy.spatial import cKDTree
 from softsim.builder.contact import ALLOWED_PENETRATION
 from softsim.builder.names import Names, close_names, in_mm
 from softsim.elements.geometry import nodal_sums
+from softsim.elements.plane_strain import PlaneStrain
 from softsim.elements.quadrature import simplex_gradients
+from softsim.elements.ring_section import RingSection
 from softsim.elements.ties import Ties
 from softsim.materials.material import Material
 from softsim.mesh.mesh import SURFACE, facet_owners, simplex_facets, simplexes
+from softsim.mesh.surface import depth_in_surface
 from softsim.model import Body, SelfContactData
 from softsim.scene.conditions import Fixed, Symmetry
 
@@ -27,13 +30,14 @@ def self_contact(
     bodies: Sequence[Body],
     points: np.ndarray,
     ties: Ties,
+    tied: Sequence[np.ndarray],
     mass: np.ndarray,
 ) -> SelfContactData | None:
     """Return the surfaces that contact.self_contact names, or None where it names nothing.
 
-    points (n, d) [m] of all nodes, mass (n,) [kg] that a force on each has to move. Raises
-    SceneError for a name that does not exist, for surfaces that are planes of symmetry as a whole,
-    and for bodies that start inside each other.
+    points (n, d) [m] of all nodes; tied: those tied to each rigid body with a surface; mass (n,)
+    [kg] that a force on each has to move. Raises SceneError for a name that does not exist, for
+    surfaces that are planes of symmetry as a whole, and for bodies that start inside each other.
     """
     settings = names.scene.contact
     if not settings.self_contact:
@@ -45,6 +49,9 @@ def self_contact(
         if own:
             whole = np.unique(np.concatenate(own), axis=0)
             surfaces.append(surface_of(body, points, whole[~cut_faces(names, points, whole)]))
+    for surface in names.surfaces.values():
+        own = [f for f in named if f is surface.facets]
+        surfaces += [rigid_surface_of(names, points, facets) for facets in own[:1]]
     facets, corner_areas, moduli = (np.concatenate(part) for part in zip(*surfaces, strict=True))
     if not len(facets):
         raise names.loaded.error(
@@ -53,7 +60,7 @@ def self_contact(
             "name the surfaces that may touch",
         )
     nodes = np.unique(facets)
-    part = connected_parts(bodies, ties, len(points))
+    part = connected_parts(bodies, ties, tied, len(points))
     refuse_overlap(names, bodies, points, part, nodes)
     sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
     size = np.zeros(len(points))
@@ -67,6 +74,15 @@ def self_contact(
     else:
         of_node = settings.penalty_stiffness / at_nodes[0]
         per_area = of_node[np.searchsorted(nodes, facets)].mean(axis=1)
+    # A facet of a rigid body is as stiff as the stiffest one that it may touch: the other decides.
+    rigid = np.isinf(moduli)
+    if rigid.all():
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            "only rigid bodies are named: how stiff their contact is follows from deformable ones",
+            "name a deformable body too",
+        )
+    per_area[rigid] = per_area[~rigid].max()
     # Each of the two half passes has half of the stiffness.
     k_n = 0.5 * np.concatenate(
         [
@@ -94,6 +110,8 @@ def self_contact(
     own = data.summed_at_nodes(k_n)
     time = np.zeros(len(points))
     time[nodes] = settings.damping_ratio * np.sqrt(mass[nodes] / np.maximum(own, 1e-300))
+    massless = np.isin(nodes, facets[rigid])
+    time[nodes[massless]] = np.median(time[nodes[~massless]])
     return replace(data, damping_time=np.concatenate([time[nodes], time[facets].mean(axis=1)]))
 
 
@@ -134,6 +152,19 @@ def surface_of(
         moduli[own] = plane_strain_modulus(region.material)
     bears = areas.sum(axis=1) > 1e-12 * np.ptp(points, axis=0).max() ** 2
     return triangles[bears].reshape(-1, d), areas[bears].reshape(-1, d), moduli[bears]
+
+
+def rigid_surface_of(
+    names: Names, points: np.ndarray, facets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the same of facets (f, d) of a rigid body, whose modulus is infinite. In a section it
+    is as thick as the first deformable body.
+    """
+    geometry = names.geometry
+    if isinstance(geometry, RingSection):
+        geometry = PlaneStrain(geometry.thickness)
+    areas = geometry.corner_areas(points, facets)
+    return facets, areas, np.full(len(facets), np.inf)
 
 
 def plane_strain_modulus(material: Material) -> float:
@@ -179,11 +210,16 @@ def named_facets(names: Names, reference: str, k: int) -> np.ndarray:
     return names.facet_set(f"{reference}.{SURFACE}", keys)
 
 
-def connected_parts(bodies: Sequence[Body], ties: Ties, node_count: int) -> np.ndarray:
-    """Number of the part (n,) that each node is connected with through cells and ties."""
+def connected_parts(
+    bodies: Sequence[Body], ties: Ties, surfaces: Sequence[np.ndarray], node_count: int
+) -> np.ndarray:
+    """Number of the part (n,) that each node is connected with through cells, ties, and a rigid
+    body with a surface; surfaces: the nodes tied to each of these.
+    """
     cells = np.concatenate([b.cells + b.first_node for b in bodies])
     first = np.repeat(cells[:, :1], cells.shape[1] - 1, axis=1).ravel()
-    first, second = np.append(first, ties.nodes), np.append(cells[:, 1:], ties.corners[:, 0])
+    first = np.concatenate([first, ties.nodes, *(np.repeat(t[:1], len(t)) for t in surfaces)])
+    second = np.concatenate([cells[:, 1:].ravel(), ties.corners[:, 0], *surfaces])
     links = coo_array((np.ones(len(first)), (first, second)), shape=(node_count, node_count))
     return connected_components(links, directed=False)[1]
 
@@ -191,21 +227,32 @@ def connected_parts(bodies: Sequence[Body], ties: Ties, node_count: int) -> np.n
 def refuse_overlap(
     names: Names, bodies: Sequence[Body], points: np.ndarray, part: np.ndarray, nodes: np.ndarray
 ) -> None:
-    """No node that may touch starts inside another part: it would belong to the wrong side."""
+    """Raise SceneError if a node that may touch starts inside another part: it would belong to the
+    wrong side.
+    """
+    for name, surface in names.surfaces.items():
+        if np.isin(surface.facets, nodes).any():
+            strangers = nodes[part[nodes] != part[surface.first_node]]
+            depth = depth_in_surface(points[strangers], points, surface.faces)
+            refuse_depth(names, points[strangers], depth, f"the rigid body '{name}'")
     for body in bodies:
         cells = body.cells + body.first_node
         for other in np.unique(part[cells[:, 0]]):
             of_part = cells[part[cells[:, 0]] == other]
             strangers = nodes[part[nodes] != other]
             depth = depth_inside(points[strangers], points, of_part)
-            deepest = int(np.argmax(depth)) if len(depth) else 0
-            if len(depth) and depth[deepest] > ALLOWED_PENETRATION:
-                raise names.loaded.error(
-                    ("contact", "self_contact"),
-                    f"a node at {in_mm(points[strangers[deepest]])} starts inside body "
-                    f"'{body.name}'",
-                    "move one of them so that they do not overlap",
-                )
+            refuse_depth(names, points[strangers], depth, f"body '{body.name}'")
+
+
+def refuse_depth(names: Names, places: np.ndarray, depth: np.ndarray, what: str) -> None:
+    """Raise SceneError if one of the places (k, d) is deep (k,) [m] inside of something."""
+    deepest = int(np.argmax(depth)) if len(depth) else 0
+    if len(depth) and depth[deepest] > ALLOWED_PENETRATION:
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            f"a node at {in_mm(places[deepest])} starts inside {what}",
+            "move one of them so that they do not overlap",
+        )
 
 
 def depth_inside(places: np.ndarray, points: np.ndarray, cells: np.ndarray) -> np.ndarray:

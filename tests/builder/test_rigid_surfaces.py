@@ -193,3 +193,13 @@ def test_contact_with_a_rigid_body_needs_a_surface(write_scene):
     text = PLANE.replace(", surface: SURFACE", "").replace("tip.surface", "tip")
     with pytest.raises(SceneError, match="the rigid body 'tip' has no mesh surface"):
         build_model(load_scene(write_scene(text)))
+
+
+def test_a_body_tied_to_it_is_of_one_part_with_it(build, cube):
+    """Their common face is no contact: they are neighbours there."""
+    cube()
+    tied = "rigid_bodies.cube.tied=[base.top]"
+    place = "rigid_bodies.cube.surface.position=[0.5 mm, 1.9 mm, 0.5 mm]"
+    data = build(SPACE, tied, place).self_contact
+    assert len(set(data.point_part)) == 1
+    assert len(set(build(SPACE).self_contact.point_part)) == 2
