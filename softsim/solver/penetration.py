@@ -78,7 +78,11 @@ def body_penetration_of(model: Model, data: SelfContactData, depths: np.ndarray)
     """Return the penetration that depths (k + f,) [m] of all contact points amount to."""
     corners = model.points[data.facets]
     of_facets = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
-    relative = depths / np.concatenate([element_sizes(model)[data.nodes], of_facets])
+    sizes = np.concatenate([element_sizes(model)[data.nodes], of_facets])
+    # A finely meshed rigid surface makes no contact softer: deformable facets are the measure.
+    rigid = np.concatenate([data.nodes, data.facets[:, 0]]) >= model.meshed_count
+    sizes[rigid] = np.maximum(sizes[rigid], sizes[~rigid].mean())
+    relative = depths / sizes
     worst = int(np.argmax(relative))
     places = np.concatenate([model.points[data.nodes], corners.mean(axis=1)])
     return BodyPenetration(float(relative[worst]), float(depths[worst]), places[worst])
