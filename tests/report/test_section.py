@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from softsim.output.fields import Frames, read_frames
 from softsim.output.folder import RESULTS
+from softsim.report.cables import rigid_faces_at
 from softsim.report.section import (
     HalfSection,
     Section,
@@ -17,6 +18,7 @@ from softsim.report.section import (
     chains,
     ends,
     outline_corners,
+    outlines_at,
     right_of_axis,
     solid_behind,
     view_of,
@@ -173,3 +175,29 @@ def test_walls_are_drawn_where_they_have_moved_to():
         np.testing.assert_array_equal(walls[:, 3], [1.0, -1.0])
         lines = walls_at(frames, "wall_lines", index, np.zeros((0, 2, 2)))
         np.testing.assert_array_equal(lines[0, :, 0], [x, x])
+
+
+def test_a_rigid_surface_moves_with_its_body():
+    """In a section it is a closed outline, in space triangles: turned by 90 deg and moved."""
+    square = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * 1e-3
+    described = {
+        "rigid_vertices": square,
+        "rigid_vertex_bodies": np.ones(4),
+        "rigid_faces": np.array([[0, 1], [1, 2], [2, 3], [3, 0]]),
+    }
+    poses = np.array([[[0.0, 0.0, 0.0], [5e-3, 2e-3, np.pi / 2]]])
+    frames = SimpleNamespace(
+        points=np.zeros((3, 2)), described=described, extra={"frame_pose": poses}
+    )
+    (outline,) = outlines_at(frames, 0)
+    np.testing.assert_allclose(outline, [[6, 1], [6, 3], [4, 3], [4, 1], [6, 1]])
+    half = np.sqrt(0.5)
+    poses = np.array([[[0.0] * 7, [5e-3, 2e-3, 0.0, half, 0.0, 0.0, half]]])  # about z
+    in_space = {**described, "rigid_vertices": np.pad(square, ((0, 0), (0, 1)))}
+    in_space["rigid_faces"] = np.array([[0, 1, 2], [0, 2, 3]])
+    frames = SimpleNamespace(
+        points=np.zeros((3, 3)), described=in_space, extra={"frame_pose": poses}
+    )
+    vertices, faces = rigid_faces_at(frames, 0)
+    np.testing.assert_allclose(vertices[:, :2], [[6, 1], [6, 3], [4, 3], [4, 1]])
+    assert faces.dtype.kind == "i"

@@ -118,7 +118,8 @@ function paint(layout = camera.value === "follows" ? view(current) : {}) {
   const content = d === 2 ? plane(current) : space(current);
   const shown = others.map(([trace, frames]) => placesOf(trace, frames));
   for (const name of Object.keys(content)) {
-    content[name].push(...shown.map((places) => places[name] ?? null));
+    content[name].push(...shown.map((places, k) =>
+      places[name] ?? robot.data[others[k][0]][name] ?? null));
   }
   return Plotly.update(robot, content, layout, moving);
 }
