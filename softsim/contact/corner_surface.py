@@ -68,6 +68,17 @@ class CornerSurface(DeformableSurface):
         return result
 
     @ti.func
+    def watched_velocity(self, s, k):
+        """Velocity of the same [m/s], relative to the wall."""
+        result = ti.Vector.zero(backend.real, self.nodes.dimension)
+        if k < self.watched_count.read() - 1:
+            a = self.member[k]
+            result = self.frame.relative_velocity(
+                s, self.nodes.position[s, a], self.nodes.velocity[s, a]
+            )
+        return result
+
+    @ti.func
     def corners(self, s, f):
         """X of facet f now, in the wall's axes."""
         X = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)

@@ -16,8 +16,9 @@ weighted by their angles (Baerentzen and Aanaes 2005, IEEE Trans. Vis. Comput. G
 The facing surface ends at a rim, and at edges whose other facet does not face the point or is its
 neighbour. A point that is the length s beyond such an end keeps the gap z to the facet's plane and
 loses its stiffness over the length l = EXTENSION times the facet's size,
-    E = k phi(s / l) z^2 / 2,    phi(u) = (1 - u)^2 (1 + 2 u),
-so a body that slides off an edge is let go without a jump, and energy is kept.
+    E = k phi(s / l) z^2 / 2,    phi(u) = (1 - u)^3 (1 + 3 u + 6 u^2),
+so a body that slides off an edge loses contact without a jump, and energy is kept. At a flush edge,
+s = 0, phi'' is zero: a corner there is not driven off.
 
 A point lies next to the facets around it, and behind a thin fin's or skin's other side. So those
 that are as close at rest as NEIGHBOURHOOD facets are long touch each other never, and a point
@@ -41,7 +42,7 @@ DEPTH = 0.75
 # Least cosine between a facet's normal and the opposite of that of a point that it faces.
 FACING = 0.3
 # Over the size of a facet: length beyond an end of the surface over which contact fades.
-EXTENSION = 0.05
+EXTENSION = 0.1
 
 SHAPES: dict[int, Any] = {2: Edge, 3: Triangle}
 
@@ -131,6 +132,11 @@ class DeformableSurface:
     def watched_place(self, s, k):
         """Position of the k-th node of those whose relative motion makes the lists stale: all."""
         return self.nodes.position[s, self.member[k]]
+
+    @ti.func
+    def watched_velocity(self, s, k):
+        """Velocity [m/s] of the k-th node of those."""
+        return self.nodes.velocity[s, self.member[k]]
 
     @ti.func
     def outward(self, s, i):
@@ -247,8 +253,8 @@ class DeformableSurface:
                 reach = EXTENSION * self.facet_size[f]
                 beyond = (apart - gap * n).norm() / reach
                 if beyond < 1.0:
-                    hold = (1.0 - beyond) ** 2 * (1.0 + 2.0 * beyond)
-                    fading = 6.0 * (1.0 - beyond) / reach**2
+                    hold = (1.0 - beyond) ** 3 * (1.0 + 3.0 * beyond + 6.0 * beyond**2)
+                    fading = 30.0 * beyond * (1.0 - beyond) ** 2 / reach**2
                 else:
                     gap = 0.0
         return gap, n, U, hold, fading

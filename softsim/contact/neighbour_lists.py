@@ -56,8 +56,12 @@ class NeighbourLists:
     nothing is near.
 
     Fields: near_facet (scenarios, k, room), near_facet_count; near_node (scenarios, f, room),
-    near_node_count, in increasing order. renewed (scenarios,): whether they are made anew in this
-    increment. overfull (scenarios,): whether a list had no room, which the host has to look at.
+    near_node_count, in increasing order. travel (scenarios,): upper bound of the length [m] of the
+    path of any two of what is watched relative to each other; due (scenarios, k): travel at which a
+    point may touch, at the earliest. stale (scenarios,): set from outside where nodes are somewhere
+    else all at once. renewed (scenarios,): whether the
+    lists are made anew in this increment. overfull (scenarios,): whether a list had no room, which
+    the host has to look at.
     """
 
     def __init__(self, surface: DeformableSurface, margin: float, longest: float, room: int):
@@ -79,19 +83,26 @@ class NeighbourLists:
         self.near_node_count = index_field(np.zeros(by_facet))
         by_part = np.zeros((scenarios, PARTS, d))
         self.least, self.most = vector_field(by_part), vector_field(by_part)
+        self.slowest, self.fastest = vector_field(by_part), vector_field(by_part)
+        self.travel, self.due = real_field(np.zeros(scenarios)), real_field(np.zeros(by_point))
         self.stale, self.renewed = index_field(np.ones(scenarios)), index_field(np.zeros(scenarios))
         self.overfull = index_field(np.zeros(scenarios))
 
     @ti.func
     def watch(self, s, p, t, dt):
-        """Least and most displacement of what is watched, part p, since the lists were made."""
+        """Least and most displacement of what is watched, part p, since the lists were made, and
+        velocity.
+        """
         first, end = part_of(self.surface.watched_count.read(), p)
         least = ti.Vector.one(backend.real, self.nodes.dimension) * 1e30
-        most = -least
+        most, slowest, fastest = -least, least, -least
         for i in range(first, end):
             moved = self.surface.watched_place(s, i) - self.place[s, i]
             least, most = ti.min(least, moved), ti.max(most, moved)
+            v = self.surface.watched_velocity(s, i)
+            slowest, fastest = ti.min(slowest, v), ti.max(fastest, v)
         self.least[s, p], self.most[s, p] = least, most
+        self.slowest[s, p], self.fastest[s, p] = slowest, fastest
 
     @ti.func
     def sort(self, s, p, t, dt):
@@ -99,14 +110,21 @@ class NeighbourLists:
         all, in order.
         """
         least, most = self.least[s, 0], self.most[s, 0]
+        slowest, fastest = self.slowest[s, 0], self.fastest[s, 0]
         for part in range(1, PARTS):
             least = ti.min(least, self.least[s, part])
             most = ti.max(most, self.most[s, part])
+            slowest = ti.min(slowest, self.slowest[s, part])
+            fastest = ti.max(fastest, self.fastest[s, part])
+        self.travel[s] = self.travel[s] + dt * (fastest - slowest).norm()
         self.renewed[s] = self.stale[s]
         if (most - least).norm_sqr() > self.margin[0] * self.margin[0]:
             self.renewed[s] = 1
         if self.renewed[s] == 1:
-            self.stale[s] = 0
+            if self.stale[s] == 1:
+                self.stale[s], self.travel[s] = 0, 0.0
+                for i in range(self.surface.point_count.read()):
+                    self.due[s, i] = 0.0
             for k in range(self.surface.watched_count.read()):
                 self.place[s, k] = self.surface.watched_place(s, k)
             widest = 0.0

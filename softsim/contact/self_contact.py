@@ -16,7 +16,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend, fields
-from softsim.contact.deformable_surface import DEPTH, DeformableSurface
+from softsim.contact.deformable_surface import DEPTH, EXTENSION, DeformableSurface
 from softsim.contact.dissipation import Dissipation
 from softsim.contact.facet_shapes import (
     corner,
@@ -30,6 +30,10 @@ from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.fields import Number, index_field, real_field, vector_field
 from softsim.nodes import PARTS
 from softsim.term import Pass, Stage
+
+
+NEVER = -1e30
+"""A time before all others [s]."""
 
 
 class SelfContact(Dissipation):
@@ -83,6 +87,8 @@ class SelfContact(Dissipation):
         # True if points of a part may touch facets; if nodes of a part may get forces, and do.
         self.may_touch, self.may_react = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
         self.loaded = index_field(np.zeros((scenarios, len(members))))
+        # Time at which a facet was touched last: nothing touches others, whatever is near.
+        self.pressed_at = real_field(np.full((scenarios, int(surface.facet_count)), NEVER))
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Of an increment; the lists are watched and made anew in between."""
@@ -128,7 +134,9 @@ class SelfContact(Dissipation):
                     self.may_touch[s, p] = 1
         if self.may_touch[s, p] == 1:
             for i in range(first, end):
-                if self._is_involved(s, i):
+                if self.facet[s, i] >= 0 or (
+                    self.lists.near_facet_count[s, i] > 0 and self.lists.travel[s] >= self.lists.due[s, i]
+                ):
                     self._push_point(s, i, t, dt)
 
     @ti.func
@@ -152,6 +160,7 @@ class SelfContact(Dissipation):
                 if self.facet[s, i] < 0:
                     self.share[s, i] = self.surface.facing_share(s, i, X, f)
                 self.hold[s, i] = hold
+                self.pressed_at[s, f] = t
                 self._touch(s, i, f, X, V, U, x, v, gap, n, rate, t, dt)
                 if fading > 0.0:
                     self._slide_off(s, i, X, w, U, x, gap, n, fading)
@@ -162,18 +171,35 @@ class SelfContact(Dissipation):
     def _closest_facet(self, s, i, x, outward):
         """Closest of the facets near point i at x that face its normal `outward`, with the weights
         of its closest point; -1 where it is farther than points get deep in it.
+
+        The search begins with the facet that the point touches, from which most are farther.
         """
         closest = -1
         w = ti.Vector.zero(backend.real, self.nodes.dimension)
-        nearest = self.lists.deepest[0] ** 2
-        for k in range(self.lists.near_facet_count[s, i]):
-            f = self.lists.near_facet[s, i, k]
-            X = self.surface.corners(s, f)
-            if not is_farther(X, x, nearest) and self.surface.faces(X, outward):
+        deepest = self.lists.deepest[0]
+        nearest, nearest_of_all = deepest**2, deepest**2
+        touched = self.facet[s, i]
+        if touched >= 0:
+            X = self.surface.corners(s, touched)
+            if self.surface.faces(X, outward):
                 weights = self.surface.shape.closest_weights(X, x)
                 square = (x - X.transpose() @ weights).norm_sqr()
                 if square < nearest:
+                    closest, nearest, w = touched, square, weights
+                    nearest_of_all = square
+        for k in range(self.lists.near_facet_count[s, i]):
+            f = self.lists.near_facet[s, i, k]
+            X = self.surface.corners(s, f)
+            if f != touched and not is_farther(X, x, nearest):
+                weights = self.surface.shape.closest_weights(X, x)
+                square = (x - X.transpose() @ weights).norm_sqr()
+                nearest_of_all = ti.min(nearest_of_all, square)
+                is_closer = square < nearest or (square == nearest and f < closest)
+                if is_closer and self.surface.faces(X, outward):
                     closest, nearest, w = f, square, weights
+        # Nothing touches before its way to all facets, with their extensions, is done.
+        way = ti.sqrt(nearest_of_all) - EXTENSION / DEPTH * deepest
+        self.lists.due[s, i] = self.lists.travel[s] + ti.max(0.0, way)
         if closest >= 0 and nearest >= (DEPTH * self.surface.length(i, closest)) ** 2:
             closest = -1
         return closest, w
@@ -264,7 +290,7 @@ class SelfContact(Dissipation):
                     self.may_react[s, p] = 1
         if self.may_react[s, p] == 1:
             for i in range(first, end):
-                self._gather_node(s, i)
+                self._gather_node(s, i, t)
 
     @ti.func
     def _may_be_loaded(self, s, i):
@@ -278,7 +304,7 @@ class SelfContact(Dissipation):
         return result
 
     @ti.func
-    def _gather_node(self, s, i):
+    def _gather_node(self, s, i, t):
         """Forces on node i: of its own point, of the centroids of the facets around it, and of the
         points that touch these.
         """
@@ -290,11 +316,12 @@ class SelfContact(Dissipation):
             if self.facet[s, m + f] >= 0:
                 loaded = 1
                 total += self.on_point[s, m + f] / ti.static(float(self.nodes.dimension))
-            for k in range(self.lists.near_node_count[s, f]):
-                j = self.lists.near_node[s, f, k]
-                if self.facet[s, j] == f:
-                    loaded = 1
-                    total += self.on_corner[s, j, c]
+            if self.pressed_at[s, f] == t:
+                for k in range(self.lists.near_node_count[s, f]):
+                    j = self.lists.near_node[s, f, k]
+                    if self.facet[s, j] == f:
+                        loaded = 1
+                        total += self.on_corner[s, j, c]
         if loaded == 1 or self.loaded[s, i] == 1:
             self.nodes.corner_forces.write(s, self.first_slot + i, total)
             self.loaded[s, i] = loaded

@@ -250,9 +250,15 @@ class ExplicitSolver:
             )
         for name, field in kept.items():
             fields.write(field, state[name])
+        self._forget_lists()
         self.times[:], self.increment_counts[:] = time, increment_count
         for s in range(self.scenarios):
             self._set_time_increment(s, dt)
+
+    def _forget_lists(self) -> None:
+        """Have the lists of what is near made anew: nodes are somewhere else all at once."""
+        for contact in self.terms.listing:
+            fields.write(contact.lists.stale, 1)
 
     def take_over(self, state: dict[str, np.ndarray], time: float) -> None:
         """Take the state of another solver of the same bodies at `time` [s], as far as this one has

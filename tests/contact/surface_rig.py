@@ -44,6 +44,7 @@ class SurfaceRig:
         nodes = self.terms.nodes
         fields.write(nodes.position, np.ascontiguousarray(x[None]))
         fields.write(nodes.velocity, np.zeros((1, *x.shape)) if v is None else v[None])
+        fields.write(self.lists.due, 0.0)  # nodes are put anywhere, without a velocity
         self._find(dt)
         members = self.model.self_contact.nodes
         slots = slice(self.contact.first_slot, self.contact.first_slot + len(members))

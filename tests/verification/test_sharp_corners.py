@@ -39,6 +39,8 @@ def wall_forces(solver, x):
     nodes, model = solver.terms.nodes, solver.models[0]
     nodes.velocity.fill(0.0)
     fields.write(nodes.position, np.ascontiguousarray(x[None]))
+    for contact in solver.terms.listing:
+        fields.write(contact.lists.stale, 1)
     solver.find_forces(1e-9)
     found = np.zeros_like(x)
     for walls in solver.terms.wall_contacts:
