@@ -176,7 +176,7 @@ class SurfaceStiffness:
     onto that surface. Its own points have k_n = (stiffness per area) (area) / 2, the others at most
     half of the node's stiffness per area, or of theirs, and an area sum A_i w_i: of points that lie
     s apart and have the area s^(d - 1) each, no more than (s weights_in_line(h / s))^(d - 1) for a
-    reach h of the facets.
+    reach h of the facets. The bound is taken over facets of about one size at a time.
     """
 
     def __init__(self, data: SelfContactData, rest: np.ndarray) -> None:
@@ -197,12 +197,11 @@ class SurfaceStiffness:
         self.second = begin[self.first] + along
         self.node, self.facet, self.number = node, facet, number
         shares = np.linalg.norm(area_vectors(rest, data.facets), axis=1) / d
-        self.rest_shares, self.rest_size = shares, self._projected(rest, shares)
+        self.rest_shares = shares
         depth = data.summed_at_nodes(data.point_areas) / np.bincount(node, shares[facet], count)
         self.depth = self._largest_around(depth[number].max(axis=1))
         self.per_area = self._largest_around(data.facet_stiffness)
         self.damping_time = self._largest_around(data.damping_time[number].max(axis=1))
-        self.node_part = data.point_part[:count]
 
     def _largest_around(self, of_facets: np.ndarray) -> np.ndarray:
         """Largest value (k,) of the facets (f,) around each node."""
@@ -229,16 +228,21 @@ class SurfaceStiffness:
         data, d = self.data, x.shape[1]
         own = self._projected(x, self.rest_shares * data.facet_stiffness)
         own *= self._with_dashpots(self.damping_time, dt)
-        now = self._projected(x, np.linalg.norm(area_vectors(x, data.facets), axis=1) / d)
-        squeezed, extent = self.rest_size / now, now ** (1.0 / (d - 1))
+        areas = np.linalg.norm(area_vectors(x, data.facets), axis=1)
+        extent = self._projected(x, areas / d) ** (1.0 / (d - 1))
+        # Facets of about one size at a time press a node: large ones have much area, small ones a
+        # high stiffness per area.
+        lengths = ((d - 1) * areas) ** (1.0 / (d - 1))
+        squeezed = d * self.rest_shares / areas
+        sizes = np.floor(2.0 * np.log2(lengths)).astype(int)
         others = np.zeros(len(data.nodes))
-        for part in np.unique(self.node_part):
-            of_part = self.node_part == part
-            apart = extent[of_part].max()
-            size = squeezed[of_part].max() * (apart * weights_in_line(extent / apart)) ** (d - 1)
-            per_area = np.minimum(self.per_area, self.per_area[of_part].max())
-            damping_time = self.damping_time[of_part].max()
-            others = np.maximum(others, per_area * size * self._with_dashpots(damping_time, dt))
+        for part, size in np.unique(np.stack([data.facet_part, sizes]), axis=1).T:
+            alike = (data.facet_part == part) & (sizes == size)
+            apart = lengths[alike].max()
+            area = squeezed[alike].max() * (apart * weights_in_line(extent / apart)) ** (d - 1)
+            per_area = np.minimum(self.per_area, data.facet_stiffness[alike].max())
+            damping_time = data.damping_time[self.number[alike]].max()
+            others = np.maximum(others, per_area * area * self._with_dashpots(damping_time, dt))
         # Half the stiffness in each half pass, twice the stiffness of a pair in the bound.
         return self.depth * (own + others)
 
