@@ -31,7 +31,6 @@ from softsim.fields import Number, index_field, real_field, vector_field
 from softsim.nodes import PARTS
 from softsim.term import Pass, Stage
 
-
 NEVER = -1e30
 """A time before all others [s]."""
 
@@ -135,7 +134,8 @@ class SelfContact(Dissipation):
         if self.may_touch[s, p] == 1:
             for i in range(first, end):
                 if self.facet[s, i] >= 0 or (
-                    self.lists.near_facet_count[s, i] > 0 and self.lists.travel[s] >= self.lists.due[s, i]
+                    self.lists.near_facet_count[s, i] > 0
+                    and self.lists.travel[s] >= self.lists.due[s, i]
                 ):
                     self._push_point(s, i, t, dt)
 

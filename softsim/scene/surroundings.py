@@ -174,7 +174,7 @@ class Contact(Part):
         "other. Faces in a plane of symmetry are left out.",
     )
     allowed_penetration: Number = Field(
-        default=0.005, gt=0.0, le=0.1, description="Of bodies into each other, over the size of the "
+        default=0.0025, gt=0.0, le=0.1, description="Of bodies into each other, over the size of the "
         "softer one's facets, where that is compressed by a tenth; less takes shorter steps. Not "
         "where penalty_stiffness is given."
     )  # fmt: skip

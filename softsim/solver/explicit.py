@@ -272,6 +272,7 @@ class ExplicitSolver:
         self.times[:] = time
         velocity = self.terms.nodes.velocity
         fields.write(velocity, fields.read(velocity) * self.models[0].is_free)
+        self._forget_lists()
 
     def go_back_half(self, dt: float) -> None:
         """Take velocities from half a step dt [s] later back to now, with the last forces."""

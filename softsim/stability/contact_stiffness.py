@@ -26,6 +26,11 @@ from softsim.mesh.bearing import area_vectors, weights_in_line
 from softsim.model import ContactData, Model, OutlineData, SelfContactData
 from softsim.stability.rigid_bodies import TIED_SHARE, TiedSprings, least_inertia
 
+# Of the contact points of facets: the centroid's area, 2/3 of an edge and 3/4 of half a square, and
+# the distance of vertices and centroids, over the edge or over the side of the square.
+LARGEST_POINT = {2: 2.0 / 3.0, 3: 3.0 / 8.0}
+POINT_SEPARATION = {2: 1.0 / 2.0, 3: np.sqrt(2.0) / 3.0}
+
 # Within the increments between two inspections nothing moves by more of the model's size.
 REACH = 0.1
 
@@ -176,7 +181,9 @@ class SurfaceStiffness:
     onto that surface. Its own points have k_n = (stiffness per area) (area) / 2, the others at most
     half of the node's stiffness per area, or of theirs, and an area sum A_i w_i: of points that lie
     s apart and have the area s^(d - 1) each, no more than (s weights_in_line(h / s))^(d - 1) for a
-    reach h of the facets. The bound is taken over facets of about one size at a time.
+    reach h of the facets; and of the points of Simpson's rule, which lie POINT_SEPARATION s apart and
+    have LARGEST_POINT s^(d - 1) at most, where s^(d - 1) is the area of a quadrilateral or an edge.
+    The bound is taken over facets of about one size at a time.
     """
 
     def __init__(self, data: SelfContactData, rest: np.ndarray) -> None:
@@ -235,11 +242,16 @@ class SurfaceStiffness:
         lengths = ((d - 1) * areas) ** (1.0 / (d - 1))
         squeezed = d * self.rest_shares / areas
         sizes = np.floor(2.0 * np.log2(lengths)).astype(int)
+        separation, largest = POINT_SEPARATION[d], LARGEST_POINT[d] ** (1.0 / (d - 1))
         others = np.zeros(len(data.nodes))
         for part, size in np.unique(np.stack([data.facet_part, sizes]), axis=1).T:
             alike = (data.facet_part == part) & (sizes == size)
             apart = lengths[alike].max()
-            area = squeezed[alike].max() * (apart * weights_in_line(extent / apart)) ** (d - 1)
+            line = np.minimum(
+                apart * weights_in_line(extent / apart),
+                largest * apart * weights_in_line(extent / (separation * apart)),
+            )
+            area = squeezed[alike].max() * line ** (d - 1)
             per_area = np.minimum(self.per_area, data.facet_stiffness[alike].max())
             damping_time = data.damping_time[self.number[alike]].max()
             others = np.maximum(others, per_area * area * self._with_dashpots(damping_time, dt))
