@@ -174,9 +174,9 @@ class Contact(Part):
         "other. Faces in a plane of symmetry are left out.",
     )
     allowed_penetration: Number = Field(
-        default=0.0025, gt=0.0, le=0.1, description="Of bodies into each other, over the size of the "
-        "softer one's facets, where that is compressed by a tenth; less takes shorter steps. Not "
-        "where penalty_stiffness is given."
+        default=0.0025, gt=0.0, le=0.1, description="Of bodies into each other, over the size of "
+        "their facets, where the softer body is compressed by a tenth; less takes shorter steps. "
+        "Not used where penalty_stiffness is given."
     )  # fmt: skip
     self_friction_coefficient: Number | None = Field(
         default=None, ge=0.0, description="Coulomb's mu among them; as on walls by default."

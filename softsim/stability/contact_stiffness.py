@@ -181,9 +181,9 @@ class SurfaceStiffness:
     onto that surface. Its own points have k_n = (stiffness per area) (area) / 2, the others at most
     half of the node's stiffness per area, or of theirs, and an area sum A_i w_i: of points that lie
     s apart and have the area s^(d - 1) each, no more than (s weights_in_line(h / s))^(d - 1) for a
-    reach h of the facets; and of the points of Simpson's rule, which lie POINT_SEPARATION s apart and
-    have LARGEST_POINT s^(d - 1) at most, where s^(d - 1) is the area of a quadrilateral or an edge.
-    The bound is taken over facets of about one size at a time.
+    reach h of the facets; and of the points of Simpson's rule, which lie POINT_SEPARATION s apart
+    and have LARGEST_POINT s^(d - 1) at most, where s^(d - 1) is the area of a quadrilateral or an
+    edge. The bound is taken over facets of about one size at a time.
     """
 
     def __init__(self, data: SelfContactData, rest: np.ndarray) -> None:
