@@ -122,6 +122,8 @@ class SelfContactData:
     that each belongs to, point_areas the area [m^2] that it stands for, penalty_stiffness k_n
     [N/m], damping_time c_n / k_n [s]. facet_areas (f,) [m^2]; facet_stiffness: contact stiffness
     per area (f,) [Pa/m]. tangential_ratio: k_t / k_n; tangential_damping_fraction: c_t / c_n.
+    point_group (k + f,): number of the group of each point; may_touch (groups, groups): True for
+    groups in contact with each other, friction_coefficient (groups, groups) between them.
     """
 
     nodes: np.ndarray
@@ -135,7 +137,9 @@ class SelfContactData:
     damping_time: np.ndarray
     tangential_ratio: float
     tangential_damping_fraction: float
-    friction_coefficient: Own[float]
+    point_group: np.ndarray
+    may_touch: np.ndarray
+    friction_coefficient: Own[np.ndarray]
 
     @property
     def facet_size(self) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Contact between bodies: the surfaces that a scene names, and how stiff they are."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,10 +16,12 @@ from softsim.elements.quadrature import simplex_gradients
 from softsim.elements.ring_section import RingSection
 from softsim.elements.ties import Ties
 from softsim.materials.material import Material
-from softsim.mesh.mesh import SURFACE, facet_owners, simplex_facets, simplexes
+from softsim.mesh.mesh import SURFACE, facet_owners, find_rows, simplex_facets, simplexes
 from softsim.mesh.surface import depth_in_surface
 from softsim.model import Body, SelfContactData
 from softsim.scene.conditions import Fixed, Symmetry
+from softsim.scene.surroundings import Contact
+from softsim.scene.tree import Keys
 
 # Compression at which bodies go contact.allowed_penetration into each other.
 REFERENCE_STRAIN = 0.1
@@ -33,17 +35,18 @@ def self_contact(
     tied: Sequence[np.ndarray],
     mass: np.ndarray,
 ) -> SelfContactData | None:
-    """Return the surfaces that contact.self_contact names, or None where it names nothing.
+    """Return the surfaces that contact.self_contact and contact.pairs name, or None where they name
+    nothing.
 
     points (n, d) [m] of all nodes; tied: those tied to each rigid body with a surface; mass (n,)
     [kg] that a force on each has to move. Raises SceneError for a name that does not exist, for
     surfaces that are planes of symmetry as a whole, and for bodies that start inside each other.
     """
     settings = names.scene.contact
-    if not settings.self_contact:
+    by_name = named_surfaces(names)
+    if not by_name:
         return None
-    named = [named_facets(names, r, k) for k, r in enumerate(settings.self_contact)]
-    surfaces = []
+    named, surfaces = list(by_name.values()), []
     for body in bodies:
         own = [f for f in named if body.first_node <= f.flat[0] < body.nodes.stop]
         if own:
@@ -90,7 +93,7 @@ def self_contact(
             per_area * centroid_areas,
         ]
     )
-    friction = settings.self_friction_coefficient
+    point_group, friction = contact_groups(settings, by_name, nodes, facets)
     data = SelfContactData(
         nodes=nodes,
         facets=facets,
@@ -103,7 +106,9 @@ def self_contact(
         damping_time=np.zeros(len(k_n)),
         tangential_ratio=settings.tangential_stiffness_ratio,
         tangential_damping_fraction=settings.tangential_damping_fraction,
-        friction_coefficient=settings.friction_coefficient if friction is None else friction,
+        point_group=point_group,
+        may_touch=friction >= 0.0,
+        friction_coefficient=friction,
     )
     # Two equal nodes m that press each other have the springs k and dashpots c of both half passes:
     # c = 2 zeta sqrt(k m / 2) / 2 of each, with k = 2 k_n.
@@ -181,12 +186,55 @@ def simpson_areas(corner_areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return corner_areas - whole[:, None] / (d + 1), whole * d / (d + 1)
 
 
-def named_facets(names: Names, reference: str, k: int) -> np.ndarray:
-    """Facets (f, d) of a body's whole surface, or of "body.set"; entry k of the list.
+def named_surfaces(names: Names) -> dict[str, np.ndarray]:
+    """Return the facets (f, corners) that contact.self_contact and contact.pairs name, by name."""
+    settings = names.scene.contact
+    found: dict[str, np.ndarray] = {}
+    for k, reference in enumerate(settings.self_contact):
+        found[reference] = named_facets(names, reference, ("contact", "self_contact", k))
+    for k, pair in enumerate(settings.pairs):
+        for side, reference in enumerate(pair.between):
+            keys = ("contact", "pairs", k, "between", side)
+            found[reference] = named_facets(names, reference, keys)
+    return found
+
+
+def contact_groups(
+    settings: Contact, by_name: Mapping[str, np.ndarray], nodes: np.ndarray, facets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the group (k + f,) of each vertex (k,) and facet (f, d), and the friction coefficient
+    (groups, groups) between any two groups, -1 where they do not touch.
+
+    Facets that are in self_contact or not, and in the same surfaces of pairs, make a group. A
+    vertex is in all surfaces of the facets around it. The last of several pairs counts.
+    """
+    usual = settings.self_friction_coefficient
+    usual = settings.friction_coefficient if usual is None else usual
+    rows = np.sort(facets, axis=1)
+
+    def members(names: Iterable[str]) -> np.ndarray:
+        """Points (k + f,) of the surfaces of these names."""
+        named = [np.zeros((0, facets.shape[1]), dtype=int)]
+        named += [np.sort(simplex_facets(by_name[name])[0], axis=1) for name in names]
+        of_facets = find_rows(rows, np.unique(np.concatenate(named), axis=0)) >= 0
+        return np.concatenate([np.isin(nodes, facets[of_facets]), of_facets])
+
+    paired = list(dict.fromkeys(name for pair in settings.pairs for name in pair.between))
+    columns = [members(settings.self_contact), *(members([name]) for name in paired)]
+    groups, number = np.unique(np.stack(columns, axis=1), axis=0, return_inverse=True)
+    friction = np.where(np.outer(groups[:, 0], groups[:, 0]), usual, -1.0)
+    for pair in settings.pairs:
+        one, other = (groups[:, 1 + paired.index(name)] for name in pair.between)
+        given = pair.friction_coefficient
+        friction[np.outer(one, other) | np.outer(other, one)] = usual if given is None else given
+    return number.reshape(-1), friction
+
+
+def named_facets(names: Names, reference: str, keys: Keys) -> np.ndarray:
+    """Facets (f, d) of a body's whole surface, or of "body.set".
 
     A rigid body's are those of its mesh surface, "body" or "body.surface".
     """
-    keys = ("contact", "self_contact", k)
     rigid, _, part = reference.partition(".")
     if rigid in names.scene.rigid_bodies and rigid not in names.bodies:
         if rigid not in names.surfaces or part not in ("", SURFACE):

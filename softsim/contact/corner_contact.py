@@ -88,7 +88,7 @@ class CornerContact(NodalForces, SelfContact):
         fields.write_row(self.touched_at, scenario, NEVER)
 
     @ti.func
-    def _friction_limit(self, s, i, N, speed, t, dt):
+    def _friction_limit(self, s, i, f, N, speed, t, dt):
         """Of friction [N] on corner i, as on a node at a wall (contact/surface_contact.py)."""
         memory = self.friction_memory[s]
         if t - self.touched_at[s, i] > dt + memory:

@@ -40,7 +40,17 @@ class CornerSurface(DeformableSurface):
         of_facets = np.unique(facets)
         nothing = np.zeros(len(facets))
         super().__init__(
-            nodes, of_facets, facets, nothing, facet_size, nothing, nothing, nothing, nothing
+            nodes,
+            of_facets,
+            facets,
+            nothing,
+            facet_size,
+            nothing,
+            nothing,
+            nothing,
+            nothing,
+            nothing,
+            np.ones((1, 1)),
         )
         self.frame = frame
         most = max(len(places) for places in corners)
@@ -122,6 +132,6 @@ class CornerSurface(DeformableSurface):
         return self.facet_size[f]
 
     @ti.func
-    def are_neighbours(self, i, f):
-        """A corner is no part of the surface."""
+    def never_touch(self, i, f):
+        """A corner is no part of the surface: it may touch any facet."""
         return 0

@@ -58,6 +58,8 @@ class DeformableSurface:
     point_part, facet_part: which connected part of the bodies each belongs to (k + f,), (f,).
     facet_areas: at rest (f,) [m^2].
     facet_stiffness: contact stiffness per area (f,) [Pa/m].
+    point_group: group of each point (k + f,). may_touch (groups, groups): True for groups in
+        contact with each other.
     """
 
     def __init__(
@@ -71,6 +73,8 @@ class DeformableSurface:
         facet_part: np.ndarray,
         facet_areas: np.ndarray,
         facet_stiffness: np.ndarray,
+        point_group: np.ndarray,
+        may_touch: np.ndarray,
     ) -> None:
         d = nodes.dimension
         self.nodes, self.shape = nodes, SHAPES[d]()
@@ -80,6 +84,7 @@ class DeformableSurface:
         self.point_size, self.facet_size = real_field(point_size), real_field(facet_size)
         self.point_part, self.facet_part = index_field(point_part), index_field(facet_part)
         self.facet_area, self.facet_stiffness = real_field(facet_areas), real_field(facet_stiffness)
+        self.point_group, self.may_touch = index_field(point_group), index_field(may_touch)
         self.member, self.corner = index_field(members), index_field(facets)
         # Facets around each node, in their order, and which of their corners it is.
         order = np.argsort(facets.ravel(), kind="stable")
@@ -174,7 +179,8 @@ class DeformableSurface:
             a = self.member[i]
             for e in range(self.first_around[a], self.first_around[a + 1]):
                 h = self.facet_around[e]
-                facing += self.facet_area[h] * self._projected(s, h, f, normal)
+                if self.are_paired(self.member_count.read() + h, f):
+                    facing += self.facet_area[h] * self._projected(s, h, f, normal)
                 whole += self.facet_area[h] * self.facet_stiffness[h]
         return facing / whole
 
@@ -216,10 +222,22 @@ class DeformableSurface:
         return ti.max(self.point_size[i], self.facet_size[f])
 
     @ti.func
-    def are_neighbours(self, i, f):
-        """True if point i and facet f are too close at rest to touch each other."""
+    def facet_group(self, f):
+        """Group of facet f."""
+        return self.point_group[self.member_count.read() + f]
+
+    @ti.func
+    def are_paired(self, i, f):
+        """True if the groups of point i and facet f are in contact with each other."""
+        return self.may_touch[self.point_group[i], self.facet_group(f)] == 1
+
+    @ti.func
+    def never_touch(self, i, f):
+        """True if point i and facet f are in no contact, or too close at rest to touch."""
         result = 0
-        if self.point_part[i] == self.facet_part[f]:
+        if not self.are_paired(i, f):
+            result = 1
+        elif self.point_part[i] == self.facet_part[f]:
             X, x = self.corners_at_rest(f), self.place_at_rest(i)
             w = self.shape.closest_weights(X, x)
             nearest = NEIGHBOURHOOD * self.length(i, f)
@@ -281,7 +299,7 @@ class DeformableSurface:
                     weight = self.shape.angle(X, self.corner_around[e])
                 normal += weight * self.shape.normal(X)
                 meeting += 1
-                if not self.faces(X, outward) or self.are_neighbours(i, g) == 1:
+                if not self.faces(X, outward) or self.never_touch(i, g) == 1:
                     whole = 0
         if (on_corner and self.is_rim[a] == 1) or (not on_corner and meeting != 2):
             whole = 0

@@ -184,7 +184,7 @@ class NeighbourLists:
         w = self.surface.shape.closest_weights(X, x)
         result = False
         if (x - X.transpose() @ w).norm_sqr() <= reach * reach:
-            result = self.surface.are_neighbours(i, f) == 0
+            result = self.surface.never_touch(i, f) == 0
         return result
 
     @ti.func

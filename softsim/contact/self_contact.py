@@ -44,7 +44,7 @@ class SelfContact(Dissipation):
     members: numbers of the nodes that get forces.
     penalty_stiffness: k_n (k,) [N/m]. tangential_stiffness: k_t (k,) [N/m].
     damping: c_n (k,) [N s/m]. tangential_damping: c_t (k,) [N s/m].
-    friction_coefficient: mu (scenarios,) [-].
+    friction_coefficient: mu (scenarios, groups, groups) [-].
 
     Fields, (scenarios, k): facet that a point touches, or -1; gap [m], zero unless it touches;
     share of its stiffness that acts on that facet, hold what is left of it at an end of the
@@ -225,7 +225,7 @@ class SelfContact(Dissipation):
         across = self.stretch[s, i].dot(n)  # by which the tangent plane has turned away
         before = self.stretch[s, i] - across * n
         stretch = before + inside * sliding
-        limit = self._friction_limit(s, i, N, sliding.norm(), t, dt)
+        limit = self._friction_limit(s, i, f, N, sliding.norm(), t, dt)
         slipped = slip(stretch, before, k_t, damping_rate, limit)
         stretch -= slipped
         friction = shear_force(stretch, before, k_t, damping_rate)
@@ -262,9 +262,12 @@ class SelfContact(Dissipation):
             )
 
     @ti.func
-    def _friction_limit(self, s, i, N, speed, t, dt):
-        """Limit of friction [N] on point i, pressed with N, that slides at `speed` [m/s]."""
-        return self.friction_coefficient[s] * N
+    def _friction_limit(self, s, i, f, N, speed, t, dt):
+        """Limit of friction [N] on point i, pressed with N against facet f, that slides at `speed`
+        [m/s].
+        """
+        one, other = self.surface.point_group[i], self.surface.facet_group(f)
+        return self.friction_coefficient[s, one, other] * N
 
     @ti.func
     def _let_go(self, s, i, rate, dt):

@@ -91,7 +91,9 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
     pairs += [f"outline of '{name}' with its supports" for name in outlines]
     if touching:
         pairs.append(f"{', '.join(touching)} with themselves and each other")
-    missing = "" if touching else "; no self_contact: bodies pass through themselves and each other"
+    pairs += [" with ".join(pair.between) for pair in contact.pairs]
+    named = touching or contact.pairs
+    missing = "" if named else "; no self_contact: bodies pass through themselves and each other"
     yield "contact", ("; ".join(pairs) or "none: no walls") + missing
     if not pairs:
         return
@@ -106,6 +108,11 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
         )
     if touching and contact.self_friction_coefficient is not None:
         law.append(f"mu {contact.self_friction_coefficient:g} in self_contact")
+    law += [
+        f"mu {pair.friction_coefficient:g} between {' and '.join(pair.between)}"
+        for pair in contact.pairs
+        if pair.friction_coefficient is not None
+    ]
     yield "friction", ", ".join(law)
 
 

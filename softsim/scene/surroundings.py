@@ -136,6 +136,19 @@ class Environment(Part):
     )
 
 
+class ContactPair(Part):
+    """Two surfaces that may touch each other, with a friction of their own."""
+
+    between: tuple[Text, Text] = Field(
+        description="Bodies, or facet sets body.set: [finger.tip, cube.surface]; twice the same: a "
+        "surface that may touch itself."
+    )
+    friction_coefficient: Number | None = Field(
+        default=None, ge=0.0, description="Coulomb's mu between them; by default that of "
+        "self_contact."
+    )  # fmt: skip
+
+
 class Contact(Part):
     """Penalty contact with Coulomb friction between surfaces and walls, and among surfaces."""
 
@@ -172,6 +185,11 @@ class Contact(Part):
         default=(),
         description="Bodies, or facet sets body.set, whose surfaces may touch themselves and each "
         "other. Faces in a plane of symmetry are left out.",
+    )
+    pairs: tuple[ContactPair, ...] = Field(
+        default=(),
+        description="Pairs of surfaces that may touch each other, beside those of self_contact, or "
+        "pairs among these with a friction of their own. The last pair counts where several do.",
     )
     allowed_penetration: Number = Field(
         default=0.0025, gt=0.0, le=0.1, description="Of bodies into each other, over the size of "

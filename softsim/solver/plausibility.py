@@ -467,12 +467,9 @@ def meeting_doubts(model: Model) -> dict[str, str]:
     the scene asks for no contact between them.
     """
     group = linked_groups(tied_pairs(model), len(model.bodies))
-    listed = np.zeros(len(model.points), dtype=bool)
-    if model.self_contact is not None:
-        listed[model.self_contact.nodes] = True
     found = {}
     for (i, a), (j, b) in combinations(enumerate(model.bodies), 2):
-        if group[i] == group[j] or (listed[a.nodes].any() and listed[b.nodes].any()):
+        if group[i] == group[j] or are_in_contact(model, a.nodes, b.nodes):
             continue
         size = min(np.ptp(a.points, axis=0).max(), np.ptp(b.points, axis=0).max())
         if box_distance(a.points, b.points) > MEETING_DISTANCE * size:
@@ -487,7 +484,7 @@ def meeting_doubts(model: Model) -> dict[str, str]:
                 if overlaps
                 else "start so near that they may meet and pass through each other: name both"
             )
-            + " in contact.self_contact, or join them by ties"
+            + " in contact.self_contact or contact.pairs, or join them by ties"
         )
     return found
 
@@ -496,14 +493,11 @@ def surface_doubts(model: Model) -> dict[str, str]:
     """Return warnings of rigid bodies with a mesh surface so near a body that they may meet it,
     while the scene asks for no contact between them.
     """
-    listed = np.zeros(len(model.points), dtype=bool)
-    if model.self_contact is not None:
-        listed[model.self_contact.nodes] = True
     found = {}
     for rigid, body in product(model.rigid_bodies, model.bodies):
         nodes = np.unique(rigid.facets)
         tied = np.isin(rigid.tied, np.arange(body.nodes.start, body.nodes.stop)).any()
-        if tied or not len(nodes) or (listed[nodes].any() and listed[body.nodes].any()):
+        if tied or not len(nodes) or are_in_contact(model, nodes, body.nodes):
             continue
         places = model.points[nodes]
         size = min(np.ptp(places, axis=0).max(), np.ptp(body.points, axis=0).max())
@@ -511,9 +505,20 @@ def surface_doubts(model: Model) -> dict[str, str]:
             found[f"contact of {rigid.name} and {body.name}"] = (
                 f"the rigid body '{rigid.name}' and '{body.name}' have no contact with each other, "
                 "and start so near that they may meet and pass through each other: name both in "
-                "contact.self_contact"
+                "contact.self_contact or contact.pairs"
             )
     return found
+
+
+def are_in_contact(model: Model, one: slice | np.ndarray, other: slice | np.ndarray) -> bool:
+    """Return True if some of the nodes of both are in surfaces that may touch each other."""
+    data = model.self_contact
+    if data is None:
+        return False
+    group = np.full(len(model.points), -1)
+    group[data.nodes] = data.point_group[: len(data.nodes)]
+    sides = (np.unique(group[nodes][group[nodes] >= 0]) for nodes in (one, other))
+    return bool(data.may_touch[np.ix_(*sides)].any())
 
 
 def box_distance(a: np.ndarray, b: np.ndarray) -> float:

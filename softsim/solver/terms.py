@@ -163,6 +163,7 @@ class Terms:
         surface = DeformableSurface(
             self.nodes, data.nodes, data.facets, data.point_size, data.facet_size,
             data.point_part, data.facet_part, data.facet_areas, data.facet_stiffness,
+            data.point_group, data.may_touch,
         )  # fmt: skip
         lists = NeighbourLists(surface, *margin_and_room(data.facet_size, self.nodes.dimension))
         k_n, c_n = data.penalty_stiffness, data.penalty_stiffness * data.damping_time

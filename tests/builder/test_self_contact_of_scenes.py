@@ -29,9 +29,9 @@ def test_bodies_and_facet_sets_are_named(build):
     assert data.point_areas.sum() == pytest.approx((12 + 4) * 5e-6)
     assert len(set(data.facet_part)) == 2
     np.testing.assert_allclose(data.facet_size, 1e-3, rtol=1e-9)
-    assert data.friction_coefficient == 0.7
+    np.testing.assert_array_equal(data.friction_coefficient, [[0.7]])
     given = build(TWO, "contact.self_friction_coefficient=0.2").self_contact
-    assert given.friction_coefficient == 0.2
+    np.testing.assert_array_equal(given.friction_coefficient, [[0.2]])
 
 
 @pytest.mark.parametrize("mesh", [block(4.0, 3.0, 1.0, "quad"), box(4.0, 2.0, 3.0, 1.0, "quad")])
