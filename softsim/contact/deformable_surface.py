@@ -32,7 +32,7 @@ import numpy as np
 import taichi as ti
 
 from softsim import backend
-from softsim.contact.facet_shapes import Edge, Triangle, centroid, foot_weights
+from softsim.contact.facet_shapes import Edge, Triangle
 from softsim.fields import Number, index_field, real_field
 from softsim.mesh.mesh import open_rim
 from softsim.nodes import Nodes
@@ -91,47 +91,46 @@ class DeformableSurface:
         first = np.searchsorted(facets.ravel()[order], np.arange(int(nodes.count) + 1))
         self.first_around = index_field(first)
         self.facet_around, self.corner_around = index_field(order // d), index_field(order % d)
+        # Facets that each point stands on, and their corners whose mean it is: of a vertex itself.
+        of_members, facet_count = first[members], len(facets)
+        self.first_own = index_field(
+            np.concatenate([of_members, len(order) + np.arange(facet_count + 1)])
+        )
+        self.own_facet = index_field(np.concatenate([order // d, np.arange(facet_count)]))
+        self.own_corner = index_field(np.concatenate([np.repeat(members[:, None], d, 1), facets]))
         is_rim = np.zeros(nodes.count, dtype=bool)
         is_rim[open_rim(facets).ravel()] = True
         self.is_rim = index_field(is_rim)
 
     @ti.func
-    def centroid_facet(self, i):
-        """Facet of which point i is the centroid; negative for a vertex."""
-        return i - self.member_count.read()
+    def corner_count(self, i):
+        """Number of the nodes whose mean point i is: one of a vertex."""
+        count = ti.static(self.nodes.dimension)
+        return 1 + (count - 1) * ti.cast(i >= self.member_count.read(), ti.i32)
 
     @ti.func
     def place(self, s, i):
         """Position of point i."""
-        f = self.centroid_facet(i)
-        x = ti.Vector.zero(backend.real, self.nodes.dimension)
-        if f >= 0:
-            x = centroid(self.corners(s, f))
-        if f < 0:
-            x = self.nodes.position[s, self.member[i]]
-        return x
+        x, count = ti.Vector.zero(backend.real, self.nodes.dimension), self.corner_count(i)
+        for c in range(count):
+            x += self.nodes.position[s, self.own_corner[i, c]]
+        return x / count
 
     @ti.func
     def place_at_rest(self, i):
         """Position of point i at rest."""
-        f = self.centroid_facet(i)
-        x = ti.Vector.zero(backend.real, self.nodes.dimension)
-        if f >= 0:
-            x = centroid(self.corners_at_rest(f))
-        if f < 0:
-            x = self.nodes.rest[self.member[i]]
-        return x
+        x, count = ti.Vector.zero(backend.real, self.nodes.dimension), self.corner_count(i)
+        for c in range(count):
+            x += self.nodes.rest[self.own_corner[i, c]]
+        return x / count
 
     @ti.func
     def velocity(self, s, i):
         """Velocity of point i [m/s]."""
-        f = self.centroid_facet(i)
-        v = ti.Vector.zero(backend.real, self.nodes.dimension)
-        if f >= 0:
-            v = centroid(self.corner_velocities(s, f))
-        if f < 0:
-            v = self.nodes.velocity[s, self.member[i]]
-        return v
+        v, count = ti.Vector.zero(backend.real, self.nodes.dimension), self.corner_count(i)
+        for c in range(count):
+            v += self.nodes.velocity[s, self.own_corner[i, c]]
+        return v / count
 
     @ti.func
     def watched_place(self, s, k):
@@ -145,17 +144,12 @@ class DeformableSurface:
 
     @ti.func
     def outward(self, s, i):
-        """Normal of the surface at point i, of any length: of a vertex the sum of the area vectors
-        around it.
+        """Normal of the surface at point i, of any length: the sum of the area vectors of its
+        facets.
         """
-        f = self.centroid_facet(i)
         n = ti.Vector.zero(backend.real, self.nodes.dimension)
-        if f >= 0:
-            n = self.shape.area_vector(self.corners(s, f))
-        else:
-            a = self.member[i]
-            for e in range(self.first_around[a], self.first_around[a + 1]):
-                n += self.shape.area_vector(self.corners(s, self.facet_around[e]))
+        for e in range(self.first_own[i], self.first_own[i + 1]):
+            n += self.shape.area_vector(self.corners(s, self.own_facet[e]))
         return n
 
     @ti.func
@@ -171,26 +165,16 @@ class DeformableSurface:
         """Part of the stiffness of point i that acts on facet f, with its corners at X, when they
         meet: that of the areas projected onto f; of two surfaces the softer one decides.
         """
-        g, normal = self.centroid_facet(i), self.shape.normal(X)
+        normal = self.shape.normal(X)
         facing, whole = ti.Vector([0.0, 0.0])
-        if g >= 0:
-            facing, whole = self._projected(s, g, f, normal), self.facet_stiffness[g]
-        if g < 0:
-            a = self.member[i]
-            for e in range(self.first_around[a], self.first_around[a + 1]):
-                h = self.facet_around[e]
-                if self.are_paired(self.member_count.read() + h, f):
-                    facing += self.facet_area[h] * self._projected(s, h, f, normal)
-                whole += self.facet_area[h] * self.facet_stiffness[h]
+        for e in range(self.first_own[i], self.first_own[i + 1]):
+            g = self.own_facet[e]
+            whole += self.facet_area[g] * self.facet_stiffness[g]
+            if self.are_paired(self.member_count.read() + g, f):
+                cosine = -normal.dot(self.shape.normal(self.corners(s, g)))
+                softer = ti.min(self.facet_stiffness[g], self.facet_stiffness[f])
+                facing += self.facet_area[g] * ti.max(0.0, cosine) * softer
         return facing / whole
-
-    @ti.func
-    def _projected(self, s, g, f, normal):
-        """Stiffness per area [Pa/m] of facets g and f, times the cosine between their planes; f has
-        the unit normal `normal`. Zero where they face away from each other.
-        """
-        cosine = ti.max(0.0, -normal.dot(self.shape.normal(self.corners(s, g))))
-        return cosine * ti.min(self.facet_stiffness[g], self.facet_stiffness[f])
 
     @ti.func
     def corners(self, s, f):
@@ -246,67 +230,7 @@ class DeformableSurface:
         return result
 
     @ti.func
-    def gap_and_normal(self, s, i, X, f, w, x, outward):
-        """Signed gap [m] of point i at x, its own normal `outward`, to facet f, whose corners are
-        at X and whose closest point has the weights w.
-
-        Returns the gap g; the unit normal n; the weights U of the corners of dg/dt =
-        n . (v - sum_c U_c v_c); and of an end of the surface phi and -(dphi/ds) / s [1/m^2]:
-        elsewhere 1 and 0.
-        """
-        apart = x - X.transpose() @ w
-        n = self.shape.normal(X)
-        gap = apart.dot(n)
-        U, hold, fading = w, ti.cast(1.0, backend.real), ti.cast(0.0, backend.real)
-        if w.min() == 0.0:  # on an edge of the facet or on a corner
-            outside = self._outward(s, i, f, w, outward)
-            if outside.norm_sqr() > 0.0:
-                gap = apart.norm()
-                if apart.dot(outside) < 0.0:
-                    gap = -gap
-                if gap != 0.0:
-                    n = apart / gap
-            else:
-                U = foot_weights(X, self.shape.weight_gradients(X), x)
-                reach = EXTENSION * self.facet_size[f]
-                beyond = (apart - gap * n).norm() / reach
-                if beyond < 1.0:
-                    hold = (1.0 - beyond) ** 3 * (1.0 + 3.0 * beyond + 6.0 * beyond**2)
-                    fading = 30.0 * beyond * (1.0 - beyond) ** 2 / reach**2
-                else:
-                    gap = 0.0
-        return gap, n, U, hold, fading
-
-    @ti.func
-    def _outward(self, s, i, f, w, outward):
-        """A normal of the edge or vertex of facet f where w lies; none (zero) where the surface
-        ends, or goes on with facets that do not face point i or are its neighbours.
-        """
-        heaviest = 0
-        for c in ti.static(range(1, self.nodes.dimension)):
-            if w[c] > w[heaviest]:
-                heaviest = c
-        on_corner = w[heaviest] == 1.0
-        a = self.corner[f, heaviest]
-        normal = ti.Vector.zero(backend.real, self.nodes.dimension)
-        meeting, whole = 0, 1
-        for e in range(self.first_around[a], self.first_around[a + 1]):
-            g = self.facet_around[e]
-            if on_corner or self._shares(f, g, w):
-                X = self.corners(s, g)
-                weight = ti.cast(1.0, backend.real)  # of the two sides of an edge
-                if on_corner:
-                    weight = self.shape.angle(X, self.corner_around[e])
-                normal += weight * self.shape.normal(X)
-                meeting += 1
-                if not self.faces(X, outward) or self.never_touch(i, g) == 1:
-                    whole = 0
-        if (on_corner and self.is_rim[a] == 1) or (not on_corner and meeting != 2):
-            whole = 0
-        return normal * whole
-
-    @ti.func
-    def _shares(self, f, g, w):
+    def shares(self, f, g, w):
         """Whether facet g has all corners of facet f with some weight."""
         missing = 0
         for c in ti.static(range(self.nodes.dimension)):

@@ -203,6 +203,15 @@ class NeighbourLists:
         return result
 
     @ti.func
+    def holds(self, s, i, f):
+        """True if facet f is in the list of point i."""
+        found = False
+        for k in range(self.near_facet_count[s, i]):
+            if self.near_facet[s, i, k] == f:
+                found = True
+        return found
+
+    @ti.func
     def find_nodes(self, s, p, t, dt):
         """Make the lists of the facets anew from those of the nodes, if lists are. One worker does
         it all, in order.

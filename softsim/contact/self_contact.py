@@ -154,7 +154,7 @@ class SelfContact(Dissipation):
         if f >= 0:
             X, V = self.surface.corners(s, f), self.surface.corner_velocities(s, f)
             v = self.surface.velocity(s, i)
-            gap, n, U, hold, fading = self.surface.gap_and_normal(s, i, X, f, w, x, outward)
+            gap, n, U, hold, fading = self._gap(s, i, X, f, w, x, outward)
             rate = n.dot(v - V.transpose() @ U)
             if gap < 0.0:
                 if self.facet[s, i] < 0:
@@ -174,35 +174,89 @@ class SelfContact(Dissipation):
 
         The search begins with the facet that the point touches, from which most are farther.
         """
-        closest = -1
+        closest, touched = -1, self.facet[s, i]
         w = ti.Vector.zero(backend.real, self.nodes.dimension)
         deepest = self.lists.deepest[0]
         nearest, nearest_of_all = deepest**2, deepest**2
-        touched = self.facet[s, i]
-        if touched >= 0:
-            X = self.surface.corners(s, touched)
-            if self.surface.faces(X, outward):
-                weights = self.surface.shape.closest_weights(X, x)
-                square = (x - X.transpose() @ weights).norm_sqr()
-                if square < nearest:
-                    closest, nearest, w = touched, square, weights
-                    nearest_of_all = square
-        for k in range(self.lists.near_facet_count[s, i]):
-            f = self.lists.near_facet[s, i, k]
-            X = self.surface.corners(s, f)
-            if f != touched and not is_farther(X, x, nearest):
-                weights = self.surface.shape.closest_weights(X, x)
-                square = (x - X.transpose() @ weights).norm_sqr()
-                nearest_of_all = ti.min(nearest_of_all, square)
-                is_closer = square < nearest or (square == nearest and f < closest)
-                if is_closer and self.surface.faces(X, outward):
-                    closest, nearest, w = f, square, weights
+        for k in range(-1, self.lists.near_facet_count[s, i]):
+            f = touched
+            if k >= 0:
+                f = self.lists.near_facet[s, i, k]
+            if f >= 0 and f != closest:
+                X = self.surface.corners(s, f)
+                if not is_farther(X, x, nearest):
+                    weights = self.surface.shape.closest_weights(X, x)
+                    square = (x - X.transpose() @ weights).norm_sqr()
+                    nearest_of_all = ti.min(nearest_of_all, square)
+                    is_closer = square < nearest or (square == nearest and f < closest)
+                    if is_closer and self.surface.faces(X, outward):
+                        closest, nearest, w = f, square, weights
         # Nothing touches before its way to all facets, with their extensions, is done.
         way = ti.sqrt(nearest_of_all) - EXTENSION / DEPTH * deepest
         self.lists.due[s, i] = self.lists.travel[s] + ti.max(0.0, way)
         if closest >= 0 and nearest >= (DEPTH * self.surface.length(i, closest)) ** 2:
             closest = -1
         return closest, w
+
+    @ti.func
+    def _gap(self, s, i, X, f, w, x, outward):
+        """Signed gap [m] of point i at x, its own normal `outward`, to facet f, whose corners are
+        at X and whose closest point has the weights w.
+
+        Returns the gap g; the unit normal n; the weights U of the corners of dg/dt =
+        n . (v - sum_c U_c v_c); and of an end of the surface phi and -(dphi/ds) / s [1/m^2]:
+        elsewhere 1 and 0.
+        """
+        apart = x - X.transpose() @ w
+        n = self.surface.shape.normal(X)
+        gap = apart.dot(n)
+        U, hold, fading = w, ti.cast(1.0, backend.real), ti.cast(0.0, backend.real)
+        if w.min() == 0.0:  # on an edge of the facet or on a corner
+            outside = self._outward(s, i, f, w, outward)
+            if outside.norm_sqr() > 0.0:
+                gap = apart.norm()
+                if apart.dot(outside) < 0.0:
+                    gap = -gap
+                if gap != 0.0:
+                    n = apart / gap
+            else:
+                U = foot_weights(X, self.surface.shape.weight_gradients(X), x)
+                reach = EXTENSION * self.surface.facet_size[f]
+                beyond = (apart - gap * n).norm() / reach
+                if beyond < 1.0:
+                    hold = (1.0 - beyond) ** 3 * (1.0 + 3.0 * beyond + 6.0 * beyond**2)
+                    fading = 30.0 * beyond * (1.0 - beyond) ** 2 / reach**2
+                else:
+                    gap = 0.0
+        return gap, n, U, hold, fading
+
+    @ti.func
+    def _outward(self, s, i, f, w, outward):
+        """A normal of the edge or vertex of facet f where w lies; none (zero) where the surface
+        ends, or goes on with facets that do not face point i or are its neighbours.
+        """
+        heaviest = 0
+        for c in ti.static(range(1, self.nodes.dimension)):
+            if w[c] > w[heaviest]:
+                heaviest = c
+        on_corner = w[heaviest] == 1.0
+        a = self.surface.corner[f, heaviest]
+        normal = ti.Vector.zero(backend.real, self.nodes.dimension)
+        meeting, whole = 0, 1
+        for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
+            g = self.surface.facet_around[e]
+            if on_corner or self.surface.shares(f, g, w):
+                X = self.surface.corners(s, g)
+                weight = ti.cast(1.0, backend.real)  # of the two sides of an edge
+                if on_corner:
+                    weight = self.surface.shape.angle(X, self.surface.corner_around[e])
+                normal += weight * self.surface.shape.normal(X)
+                meeting += 1
+                if not (self.surface.faces(X, outward) and self.lists.holds(s, i, g)):
+                    whole = 0
+        if (on_corner and self.surface.is_rim[a] == 1) or (not on_corner and meeting != 2):
+            whole = 0
+        return normal * whole
 
     @ti.func
     def _touch(self, s, i, f, X, V, U, x, v, gap, n, rate, t, dt):

@@ -50,7 +50,7 @@ def test_the_springs_press_with_k_g(build, fresh_taichi):
     """On the 6 mm of the upper block, half of it from its points, half from those of the lower one
     below it: a tenth of E / (1 - nu^2) over one hundredth of the facets' 1 mm.
     """
-    model = build(PLANE, *FRICTIONLESS)
+    model = build(PLANE, *FRICTIONLESS, "contact.allowed_penetration=0.01")
     rig = SurfaceRig(model)
     forces = rig.place(pressed_together(model, DEPTH))
     modulus = plane_strain_modulus(model.bodies[0].regions[0].material)
