@@ -52,7 +52,8 @@ environment:
     disc: {{kind: sphere, center: [20 mm, 10 mm], diameter: 6 mm}}
     box: {{kind: cylinder, center: [40 mm, 10 mm], direction: x, diameter: 6 mm, length: 6 mm}}
     line: {{kind: polyline, points: [[60 mm, 13 mm], [65 mm, 10 mm], [55 mm, 10 mm]], closed: true}}
-contact: {{friction_coefficient: 0.3, self_contact: [beam, tip, striker]}}
+contact: {{friction_coefficient: 0.3, self_contact: [beam, tip, striker],
+          pairs: [{{between: [beam, striker], friction_coefficient: 0.6}}]}}
 conditions:
   raised: {{kind: wall_motion, wall: box, direction: y,
            displacement: {{kind: ramp, value: 0.2 mm, duration: 2 ms}}}}

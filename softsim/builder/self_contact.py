@@ -52,72 +52,106 @@ def self_contact(
         if own:
             whole = np.unique(np.concatenate(own), axis=0)
             surfaces.append(surface_of(body, points, whole[~cut_faces(names, points, whole)]))
-    for surface in names.surfaces.values():
-        own = [f for f in named if f is surface.facets]
-        surfaces += [rigid_surface_of(names, points, facets) for facets in own[:1]]
-    facets, corner_areas, moduli = (np.concatenate(part) for part in zip(*surfaces, strict=True))
-    if not len(facets):
-        raise names.loaded.error(
-            ("contact", "self_contact"),
-            "all of its faces lie in planes of symmetry, or are held across themselves",
-            "name the surfaces that may touch",
-        )
+    for rigid in names.surfaces.values():
+        if any(f is rigid.facets for f in named):
+            surfaces.append(rigid_surface_of(names, points, rigid.facets))
+    facets, corner_areas, moduli = (np.concatenate(parts) for parts in zip(*surfaces, strict=True))
+    refuse_no_facets(names, moduli)
     nodes = np.unique(facets)
     part = connected_parts(bodies, ties, tied, len(points))
     refuse_overlap(names, bodies, points, part, nodes)
-    sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
-    size = np.zeros(len(points))
-    np.maximum.at(size, facets, sides.max(axis=1)[:, None])
-    facet_areas = corner_areas.sum(axis=1)
-    vertex_areas, centroid_areas = simpson_areas(corner_areas)
-    at_nodes = [nodal_sums(facets, a, len(points))[nodes] for a in (corner_areas, vertex_areas)]
-    if settings.penalty_stiffness == "auto":
-        pressure = REFERENCE_STRAIN * moduli
-        per_area = pressure / (settings.allowed_penetration * sides.mean(axis=1))
-    else:
-        of_node = settings.penalty_stiffness / at_nodes[0]
-        per_area = of_node[np.searchsorted(nodes, facets)].mean(axis=1)
-    # A facet of a rigid body is as stiff as the stiffest one that it may touch: the other decides.
-    rigid = np.isinf(moduli)
-    if rigid.all():
-        raise names.loaded.error(
-            ("contact", "self_contact"),
-            "only rigid bodies are named: how stiff their contact is follows from deformable ones",
-            "name a deformable body too",
-        )
-    per_area[rigid] = per_area[~rigid].max()
-    # Each of the two half passes has half of the stiffness.
-    k_n = 0.5 * np.concatenate(
-        [
-            nodal_sums(facets, per_area[:, None] * vertex_areas, len(points))[nodes],
-            per_area * centroid_areas,
-        ]
+    longest = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2).max(
+        axis=1
     )
+    size = np.zeros(len(points))
+    np.maximum.at(size, facets, longest[:, None])
+    vertex_areas, centroid_areas = simpson_areas(corner_areas)
+    per_area = stiffness_per_area(settings, points, facets, corner_areas, moduli)
+
+    def at_points(at_vertices: np.ndarray, at_centroids: np.ndarray) -> np.ndarray:
+        """Return the values (k + f,) of all points: of a vertex the sum over its facets' (f, d)."""
+        return np.concatenate([nodal_sums(facets, at_vertices, len(points))[nodes], at_centroids])
+
     point_group, friction = contact_groups(settings, by_name, nodes, facets)
     data = SelfContactData(
         nodes=nodes,
         facets=facets,
-        point_size=np.concatenate([size[nodes], sides.max(axis=1)]),
+        point_size=np.concatenate([size[nodes], longest]),
         point_part=np.concatenate([part[nodes], part[facets[:, 0]]]),
-        point_areas=np.concatenate([at_nodes[1], centroid_areas]),
-        facet_areas=facet_areas,
+        point_areas=at_points(vertex_areas, centroid_areas),
+        facet_areas=corner_areas.sum(axis=1),
         facet_stiffness=per_area,
-        penalty_stiffness=k_n,
-        damping_time=np.zeros(len(k_n)),
+        # Each of the two half passes has half of the stiffness.
+        penalty_stiffness=0.5
+        * at_points(per_area[:, None] * vertex_areas, per_area * centroid_areas),
+        damping_time=np.zeros(len(nodes) + len(facets)),
         tangential_ratio=settings.tangential_stiffness_ratio,
         tangential_damping_fraction=settings.tangential_damping_fraction,
         point_group=point_group,
         may_touch=friction >= 0.0,
         friction_coefficient=friction,
     )
-    # Two equal nodes m that press each other have the springs k and dashpots c of both half passes:
-    # c = 2 zeta sqrt(k m / 2) / 2 of each, with k = 2 k_n.
-    own = data.summed_at_nodes(k_n)
-    time = np.zeros(len(points))
-    time[nodes] = settings.damping_ratio * np.sqrt(mass[nodes] / np.maximum(own, 1e-300))
-    massless = np.isin(nodes, facets[rigid])
-    time[nodes[massless]] = np.median(time[nodes[~massless]])
-    return replace(data, damping_time=np.concatenate([time[nodes], time[facets].mean(axis=1)]))
+    is_rigid = np.isin(nodes, facets[np.isinf(moduli)])
+    return replace(data, damping_time=damping_times(settings.damping_ratio, data, mass, is_rigid))
+
+
+def refuse_no_facets(names: Names, moduli: np.ndarray) -> None:
+    """Raise a SceneError where no facet is left, or only those of rigid bodies, whose modulus is
+    infinite.
+    """
+    if not len(moduli):
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            "all of its faces lie in planes of symmetry, or are held across themselves",
+            "name the surfaces that may touch",
+        )
+    if np.isinf(moduli).all():
+        raise names.loaded.error(
+            ("contact", "self_contact"),
+            "only rigid bodies are named: how stiff their contact is follows from deformable ones",
+            "name a deformable body too",
+        )
+
+
+def stiffness_per_area(
+    settings: Contact,
+    points: np.ndarray,
+    facets: np.ndarray,
+    corner_areas: np.ndarray,
+    moduli: np.ndarray,
+) -> np.ndarray:
+    """Return the contact stiffness per area (f,) [Pa/m] of facets (f, d): by it the pressure of a
+    compression by REFERENCE_STRAIN makes the allowed penetration; or what the user gives for a node
+    over the area of the facets around it.
+
+    A facet of a rigid body is as stiff as the stiffest one that it may touch: the other decides.
+    """
+    if settings.penalty_stiffness == "auto":
+        size = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2).mean(
+            axis=1
+        )
+        per_area = REFERENCE_STRAIN * moduli / (settings.allowed_penetration * size)
+    else:
+        areas = nodal_sums(facets, corner_areas, len(points))
+        per_area = (settings.penalty_stiffness / areas[facets]).mean(axis=1)
+    rigid = np.isinf(moduli)
+    return np.where(rigid, per_area[~rigid].max(), per_area)
+
+
+def damping_times(
+    damping_ratio: float, data: SelfContactData, mass: np.ndarray, is_rigid: np.ndarray
+) -> np.ndarray:
+    """Return c_n / k_n of each point (k + f,) [s], with the mass (n,) [kg] of all nodes; is_rigid:
+    True for vertices (k,) of rigid bodies, which have no mass of their own and take the median.
+
+    Two equal nodes m that press each other have the springs k and dashpots c of both half passes:
+    c = 2 zeta sqrt(k m / 2) / 2 of each, with k = 2 k_n.
+    """
+    own = data.summed_at_nodes(data.penalty_stiffness)
+    time = np.zeros(len(mass))
+    time[data.nodes] = damping_ratio * np.sqrt(mass[data.nodes] / np.maximum(own, 1e-300))
+    time[data.nodes[is_rigid]] = np.median(time[data.nodes[~is_rigid]])
+    return np.concatenate([time[data.nodes], time[data.facets].mean(axis=1)])
 
 
 def cut_faces(names: Names, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
@@ -129,7 +163,7 @@ def cut_faces(names: Names, points: np.ndarray, facets: np.ndarray) -> np.ndarra
     for name, condition in names.scene.conditions.items():
         if isinstance(condition, Symmetry):
             letter = condition.normal
-        elif isinstance(condition, Fixed) and len(condition.directions or ()) == 1:
+        elif isinstance(condition, Fixed) and condition.directions and not condition.directions[1:]:
             letter = condition.directions[0]
         else:
             continue

@@ -1,4 +1,4 @@
-"""Sizes of facets, and an upper bound of what a corner of a facet carries of places on it.
+"""Sizes and sharp edges of facets, and an upper bound of what their corners carry.
 
 A node on a facet is carried by its corners with its barycentric weights. A corner's weight falls to
 zero over its reach, h; of nodes that lie s apart on a line it carries no more than
@@ -37,3 +37,21 @@ def area_vectors(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
     if x.shape[1] == 2:
         return np.stack([sides[:, 0, 1], -sides[:, 0, 0]], axis=1)
     return 0.5 * np.cross(sides[:, 0], sides[:, 1])
+
+
+def sharp_edges(x: np.ndarray, facets: np.ndarray, angle: float) -> np.ndarray:
+    """Return the convex edges (e, 2) between triangles (f, 3) whose normals differ by more than
+    `angle` [rad], nodes at x (n, 3) [m].
+    """
+    sides = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
+    owner = np.repeat(np.arange(len(facets)), 3)
+    order = np.lexsort((sides.max(axis=1), sides.min(axis=1)))
+    ends = np.sort(sides, axis=1)[order]
+    first = np.flatnonzero((ends[1:] == ends[:-1]).all(axis=1))
+    one, other = owner[order][first], owner[order][first + 1]
+    normals = area_vectors(x, facets)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    is_sharp = (normals[one] * normals[other]).sum(axis=1) < np.cos(angle)
+    arm = x[facets[other]].mean(axis=1) - x[facets[one]].mean(axis=1)
+    is_convex = (arm * normals[one]).sum(axis=1) < 0.0
+    return ends[first][is_sharp & is_convex]

@@ -5,12 +5,22 @@ Defaults that a scene does not mention are listed too, and marked.
 
 from collections.abc import Iterator
 
+import numpy as np
+
+from softsim.mesh.bearing import sharp_edges
 from softsim.model import Model
 from softsim.scene.loading import LoadedScene
 from softsim.scene.resolved import flow_text, phrase
 from softsim.scene.tree import Key, entries, nearest
 
 Row = tuple[str, str]
+
+SHARP = np.radians(45.0)
+"""Angle between the normals on both sides of an edge beyond which it counts as sharp."""
+
+CROSSING_DEPTH = 0.4
+"""Measured depth of two crossing beams, over the side of their elements
+(tests/verification/test_body_contact_in_space.py)."""
 
 
 def acting(loaded: LoadedScene, model: Model) -> list[Row]:
@@ -36,6 +46,7 @@ def acting(loaded: LoadedScene, model: Model) -> list[Row]:
             for name, tree in entries(loaded.tree, "environment", "walls").items()
         ),
         *_contact(loaded),
+        *_crossing_edges(model),
     ]
 
 
@@ -114,6 +125,22 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
         if pair.friction_coefficient is not None
     ]
     yield "friction", ", ".join(law)
+
+
+def _crossing_edges(model: Model) -> Iterator[Row]:
+    """Describe what contact misses where sharp edges of several bodies in space may cross."""
+    data = model.self_contact
+    if data is None or model.dimension == 2:
+        return
+    nodes = np.unique(sharp_edges(model.points, data.facets, SHARP))
+    sharp = [f"'{b.name}'" for b in model.bodies if np.isin(nodes, np.r_[b.nodes]).any()]
+    if len(sharp) > 1:
+        yield (
+            "sharp edges",
+            f"of {', '.join(sharp)}: edges do not touch edges; where two of them cross between "
+            f"nodes, they sink by up to {CROSSING_DEPTH:g} of an element's side into each other "
+            "before they are held; take smaller elements there, or round them",
+        )
 
 
 def _value(loaded: LoadedScene, *keys: Key) -> str:

@@ -40,3 +40,22 @@ def test_loads_gravity_walls_and_friction_are_told_with_their_defaults(write_sce
         "length of 30 um (default)"
     )
     assert not_read(model) == []
+
+
+BOXES = """
+bodies:
+  l: {mesh: {generator: box, length: 2 mm, height: 1 mm, width: 2 mm, element_size: 1 mm},
+      formulation: solid, material: dragon_skin_10}
+  u: {mesh: {generator: box, length: 2 mm, height: 1 mm, width: 2 mm, element_size: 1 mm},
+      formulation: solid, material: dragon_skin_10, position: [0 mm, 2 mm, 0 mm]}
+contact: {self_contact: [l, u]}
+time: {end: 10 ms}
+"""
+
+
+def test_sharp_edges_of_two_bodies_that_may_cross_are_named(write_scene):
+    """Not those of flat open surfaces: these have none."""
+    loaded = load_scene(write_scene(BOXES))
+    assert dict(acting(loaded, build_model(loaded)))["sharp edges"].startswith("of 'l', 'u': edges")
+    flat = load_scene(write_scene(BOXES.replace("[l, u]", "[l.top, u]")))
+    assert "sharp edges" not in dict(acting(flat, build_model(flat)))
