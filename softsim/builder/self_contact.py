@@ -155,8 +155,8 @@ def damping_times(
 
 
 def cut_faces(names: Names, points: np.ndarray, facets: np.ndarray) -> np.ndarray:
-    """Return which facets (f,) lie in a plane that a condition holds them in: a plane of symmetry,
-    or nodes that are fixed along one direction, across the facet. The body goes on behind them.
+    """Return True (f,) for facets that lie in a plane of symmetry, or whose nodes are fixed along
+    one direction, across the facet: the body continues behind them.
     """
     cut = np.zeros(len(facets), dtype=bool)
     flat = 1e-9 * np.ptp(points, axis=0).max()

@@ -52,7 +52,7 @@ class CornerContact(NodalForces, SelfContact):
         friction_memory: np.ndarray,
         slip_length: np.ndarray,
     ) -> None:
-        scenarios, corners = surface.nodes.scenarios, int(surface.member_count)
+        scenarios, corners = surface.nodes.scenarios, int(surface.point_count)
         k_n, k_t, c_n, c_t = (np.full(corners, constant) for constant in constants)
         SelfContact.__init__(
             self, surface, lists, contact_nodes, k_n, k_t, c_n, c_t, friction_coefficient

@@ -1,7 +1,7 @@
 """The surface of bodies as the convex corners of a wall meet it: in the wall's axes, in the plane.
 
-There the corners stand still, and the facets move. What DeformableSurface calls nodes are corners
-here; none is a neighbour of a facet.
+There the corners stand still, and the facets move. The contact points are the corners; none is a
+neighbour of a facet.
 """
 
 from collections.abc import Sequence
@@ -79,7 +79,7 @@ class CornerSurface(DeformableSurface):
 
     @ti.func
     def watched_velocity(self, s, k):
-        """Velocity of the same [m/s], relative to the wall."""
+        """Velocity [m/s] of the k-th node of the facets relative to the wall; zero of the last."""
         result = ti.Vector.zero(backend.real, self.nodes.dimension)
         if k < self.watched_count.read() - 1:
             a = self.member[k]

@@ -21,7 +21,7 @@ so a body that slides off an edge loses contact without a jump, and energy is ke
 s = 0, phi'' is zero: a corner there is not driven off.
 
 A point lies next to the facets around it, and behind a thin fin's or skin's other side. So those
-that are as close at rest as NEIGHBOURHOOD facets are long touch each other never, and a point
+that are as close at rest as NEIGHBOURHOOD facets are long never touch, and a point
 deeper than DEPTH of a facet's length is inside of something else: a part must be squeezed to a
 quarter of NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
 """
@@ -231,7 +231,7 @@ class DeformableSurface:
 
     @ti.func
     def shares(self, f, g, w):
-        """Whether facet g has all corners of facet f with some weight."""
+        """True if facet g has all corners of facet f with some weight."""
         missing = 0
         for c in ti.static(range(self.nodes.dimension)):
             if w[c] > 0.0:

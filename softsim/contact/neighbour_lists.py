@@ -1,4 +1,4 @@
-"""Which facets each node of a surface may touch before long, and the other way round.
+"""Lists of the facets that each point of a surface may touch soon, and of the points of each facet.
 
 Verlet lists: a pair is listed when it is closer than DEPTH of the longest facet and a margin. They
 hold until two nodes have moved by the margin relative to each other; that is looked at in every
@@ -50,18 +50,18 @@ def part_of(count, p):
 
 
 class NeighbourLists:
-    """Pairs of nodes and facets of a surface that may touch.
+    """Pairs of points and facets of surfaces that may touch.
 
     Work is done in PARTS of the nodes or facets, so that most of it is passed over at once while
     nothing is near.
 
-    Fields: near_facet (scenarios, k, room), near_facet_count; near_node (scenarios, f, room),
-    near_node_count, in increasing order. travel (scenarios,): upper bound of the length [m] of the
-    path of any two of what is watched relative to each other; due (scenarios, k): travel at which a
-    point may touch, at the earliest. stale (scenarios,): set from outside where nodes are somewhere
-    else all at once. renewed (scenarios,): whether the
-    lists are made anew in this increment. overfull (scenarios,): whether a list had no room, which
-    the host has to look at.
+    Fields: near_facet (scenarios, k, room), near_facet_count; near_node (scenarios, f, room), the
+    points near a facet, and near_node_count, in increasing order. travel (scenarios,): upper bound
+    of the length [m] of the path of any two of the watched nodes relative to each other; due
+    (scenarios, k): travel at which a point may touch, at the earliest. renewed (scenarios,): 1 if
+    the lists are made anew in this increment. stale (scenarios,): set to 1 by the solver when it
+    moves nodes to other positions. overfull (scenarios,): 1 if a list had no room, which the solver
+    checks.
     """
 
     def __init__(self, surface: DeformableSurface, margin: float, longest: float, room: int):
@@ -106,8 +106,8 @@ class NeighbourLists:
 
     @ti.func
     def sort(self, s, p, t, dt):
-        """Whether lists are made anew; if so, sort facets into cells. One worker does it
-        all, in order.
+        """Decide if lists are made anew; if so, sort facets into cells. One worker does it all, in
+        order.
         """
         least, most = self.least[s, 0], self.most[s, 0]
         slowest, fastest = self.slowest[s, 0], self.fastest[s, 0]
@@ -179,7 +179,7 @@ class NeighbourLists:
 
     @ti.func
     def _is_near(self, s, i, f, x, reach):
-        """Whether facet f is within reach of node i at x, and no neighbour at rest."""
+        """True if facet f is within reach of point i at x, and no neighbour at rest."""
         X = self.surface.corners(s, f)
         w = self.surface.shape.closest_weights(X, x)
         result = False

@@ -34,6 +34,10 @@ from softsim.term import Pass, Stage
 NEVER = -1e30
 """A time before all others [s]."""
 
+TURNING = 0.2
+"""Path over the size of a facet by which its nodes move at least when it turns from a normal across
+that of a point to one within FACING of its opposite (asin 0.3 is 17 degrees)."""
+
 
 class SelfContact(Dissipation):
     """Contact of the points of a surface with its facets, each with the closest that faces it.
@@ -90,7 +94,7 @@ class SelfContact(Dissipation):
         self.pressed_at = real_field(np.full((scenarios, int(surface.facet_count)), NEVER))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment; the lists are watched and made anew in between."""
+        """Passes of an increment; the neighbour lists are checked and renewed in between."""
         lists = self.lists
         return {
             Stage.MOVE: [Pass("contact", PARTS, (lists.watch,))],
@@ -177,26 +181,44 @@ class SelfContact(Dissipation):
         closest, touched = -1, self.facet[s, i]
         w = ti.Vector.zero(backend.real, self.nodes.dimension)
         deepest = self.lists.deepest[0]
-        nearest, nearest_of_all = deepest**2, deepest**2
+        nearest, path = deepest**2, deepest
         for k in range(-1, self.lists.near_facet_count[s, i]):
             f = touched
             if k >= 0:
                 f = self.lists.near_facet[s, i, k]
             if f >= 0 and f != closest:
                 X = self.surface.corners(s, f)
-                if not is_farther(X, x, nearest):
+                within = nearest
+                if touched < 0:
+                    within = deepest**2
+                if not is_farther(X, x, within):
                     weights = self.surface.shape.closest_weights(X, x)
-                    square = (x - X.transpose() @ weights).norm_sqr()
-                    nearest_of_all = ti.min(nearest_of_all, square)
+                    apart = x - X.transpose() @ weights
+                    square = apart.norm_sqr()
+                    path = ti.min(path, self._path_to(s, f, X, apart, outward))
                     is_closer = square < nearest or (square == nearest and f < closest)
                     if is_closer and self.surface.faces(X, outward):
                         closest, nearest, w = f, square, weights
-        # Nothing touches before its way to all facets, with their extensions, is done.
-        way = ti.sqrt(nearest_of_all) - EXTENSION / DEPTH * deepest
-        self.lists.due[s, i] = self.lists.travel[s] + ti.max(0.0, way)
+        if touched >= 0:
+            path = 0.0
+        self.lists.due[s, i] = self.lists.travel[s] + ti.max(0.0, path)
         if closest >= 0 and nearest >= (DEPTH * self.surface.length(i, closest)) ** 2:
             closest = -1
         return closest, w
+
+    @ti.func
+    def _path_to(self, s, f, X, apart, outward):
+        """Lower bound of the path [m] after which a point, at `apart` from the closest point of
+        facet f, may touch it: in front of it the distance to its extension; behind it none where
+        it faces the point, and else the path that turns it by so much.
+        """
+        area = self.surface.shape.area_vector(X)
+        path = apart.norm() - EXTENSION / DEPTH * self.lists.deepest[0]
+        if apart.dot(area) < 0.0:
+            path = TURNING * self.surface.facet_size[f]
+            if area.dot(outward) < 0.0 or outward.norm_sqr() == 0.0:
+                path = 0.0
+        return path
 
     @ti.func
     def _gap(self, s, i, X, f, w, x, outward):
@@ -325,7 +347,7 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _let_go(self, s, i, rate, dt):
-        """Point i, which touched, does not any more; `rate` of its gap [m/s]."""
+        """Point i loses contact; `rate`: that of its gap [m/s]."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
         # How it slid in this last increment is not known: what the spring held is rubbed off.
         before, friction = self.stretch[s, i], self.friction[s, i]
@@ -366,8 +388,9 @@ class SelfContact(Dissipation):
         points that touch these.
         """
         a, m = self.surface.member[i], self.member_count.read()
-        total = self.on_point[s, i]
-        loaded = ti.cast(self.facet[s, i] >= 0, ti.i32)
+        total, loaded = ti.Vector.zero(backend.real, self.nodes.dimension), 0
+        if self.facet[s, i] >= 0:
+            total, loaded = self.on_point[s, i], 1
         for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
             f, c = self.surface.facet_around[e], self.surface.corner_around[e]
             if self.facet[s, m + f] >= 0:

@@ -133,7 +133,9 @@ def _crossing_edges(model: Model) -> Iterator[Row]:
     if data is None or model.dimension == 2:
         return
     nodes = np.unique(sharp_edges(model.points, data.facets, SHARP))
-    sharp = [f"'{b.name}'" for b in model.bodies if np.isin(nodes, np.r_[b.nodes]).any()]
+    owners = {b.name: np.r_[b.nodes] for b in model.bodies}
+    owners |= {b.name: np.unique(b.facets) for b in model.rigid_bodies}
+    sharp = [f"'{name}'" for name, own in owners.items() if np.isin(nodes, own).any()]
     if len(sharp) > 1:
         yield (
             "sharp edges",

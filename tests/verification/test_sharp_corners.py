@@ -120,6 +120,8 @@ def test_an_edge_below_short_facets_is_outside_though_a_long_one_is_near(build, 
     sizes = model.corners.facet_size
     np.testing.assert_allclose([sizes.min(), sizes.max()], [1.1e-3, 2e-3])
     solver = start(model)
+    [corners] = solver.terms.corner_contacts  # as many as the wall has, not as the block has nodes
+    assert fields.shape_of(corners.limit)[1] == len(model.walls[0].corners())
     for above in (0.9, 0.84, 0.5):
         assert not wall_forces(solver, model.points + np.array([0.0, above * 1e-3])).any()
     assert wall_forces(solver, model.points - np.array([0.0, 1e-5])).any()
