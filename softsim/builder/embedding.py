@@ -6,6 +6,7 @@ from softsim.builder.names import MeshedBody, Names, in_mm
 from softsim.elements.axisymmetric import Axisymmetric
 from softsim.elements.embedding import embedded
 from softsim.elements.ring_section import RingSection
+from softsim.mesh.bearing import side_lengths
 from softsim.mesh.mesh import SURFACE
 from softsim.scene.tree import Keys
 
@@ -27,7 +28,7 @@ def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
 def usual_tolerance(body: MeshedBody) -> float:
     """How far outside of a body a place may lie [m] where the scene says nothing."""
     facets, points = body.mesh.facet_sets[SURFACE], body.mesh.points
-    sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
+    sides = side_lengths(points, facets)
     return USUAL_TOLERANCE * float(sides[sides > 0.0].mean())
 
 

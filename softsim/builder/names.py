@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from softsim.elements.geometry import Geometry
+from softsim.mesh.bearing import side_lengths
 from softsim.mesh.mesh import SURFACE, Mesh
 from softsim.scene.loading import LoadedScene
 from softsim.scene.schema import Scene
@@ -115,8 +116,7 @@ class Names:
         """Median side of the facets on the surfaces of all bodies [m]."""
         sides = []
         for body in self.bodies.values():
-            corners = body.mesh.points[body.mesh.facet_sets[SURFACE]]
-            sides.append(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).ravel())
+            sides.append(side_lengths(body.mesh.points, body.mesh.facet_sets[SURFACE]).ravel())
         return float(np.median(np.concatenate(sides)))
 
     def vector(self, components: Sequence[float], keys: Keys) -> np.ndarray:

@@ -16,6 +16,7 @@ from softsim.elements.quadrature import simplex_gradients
 from softsim.elements.ring_section import RingSection
 from softsim.elements.ties import Ties
 from softsim.materials.material import Material
+from softsim.mesh.bearing import side_lengths
 from softsim.mesh.mesh import SURFACE, facet_owners, find_rows, simplex_facets, simplexes
 from softsim.mesh.surface import depth_in_surface
 from softsim.model import Body, SelfContactData
@@ -60,9 +61,7 @@ def self_contact(
     nodes = np.unique(facets)
     part = connected_parts(bodies, ties, tied, len(points))
     refuse_overlap(names, bodies, points, part, nodes)
-    longest = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2).max(
-        axis=1
-    )
+    longest = side_lengths(points, facets).max(axis=1)
     size = np.zeros(len(points))
     np.maximum.at(size, facets, longest[:, None])
     vertex_areas, centroid_areas = simpson_areas(corner_areas)
@@ -127,9 +126,7 @@ def stiffness_per_area(
     A facet of a rigid body is as stiff as the stiffest one that it may touch: the other decides.
     """
     if settings.penalty_stiffness == "auto":
-        size = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2).mean(
-            axis=1
-        )
+        size = side_lengths(points, facets).mean(axis=1)
         per_area = REFERENCE_STRAIN * moduli / (settings.allowed_penetration * size)
     else:
         areas = nodal_sums(facets, corner_areas, len(points))

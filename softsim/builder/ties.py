@@ -9,6 +9,7 @@ from softsim.builder.names import MeshedBody, Names, in_mm
 from softsim.elements.ring_section import RingSection
 from softsim.elements.ties import Ties
 from softsim.errors import MeshError
+from softsim.mesh.bearing import side_lengths
 from softsim.mesh.closest import at, closest_on_facets
 from softsim.mesh.quality import check
 from softsim.scene.tree import Keys
@@ -102,7 +103,7 @@ def refuse_far_nodes(
     data = names.scene.ties[name]
     apart = points[nodes] - places
     distance = np.linalg.norm(apart, axis=1)
-    sides = np.linalg.norm(points[facets] - points[np.roll(facets, 1, axis=1)], axis=2)
+    sides = side_lengths(points, facets)
     usual = USUAL_TOLERANCE * float(sides[sides > 0.0].mean())
     tolerance = usual if data.tolerance is None else data.tolerance
     far = np.flatnonzero(distance > tolerance)

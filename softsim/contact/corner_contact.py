@@ -12,14 +12,11 @@ import taichi as ti
 
 from softsim import backend, fields
 from softsim.contact.corner_surface import CornerSurface
-from softsim.contact.laws import limit_with_memory
+from softsim.contact.laws import BEFORE_START, limit_with_memory
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.contact.nodal_forces import NodalForces
 from softsim.contact.self_contact import SelfContact
 from softsim.fields import index_field, real_field
-
-NEVER = -1e30
-"""A time before all others [s]."""
 
 AT_LIMIT = 1.0 - 1e-6
 """Share of its limit above which friction slips."""
@@ -63,7 +60,7 @@ class CornerContact(NodalForces, SelfContact):
         nothing = np.zeros((scenarios, corners))
         # Of friction: its limit, the time in contact that it remembers; when it last touched [s].
         self.limit, self.age = real_field(nothing), real_field(nothing)
-        self.touched_at = real_field(np.full(nothing.shape, NEVER))
+        self.touched_at = real_field(np.full(nothing.shape, BEFORE_START))
         surface.frame.carry(self)
 
     def state_fields(self) -> dict[str, ti.Field]:
@@ -85,7 +82,7 @@ class CornerContact(NodalForces, SelfContact):
         """Begin the books anew in a scenario, and the counts over the whole run."""
         super().forget_dissipation(scenario)
         self.forget_times(scenario)
-        fields.write_row(self.touched_at, scenario, NEVER)
+        fields.write_row(self.touched_at, scenario, BEFORE_START)
 
     @ti.func
     def _friction_limit(self, s, i, f, N, speed, t, dt):

@@ -122,7 +122,7 @@ class CornerSurface(DeformableSurface):
         return True
 
     @ti.func
-    def facing_share(self, s, i, X, f):
+    def facing_fraction(self, s, i, X, f):
         """A corner has all of its stiffness."""
         return ti.cast(1.0, backend.real)
 

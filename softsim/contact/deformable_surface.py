@@ -21,9 +21,9 @@ so a body that slides off an edge loses contact without a jump, and energy is ke
 s = 0, phi'' is zero: a corner there is not driven off.
 
 A point lies next to the facets around it, and behind a thin fin's or skin's other side. So those
-that are as close at rest as NEIGHBOURHOOD facets are long never touch, and a point
-deeper than DEPTH of a facet's length is inside of something else: a part must be squeezed to a
-quarter of NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
+that are as close at rest as NEIGHBOURHOOD facets are long never touch, and a point deeper than
+DEPTH of a facet's length is inside of something else: a part must be squeezed to a quarter of
+NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
 """
 
 from typing import Any
@@ -161,9 +161,9 @@ class DeformableSurface:
         return against > 0.0 and against * against > least
 
     @ti.func
-    def facing_share(self, s, i, X, f):
-        """Part of the stiffness of point i that acts on facet f, with its corners at X, when they
-        meet: that of the areas projected onto f; of two surfaces the softer one decides.
+    def facing_fraction(self, s, i, X, f):
+        """Fraction of the stiffness of point i that acts on facet f, with its corners at X, when
+        they meet: that of the areas projected onto f; of two surfaces the softer one decides.
         """
         normal = self.shape.normal(X)
         facing, whole = ti.Vector([0.0, 0.0])

@@ -18,6 +18,9 @@ of a time t* at rest and a slip d at the speed V; it begins as the mean of mu N.
 
 import taichi as ti
 
+BEFORE_START = -1e30
+"""Time of what has not happened yet [s], before any time of a run."""
+
 
 @ti.func
 def normal_force(gap, gap_rate, penalty_stiffness, damping):

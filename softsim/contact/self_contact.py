@@ -9,7 +9,7 @@ that goes with the facet: it grows with the velocity of the point relative to th
 facet where it is, and turns with the tangent plane.
 
 A point's stiffness is settled when it meets a facet and stays until it leaves
-(`DeformableSurface.facing_share`), so its springs have a potential.
+(`DeformableSurface.facing_fraction`), so its springs have a potential.
 """
 
 import numpy as np
@@ -25,14 +25,11 @@ from softsim.contact.facet_shapes import (
     is_farther,
     velocity_beside,
 )
-from softsim.contact.laws import normal_force, shear_force, slip
+from softsim.contact.laws import BEFORE_START, normal_force, shear_force, slip
 from softsim.contact.neighbour_lists import NeighbourLists, part_of
 from softsim.fields import Number, index_field, real_field, vector_field
 from softsim.nodes import PARTS
 from softsim.term import Pass, Stage
-
-NEVER = -1e30
-"""A time before all others [s]."""
 
 TURNING = 0.2
 """Path over the size of a facet by which its nodes move at least when it turns from a normal across
@@ -51,10 +48,10 @@ class SelfContact(Dissipation):
     friction_coefficient: mu (scenarios, groups, groups) [-].
 
     Fields, (scenarios, k): facet that a point touches, or -1; gap [m], zero unless it touches;
-    share of its stiffness that acts on that facet, hold what is left of it at an end of the
-    surface; stretch (d) of the friction's spring [m], friction (d) [N]; pressing, the normal force
-    [N]; deepest, the largest penetration so far [m]; friction_dissipation and damping_dissipation
-    [J].
+    fraction of its stiffness that acts on that facet, and phi, that of it which is left beyond an
+    end of the surface; stretch (d) of the friction's spring [m], friction (d) [N]; pressing, the
+    normal force [N]; deepest, the largest penetration so far [m]; friction_dissipation and
+    damping_dissipation [J].
     """
 
     def __init__(
@@ -83,7 +80,7 @@ class SelfContact(Dissipation):
         shape = (scenarios, int(surface.point_count))
         self.facet = index_field(np.full(shape, -1))
         self.gap, self.dashpot, self.pressing = (real_field(np.zeros(shape)) for _ in range(3))
-        self.share, self.hold, self.deepest = (real_field(np.zeros(shape)) for _ in range(3))
+        self.fraction, self.phi, self.deepest = (real_field(np.zeros(shape)) for _ in range(3))
         self.stretch, self.friction = (vector_field(np.zeros((*shape, d))) for _ in range(2))
         self.on_corner = vector_field(np.zeros((*shape, d, d)))  # forces on the facet's corners
         self.on_point = vector_field(np.zeros((*shape, d)))
@@ -91,7 +88,7 @@ class SelfContact(Dissipation):
         self.may_touch, self.may_react = (index_field(np.zeros((scenarios, PARTS))) for _ in "ab")
         self.loaded = index_field(np.zeros((scenarios, len(members))))
         # Time at which a facet was touched last: nothing touches others, whatever is near.
-        self.pressed_at = real_field(np.full((scenarios, int(surface.facet_count)), NEVER))
+        self.pressed_at = real_field(np.full((scenarios, int(surface.facet_count)), BEFORE_START))
 
     def passes(self) -> dict[Stage, list[Pass]]:
         """Passes of an increment; the neighbour lists are checked and renewed in between."""
@@ -109,8 +106,8 @@ class SelfContact(Dissipation):
         return {
             "facet": self.facet,
             "gap": self.gap,
-            "share": self.share,
-            "hold": self.hold,
+            "fraction": self.fraction,
+            "phi": self.phi,
             "deepest": self.deepest,
             "dashpot": self.dashpot,
             "normal_force": self.pressing,
@@ -158,18 +155,18 @@ class SelfContact(Dissipation):
         if f >= 0:
             X, V = self.surface.corners(s, f), self.surface.corner_velocities(s, f)
             v = self.surface.velocity(s, i)
-            gap, n, U, hold, fading = self._gap(s, i, X, f, w, x, outward)
+            gap, n, U, phi, fading = self._gap(s, i, X, f, w, x, outward)
             rate = n.dot(v - V.transpose() @ U)
             if gap < 0.0:
                 if self.facet[s, i] < 0:
-                    self.share[s, i] = self.surface.facing_share(s, i, X, f)
-                self.hold[s, i] = hold
+                    self.fraction[s, i] = self.surface.facing_fraction(s, i, X, f)
+                self.phi[s, i] = phi
                 self.pressed_at[s, f] = t
                 self._touch(s, i, f, X, V, U, x, v, gap, n, rate, t, dt)
                 if fading > 0.0:
                     self._slide_off(s, i, X, w, U, x, gap, n, fading)
         if gap >= 0.0 and self.facet[s, i] >= 0:
-            self._let_go(s, i, rate, dt)
+            self._lose_contact(s, i, rate, dt)
 
     @ti.func
     def _closest_facet(self, s, i, x, outward):
@@ -232,7 +229,7 @@ class SelfContact(Dissipation):
         apart = x - X.transpose() @ w
         n = self.surface.shape.normal(X)
         gap = apart.dot(n)
-        U, hold, fading = w, ti.cast(1.0, backend.real), ti.cast(0.0, backend.real)
+        U, phi, fading = w, ti.cast(1.0, backend.real), ti.cast(0.0, backend.real)
         if w.min() == 0.0:  # on an edge of the facet or on a corner
             outside = self._outward(s, i, f, w, outward)
             if outside.norm_sqr() > 0.0:
@@ -246,11 +243,11 @@ class SelfContact(Dissipation):
                 reach = EXTENSION * self.surface.facet_size[f]
                 beyond = (apart - gap * n).norm() / reach
                 if beyond < 1.0:
-                    hold = (1.0 - beyond) ** 3 * (1.0 + 3.0 * beyond + 6.0 * beyond**2)
+                    phi = (1.0 - beyond) ** 3 * (1.0 + 3.0 * beyond + 6.0 * beyond**2)
                     fading = 30.0 * beyond * (1.0 - beyond) ** 2 / reach**2
                 else:
                     gap = 0.0
-        return gap, n, U, hold, fading
+        return gap, n, U, phi, fading
 
     @ti.func
     def _outward(self, s, i, f, w, outward):
@@ -283,8 +280,8 @@ class SelfContact(Dissipation):
     @ti.func
     def _touch(self, s, i, f, X, V, U, x, v, gap, n, rate, t, dt):
         """Point i at x, with velocity v, touches facet f, its corners at X with velocities V."""
-        k_n = self.share[s, i] * self.hold[s, i] * self.penalty_stiffness[i]
-        c_n = self.share[s, i] * self.hold[s, i] * self.damping[i]
+        k_n = self.fraction[s, i] * self.phi[s, i] * self.penalty_stiffness[i]
+        c_n = self.fraction[s, i] * self.phi[s, i] * self.damping[i]
         N = normal_force(gap, rate, k_n, c_n)
         # Where the point is beside the facet, and how fast it slides over it.
         facet_normal = self.surface.shape.normal(X)
@@ -296,8 +293,8 @@ class SelfContact(Dissipation):
         inside = dt
         if self.facet[s, i] < 0 and rate * dt < gap:
             inside = gap / rate  # it crossed the surface within this increment
-        k_t = self.share[s, i] * self.tangential_stiffness[i]
-        damping_rate = self.share[s, i] * self.tangential_damping[i] / dt
+        k_t = self.fraction[s, i] * self.tangential_stiffness[i]
+        damping_rate = self.fraction[s, i] * self.tangential_damping[i] / dt
         across = self.stretch[s, i].dot(n)  # by which the tangent plane has turned away
         before = self.stretch[s, i] - across * n
         stretch = before + inside * sliding
@@ -329,7 +326,7 @@ class SelfContact(Dissipation):
         from it: -dE/ds along its way s beyond the end, E = k phi(s) gap^2 / 2.
         """
         beyond = x - X.transpose() @ w - gap * n
-        per_length = 0.5 * self.share[s, i] * self.penalty_stiffness[i] * gap * gap * fading
+        per_length = 0.5 * self.fraction[s, i] * self.penalty_stiffness[i] * gap * gap * fading
         self.on_point[s, i] = self.on_point[s, i] + per_length * beyond
         for c in ti.static(range(self.nodes.dimension)):
             moment = (U[c] - w[c]) * gap * n
@@ -346,13 +343,13 @@ class SelfContact(Dissipation):
         return self.friction_coefficient[s, one, other] * N
 
     @ti.func
-    def _let_go(self, s, i, rate, dt):
+    def _lose_contact(self, s, i, rate, dt):
         """Point i loses contact; `rate`: that of its gap [m/s]."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
         # How it slid in this last increment is not known: what the spring held is rubbed off.
         before, friction = self.stretch[s, i], self.friction[s, i]
         self.book_normal(s, i, self.dashpot[s, i], 0.0, dt * rate)
-        k_t = self.share[s, i] * self.tangential_stiffness[i]
+        k_t = self.fraction[s, i] * self.tangential_stiffness[i]
         self.book_tangential(s, i, friction, nothing, before, nothing, k_t, before)
         self.on_point[s, i], self.stretch[s, i], self.friction[s, i] = nothing, nothing, nothing
         self.facet[s, i], self.gap[s, i], self.pressing[s, i] = -1, 0.0, 0.0
@@ -411,8 +408,8 @@ class SelfContact(Dissipation):
         """Energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
-            k_n = self.hold[s, i] * self.penalty_stiffness[i]
+            k_n = self.phi[s, i] * self.penalty_stiffness[i]
             springs = k_n * self.gap[s, i] * self.gap[s, i]
             springs += self.tangential_stiffness[i] * self.stretch[s, i].norm_sqr()
-            total += 0.5 * self.share[s, i] * springs
+            total += 0.5 * self.fraction[s, i] * springs
         return total

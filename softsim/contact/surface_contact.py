@@ -6,15 +6,12 @@ import taichi as ti
 from softsim import backend, fields
 from softsim.contact.dissipation import Dissipation
 from softsim.contact.frame import FixedFrame
-from softsim.contact.laws import limit_with_memory, normal_force, shear_force, slip
+from softsim.contact.laws import BEFORE_START, limit_with_memory, normal_force, shear_force, slip
 from softsim.contact.nodal_forces import NodalForces
 from softsim.contact.wall import Obstacle
 from softsim.fields import index_field, real_field, vector_field
 from softsim.nodes import Nodes
 from softsim.term import Pass, Stage
-
-NEVER = -1e30
-"""A time before all others [s]."""
 
 RESTS = 1e-6
 """Slip in an increment over elastic slip, below which a node at its friction limit counts as at
@@ -78,7 +75,7 @@ class SurfaceContact(NodalForces, Dissipation):
         self.friction = vector_field(np.zeros((*shape, d)))
         # Of friction: its limit, and the time in contact that it remembers.
         self.friction_limit, self.age = (real_field(np.zeros(shape)) for _ in range(2))
-        self.left_at = real_field(np.full(shape, NEVER))
+        self.left_at = real_field(np.full(shape, BEFORE_START))
         frame.carry(self)
 
     def passes(self) -> dict[Stage, list[Pass]]:
@@ -112,7 +109,7 @@ class SurfaceContact(NodalForces, Dissipation):
         """Begin the books anew in a scenario, and the counts over the whole run."""
         super().forget_dissipation(scenario)
         self.forget_times(scenario)
-        fields.write_row(self.left_at, scenario, NEVER)
+        fields.write_row(self.left_at, scenario, BEFORE_START)
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
         """Columns of the history: the frame's."""

@@ -29,6 +29,13 @@ def nodal_extents(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
     return own ** (1.0 / (d - 1))
 
 
+def side_lengths(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
+    """Return the distance (f, c) [m] of each corner of facets (f, c) from the one before it, all
+    nodes at x (n, d) [m].
+    """
+    return np.linalg.norm(x[facets] - x[np.roll(facets, 1, axis=1)], axis=2)
+
+
 def area_vectors(x: np.ndarray, facets: np.ndarray) -> np.ndarray:
     """Normals (f, d) out of the material, as long as the length [m] of the edges or the area [m^2]
     of the triangles (f, d), all nodes at x (n, d) [m].

@@ -256,7 +256,7 @@ class ExplicitSolver:
             self._set_time_increment(s, dt)
 
     def _forget_lists(self) -> None:
-        """Have the lists of what is near made anew: nodes are somewhere else all at once."""
+        """Mark the neighbour lists as stale, after nodes were moved to other positions."""
         for contact in self.terms.listing:
             fields.write(contact.lists.stale, 1)
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softsim.contact.wall import Wall
+from softsim.mesh.bearing import side_lengths
 from softsim.model import Model, SelfContactData
 from softsim.solver.explicit import Scenario
 
@@ -77,7 +78,7 @@ def body_penetration(scenario: Scenario) -> BodyPenetration | None:
 def body_penetration_of(model: Model, data: SelfContactData, depths: np.ndarray) -> BodyPenetration:
     """Return the penetration that depths (k + f,) [m] of all contact points amount to."""
     corners = model.points[data.facets]
-    of_facets = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+    of_facets = side_lengths(model.points, data.facets).mean(axis=1)
     sizes = np.concatenate([element_sizes(model)[data.nodes], of_facets])
     # A finely meshed rigid surface makes no contact softer: deformable facets are the measure.
     rigid = np.concatenate([data.nodes, data.facets[:, 0]]) >= model.meshed_count
@@ -111,9 +112,7 @@ def element_sizes(model: Model) -> np.ndarray:
     sizes[outlines] = min((2.0 * o.shape.radius for o in model.outlines), default=np.inf)
     surfaces = [body.facet_sets["surface"] for body in model.bodies]
     for facets in (*surfaces, *(body.facets for body in model.rigid_bodies)):
-        sides = np.linalg.norm(
-            model.points[facets] - model.points[np.roll(facets, 1, axis=1)], axis=2
-        )
+        sides = side_lengths(model.points, facets)
         corners = [facets, np.roll(facets, 1, axis=1)]
         sums, counts = (
             sum(np.bincount(c.ravel(), w.ravel(), len(sizes)) for c in corners)

@@ -29,6 +29,7 @@ from softsim.loads.rigid_motion import RigidMotion
 from softsim.loads.rotor import Rotor
 from softsim.materials.material import Material
 from softsim.materials.stability import instability_stretch
+from softsim.mesh.bearing import side_lengths
 from softsim.mesh.closest import at, closest_on_facets
 from softsim.mesh.mesh import SURFACE
 from softsim.model import Body, Model
@@ -427,9 +428,9 @@ def tie_doubts(model: Model) -> dict[str, str]:
     if len(ties.nodes) < 2:
         return {}
     found = {}
-    places, corners = model.points[ties.nodes], model.points[ties.corners]
+    places = model.points[ties.nodes]
     apart = cKDTree(places).query(places, k=2)[0][:, 1]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    longest = side_lengths(model.points, ties.corners).max(axis=1)
     shifts = ties.shifts / np.minimum(apart, longest)
     farthest = int(np.argmax(shifts))
     if shifts[farthest] > FARTHEST_SHIFT:

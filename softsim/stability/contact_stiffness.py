@@ -188,7 +188,7 @@ class SurfaceStiffness:
     """
 
     def __init__(self, data: SelfContactData, rest: np.ndarray) -> None:
-        """rest: positions of all nodes (n, d) [m] at rest."""
+        """Prepare the facets around each node; rest: positions of all nodes (n, d) [m]."""
         self.data, d = data, rest.shape[1]
         count = len(data.nodes)
         number = np.searchsorted(data.nodes, data.facets)
@@ -204,22 +204,23 @@ class SurfaceStiffness:
         )
         self.second = begin[self.first] + along
         self.node, self.facet, self.number = node, facet, number
-        shares = np.linalg.norm(area_vectors(rest, data.facets), axis=1) / d
-        self.rest_shares = shares
-        depth = data.summed_at_nodes(data.point_areas) / np.bincount(node, shares[facet], count)
+        self.rest_areas = np.linalg.norm(area_vectors(rest, data.facets), axis=1)
+        depth = data.summed_at_nodes(data.point_areas) / np.bincount(
+            node, self.rest_areas[facet] / d, count
+        )
         self.depth = self._largest_around(depth[number].max(axis=1))
         self.per_area = self._largest_around(data.facet_stiffness)
         self.damping_time = self._largest_around(data.damping_time[number].max(axis=1))
 
     def _largest_around(self, of_facets: np.ndarray) -> np.ndarray:
-        """Largest value (k,) of the facets (f,) around each node."""
+        """Return the largest value (k,) of the facets (f,) around each node."""
         largest = np.zeros(len(self.data.nodes))
         np.maximum.at(largest, self.number, of_facets[:, None])
         return largest
 
     def _projected(self, x: np.ndarray, of_facets: np.ndarray) -> np.ndarray:
-        """Sum (k,) over the facets around each node of values (f,), projected along the normal of
-        that facet, or of their mean, which makes it largest, all nodes at x.
+        """Return the sum (k,) over the facets around each node of values (f,), projected along the
+        normal of that facet, or of their mean, which makes it largest, all nodes at x.
         """
         count, vectors = len(self.data.nodes), area_vectors(x, self.data.facets)
         normals = (vectors / np.linalg.norm(vectors, axis=1)[:, None])[self.facet]
@@ -232,35 +233,37 @@ class SurfaceStiffness:
         return np.maximum(largest, np.linalg.norm(mean, axis=0))
 
     def of_nodes(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """Stiffness (k,) [N/m] of each surface node, all nodes at x (n, d), at the step dt [s]."""
+        """Return the stiffness (k,) [N/m] of each surface node at the step dt [s], all nodes at x
+        (n, d) [m].
+        """
         data, d = self.data, x.shape[1]
-        own = self._projected(x, self.rest_shares * data.facet_stiffness)
+        own = self._projected(x, self.rest_areas / d * data.facet_stiffness)
         own *= self._with_dashpots(self.damping_time, dt)
         areas = np.linalg.norm(area_vectors(x, data.facets), axis=1)
         extent = self._projected(x, areas / d) ** (1.0 / (d - 1))
         # Facets of about one size at a time press a node: large ones have much area, small ones a
         # high stiffness per area.
         lengths = ((d - 1) * areas) ** (1.0 / (d - 1))
-        squeezed = d * self.rest_shares / areas
+        squeezed = self.rest_areas / areas
         sizes = np.floor(2.0 * np.log2(lengths)).astype(int)
         separation, largest = POINT_SEPARATION[d], LARGEST_POINT[d] ** (1.0 / (d - 1))
         others = np.zeros(len(data.nodes))
         for part, size in np.unique(np.stack([data.facet_part, sizes]), axis=1).T:
-            alike = (data.facet_part == part) & (sizes == size)
-            apart = lengths[alike].max()
+            of_size = (data.facet_part == part) & (sizes == size)
+            apart = lengths[of_size].max()
             line = np.minimum(
                 apart * weights_in_line(extent / apart),
                 largest * apart * weights_in_line(extent / (separation * apart)),
             )
-            area = squeezed[alike].max() * line ** (d - 1)
-            per_area = np.minimum(self.per_area, data.facet_stiffness[alike].max())
-            damping_time = data.damping_time[self.number[alike]].max()
+            area = squeezed[of_size].max() * line ** (d - 1)
+            per_area = np.minimum(self.per_area, data.facet_stiffness[of_size].max())
+            damping_time = data.damping_time[self.number[of_size]].max()
             others = np.maximum(others, per_area * area * self._with_dashpots(damping_time, dt))
         # Half the stiffness in each half pass, twice the stiffness of a pair in the bound.
         return self.depth * (own + others)
 
     def _with_dashpots(self, damping_time: Any, dt: float) -> Any:
-        """The larger of 1 + 2 c_n / (k_n dt) and k_t / k_n + 2 c_t / (k_n dt)."""
+        """Return the larger of 1 + 2 c_n / (k_n dt) and k_t / k_n + 2 c_t / (k_n dt)."""
         lag = 2.0 * damping_time / dt
         data = self.data
         return np.maximum(1.0 + lag, data.tangential_ratio + data.tangential_damping_fraction * lag)

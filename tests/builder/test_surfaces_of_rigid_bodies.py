@@ -97,7 +97,7 @@ def test_a_polygon_in_a_section(build):
 
 
 def test_the_boundary_of_a_plane_mesh(build, tmp_path):
-    """With a hole, whose normals point into it."""
+    """A surface with a hole keeps the normals of the hole pointing into it."""
     ring = np.array([[x, y] for y in range(4) for x in range(4)]) - [1.5, 0.0]
     corner = np.array([y * 4 + x for y in range(3) for x in range(3) if (x, y) != (1, 1)])
     quads = corner[:, None] + [0, 1, 5, 4]

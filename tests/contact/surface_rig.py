@@ -56,10 +56,12 @@ class SurfaceRig:
     def energy(self) -> float:
         """Energy in the springs [J]."""
         data, contact = self.model.self_contact, self.contact
-        gap, share, hold = (fields.read(f)[0] for f in (contact.gap, contact.share, contact.hold))
+        gap, fraction, phi = (
+            fields.read(f)[0] for f in (contact.gap, contact.fraction, contact.phi)
+        )
         squares = (fields.read(contact.stretch)[0] ** 2).sum(axis=1)
-        springs = hold * gap**2 + data.tangential_ratio * squares
-        return 0.5 * float((share * data.penalty_stiffness * springs).sum())
+        springs = phi * gap**2 + data.tangential_ratio * squares
+        return 0.5 * float((fraction * data.penalty_stiffness * springs).sum())
 
     @property
     def facets(self):

@@ -268,8 +268,8 @@ def test_symmetry_and_open_surfaces(press, record_verification):
 
 
 def slip_and_depth(bodies, positions):
-    """How far the corners of two flush faces are apart along x, and how deep vertices and middles
-    of facets lie in the other body, at most; both over the length of the smaller facets.
+    """Return the largest distance of the corners of two flush faces along x, and the largest depth
+    of vertices and middles of facets in the other body; both over the smaller facets' length.
     """
     lower, upper = bodies.values()
     below = positions[: len(lower.points)][lower.node_sets["top"]]

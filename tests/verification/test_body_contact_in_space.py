@@ -206,7 +206,7 @@ def test_flush_boxes_press_like_one(press, record_verification, case):
     assert found.force == pytest.approx(exact, rel=0.01)
     assert off < limit
     if off >= PATCH:
-        pytest.xfail(f"the stress is off by {100 * off:.2g} %, more than {100 * PATCH:g} %")
+        pytest.xfail(f"coarse facets sample fine ones too thinly: stress {100 * off:.2g} % off")
 
 
 # Two balls: radii, thickness of their caps on the axis and their width, and how far they approach.
@@ -334,7 +334,8 @@ def test_a_box_slides_off_an_edge(run, record_verification, cells):
     assert error < 0.005
     assert jump < KNOWN_JUMPS[cells]
     if jump > JUMP:
-        pytest.xfail(f"the force changes by {100 * jump:.2g} % of its largest within 0.03 mm")
+        # With rows four times as dense hexahedra change it by 10 %, not 17: it swings as they part.
+        pytest.xfail(f"the force swings as they part, by {100 * jump:.2g} % within 0.03 mm")
 
 
 SIDE, CELL = 4e-3, 1e-3  # of the beams' square section, and of their elements
