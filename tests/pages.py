@@ -6,9 +6,14 @@ from pathlib import Path
 import yaml
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"`(\w+: [{\[].*?)`")
+
+
+def name(page):
+    """The path of a page below the project, such as docs/how_to/scenes.md."""
+    return str(page.relative_to(ROOT))
 
 
 def blocks(page, language):

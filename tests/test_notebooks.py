@@ -7,10 +7,10 @@ from pages import ROOT
 
 pytestmark = pytest.mark.slow
 
-FOLDER = ROOT / "docs" / "notebooks"
+FOLDER = ROOT / "docs" / "tutorials"
 
 HOLDS = {
-    "finger": """
+    "control_loop": """
 at_rest = [float(np.interp(t, time, history["tip_y"])) for t in (0.395, 0.8)]
 assert np.allclose(at_rest, [-8e-3, -3e-3], atol=0.3e-3), at_rest
 assert 2e3 < history["pressure"].max() < 5e3
@@ -21,7 +21,7 @@ assert set(deformed) == {"0.4 s", "0.8 s"} and len(figure.axes) == 3
 
 
 def test_each_notebook_says_what_holds_at_its_end():
-    assert {path.stem for path in FOLDER.iterdir()} == set(HOLDS)
+    assert {path.stem for path in FOLDER.glob("*.ipynb")} == set(HOLDS)
 
 
 @pytest.mark.parametrize("name", HOLDS)

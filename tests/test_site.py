@@ -15,7 +15,7 @@ from test_docs import CALLABLE
 pytestmark = pytest.mark.slow
 
 DOCS = ROOT / "docs"
-NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
+NOTEBOOKS = sorted(DOCS.rglob("*.ipynb"))
 LOADED = {"img": "src", "script": "src", "link": "href"}  # a page's own files, not where it leads
 
 
@@ -67,8 +67,8 @@ def test_all_pages_are_there_and_found_by_the_search(site, pages):
 
 
 def test_the_api_has_all_that_its_page_names(site, pages):
-    names = set(CALLABLE.findall((DOCS / "api.md").read_text()))
-    assert names - pages[site / "api.html"].anchors == set()
+    names = set(CALLABLE.findall((DOCS / "reference" / "api.md").read_text()))
+    assert names - pages[site / "reference" / "api.html"].anchors == set()
 
 
 def test_every_link_inside_the_site_leads_somewhere(site, pages):
@@ -93,17 +93,21 @@ def test_pages_load_nothing_from_elsewhere(pages):
     assert [url for page in pages.values() for url in page.loaded if urlsplit(url).netloc] == []
 
 
-@pytest.mark.parametrize("link", ["index.md#no-such-place", "nowhere.md", "index.html"])
+@pytest.mark.parametrize("link", ["index.md#no-such-place", "nowhere.md", "how_to/scenes.html"])
 def test_a_link_that_is_lost_stops_the_build(link, tmp_path):
     """Without the API, whose modules lie elsewhere."""
     docs = tmp_path / "docs"
     (docs / "site").mkdir(parents=True)
-    for name in ("mkdocs.yml", "notebooks.py"):
+    for name in ("mkdocs.yml", "hooks.py"):
         shutil.copy(DOCS / "site" / name, docs / "site")
-    shutil.copytree(DOCS / "notebooks", docs / "notebooks")
-    for page in PAGES[1:]:
-        (docs / page.name).write_text(f"# {page.stem}\n")
+    for page in [*PAGES[1:], *NOTEBOOKS]:
+        copy = docs / page.relative_to(DOCS)
+        copy.parent.mkdir(exist_ok=True)
+        if page in NOTEBOOKS:
+            shutil.copy(page, copy)
+        else:
+            copy.write_text(f"# {page.stem}\n")
     assert build(docs / "site" / "mkdocs.yml", tmp_path / "built").returncode == 0
-    (docs / "steps.md").write_text(f"# Steps\n\n[there]({link})\n")
+    (docs / "index.md").write_text(f"# Front page\n\n[there]({link})\n")
     done = build(docs / "site" / "mkdocs.yml", tmp_path / "built")
     assert done.returncode == 1 and link in done.stderr

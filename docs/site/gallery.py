@@ -1,4 +1,4 @@
-"""Makes the pictures of docs/gallery.md: `python docs/site/gallery.py [NAME ...]`.
+"""Makes the pictures of docs/tutorials/gallery.md: `python docs/site/gallery.py [NAME ...]`.
 
 The page itself says how. Each section has the command of a run, the figure of that run's folder
 (`runs/gallery/.../snapshots.png`) and the picture that it becomes, `gallery/NAME.png`, smaller.
@@ -16,7 +16,7 @@ from pathlib import Path
 from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "gallery.md"
+PAGE = ROOT / "docs" / "tutorials" / "gallery.md"
 WIDTH = 900
 """Of a picture, at most [pixels]."""
 
@@ -85,7 +85,7 @@ def shrink(figure: Path, picture: Path) -> None:
 
 def main() -> None:
     """Make the pictures that are named on the command line, or all."""
-    parser = argparse.ArgumentParser(description="Make the pictures of docs/gallery.md.")
+    parser = argparse.ArgumentParser(description="Make the pictures of docs/tutorials/gallery.md.")
     known = {entry.name: entry for entry in entries(PAGE.read_text())}
     parser.add_argument("names", nargs="*", help=f"of: {', '.join(known)}; default: all")
     names = parser.parse_args().names

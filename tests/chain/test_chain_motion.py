@@ -55,7 +55,7 @@ def test_the_folder_of_a_run(tmp_path):
 @pytest.mark.physics
 def test_as_printed_it_goes_as_an_independent_program_does(frequency, speed):
     """Semi-implicit Euler with steps of 25 to 50 us found 40, 42, 53 mm/s, a fifth of the thesis's
-    200, 220, 300 mm/s (docs/chain.md).
+    200, 220, 300 mm/s (docs/how_to/chain.md).
     """
     overrides = [f"motor.frequency={frequency} Hz", "motor.weight=added", "time.end=0.8 s"]
     loaded = load_chain("leafbot5", overrides)

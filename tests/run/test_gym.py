@@ -1,4 +1,4 @@
-"""The gymnasium environment, and the examples of docs/python.md."""
+"""The gymnasium environment, and the examples of docs/how_to/python.md."""
 
 import re
 from pathlib import Path
@@ -100,7 +100,7 @@ def test_the_examples_of_the_page(monkeypatch, kernels_of_users):
     """
     pytest.importorskip("gymnasium")
     monkeypatch.chdir(ROOT)
-    page = (ROOT / "docs" / "python.md").read_text()
+    page = (ROOT / "docs" / "how_to" / "python.md").read_text()
     pressed, elbow = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     names: dict = {}
     exec(pressed, names)

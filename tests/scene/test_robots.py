@@ -110,7 +110,7 @@ def test_every_layout_takes_every_robot_for_pipes(layout):
     ("robot", "page", "numbers"),
     [
         ("pfr", "README.md", ["12 of 12 claims", "1 of 5"]),
-        ("pfr_solid", "docs/validation.md", ["22", "11 agree"]),
+        ("pfr_solid", "docs/validation/index.md", ["22", "11 agree"]),
     ],
 )
 def test_what_a_robot_says_of_its_validation_is_what_the_documentation_says(robot, page, numbers):

@@ -1,4 +1,4 @@
-"""The example of docs/from_abaqus.md, an input file and its scene, is an inflated tube."""
+"""The example of docs/how_to/from_abaqus.md, an input file and its scene, is an inflated tube."""
 
 import closed_forms
 import pytest
@@ -21,7 +21,7 @@ def test_the_ring_of_the_page_opens_as_a_tube(
     monkeypatch.setenv("SOFTSIM_CACHE", kernel_cache)
     from softsim import Simulation
 
-    page = ROOT / "docs" / "from_abaqus.md"
+    page = ROOT / "docs" / "how_to" / "from_abaqus.md"
     (deck,) = (text for text in blocks(page, "text") if "*NODE" in text)
     (tmp_path / "ring.inp").write_text(deck)
     (tmp_path / "ring.yaml").write_text(first_scene(page))
@@ -33,7 +33,7 @@ def test_the_ring_of_the_page_opens_as_a_tube(
     )  # fmt: skip
     assert simulation.row["pressure"] == pytest.approx(PRESSURE)
     found = simulation.row["mark_x"]
-    record_verification("ring of docs/from_abaqus.md, opening [m]", opened - A, found)
+    record_verification("ring of docs/how_to/from_abaqus.md, opening [m]", opened - A, found)
     assert found == pytest.approx(opened - A, rel=0.015)
     assert f"{1e3 * found:.3f} mm" in page.read_text()
     assert f"{1e3 * (opened - A):.3f} mm" in page.read_text()
