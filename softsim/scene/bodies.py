@@ -30,13 +30,16 @@ Freedom = Literal["x", "y", "z", "rotation", "rotation_x", "rotation_y", "rotati
 
 
 class Region(Part):
-    """Cells of a body that differ from the others; what is not given is as the body's."""
+    """Cell set with a material or thickness of its own. Anything not given is taken
+    from the body.
+    """
 
     material: Text | None = Field(
-        default=None, description="A name of the scene's materials or of the library."
+        default=None, description="Name of a material of the scene or the library."
     )
     thickness: PositiveLength | None = Field(
-        default=None, description="As the body's, of a plane_strain or ring_section model."
+        default=None,
+        description="Thickness of this region in a plane_strain or ring_section model.",
     )
 
     @model_validator(mode="after")
@@ -47,59 +50,63 @@ class Region(Part):
 
 
 class Body(Part):
-    """A deformable body."""
+    """Deformable body."""
 
-    mesh: MeshSource = Field(description="From a generator, or from a file.")
+    mesh: MeshSource = Field(description="Mesh from a generator or from a file.")
     formulation: Formulation = Field(
-        description="Kinematics of the elements: plane_strain, axisymmetric (x is the radius, y "
-        "the axis) and ring_section (x is the axis; two strips, opposite sides of the same rings) "
-        "take triangles and quadrilaterals, solid takes tetrahedra and hexahedra."
+        description="Kinematics of the elements. plane_strain; axisymmetric (x is the radius, y "
+        "the axis); ring_section (x is the axis; two strips on opposite sides of the same rings): "
+        "triangles and quadrilaterals. solid (3D): tetrahedra and hexahedra."
     )
     thickness: PositiveLength | None = Field(
         default=None,
         validate_default=True,
-        description="Depth of a plane_strain model; in a ring_section of what does not go around.",
+        description="Out-of-plane depth of a plane_strain model; in a ring_section, that of the "
+        "cells that do not go around the axis.",
     )
     sector: Angle | None = Field(
         default=None,
         validate_default=True,
         gt=0.0,
         le=math.pi,
-        description="Part of the circumference that each strip of a ring_section stands for, "
-        "at most 180 deg.",
+        description="Angle of the circumference that each strip of a ring_section represents, at "
+        "most 180 deg.",
     )
     rings: Text | None = Field(
         default=None,
         validate_default=True,
         description="Cell set of a ring_section that goes around the axis.",
     )
-    material: Text = Field(description="A name of the scene's materials or of the library.")
+    material: Text = Field(description="Name of a material of the scene or the library.")
     regions: dict[Name, Region] = Field(
         default={},
-        description="Cell sets with a material or a thickness of their own, by name: "
-        "{spikes: {material: dragon_skin_30}}. Sets of the mesh (the robots' skin and spikes, "
-        "gmsh's physical groups, ABAQUS's element sets) or of `sets`. Cells in none are as the "
-        "body says; none is in two.",
+        description="Cell sets with a material or thickness of their own, by name: {spikes: "
+        "{material: dragon_skin_30}}. The sets come from the mesh (skin and spikes of the robots, "
+        "gmsh's physical groups, ABAQUS's element sets) or from `sets`. They must not overlap; "
+        "the other cells have the body's values.",
     )
-    position: Point = Field(default=ORIGIN, description="Where the mesh's origin is placed.")
+    position: Point = Field(default=ORIGIN, description="Position of the mesh's origin.")
     rotation: Angle = Field(
-        default=written("0 deg"), description="Turn about the mesh's origin, before that."
+        default=written("0 deg"),
+        description="Rotation about the mesh's origin, applied before `position`.",
     )
     mirror: Axis | None = Field(
         default=None,
-        description="Mirrored across the plane through the mesh's origin at right angles to this "
-        "axis, before it is turned.",
+        description="Mirror the mesh across the plane through its origin normal to this axis, "
+        "before the rotation.",
     )
-    initial_velocity: VelocityVector = Field(default=AT_REST, description="Of all its nodes.")
+    initial_velocity: VelocityVector = Field(
+        default=AT_REST, description="Initial velocity of all nodes."
+    )
     sets: dict[Name, SetDefinition] = Field(
         default={},
-        description="Further node, facet and cell sets of the body, by name, for all that takes "
-        "body.set: {tips: {box: [[0 mm, 0 mm], [2 mm, 5 mm]]}}. A box or a side of a plane has the "
-        "nodes there, and the facets of the surface and the cells with all corners there; union, "
-        "intersection and difference act on the nodes of sets, on their facets and on their cells.",
+        description="Additional node, facet and cell sets of the body by name, used as BODY.SET: "
+        "{tips: {box: [[0 mm, 0 mm], [2 mm, 5 mm]]}}. `box` and `plane` select the nodes inside, "
+        "and the surface facets and cells with all nodes inside; `union`, `intersection` and "
+        "`difference` combine other sets.",
     )
     fixed: tuple[Text, ...] = Field(
-        default=(), description="Its node sets held in place, in every direction."
+        default=(), description="Names of node sets of this body that are fixed in all directions."
     )
 
     @field_validator("thickness", "sector", "rings")
@@ -119,49 +126,50 @@ class Body(Part):
 
 
 class CylinderOutline(Part):
-    """A cylinder around a rigid body's centre, along x (along the axis y where the model is
-    axisymmetric); in a section a rectangle.
+    """Cylinder around the centre of a rigid body, along x (along y in an
+    axisymmetric model). In 2D a rectangle.
     """
 
-    length: PositiveLength = Field(description="Along its axis.")
-    height: PositiveLength = Field(description="Its diameter.")
+    length: PositiveLength = Field(description="Length along the axis.")
+    height: PositiveLength = Field(description="Diameter.")
 
 
 class BallOutline(Part):
-    """A ball around a rigid body's centre; in a section a disc."""
+    """Ball around the centre of a rigid body. In 2D a disc."""
 
-    radius: PositiveLength = Field(description="Its radius.")
+    radius: PositiveLength = Field(description="Radius.")
 
 
 class RigidSurface(Part):
-    """The closed surface of a rigid body, which touches walls at its corners and, where
-    `contact.self_contact` names it, the surfaces of deformable bodies.
+    """Closed surface of a rigid body. It touches walls at its vertices, and touches the deformable
+    bodies if it is listed in `contact.self_contact`.
     """
 
     file: Text | None = Field(
         default=None,
-        description="STL file of a closed surface in space, or a mesh (gmsh .msh, VTK .vtu, ABAQUS "
-        ".inp) whose boundary is the surface, with straight sides between the corners of its "
-        "cells; relative to the file that says so.",
+        description="STL file of a closed surface (3D), or a mesh (gmsh .msh, VTK .vtu, ABAQUS "
+        ".inp) whose boundary is used, with straight edges. The path is relative to the file in "
+        "which it is given.",
     )
     points: tuple[Point, ...] | None = Field(
         default=None,
         validate_default=True,
-        description="In a section, instead of a file: corners of a polygon, one after the other.",
+        description="Vertices of a polygon in order, instead of a file. 2D only.",
     )
     length_unit: PositiveLength = Field(
         default=written("1 mm"), description="Length of one unit in the file."
     )
     position: Point = Field(
-        default=ORIGIN, description="Where the origin of the file or of the points is placed."
+        default=ORIGIN, description="Position of the origin of the file or the points."
     )
     rotation: Angle = Field(
-        default=written("0 deg"), description="Turn about that origin, in the x-y plane, before it."
+        default=written("0 deg"),
+        description="Rotation about that origin in the x-y plane, applied before `position`.",
     )
     element_size: AutoOrPositiveLength = Field(
         default="auto",
-        description="Longest side of its facets: longer ones are divided, as contact acts at "
-        "single points of facets. auto: the median side of the deformable bodies' facets.",
+        description="Longest edge of a facet; longer edges are divided, because contact acts at "
+        "points of the facets. auto: the median facet edge of the deformable bodies.",
     )
 
     @field_validator("points")
@@ -186,38 +194,51 @@ Outline = Annotated[
 
 
 class RigidBody(Part):
-    """A rigid body with mass, inertia and three degrees of freedom, in space six."""
+    """Rigid body with three degrees of freedom in 2D and six in 3D."""
 
-    mass: PositiveMass | None = Field(default=None, description="Without the nodes tied to it.")
+    mass: PositiveMass | None = Field(
+        default=None, description="Mass without the nodes tied to it."
+    )
     total_mass: PositiveMass | None = Field(
-        default=None, description="Instead of mass: with the deformable bodies tied to it."
+        default=None,
+        description="Mass including the deformable bodies tied to it, instead of `mass`.",
     )
     inertia: Inertia = Field(
-        description="About its centre, without tied nodes: about z, or in space about x, y and z "
-        "(one number there: the same about all)."
+        description="Moment of inertia about the centre of mass, without tied nodes. 2D: about z. "
+        "3D: three values about x, y and z, or one value for all."
     )
-    center: Point = Field(default=ORIGIN, description="Centre of mass.")
+    center: Point = Field(default=ORIGIN, description="Position of the centre of mass.")
     tied: tuple[SetReference, ...] = Field(
-        default=(), description='Node sets that move with it: "skin.knots".'
+        default=(), description='Node sets that move with the body: "skin.knots".'
     )
-    outline: Outline | None = Field(default=None, description="What touches walls.")
+    outline: Outline | None = Field(
+        default=None,
+        description="Shape that touches walls: a cylinder (length, height) or a ball (radius). "
+        "Default: none.",
+    )
     surface: RigidSurface | None = Field(
-        default=None, description="Instead of an outline: a closed surface from a file."
+        default=None,
+        description="Closed surface that touches walls, from a file or points, instead of an "
+        "outline.",
     )
     supports: tuple[SetReference, ...] = Field(
-        default=(), description="Node sets that may lie against the outline from outside."
+        default=(), description="Node sets that may touch the outline from outside."
     )
     support_friction_coefficient: Number = Field(
-        default=0.0, ge=0.0, description="Friction between those and the outline."
+        default=0.0,
+        ge=0.0,
+        description="Friction coefficient between the `supports` and the outline.",
     )
     free: tuple[Freedom, ...] | None = Field(
         default=None,
-        description="Degrees of freedom that may move; all that the model has by default. "
-        "rotation: in space about every axis; else rotation_x, rotation_y, rotation_z.",
+        description="Free degrees of freedom. Default: all of the model. In 3D, rotation means "
+        "rotation about every axis; rotation_x, rotation_y and rotation_z are the single ones.",
     )
-    initial_velocity: VelocityVector = Field(default=AT_REST, description="Of its centre.")
+    initial_velocity: VelocityVector = Field(
+        default=AT_REST, description="Initial velocity of the centre of mass."
+    )
     initial_angular_velocity: AngularVelocity = Field(
-        default=written("0 rad/s"), description="Turning speed, about z."
+        default=written("0 rad/s"), description="Initial angular velocity about z."
     )
 
     @model_validator(mode="after")

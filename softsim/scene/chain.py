@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field
 
 from softsim.scene.measures import FORCE, FREQUENCY, LENGTH, NODES, NUMBER, SPEED, TIME, Measure
-from softsim.scene.part import Part
+from softsim.scene.part import Part, json_schema
 from softsim.scene.quantities import (
     Angle,
     Name,
@@ -38,169 +38,203 @@ def _at_most_upright(slope: float) -> float:
 
 
 class Backbone(Part):
-    """The strip that holds all limbs."""
+    """Strip that carries the limbs."""
 
-    length: PositiveLength = Field(description="Along the robot: all rows must fit on it.")
-    width: PositiveLength = Field(description="Across the robot.")
-    thickness: PositiveLength = Field(description="Of the strip.")
-    density: PositiveDensity = Field(description="Of its silicone: nodes weigh no less than it.")
-    bending_stiffness: NotNegativeTurningStiffness = Field(description="Of one link or joint.")
+    length: PositiveLength = Field(description="Length. All rows must fit on it.")
+    width: PositiveLength = Field(description="Width across the robot.")
+    thickness: PositiveLength = Field(description="Thickness.")
+    density: PositiveDensity = Field(
+        description="Density of its silicone. The node masses must not be less than the "
+        "backbone's mass."
+    )
+    bending_stiffness: NotNegativeTurningStiffness = Field(
+        description="Rotational stiffness of each link or joint."
+    )
     bending: Literal["tilt", "joint"] = Field(
-        default="tilt", description="tilt: each link resists its angle against the ground; joint: "
-        "the angle between links is resisted."
-    )  # fmt: skip
+        default="tilt",
+        description="tilt: a moment resists the angle of each link to the ground. joint: it "
+        "resists the angle between neighbouring links.",
+    )
 
 
 class Rows(Part):
-    """Where limbs are."""
+    """Rows of limbs."""
 
-    count: WholeNumber = Field(ge=2, le=200, description="Rows of limbs.")
-    pitch: PositiveLength = Field(description="From row to row.")
-    limbs: WholeNumber = Field(default=2, ge=1, description="Limbs of a row.")
+    count: WholeNumber = Field(ge=2, le=200, description="Number of rows.")
+    pitch: PositiveLength = Field(description="Distance between rows.")
+    limbs: WholeNumber = Field(default=2, ge=1, description="Number of limbs in a row.")
     under_head: WholeNumber = Field(
-        default=1, ge=1, description="So many rows are merged into the head, in their middle."
+        default=1,
+        ge=1,
+        description="Number of rows that are lumped into the head node, which lies in their "
+        "middle.",
     )
 
 
 class Masses(Part):
-    """Of the nodes."""
+    """Masses of the nodes."""
 
-    head: PositiveMass = Field(description="With its motor and the rows under it.")
-    node: PositiveMass = Field(description="Of each of the rows behind the head.")
+    head: PositiveMass = Field(
+        description="Mass of the head node, with the motor and the rows below the head."
+    )
+    node: PositiveMass = Field(description="Mass of each other node.")
 
 
 class Limbs(Part):
-    """What a limb does on the ground."""
+    """Contact of the limbs with the ground."""
 
-    stiffness: PositiveStiffness = Field(description="Of one limb, upwards.")
-    damping: NotNegativeDamping = Field(description="Of the vertical motion of each node.")
+    stiffness: PositiveStiffness = Field(description="Vertical stiffness of one limb.")
+    damping: NotNegativeDamping = Field(
+        description="Damping coefficient of the vertical motion of each node."
+    )
     damped: Literal["always", "contact"] = Field(
-        default="always", description="When nodes are damped: always, or where they touch the "
-        "ground."
-    )  # fmt: skip
+        default="always",
+        description="always: nodes are damped at all times. contact: only while they touch the "
+        "ground.",
+    )
     thrust_ratio: Number = Field(
-        default=0.5, ge=0.0, description="Forward force of a pressed limb over its upward force."
+        default=0.5,
+        ge=0.0,
+        description="Forward force of a compressed limb divided by its upward force.",
     )
     thrust: Literal["head", "all"] = Field(
-        default="head", description="Limbs that push forward: of the head alone, or all."
+        default="head", description="Limbs that push forward: only those of the head, or all."
     )
 
 
 class Friction(Part):
-    """Between limbs and ground."""
+    """Friction between limbs and ground."""
 
-    coefficient: Number = Field(ge=0.0, description="Sliding friction.")
+    coefficient: Number = Field(ge=0.0, description="Coefficient of sliding friction.")
     load: Literal["weight", "normal_force"] = Field(
-        default="weight", description="What it is a share of: a touching node's weight, or what "
-        "its limbs press with."
-    )  # fmt: skip
+        default="weight",
+        description="Normal load of the friction law. weight: the weight of a touching node. "
+        "normal_force: the force of its limbs.",
+    )
     full_speed: PositiveVelocity = Field(
-        default=written("1 mm/s"), description="At three times this speed friction is full."
+        default=written("1 mm/s"),
+        description="Velocity scale of the regularised friction law; friction is fully developed "
+        "at three times this speed.",
     )
 
 
 class Motor(Part):
-    """An eccentric mass on the head."""
+    """Eccentric-mass motor on the head."""
 
     place: Literal["front", "middle", "rear"] = Field(
-        default="front", description="Where along the robot the head is: the node with the motor "
-        "and the rows under it."
-    )  # fmt: skip
-    eccentric_mass: PositiveMass = Field(description="That turns.")
-    eccentricity: NotNegativeLength = Field(
-        description="Its distance from the axis; 0 mm where the motor is off."
+        default="front",
+        description="Position of the head, the node with the motor, along the robot.",
     )
-    frequency: PositiveFrequency = Field(description="Turns a second.")
+    eccentric_mass: PositiveMass = Field(description="Eccentric mass.")
+    eccentricity: NotNegativeLength = Field(
+        description="Distance of the eccentric mass from the axis; 0 mm: the motor is off."
+    )
+    frequency: PositiveFrequency = Field(description="Rotation frequency.")
     further: dict[Name, PositiveFrequency] = Field(
-        default={}, description="Further frequencies, by name, at which the speed is found too."
+        default={}, description="Further frequencies by name, for which the speed is also computed."
     )
     rotation: Literal["counterclockwise", "clockwise"] = Field(
-        default="counterclockwise", description="Seen with forward to the right; it begins at the "
-        "lowest point."
-    )  # fmt: skip
+        default="counterclockwise",
+        description="Sense of rotation, seen with forward to the right. It starts at the lowest "
+        "point.",
+    )
     weight: Literal["in_head", "added"] = Field(
-        default="in_head", description="Of the eccentric mass: part of the head's mass, or once "
-        "more beside it, as the thesis's 3.2 prints it."
-    )  # fmt: skip
+        default="in_head",
+        description="Weight of the eccentric mass. in_head: included in the head's mass. added: "
+        "added to it, as in equation 3.2 of the thesis.",
+    )
 
 
 class Side(Part):
-    """What one side has of its own."""
+    """Values of one side that differ from the file's."""
 
     frequency: PositiveFrequency | None = Field(
-        default=None, description="Of its motor; default: that of the file."
+        default=None, description="Frequency of this side's motor. Default: `motor.frequency`."
     )
     motor_share: Number = Field(
-        default=1.0, ge=0.0, description="Its motor's force over that of the file's motor at its "
-        "frequency."
-    )  # fmt: skip
+        default=1.0,
+        ge=0.0,
+        description="Multiplier of the force of this side's motor at its frequency.",
+    )
     limb_share: Number = Field(
-        default=1.0, gt=0.0, description="Stiffness of its limbs over the file's."
+        default=1.0, gt=0.0, description="Multiplier of the stiffness of this side's limbs."
     )
     friction_share: Number = Field(
-        default=1.0, ge=0.0, description="Its friction coefficient over the file's."
+        default=1.0, ge=0.0, description="Multiplier of this side's friction coefficient."
     )
 
 
 class Sides(Part):
-    """Two such chains side by side, a motor on each, in space."""
+    """Two chains side by side (3D), each with a motor."""
 
-    distance: PositiveLength = Field(description="Of the left nodes, with theirs, from the right.")
-    running: Literal["both", "left", "right"] = Field(
-        default="both", description="Which motors run."
+    distance: PositiveLength = Field(
+        description="Distance between the nodes of the left and the right chain."
     )
-    left: Side = Field(default_factory=Side, description="What the left side has of its own.")
-    right: Side = Field(default_factory=Side, description="What the right side has of its own.")
+    running: Literal["both", "left", "right"] = Field(
+        default="both", description="Motors that run."
+    )
+    left: Side = Field(
+        default_factory=Side, description="Values of the left side that differ from the file's."
+    )
+    right: Side = Field(
+        default_factory=Side, description="Values of the right side that differ from the file's."
+    )
 
 
 class Time(Part):
-    """How long, in which steps."""
+    """Duration and time steps."""
 
     end: PositiveTime = Field(default=written("2 s"), description="Simulated time.")
     increment: PositiveTime = Field(
-        default=written("0.2 ms"), description="Time step; of the adaptive integrator, the times "
-        "at which it tells the motion."
-    )  # fmt: skip
+        default=written("0.2 ms"),
+        description="Time step. With the adaptive integrator: interval at which the motion is "
+        "stored.",
+    )
     integrator: Literal["fixed", "adaptive"] = Field(
-        default="fixed", description="fixed: Runge and Kutta's method of order 4; adaptive: "
-        "MATLAB's ode45, for chains that hardly touch."
-    )  # fmt: skip
+        default="fixed",
+        description="fixed: fourth-order Runge-Kutta method. adaptive: that of MATLAB's ode45, "
+        "for chains with little contact.",
+    )
     row_interval: PositiveTime = Field(
-        default=written("0.2 ms"), description="Between rows of history.csv."
+        default=written("0.2 ms"), description="Simulated time between rows of history.csv."
     )
 
 
 class ChainScene(Part):
-    """A robot as a chain of masses on springs, on a slope."""
+    """Robot modelled as a chain of masses and springs on a slope."""
 
-    title: Text = Field(default="", description="One line for people.")
-    backbone: Backbone = Field(description="The strip that holds all limbs.")
-    rows: Rows = Field(description="Where limbs are.")
-    masses: Masses = Field(description="Of the nodes.")
-    limbs: Limbs = Field(description="What a limb does on the ground.")
-    friction: Friction = Field(description="Between limbs and ground.")
-    motor: Motor = Field(description="An eccentric mass on the head.")
+    title: Text = Field(default="", description="Title of the report, one line.")
+    backbone: Backbone = Field(description="Strip that carries the limbs.")
+    rows: Rows = Field(description="Rows of limbs.")
+    masses: Masses = Field(description="Masses of the nodes.")
+    limbs: Limbs = Field(description="Contact of the limbs with the ground.")
+    friction: Friction = Field(description="Friction between limbs and ground.")
+    motor: Motor = Field(description="Eccentric-mass motor on the head.")
     sides: Sides | None = Field(
-        default=None, description="Two such chains side by side, in space: all else in the file is "
-        "of one of them. Default: one chain, in the plane."
-    )  # fmt: skip
+        default=None,
+        description="Two chains side by side (3D); the rest of the file describes one of them. "
+        "Default: one chain in the plane.",
+    )
     drag: NotNegativeDamping = Field(
-        default=written("0 N*s/m"), description="Of the head's motion along the ground."
+        default=written("0 N*s/m"),
+        description="Damping coefficient of the head's motion along the ground.",
     )
     wave_tension: NotNegativeForce = Field(
-        default=written("0 N"), description="Tension of the wave along the backbone, which pulls "
-        "each node up where the one in front is higher."
-    )  # fmt: skip
+        default=written("0 N"),
+        description="Tension of the wave along the backbone, which pulls each node up if the node "
+        "in front is higher.",
+    )
     slope: Annotated[Angle, AfterValidator(_at_most_upright)] = Field(
-        default=written("0 deg"), description="Of the ground; upwards where positive."
+        default=written("0 deg"), description="Slope of the ground; positive is uphill."
     )
     gravity: NotNegativeGravity = Field(
-        default=written("9.81 m/s^2"), description="Acceleration of free fall."
+        default=written("9.81 m/s^2"), description="Acceleration of gravity."
     )
     constraint_time: PositiveTime = Field(
-        default=written("0.5 ms"), description="In which errors of the links' lengths die out."
+        default=written("0.5 ms"),
+        description="Time constant in which errors of the link lengths decay.",
     )
-    time: Time = Field(default_factory=Time, description="How long, in which steps.")
+    time: Time = Field(default_factory=Time, description="Duration and time steps.")
 
     @property
     def node_count(self) -> int:
@@ -259,5 +293,5 @@ def produced_by_chain(scene: ChainScene) -> dict[str, Measure]:
 
 
 def chain_json_schema() -> dict[str, Any]:
-    """JSON schema of a chain's file, so that an editor completes and checks its keys."""
-    return ChainScene.model_json_schema()
+    """Return the JSON schema of a chain's file, for completion and checks in editors."""
+    return json_schema(ChainScene)

@@ -34,34 +34,36 @@ AS_GIVEN: dict[str, Any] = {"on_skin": (), "factor": 1.0, "offset": 0.0}
 
 
 class FollowerPressure(Part):
-    """Pressure on facets that follows the deformation."""
+    """Pressure on facets, normal to the deformed surface."""
 
     kind: Literal["follower_pressure"] = Field(description="Kind of load.")
     facets: tuple[SetReference, ...] = Field(
-        min_length=1, description="Facet sets, such as [skin.chamber_top]."
+        min_length=1,
+        description="Facet sets on which the pressure acts, such as [skin.chamber_top].",
     )
     reacts_on: Text | None = Field(
-        default=None, description="Rigid body that closes the chamber and feels the reaction."
+        default=None,
+        description="Rigid body that closes the chamber and receives the reaction force.",
     )
     profile: PressureProfile = Field(
-        description="Pressure over time, as a gauge shows it, or the rules that it follows. "
-        "Negative values are suction."
+        description="Gauge pressure over time. Negative values are suction."
     )
     on_skin: tuple[tuple[NotNegativePressure, NotNegativePressure], ...] = Field(
         default=(),
-        description="[pressure of the profile, pressure on the skin] pairs, both rising from 0, "
-        "where a line between gauge and robot lets them differ; linear in between and beyond.",
+        description="Calibration between gauge and robot: [pressure of the profile, pressure on "
+        "the skin] pairs, both increasing from 0, with linear interpolation and extrapolation. "
+        "Default: equal pressures.",
     )
     factor: Number = Field(
         default=1.0,
         gt=0.0,
-        description="Multiplier: on the facets acts factor times the pressure of the profile.",
+        description="Multiplier of the profile's pressure in a plane model (1 = none).",
     )
     offset: NotNegativePressure = Field(
         default=written("0 Pa"),
-        description="Part of that pressure that acts on nothing in the plane model, such as what "
-        "hoop tension carries: on the facets acts factor times (pressure - offset), never "
-        "below 0.",
+        description="Part of the profile's pressure that does not act on the facets of a plane "
+        "model, for example the part carried by hoop tension. The pressure on the facets is "
+        "factor times (pressure - offset), not less than 0.",
     )
 
     @field_validator("on_skin")
@@ -100,16 +102,17 @@ class FollowerPressure(Part):
 class _Chamber(Part):
     facets: tuple[SetReference, ...] = Field(
         min_length=1,
-        description='Facet sets around the chamber: "skin.chamber". They form a closed surface, or '
-        "end where nodes are fixed or tied (in a half section also on the axis).",
+        description='Facet sets around the chamber: "skin.chamber". They form a closed surface, '
+        "or end at nodes that are fixed or tied (in an axisymmetric model also at the axis).",
     )
     reacts_on: Text | None = Field(
-        default=None, description="Rigid body that closes the chamber and feels the reaction."
+        default=None,
+        description="Rigid body that closes the chamber and receives the reaction force.",
     )
 
 
 class AddedVolume(_Chamber):
-    """A chamber into which a liquid is pumped: its volume is prescribed, its pressure follows."""
+    """Chamber filled with a liquid: the volume is prescribed and the pressure follows."""
 
     kind: Literal["added_volume"] = Field(description="Kind of load.")
     profile: VolumeProfile = Field(description="Volume added since the start, over time.")
@@ -117,85 +120,100 @@ class AddedVolume(_Chamber):
 
 class _Gas(_Chamber):
     dead_volume: NotNegativeVolume = Field(
-        default=written("0 ml"), description="Of the line and the pump, filled as the chamber is."
+        default=written("0 ml"),
+        description="Volume of the line and the pump, filled like the chamber.",
     )
     excluded_volume: NotNegativeVolume = Field(
         default=written("0 ml"),
-        description="Of what stands inside the chamber, such as a frame; in a half section all "
-        "that lies between the surface and the axis counts as chamber.",
+        description="Volume of objects inside the chamber, such as a frame. In an axisymmetric "
+        "model everything between the surface and the axis counts as chamber.",
     )
-    temperature: Number = Field(default=293.15, gt=0.0, description="Of the gas, in kelvin.")
+    temperature: Number = Field(
+        default=293.15, gt=0.0, description="Temperature of the gas in kelvin."
+    )
     gas_constant: Number = Field(
-        default=287.05, gt=0.0, description="Specific, in J/(kg K); dry air by default."
+        default=287.05, gt=0.0, description="Specific gas constant in J/(kg K). Default: dry air."
     )
     ambient_pressure: PositivePressure = Field(
-        default=written("101325 Pa"), description="Absolute pressure outside."
+        default=written("101325 Pa"), description="Absolute ambient pressure."
     )
 
 
 class AddedGas(_Gas):
-    """A chamber into which a mass of gas is let: ideal, isothermal."""
+    """Chamber filled with a prescribed mass of ideal gas at constant temperature."""
 
     kind: Literal["added_gas"] = Field(description="Kind of load.")
     profile: MassProfile = Field(description="Mass of gas added since the start, over time.")
 
 
 class Pump(Part):
-    """A pump that is on or off. Its flow falls linearly with the pressure that it works against;
-    nothing flows backward.
+    """Pump that is either on or off. Its flow decreases linearly with its back
+    pressure and never reverses.
     """
 
-    flow: PositiveVolumeFlow = Field(description="Into ambient pressure, as ambient air.")
-    stall: PositivePressure = Field(description="Overpressure at which nothing flows any more.")
+    flow: PositiveVolumeFlow = Field(
+        description="Flow at ambient pressure, measured as ambient air."
+    )
+    stall: PositivePressure = Field(description="Gauge pressure at which the flow is zero.")
 
 
 class Valve(Part):
-    """A valve to the outside that is open or closed. It passes C (p^2 - p_ambient^2)."""
+    """Outlet valve that is either open or closed. Its flow is C (p^2 - p_ambient^2)
+    with absolute pressures.
+    """
 
-    flow: PositiveVolumeFlow = Field(description="Of the open valve, as ambient air.")
-    pressure: PositivePressure = Field(description="Overpressure before it, at that flow.")
+    flow: PositiveVolumeFlow = Field(
+        description="Flow through the open valve at `pressure`, measured as ambient air."
+    )
+    pressure: PositivePressure = Field(
+        description="Gauge pressure before the valve at which `flow` is given."
+    )
 
 
 class AirTube(Part):
-    """A tube to the chamber; the air in it flows in layers, at one temperature. Its own volume
-    counts half to either end.
+    """Tube to the chamber, with laminar isothermal flow. Half of its volume is
+    added to each end.
     """
 
     length: PositiveLength = Field(description="Length.")
     bore: PositiveLength = Field(description="Inner diameter.")
     viscosity: PositiveViscosity = Field(
-        default=written("1.81e-5 Pa*s"), description="Of the gas; air at 20 degrees by default."
+        default=written("1.81e-5 Pa*s"),
+        description="Dynamic viscosity of the gas. Default: air at 20 degrees Celsius.",
     )
 
 
 class Pneumatic(_Gas):
-    """A chamber at the end of a tube, fed by a pump and emptied by a valve that follow what a
-    sensor beside them shows, not what the skin feels.
-
-    The history's `pressure` is the sensor's, `section_pressure` the skin's. Further columns are
-    `wanted_pressure`, `air_flow` (into the chamber, as ambient air) and `air_supply` (1: the pump
-    runs, -1: the valve is open).
+    """Chamber at the end of a tube with a pump, a valve and a pressure sensor at the other end.
+    Pump and valve control the pressure at the sensor, which differs from the pressure in the
+    chamber. In the history `pressure` is that of the sensor and `section_pressure` that of the
+    chamber. Further columns: `wanted_pressure`, `air_flow` (into the chamber, as ambient air) and
+    `air_supply` (1: pump on, -1: valve open, 0: neither).
     """
 
     kind: Literal["pneumatic"] = Field(description="Kind of load.")
-    pump: Pump = Field(description="What inflates.")
-    valve: Valve = Field(description="What deflates.")
-    tube: AirTube = Field(description="What leads to the chamber.")
-    line_volume: PositiveVolume = Field(description="Of pump, valve and sensor, before the tube.")
+    pump: Pump = Field(description="Pump that inflates the chamber.")
+    valve: Valve = Field(description="Valve that deflates the chamber.")
+    tube: AirTube = Field(description="Tube to the chamber.")
+    line_volume: PositiveVolume = Field(
+        description="Volume of pump, valve and sensor, before the tube."
+    )
     band: PositivePressure = Field(
         default=written("0.2 kPa"),
-        description="While the profile rises, and after, the pump keeps the sensor within this "
-        "much about it; while it falls, and after, the valve does.",
+        description="Tolerance of the pressure at the sensor. The pump keeps the sensor within "
+        "this band while the profile rises, and afterwards; the valve does so while it falls, and "
+        "afterwards.",
     )
     volume_ratio: Number = Field(
         default=1.0,
         gt=0.0,
-        description="True volume of the chamber over that of the model: 2 for a ring section of "
-        "two sectors of 90 deg. dead_volume and excluded_volume are true ones.",
+        description="True volume of the chamber divided by that of the model, for example 2 for a "
+        "ring section with two sectors of 90 deg. dead_volume and excluded_volume are true "
+        "volumes.",
     )
     profile: PressureProfile = Field(
-        description="What the sensor is to show over time, or the rules that this follows. Where "
-        "it falls faster than the valve can follow, deflation is natural: the valve stays open."
+        description="Set point of the pressure at the sensor over time, or the rules that give "
+        "it. If it falls faster than the valve can follow, the valve stays open."
     )
 
     @field_validator("profile")

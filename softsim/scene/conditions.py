@@ -18,31 +18,31 @@ from softsim.scene.quantities import (
 
 
 class Fixed(Part):
-    """Nodes held in place."""
+    """Fixed nodes."""
 
     kind: Literal["fixed"] = Field(description="Kind of condition.")
     nodes: SetReference = Field(description='Node set, such as "beam.left".')
     directions: tuple[Axis, ...] | None = Field(
-        default=None, min_length=1, description="Which components; all by default."
+        default=None, min_length=1, description="Fixed components. Default: all."
     )
 
 
 class Symmetry(Part):
-    """Nodes on a plane of symmetry: they stay in it."""
+    """Nodes on a plane of symmetry, which stay in the plane."""
 
     kind: Literal["symmetry"] = Field(description="Kind of condition.")
     nodes: SetReference = Field(description='Node set, such as "block.left".')
-    normal: Axis = Field(description="Direction across the plane.")
+    normal: Axis = Field(description="Normal of the plane.")
 
 
 class _Moved(Part):
     """A motion along one direction, given by its displacement or by its velocity over time."""
 
     displacement: LengthProfile | None = Field(
-        default=None, description="Displacement over time, from zero."
+        default=None, description="Displacement over time, starting at zero."
     )
     velocity: VelocityProfile | None = Field(
-        default=None, description="Velocity over time, in place of the displacement."
+        default=None, description="Velocity over time, instead of the displacement."
     )
 
     @model_validator(mode="after")
@@ -53,7 +53,7 @@ class _Moved(Part):
 
 
 class Prescribed(_Moved):
-    """Nodes of which one component follows a profile."""
+    """Prescribed motion of nodes along one direction."""
 
     kind: Literal["prescribed"] = Field(description="Kind of condition.")
     nodes: SetReference = Field(description='Node set, such as "block.right".')
@@ -61,48 +61,49 @@ class Prescribed(_Moved):
 
 
 class RigidMotion(_Moved):
-    """A rigid body of which the centre follows a profile along one direction, such as a plate of a
-    press; it stays free otherwise.
+    """Prescribed motion of a rigid body's centre along one direction, for example of the plate of
+    a press. The other degrees of freedom stay free.
     """
 
     kind: Literal["rigid_motion"] = Field(description="Kind of condition.")
-    body: Text = Field(description="Rigid body.")
-    direction: Axis = Field(description="Direction along which it is moved.")
+    body: Text = Field(description="Name of the rigid body.")
+    direction: Axis = Field(description="Direction of the motion.")
 
 
 class WallMotion(_Moved):
-    """A wall of any kind that is displaced along one direction, such as a press or a shaking
-    ground.
+    """Prescribed motion of a wall along one direction, for example of a press or a
+    shaking ground.
     """
 
     kind: Literal["wall_motion"] = Field(description="Kind of condition.")
-    wall: Text = Field(description="Wall, by its name in environment.walls.")
-    direction: Axis = Field(description="Direction along which it is moved.")
+    wall: Text = Field(description="Name of the wall in `environment.walls`.")
+    direction: Axis = Field(description="Direction of the motion.")
 
 
 class PointMass(Part):
-    """A mass on nodes, shared equally, without inertia of its own against turning."""
+    """Mass added to nodes in equal parts, without rotational inertia."""
 
     kind: Literal["point_mass"] = Field(description="Kind of condition.")
     nodes: SetReference = Field(description='Node set, such as "beam.tip".')
-    mass: PositiveMass = Field(description="In all.")
+    mass: PositiveMass = Field(description="Total mass of the set.")
 
 
 class InitialVelocity(Part):
-    """Nodes that start with the velocity v + omega x (x - c) of a rigid motion; it replaces that of
-    their body.
+    """Initial velocity v + omega x (x - c) of nodes, as of a rigid motion. It
+    replaces the initial velocity of their body.
     """
 
     kind: Literal["initial_velocity"] = Field(description="Kind of condition.")
     nodes: SetReference = Field(description='Node set, such as "bar.end".')
-    velocity: VelocityVector = Field(default=AT_REST, description="v, at the start.")
+    velocity: VelocityVector = Field(default=AT_REST, description="Velocity v.")
     angular_velocity: AngularVelocityOrVector | None = Field(
         default=None,
-        description="omega: about z, or in space a vector. Not in an axisymmetric model.",
+        description="Angular velocity omega: about z, or in 3D a vector. Not in an axisymmetric "
+        "model.",
     )
     about: Point | None = Field(
         default=None,
-        description="c, the point that moves with v; by default the set's centre of mass.",
+        description="Point c, which moves with v. Default: centre of mass of the set.",
     )
 
     @field_validator("about")

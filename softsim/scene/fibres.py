@@ -20,53 +20,58 @@ from softsim.scene.quantities import (
 
 
 class Helix(Part):
-    """A line wound about an axis, on which it advances along x, y or z; without a pitch a ring."""
+    """Helix about an axis along x, y or z. With zero pitch it is a ring."""
 
-    center: Point = Field(description="Where it starts on its axis.")
-    direction: Axis = Field(description="Of its axis.")
-    radius: PositiveLength = Field(description="Of the cylinder that it is wound on.")
+    center: Point = Field(description="Point on the axis at which the helix starts.")
+    direction: Axis = Field(description="Direction of the axis.")
+    radius: PositiveLength = Field(description="Radius of the helix.")
     pitch: NotNegativeLength = Field(
-        description="Along the axis in one turn; of a ring 0 mm. Its angle with the axis has the "
-        "tangent 2 pi radius / pitch."
+        description="Advance along the axis per turn; 0 mm for a ring. The angle to the axis has "
+        "the tangent 2 pi radius / pitch."
     )
-    turns: Number = Field(gt=0.0, description="How many, not only whole ones.")
+    turns: Number = Field(gt=0.0, description="Number of turns, which need not be an integer.")
     handedness: Literal["right", "left"] = Field(
-        default="right", description="right: as a common screw, turning about its direction."
+        default="right", description="right: right-handed, like a common screw. left: left-handed."
     )
     start_angle: Angle = Field(
         default=written("0 deg"),
-        description="Where it starts, about its direction: from y if that is x, from z if it is y, "
-        "from x if it is z.",
+        description="Angle of the start about the axis, measured from y if the axis is x, from z "
+        "if it is y, from x if it is z.",
     )
 
 
 class Fibre(Part):
-    """A thread or wire in a body or wound on it, which follows it everywhere. It resists
-    stretching, by Hooke's law and its engineering strain, and not bending; it goes slack when
-    pressed. The history gets a column NAME_tension, of the place with the largest one.
+    """Fibre (thread, wire) embedded in a body or wound on it. It follows Hooke's law in the
+    engineering strain, has no bending stiffness and by default goes slack under compression. The
+    history gets a column NAME_tension, the largest tension along the fibre.
     """
 
-    body: Name = Field(description="That it lies in.")
+    body: Name = Field(description="Body in which the fibre lies.")
     points: Annotated[tuple[Point, ...], Field(min_length=2)] | None = Field(
-        default=None, description="Corners of the line along which it lies, unstretched."
+        default=None, description="Vertices of the line along which the fibre lies, unstretched."
     )
-    helix: Helix | None = Field(default=None, description="Instead of points: a line that winds.")
+    helix: Helix | None = Field(
+        default=None, description="Helix along which the fibre lies, instead of `points`."
+    )
     spacing: PositiveLength = Field(
-        description="Between its places that elements hold, about: there is a whole number of bars "
-        "from corner to corner. About half an element."
+        description="Approximate distance between the points at which the fibre is attached to "
+        "the elements; choose about half the element size. The number of segments is rounded."
     )
     tolerance: PositiveLength | None = Field(
         default=None,
-        description="How far it may lie outside the body, onto which it is moved; by default 5 % "
-        "of the mean side of the facets of its surface.",
+        description="Largest distance of the fibre outside the body, onto which it is moved. "
+        "Default: 5 % of the mean edge of the body's surface facets.",
     )
-    diameter: PositiveLength = Field(description="Of its round section; it takes no room.")
+    diameter: PositiveLength = Field(
+        description="Diameter of the circular cross section. It is ignored by contact."
+    )
     youngs_modulus: PositivePressure = Field(description="Young's modulus.")
-    density: PositiveDensity = Field(description="Mass over volume.")
+    density: PositiveDensity = Field(description="Mass density.")
     bears_compression: bool = Field(
-        default=False, strict=True, description="Whether it pushes when it is pressed, as a wire "
-        "that cannot buckle does."
-    )  # fmt: skip
+        default=False,
+        strict=True,
+        description="True if the fibre also resists compression, like a wire that cannot buckle.",
+    )
 
     @model_validator(mode="after")
     def _has_one_line(self) -> "Fibre":

@@ -15,22 +15,23 @@ from softsim.scene.quantities import (
 
 
 class SurfaceWall(Part):
-    """A closed surface in space from an STL file."""
+    """Closed surface from an STL file (3D)."""
 
     kind: Literal["surface"] = Field(description="Kind of wall.")
-    file: Text = Field(description="Path of the STL, relative to the file that says so.")
+    file: Text = Field(
+        description="Path of the STL file, relative to the file in which it is given."
+    )
     length_unit: PositiveLength = Field(
         default=written("1 mm"), description="Length of one unit in the file."
     )
-    position: Point = Field(default=ORIGIN, description="Where the file's origin is placed.")
+    position: Point = Field(default=ORIGIN, description="Position of the file's origin.")
     free_side: Literal["inside", "outside"] = Field(
-        description="inside: the surface is that of the hollow, such as the bore of a pipe; "
-        "outside: that of something solid, which may have a bore."
+        description="Side on which bodies are. inside: the surface bounds a cavity, such as the "
+        "bore of a pipe. outside: it bounds a solid, which may have a bore."
     )
     spacing: AutoOrPositiveLength = Field(
         default="auto",
-        description="Between the nodes of the grid of distances that stands for the wall; auto: "
-        "the median edge of the bodies' surfaces, as their nodes feel nothing finer. The wall's "
-        "edges are rounded off by about a third of it, a radius R is met within "
-        "spacing^2 / (4 R).",
+        description="Grid spacing of the distance field that represents the wall. auto: the "
+        "median edge of the bodies' surface facets. Edges are rounded by about a third of the "
+        "spacing; a surface of radius R is approximated within spacing^2 / (4 R).",
     )

@@ -41,63 +41,71 @@ P = TypeVar("P")
 
 
 class EccentricMass(Part):
-    """A vibration motor: force m_e r_e omega^2, rotating about an axis that goes with its body."""
+    """Vibration motor: a rotating force m_e r_e omega^2 about an axis fixed to its body."""
 
     kind: Literal["eccentric_mass"] = Field(description="Kind of load.")
     acts_on: Text = Field(description="Rigid body that carries the motor.")
-    eccentric_mass: PositiveMass = Field(description="m_e; its weight is part of the body's.")
-    radius: PositiveLength = Field(description="r_e, of the mass from the motor's axis.")
-    frequency: PositiveFrequency = Field(description="Turns in a second.")
+    eccentric_mass: PositiveMass = Field(
+        description="Eccentric mass m_e. Its weight is part of the body's mass."
+    )
+    radius: PositiveLength = Field(
+        description="Distance r_e of the eccentric mass from the motor's axis."
+    )
+    frequency: PositiveFrequency = Field(description="Rotation frequency.")
     rotation_axis: AxisVector = Field(
         default=written("x"),
-        description="x: turns across the pipe, the section sees the y part; z: turns in the "
-        "section; or three numbers along it, such as [1, 0, 1].",
+        description="Axis of rotation. x: the force rotates in the y-z plane, and a 2D model has "
+        "its y component only. z: it rotates in the x-y plane. Or three components, such as [1, "
+        "0, 1].",
     )
     sense: Literal[1, -1] = Field(
         default=1,
-        description="1: turns positively about its axis (right-hand rule), from y to z about x, "
-        "from x to y about z; -1: the other way.",
+        description="Sense of rotation. 1: positive about the axis by the right-hand rule (from y "
+        "to z about x, from x to y about z). -1: negative.",
     )
     factor: Number = Field(
-        default=1.0, gt=0.0, description="Force on the plane model over the motor's."
+        default=1.0,
+        gt=0.0,
+        description="Multiplier of the motor's force in a plane model (1 = none).",
     )
     spin_up: NotNegativeTime = Field(
-        default=written("50 ms"), description="Time to full speed, smooth."
+        default=written("50 ms"), description="Time of the smooth acceleration to full speed."
     )
     phase: Angle = Field(
         default=written("0 deg"),
-        description="Angle at the start, the way it turns: about x from y on, about y from z on, "
-        "about z from x on.",
+        description="Angle at the start, in the sense of rotation: from y about x, from z about "
+        "y, from x about z.",
     )
 
 
 class SinusoidalForce(Part):
-    """A force of given amplitude along a fixed direction."""
+    """Sinusoidal force along a fixed direction on a rigid body."""
 
     kind: Literal["sinusoidal_force"] = Field(description="Kind of load.")
-    acts_on: Text = Field(description="Rigid body that it acts on, at the centre of mass.")
-    amplitude: PositiveForce = Field(description="Largest force.")
+    acts_on: Text = Field(description="Rigid body; the force acts at its centre of mass.")
+    amplitude: PositiveForce = Field(description="Amplitude of the force.")
     direction: Direction = Field(
-        default=(0.0, 1.0), description="Direction; its length does not matter."
+        default=(0.0, 1.0), description="Direction of the force, of any length."
     )
     frequency: PositiveFrequency = Field(description="Frequency.")
     spin_up: NotNegativeTime = Field(
-        default=written("50 ms"), description="Time to full speed, smooth."
+        default=written("50 ms"),
+        description="Time of the smooth acceleration to the full frequency.",
     )
-    phase: Angle = Field(default=written("0 deg"), description="Angle at the start.")
+    phase: Angle = Field(default=written("0 deg"), description="Phase angle at the start.")
 
 
 class OverTime(Part):
-    """A load of a given full value that may rise, or swing, over time."""
+    """Load of a given full value with an optional time history."""
 
     ramp: NotNegativeTime = Field(
-        default=written("0 s"), description="Time to the full load, smooth."
+        default=written("0 s"), description="Duration of a smooth step to the full load."
     )
     profile: FactorProfile | None = Field(
-        default=None, description="Factor of the full load over time, such as {kind: sine, "
-        "frequency: 20 Hz}; instead of the ramp. Values with units go with `direction`, in place "
-        "of the full load."
-    )  # fmt: skip
+        default=None,
+        description="Factor of the full load over time, instead of `ramp`, such as {kind: sine, "
+        "frequency: 20 Hz}. For a profile with units give `direction` instead of the full load.",
+    )
 
     @field_validator("profile")
     @classmethod
@@ -108,14 +116,12 @@ class OverTime(Part):
 
 
 class Directed(Part, Generic[P]):
-    """A load along a direction, whose size over time is a profile of values with units."""
+    """Load along a direction with a profile of values with units."""
 
-    direction: Direction = Field(
-        description="Direction of positive values; its length does not matter."
-    )
+    direction: Direction = Field(description="Direction of positive values, of any length.")
     profile: P = Field(
-        description="Size over time, such as {kind: sine, amplitude: 10 mN, frequency: 20 Hz} of a "
-        "force."
+        description="Magnitude over time, for a force {kind: sine, amplitude: 10 mN, frequency: "
+        "20 Hz}."
     )
 
 
@@ -125,13 +131,13 @@ class _OfNodes(Part):
 
 
 class NodalForce(_OfNodes, OverTime):
-    """A force on a node set, shared by mass."""
+    """Force on a node set, distributed in proportion to the nodal masses."""
 
     force: ForceVector = Field(description="Total force on the set.")
 
 
 class DirectedNodalForce(_OfNodes, Directed[ForceProfile]):
-    """A force on a node set, shared by mass, along a direction."""
+    """Force along a direction on a node set, distributed in proportion to the nodal masses."""
 
 
 class _OfFacets(Part):
@@ -142,154 +148,161 @@ class _OfFacets(Part):
 
 
 class SurfaceTraction(_OfFacets, OverTime):
-    """A force per area at rest that keeps its direction and size, however the surface moves: a
-    dead load (ABAQUS: TRVEC without following).
+    """Traction per undeformed area with a constant direction: a dead load (in
+    ABAQUS: TRVEC, FOLLOWER=NO).
     """
 
-    traction: StressVector = Field(description="Force per area at rest.")
+    traction: StressVector = Field(description="Force per undeformed area.")
 
 
 class DirectedTraction(_OfFacets, Directed[StressProfile]):
-    """A force per area at rest along a direction, whatever the surface does: a dead load."""
+    """Traction per undeformed area along a direction: a dead load."""
 
 
 class _OfBodies(Part):
     kind: Literal["body_force"] = Field(description="Kind of load.")
-    bodies: tuple[Text, ...] = Field(min_length=1, description="Bodies, by name.")
+    bodies: tuple[Text, ...] = Field(min_length=1, description="Names of the bodies.")
 
 
 class BodyForce(_OfBodies, OverTime):
-    """A force per volume at rest that keeps its direction."""
+    """Force per undeformed volume with a constant direction."""
 
-    density: ForceDensityVector = Field(description="Force per volume at rest.")
+    density: ForceDensityVector = Field(description="Force per undeformed volume.")
 
 
 class DirectedBodyForce(_OfBodies, Directed[ForceDensityProfile]):
-    """A force per volume at rest along a direction."""
+    """Force per undeformed volume along a direction."""
 
 
 class _OfRigidBody(Part):
     kind: Literal["rigid_force"] = Field(description="Kind of load.")
-    acts_on: Text = Field(description="Rigid body.")
+    acts_on: Text = Field(description="Name of the rigid body.")
 
 
 class RigidForce(_OfRigidBody, OverTime):
-    """A force of constant direction on a rigid body, at its centre of mass."""
+    """Force with a constant direction on a rigid body, at its centre of mass."""
 
-    force: ForceVector = Field(description="The force.")
+    force: ForceVector = Field(description="Force.")
 
 
 class DirectedRigidForce(_OfRigidBody, Directed[ForceProfile]):
-    """A force along a direction on a rigid body, at its centre of mass."""
+    """Force along a direction on a rigid body, at its centre of mass."""
 
 
 class AxialRelief(Part):
-    """Takes a share of the robot's weight along the body's own axis x off it: for a plane section
-    that has fewer of the robot's spikes along the axis than across it.
+    """Cancels a fraction of the robot's weight along the x axis of a rigid body, for a plane
+    section that has fewer of the robot's spikes along the axis than across it.
     """
 
     kind: Literal["axial_relief"] = Field(description="Kind of load.")
-    acts_on: Text = Field(description="Rigid body whose axis it is, and on which it acts.")
+    acts_on: Text = Field(
+        description="Rigid body whose x axis is used and on which the force acts."
+    )
     share: Number = Field(
-        gt=0.0, lt=1.0, description="Of the weight of all bodies together; 0.5 where the section "
-        "has half of the spikes."
-    )  # fmt: skip
+        gt=0.0,
+        lt=1.0,
+        description="Fraction of the total weight that is cancelled; 0.5 if the section has half "
+        "of the spikes.",
+    )
 
 
 class Tendon(Part):
-    """A tendon from a rigid body to a force gauge far away: a spring that pulls and never pushes.
-    The history gets a column `pull`, the tension of the first tendon.
+    """Tendon from a rigid body to a distant force gauge: a spring that acts in tension only. The
+    history gets a column `pull`, the tension of the first tendon.
     """
 
     kind: Literal["tendon"] = Field(description="Kind of load.")
-    acts_on: Text = Field(description="Rigid body that it holds, at the centre of mass.")
+    acts_on: Text = Field(description="Rigid body that the tendon holds, at its centre of mass.")
     stiffness: PositiveStiffness = Field(
-        default=written("2 N/mm"), description="Tension over elongation, the gauge's own included."
+        default=written("2 N/mm"), description="Stiffness of the tendon including the gauge."
     )
     direction: Direction = Field(
-        default=(-1.0, 0.0), description="From the body to the gauge; its length does not matter."
+        default=(-1.0, 0.0), description="Direction from the body to the gauge, of any length."
     )
     slack: NotNegativeLength = Field(
-        default=written("0 mm"), description="Way of the body until the tendon is taut."
+        default=written("0 mm"),
+        description="Displacement of the body at which the tendon becomes taut.",
     )
 
 
 class Tether(Part):
-    """What a robot trails behind it along its own axis x, such as a tube with wires: friction along
-    that axis, weight, stiffness against turning. It acts at all times, before t = 0 too. The
-    history gets a column `tether_drag`, the drag of the first tether, positive against the way
-    forward.
+    """Tether that a robot trails along its x axis, such as a tube with wires: friction along that
+    axis, weight and rotational stiffness. It acts at all times, also before t = 0. The history
+    gets a column `tether_drag`, the drag of the first tether, positive against forward motion.
     """
 
     kind: Literal["tether"] = Field(description="Kind of load.")
-    acts_on: Text = Field(description="Rigid body that trails it.")
+    acts_on: Text = Field(description="Rigid body that trails the tether.")
     drag: NotNegativeForce = Field(
-        description="Coulomb friction along the body's own x, in whichever sense it moves; at rest "
-        "it holds up to this. Across x the tether is limp."
+        description="Coulomb friction along the body's x axis, against either sense of motion; at "
+        "rest it resists up to this force. There is no force across the axis."
     )
     stiffness: AutoOrPositiveStiffness = Field(
-        default="auto", description="Drag over the elastic way on which it builds up; auto: that "
-        "way is 0.1 mm."
-    )  # fmt: skip
+        default="auto",
+        description="Stiffness of the elastic displacement over which the drag builds up. auto: "
+        "the full drag after 0.1 mm.",
+    )
     at: Point = Field(
         default=ORIGIN,
-        description="Where it is attached, from the body's centre, in the body's axes; the centre "
-        "by default, where drag and weight do not turn the body.",
+        description="Point of attachment relative to the body's centre, in the body's axes. "
+        "Default: the centre, where drag and weight exert no moment.",
     )
     weight: NotNegativeForce = Field(
         default=written("0 N"),
-        description="Of the part that hangs on the body, along gravity (none where that is 0).",
+        description="Weight of the part that hangs on the body, along gravity (no effect without "
+        "gravity).",
     )
     pitch_stiffness: NotNegativeTurningStiffness = Field(
         default=written("0 N*mm/rad"),
-        description="Torque over small angles against turning about z, from the orientation at "
-        "rest: K sin(angle).",
+        description="Rotational stiffness K about z for small angles; the moment is K sin(angle) "
+        "from the orientation at rest.",
     )
     yaw_stiffness: NotNegativeTurningStiffness = Field(
-        default=written("0 N*mm/rad"), description="The same about y, in space only."
+        default=written("0 N*mm/rad"), description="Rotational stiffness about y, in 3D only."
     )
     roll_stiffness: NotNegativeTurningStiffness = Field(
-        default=written("0 N*mm/rad"), description="The same about x, in space only."
+        default=written("0 N*mm/rad"), description="Rotational stiffness about x, in 3D only."
     )
 
 
 class PulledCable(OverTime):
-    """A cable without mass that slides without friction through eyelets in bodies, and is pulled at
-    its end: drawn in by `pull`, or with a `tension`. It never pushes. The history gets columns
-    NAME_tension and NAME_drawn_in.
+    """Massless cable that slides without friction through eyelets in bodies and is actuated at its
+    end, by a length `pull` that is drawn in or by a `tension`. It acts in tension only. The
+    history gets the columns NAME_tension and NAME_drawn_in.
     """
 
     kind: Literal["pulled_cable"] = Field(description="Kind of load.")
     eyelets: tuple[Point, ...] = Field(
         min_length=2,
-        description="Places of its eyelets at rest, one after the other, each in a body, which "
-        "needs no node there. Here the cable is as long as it is unstretched.",
+        description="Positions of the eyelets at rest, in order. Each lies in a body and needs no "
+        "node there. The cable is unstretched in this position.",
     )
     pulled_from: Point | None = Field(
         default=None,
-        description="Place fixed in space to which it goes on from the first eyelet. Without one "
-        "it ends there, in a sheath that is fixed to the body.",
+        description="Fixed point in space to which the cable leads from the first eyelet. Without "
+        "it the cable ends at the first eyelet, in a sheath that is fixed to the body.",
     )
     tolerance: PositiveLength | None = Field(
         default=None,
-        description="How far an eyelet may lie outside its body, onto which it is moved; by "
-        "default 5 % of the mean side of the facets of its surface.",
+        description="Largest distance of an eyelet outside its body, onto which it is moved. "
+        "Default: 5 % of the mean edge of the body's surface facets.",
     )
     pull: PositiveLength | None = Field(
-        default=None, description="Length of it that is drawn in, times the profile."
+        default=None, description="Length of cable that is drawn in, multiplied by the profile."
     )
     pull_profile: LengthProfile | None = Field(
-        default=None, description="Length of it that is drawn in, over time; in place of pull."
+        default=None, description="Length of cable that is drawn in, over time; instead of `pull`."
     )
     stiffness: PositiveStiffness | None = Field(
-        default=None, description="Tension over elongation of the whole cable, where it is drawn "
-        "in."
-    )  # fmt: skip
+        default=None,
+        description="Stiffness of the whole cable. Required for `pull` and `pull_profile`, and "
+        "not allowed otherwise.",
+    )
     tension: PositiveForce | None = Field(
-        default=None, description="Its tension, times the profile."
+        default=None, description="Tension, multiplied by the profile."
     )
     tension_profile: ForceProfile | None = Field(
-        default=None, description="Its tension over time; in place of tension."
+        default=None, description="Tension over time; instead of `tension`."
     )
 
     @model_validator(mode="after")

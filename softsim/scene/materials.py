@@ -25,35 +25,43 @@ def _some(exponent: float) -> float:
 
 
 class PronyTerm(Part):
-    """One term of a Prony series."""
+    """Term of a Prony series."""
 
     g: Number = Field(
-        gt=0.0, lt=1.0, description="Share of the instantaneous shear modulus that relaxes."
+        gt=0.0, lt=1.0, description="Fraction of the instantaneous shear modulus that relaxes."
     )
-    relaxation_time: PositiveTime = Field(description="Time in which it falls to 1/e.")
+    relaxation_time: PositiveTime = Field(
+        description="Relaxation time, in which this part falls to 1/e."
+    )
 
 
 class _Rubber(Part):
     density: PositiveDensity = Field(description="Mass density.")
     bulk_modulus: PositivePressure | None = Field(
-        default=None, description="kappa in (kappa/2) (J - 1)^2. Give at most one of bulk_modulus, "
-        "D1, poisson_ratio; without any, kappa = 20 times the shear modulus, as ABAQUS/Explicit."
-    )  # fmt: skip
+        default=None,
+        description="Bulk modulus kappa in the energy (kappa/2) (J - 1)^2. Give at most one of "
+        "bulk_modulus, D1 and poisson_ratio. Default: 20 times the shear modulus, as in "
+        "ABAQUS/Explicit.",
+    )
     D1: PositiveCompressibility | None = Field(
-        default=None, description="ABAQUS's compressibility, kappa = 2 / D1."
+        default=None, description="Compressibility constant as in ABAQUS: kappa = 2 / D1."
     )
     poisson_ratio: Number | None = Field(
         default=None, ge=0.0, lt=0.5, description="Poisson's ratio at small strain."
     )
-    prony: tuple[PronyTerm, ...] = Field(default=(), description="Viscoelastic shear relaxation.")
+    prony: tuple[PronyTerm, ...] = Field(
+        default=(), description="Prony series of the shear modulus (viscoelasticity)."
+    )
     spectrum: Spectrum | None = Field(
         default=None,
         description="Viscoelasticity as a spectrum, to which a Prony series is fitted; instead of "
-        "prony. The constants of the law are those of slow tests.",
+        "`prony`. The constants of the law are then the long-term ones, from slow tests.",
     )
-    source: Text = Field(default="", description="Where the constants come from.")
+    source: Text = Field(default="", description="Source of the constants.")
     strain_range: Number | None = Field(
-        default=None, gt=0.0, description="Largest engineering strain that they were fitted on."
+        default=None,
+        gt=0.0,
+        description="Largest engineering strain of the data to which the constants were fitted.",
     )
 
     @field_validator("D1", "poisson_ratio")
@@ -81,10 +89,12 @@ class _Rubber(Part):
 
 
 class YeohMaterial(_Rubber):
-    """A Yeoh solid: W = C10 k + C20 k^2 + C30 k^3, k = I1_bar - 3, long-term constants."""
+    """Yeoh material: W = C10 k + C20 k^2 + C30 k^3, k = I1_bar - 3, with long-term
+    constants.
+    """
 
-    law: Literal["yeoh"] = Field(description="The strain-energy law.")
-    C10: PositivePressure = Field(description="First constant; the shear modulus is 2 C10.")
+    law: Literal["yeoh"] = Field(description="Strain-energy function.")
+    C10: PositivePressure = Field(description="First constant. The initial shear modulus is 2 C10.")
     C20: Pressure = Field(default=written("0 Pa"), description="Second constant.")
     C30: Pressure = Field(default=written("0 Pa"), description="Third constant.")
 
@@ -95,10 +105,10 @@ class YeohMaterial(_Rubber):
 
 
 class NeoHookeanMaterial(_Rubber):
-    """A neo-Hookean solid: W = C10 (I1_bar - 3), the shear modulus is 2 C10."""
+    """Neo-Hookean material: W = C10 (I1_bar - 3). The shear modulus is 2 C10."""
 
-    law: Literal["neo_hooke"] = Field(description="The strain-energy law.")
-    C10: PositivePressure = Field(description="The constant; the shear modulus is 2 C10.")
+    law: Literal["neo_hooke"] = Field(description="Strain-energy function.")
+    C10: PositivePressure = Field(description="Constant C10, half the shear modulus.")
 
     @property
     def constants(self) -> tuple[float, ...]:
@@ -107,13 +117,13 @@ class NeoHookeanMaterial(_Rubber):
 
 
 class MooneyRivlinMaterial(_Rubber):
-    """A Mooney-Rivlin solid: W = C10 (I1_bar - 3) + C01 (I2_bar - 3), the shear modulus is
-    2 (C10 + C01).
+    """Mooney-Rivlin material: W = C10 (I1_bar - 3) + C01 (I2_bar - 3). The shear
+    modulus is 2 (C10 + C01).
     """
 
-    law: Literal["mooney_rivlin"] = Field(description="The strain-energy law.")
-    C10: Pressure = Field(description="Of the first invariant.")
-    C01: Pressure = Field(description="Of the second invariant.")
+    law: Literal["mooney_rivlin"] = Field(description="Strain-energy function.")
+    C10: Pressure = Field(description="Constant of the first invariant.")
+    C01: Pressure = Field(description="Constant of the second invariant.")
 
     @field_validator("C01")
     @classmethod
@@ -130,14 +140,17 @@ class MooneyRivlinMaterial(_Rubber):
 
 
 class OgdenMaterial(_Rubber):
-    """An Ogden solid, with ABAQUS's constants: W = sum 2 mu / alpha^2 (l1^alpha + l2^alpha +
-    l3^alpha - 3), l1, l2, l3 the isochoric principal stretches; the shear modulus is sum mu.
+    """Ogden material with the constants of ABAQUS: W = sum 2 mu / alpha^2 (l1^alpha + l2^alpha +
+    l3^alpha - 3), where l1, l2, l3 are the isochoric principal stretches. The shear modulus is sum
+    mu.
     """
 
-    law: Literal["ogden"] = Field(description="The strain-energy law.")
-    mu: tuple[Pressure, ...] = Field(min_length=1, max_length=6, description="Of each term.")
+    law: Literal["ogden"] = Field(description="Strain-energy function.")
+    mu: tuple[Pressure, ...] = Field(
+        min_length=1, max_length=6, description="Shear modulus of each term."
+    )
     alpha: tuple[Annotated[Number, AfterValidator(_some)], ...] = Field(
-        description="The exponent of each term."
+        description="Exponent of each term."
     )
 
     @field_validator("mu")

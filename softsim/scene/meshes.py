@@ -12,18 +12,19 @@ from softsim.scene.quantities import Length, PositiveLength, Text, WholeNumber, 
 class _Filled(Part):
     cells: CellKind = Field(
         default="simplex",
-        description="simplex: triangles or tetrahedra. quad: quadrilaterals or hexahedra.",
+        description="Cell type. simplex: triangles or tetrahedra. quad: quadrilaterals or "
+        "hexahedra.",
     )
 
 
 class BlockMesh(_Filled):
-    """A rectangle; sets bottom, top, left, right, surface."""
+    """Rectangle (2D). Sets: bottom, top, left, right, surface."""
 
-    generator: Literal["block"] = Field(description="Which generator makes the mesh.")
+    generator: Literal["block"] = Field(description="Name of the mesh generator.")
     length: PositiveLength = Field(description="Size along x.")
-    height: PositiveLength = Field(description="Size along y, from y = 0 upwards.")
+    height: PositiveLength = Field(description="Size along y, from y = 0.")
     element_size: PositiveLength = Field(
-        description="Longest side of the cells, before they are cut into triangles."
+        description="Longest edge of the cells, before they are divided into triangles."
     )
 
 
@@ -32,227 +33,298 @@ class _Skin(_Filled):
         default=None,
         ge=1,
         le=100,
-        description="Quadrilaterals or hexahedra through the skin; else by element_size.",
+        description="Number of quadrilaterals or hexahedra through the skin. Default: from "
+        "`element_size`.",
     )
 
 
 class _PfrSkin(_Skin):
-    inner_diameter: PositiveLength = Field(default=written("15 mm"), description="Of the skin.")
+    inner_diameter: PositiveLength = Field(
+        default=written("15 mm"), description="Inner diameter of the skin."
+    )
     outer_diameter: PositiveLength = Field(
-        default=written("17 mm"), description="Of the skin, no spikes or rings."
+        default=written("17 mm"), description="Outer diameter of the skin, without spikes or rings."
     )
     free_length: PositiveLength = Field(
-        default=written("30 mm"), description="Skin between the knots."
+        default=written("30 mm"), description="Length of the skin between the knots."
     )
 
 
 class _CurvedFin(_Filled):
     front_radius: PositiveLength = Field(
         default=written("5 mm"),
-        description="Of the front edge of a spike or limb; large: it is straight.",
+        description="Radius of the front edge of a spike or limb. A large value gives a straight "
+        "edge.",
     )
-    rear_radius: PositiveLength = Field(default=written("3.5 mm"), description="Of its rear edge.")
-    tip_thickness: PositiveLength = Field(default=written("1 mm"), description="Of it at its tip.")
+    rear_radius: PositiveLength = Field(
+        default=written("3.5 mm"), description="Radius of the rear edge of a spike or limb."
+    )
+    tip_thickness: PositiveLength = Field(
+        default=written("1 mm"), description="Thickness of a spike or limb at its tip."
+    )
     lean: Length = Field(
-        default=written("2.5 mm"), description="How far the tip lies behind the root."
+        default=written("2.5 mm"), description="Distance of the tip behind the root."
     )
 
 
 class _Spiked(_CurvedFin):
     spike_pitch: PositiveLength = Field(
-        default=written("6 mm"), description="Distance between rows."
+        default=written("6 mm"), description="Distance between rows of spikes."
     )
-    spike_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
+    spike_height: PositiveLength = Field(
+        default=written("5 mm"), description="Height of the spikes above the skin."
+    )
     root_thickness: PositiveLength = Field(
-        default=written("3 mm"), description="Spike at its root, along x; a broad root matches "
-        "the measured stiffness better than a thin arc."
-    )  # fmt: skip
+        default=written("3 mm"),
+        description="Thickness of a spike at its root, along x. A broad root matches the measured "
+        "stiffness better than a thin arc.",
+    )
     spike_columns: WholeNumber | None = Field(
         default=None,
         ge=1,
         le=100,
-        description="Quadrilaterals or hexahedra across a spike, along the axis; else by "
-        "element_size.",
+        description="Number of quadrilaterals or hexahedra across a spike, along the axis. "
+        "Default: from `element_size`.",
     )
 
 
 class _SpikedInSpace(_Spiked):
-    rows: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+    rows: WholeNumber = Field(default=5, ge=0, le=100, description="Number of rows of spikes.")
     spike_width: PositiveLength = Field(
-        default=written("2 mm"), description="Spike across, around the skin."
+        default=written("2 mm"), description="Width of a spike around the skin."
     )
     element_size: PositiveLength = Field(
-        default=written("0.7 mm"), description="Edge length of the cells, about."
+        default=written("0.7 mm"), description="Approximate edge length of the cells."
     )
     spike_layers: WholeNumber | None = Field(
         default=None,
         ge=1,
         le=100,
-        description="Hexahedra across the width of a spike; else by element_size.",
+        description="Number of hexahedra across the width of a spike. Default: from "
+        "`element_size`.",
     )
 
 
 class PfrSectionMesh(_PfrSkin, _Spiked):
-    """The PufferFace Robot's section along its axis: two skin strips with curved spikes."""
+    """Longitudinal section of the PufferFace Robot (PFR): two skin strips with
+    curved spikes (2D).
+    """
 
-    generator: Literal["pfr_section"] = Field(description="Which generator makes the mesh.")
-    spikes_per_strip: WholeNumber = Field(default=5, ge=0, le=100, description="Rows of spikes.")
+    generator: Literal["pfr_section"] = Field(description="Name of the mesh generator.")
+    spikes_per_strip: WholeNumber = Field(
+        default=5, ge=0, le=100, description="Number of spikes on each strip."
+    )
     element_size: PositiveLength = Field(
-        default=written("0.35 mm"), description="Edge length of the cells, about."
+        default=written("0.35 mm"), description="Approximate edge length of the cells."
     )
 
 
 class BoxMesh(_Filled):
-    """A block in space, from the origin; sets left, right, bottom, top, back, front, surface."""
+    """Box (3D) with one corner at the origin. Sets: left, right, bottom, top, back,
+    front, surface.
+    """
 
-    generator: Literal["box"] = Field(description="Which generator makes the mesh.")
+    generator: Literal["box"] = Field(description="Name of the mesh generator.")
     length: PositiveLength = Field(description="Size along x.")
     width: PositiveLength = Field(description="Size along z.")
     height: PositiveLength = Field(description="Size along y.")
-    element_size: PositiveLength = Field(description="Longest edge of the bricks, split or not.")
+    element_size: PositiveLength = Field(
+        description="Longest edge of the hexahedra, before they are divided into tetrahedra."
+    )
 
 
 class PfrMeridianMesh(_PfrSkin):
-    """The PFR's skin as a half section: x is the radius, y the axis; rings stand for spikes."""
+    """Axisymmetric half section of the PFR's skin: x is the radius, y the axis.
+    Rings represent the spikes.
+    """
 
-    generator: Literal["pfr_meridian"] = Field(description="Which generator makes the mesh.")
-    ring_rows: WholeNumber = Field(default=0, ge=0, le=100, description="Rows of rings.")
+    generator: Literal["pfr_meridian"] = Field(description="Name of the mesh generator.")
+    ring_rows: WholeNumber = Field(default=0, ge=0, le=100, description="Number of rings.")
     ring_pitch: PositiveLength = Field(
-        default=written("6 mm"), description="Distance between rows."
+        default=written("6 mm"), description="Distance between rings."
     )
-    ring_height: PositiveLength = Field(default=written("5 mm"), description="Above the skin.")
+    ring_height: PositiveLength = Field(
+        default=written("5 mm"), description="Height of a ring above the skin."
+    )
     ring_thickness: PositiveLength = Field(
-        default=written("3 mm"), description="Of a ring along the axis."
+        default=written("3 mm"), description="Thickness of a ring along the axis."
     )
     element_size: PositiveLength = Field(
-        default=written("0.25 mm"), description="Edge length of the cells, about."
+        default=written("0.25 mm"), description="Approximate edge length of the cells."
     )
 
 
 class PfrSolidMesh(_PfrSkin, _SpikedInSpace):
-    """The PFR's skin in space with its curved spikes; the axis is x."""
+    """The PFR's skin with its curved spikes (3D). The axis is x."""
 
-    generator: Literal["pfr_solid"] = Field(description="Which generator makes the mesh.")
-    spikes_around: WholeNumber = Field(default=14, ge=1, le=100, description="Spikes in a row.")
+    generator: Literal["pfr_solid"] = Field(description="Name of the mesh generator.")
+    spikes_around: WholeNumber = Field(
+        default=14, ge=1, le=100, description="Number of spikes in a row."
+    )
 
 
 class SpikePatchMesh(_Skin, _SpikedInSpace):
-    """A flat piece of the PFR's skin in space with its curved spikes: a sample for a press. The
-    underside is on y = 0, spikes point up and lean towards -x.
+    """Flat piece of the PFR's skin with curved spikes (3D), a specimen for a press. The underside
+    is at y = 0; the spikes point up and lean towards -x.
     """
 
-    generator: Literal["spike_patch"] = Field(description="Which generator makes the mesh.")
-    cells: CellKind = Field(default="quad", description="quad: hexahedra; simplex: tetrahedra.")
-    rows: WholeNumber = Field(default=5, ge=1, le=100, description="Rows of spikes, along x.")
-    columns: WholeNumber = Field(default=3, ge=1, le=100, description="Spikes in a row, along z.")
+    generator: Literal["spike_patch"] = Field(description="Name of the mesh generator.")
+    cells: CellKind = Field(
+        default="quad", description="Cell type. quad: hexahedra. simplex: tetrahedra."
+    )
+    rows: WholeNumber = Field(
+        default=5, ge=1, le=100, description="Number of rows of spikes along x."
+    )
+    columns: WholeNumber = Field(
+        default=3, ge=1, le=100, description="Number of spikes in a row, along z."
+    )
     column_pitch: PositiveLength = Field(
         default=written("3.59 mm"),
-        description="Distance between columns: the PFR's, 16 mm pi / 14 halfway through its skin.",
+        description="Distance between columns. Default: that of the PFR halfway through its skin, "
+        "16 mm pi / 14.",
     )
-    skin_thickness: PositiveLength = Field(default=written("1 mm"), description="Of the skin.")
+    skin_thickness: PositiveLength = Field(
+        default=written("1 mm"), description="Thickness of the skin."
+    )
 
 
 class _Leafbot(_CurvedFin):
-    length: PositiveLength = Field(default=written("64 mm"), description="Of the backbone.")
-    thickness: PositiveLength = Field(default=written("2 mm"), description="Of the backbone.")
-    rows: WholeNumber = Field(default=5, ge=1, le=100, description="Rows of limbs.")
-    limb_pitch: PositiveLength = Field(
-        default=written("14 mm"), description="Distance between rows."
+    length: PositiveLength = Field(default=written("64 mm"), description="Length of the backbone.")
+    thickness: PositiveLength = Field(
+        default=written("2 mm"), description="Thickness of the backbone."
     )
-    limb_height: PositiveLength = Field(default=written("5 mm"), description="Below the backbone.")
+    rows: WholeNumber = Field(default=5, ge=1, le=100, description="Number of rows of limbs.")
+    limb_pitch: PositiveLength = Field(
+        default=written("14 mm"), description="Distance between rows of limbs."
+    )
+    limb_height: PositiveLength = Field(
+        default=written("5 mm"), description="Height of the limbs below the backbone."
+    )
     root_thickness: PositiveLength = Field(
-        default=written("4 mm"), description="Limb at its root, along x."
+        default=written("4 mm"), description="Thickness of a limb at its root, along x."
     )
     element_size: PositiveLength = Field(
-        default=written("1 mm"), description="Edge length of the cells, about."
+        default=written("1 mm"), description="Approximate edge length of the cells."
     )
     backbone_rows: WholeNumber | None = Field(
-        default=None, ge=1, le=100, description="Quadrilaterals or hexahedra through the backbone; "
-        "else by element_size.",
-    )  # fmt: skip
+        default=None,
+        ge=1,
+        le=100,
+        description="Number of quadrilaterals or hexahedra through the backbone. Default: from "
+        "`element_size`.",
+    )
     limb_columns: WholeNumber | None = Field(
-        default=None, ge=1, le=100, description="Quadrilaterals or hexahedra across a limb, along "
-        "x; else by element_size.",
-    )  # fmt: skip
+        default=None,
+        ge=1,
+        le=100,
+        description="Number of quadrilaterals or hexahedra across a limb, along x. Default: from "
+        "`element_size`.",
+    )
 
 
 class LeafbotSectionMesh(_Leafbot):
-    """Leafbot's section along its length: a backbone on rows of limbs, tips on y = 0."""
+    """Longitudinal section of Leafbot (2D): a backbone on rows of limbs, with the
+    tips at y = 0.
+    """
 
-    generator: Literal["leafbot_section"] = Field(description="Which generator makes the mesh.")
-    cells: CellKind = Field(default="quad", description="quad: quadrilaterals; simplex: triangles.")
+    generator: Literal["leafbot_section"] = Field(description="Name of the mesh generator.")
+    cells: CellKind = Field(
+        default="quad", description="Cell type. quad: quadrilaterals. simplex: triangles."
+    )
     rows_under_head: WholeNumber = Field(
-        default=2, ge=1, le=100, description="Rows, from the front, over which the head stands."
+        default=2, ge=1, le=100, description="Number of rows, from the front, below the head."
     )
 
 
 class LeafbotSolidMesh(_Leafbot):
-    """Leafbot in space, widened for two motors: a backbone on rows of limbs, tips on y = 0, a left
-    side (z < 0) and a right one, each with two limbs a row and a head.
+    """Leafbot (3D) with two motors: a backbone on rows of limbs, with the tips at y = 0. The left
+    side (z < 0) and the right side each have two limbs per row and a head.
     """
 
-    generator: Literal["leafbot_solid"] = Field(description="Which generator makes the mesh.")
-    cells: CellKind = Field(default="quad", description="quad: hexahedra; simplex: tetrahedra.")
-    width: PositiveLength = Field(default=written("45 mm"), description="Of the backbone, along z.")
-    side_distance: PositiveLength = Field(
-        default=written("30 mm"), description="Between the middles of both sides."
+    generator: Literal["leafbot_solid"] = Field(description="Name of the mesh generator.")
+    cells: CellKind = Field(
+        default="quad", description="Cell type. quad: hexahedra. simplex: tetrahedra."
     )
-    limb_width: PositiveLength = Field(default=written("2 mm"), description="Of a limb, along z.")
+    width: PositiveLength = Field(
+        default=written("45 mm"), description="Width of the backbone along z."
+    )
+    side_distance: PositiveLength = Field(
+        default=written("30 mm"), description="Distance between the centres of the two sides."
+    )
+    limb_width: PositiveLength = Field(
+        default=written("2 mm"), description="Width of a limb along z."
+    )
     limb_distance: PositiveLength = Field(
-        default=written("13 mm"), description="Between the middles of the two limbs of a row and "
-        "side."
-    )  # fmt: skip
+        default=written("13 mm"),
+        description="Distance between the centres of the two limbs of a row on one side.",
+    )
     head_row: WholeNumber = Field(
-        default=3, ge=1, le=100, description="First row under the heads, counted from the front."
+        default=3, ge=1, le=100, description="First row below the heads, counted from the front."
     )
     rows_under_head: WholeNumber = Field(
-        default=1, ge=1, le=100, description="Rows over which each head stands."
+        default=1, ge=1, le=100, description="Number of rows below each head."
     )
     limb_layers: WholeNumber | None = Field(
-        default=None, ge=1, le=100, description="Hexahedra across the width of a limb; else by "
-        "element_size.",
-    )  # fmt: skip
+        default=None,
+        ge=1,
+        le=100,
+        description="Number of hexahedra across the width of a limb. Default: from `element_size`.",
+    )
 
 
 class PneunetMesh(_Filled):
-    """Half of a pneu-net in space, a row of chambers on a common channel, from x = 0 on, underside
-    on y = 0, its plane of symmetry z = 0. Sets bottom, root, end, middle, chamber (the inside),
-    tip.
+    """Half of a pneu-net actuator (3D): a row of chambers on a common channel along x, with its
+    root at x = 0, its underside at y = 0 and its plane of symmetry at z = 0. Sets: bottom, root,
+    end, middle, chamber (the inside), tip.
     """
 
-    generator: Literal["pneunet"] = Field(description="Which generator makes the mesh.")
-    cells: CellKind = Field(default="quad", description="quad: hexahedra; simplex: tetrahedra.")
-    chambers: WholeNumber = Field(default=6, ge=1, le=100, description="In a row.")
-    chamber_length: PositiveLength = Field(default=written("5 mm"), description="Inside, along x.")
-    wall_thickness: PositiveLength = Field(
-        default=written("1.5 mm"), description="Of the walls around the chambers."
+    generator: Literal["pneunet"] = Field(description="Name of the mesh generator.")
+    cells: CellKind = Field(
+        default="quad", description="Cell type. quad: hexahedra. simplex: tetrahedra."
     )
-    width: PositiveLength = Field(default=written("15 mm"), description="Of the whole, along z.")
-    gap: PositiveLength = Field(default=written("1 mm"), description="Between two chambers.")
-    height: PositiveLength = Field(default=written("14 mm"), description="Of all of it.")
-    roof_thickness: PositiveLength = Field(default=written("2 mm"), description="Above chambers.")
-    base_thickness: PositiveLength = Field(default=written("2 mm"), description="Below them.")
+    chambers: WholeNumber = Field(default=6, ge=1, le=100, description="Number of chambers.")
+    chamber_length: PositiveLength = Field(
+        default=written("5 mm"), description="Inner length of a chamber along x."
+    )
+    wall_thickness: PositiveLength = Field(
+        default=written("1.5 mm"), description="Thickness of the chamber walls."
+    )
+    width: PositiveLength = Field(
+        default=written("15 mm"), description="Width of the whole actuator along z."
+    )
+    gap: PositiveLength = Field(default=written("1 mm"), description="Gap between two chambers.")
+    height: PositiveLength = Field(
+        default=written("14 mm"), description="Height of the whole actuator."
+    )
+    roof_thickness: PositiveLength = Field(
+        default=written("2 mm"), description="Thickness of the roof above the chambers."
+    )
+    base_thickness: PositiveLength = Field(
+        default=written("2 mm"), description="Thickness of the base below the chambers."
+    )
     channel_height: PositiveLength = Field(
-        default=written("2 mm"), description="Of the channel that joins the chambers."
+        default=written("2 mm"), description="Height of the channel that connects the chambers."
     )
     bridge_thickness: PositiveLength = Field(
-        default=written("2 mm"), description="Over the channel, between two chambers."
+        default=written("2 mm"),
+        description="Thickness of the material above the channel between two chambers.",
     )
     element_size: PositiveLength = Field(
-        default=written("1.5 mm"), description="Longest side of the cells."
+        default=written("1.5 mm"), description="Longest edge of the cells."
     )
 
 
 class FileMesh(Part):
-    """A mesh of linear cells from a file (gmsh .msh, VTK .vtu, ABAQUS .inp)."""
+    """Mesh file (gmsh .msh, VTK .vtu, ABAQUS .inp) with linear cells."""
 
-    file: Text = Field(description="Path, relative to the file that says so.")
+    file: Text = Field(description="Path, relative to the file in which it is given.")
     length_unit: PositiveLength = Field(
         default=written("1 mm"), description="Length of one unit in the file."
     )
     instance: Text | None = Field(
         default=None,
-        description="Which *INSTANCE of an ABAQUS file, where the assembly has it.",
+        description="Name of the *INSTANCE to read from an ABAQUS file with several. It is placed "
+        "as in the assembly.",
     )
     reduce_order: bool = Field(
         default=False,

@@ -19,32 +19,34 @@ from softsim.scene.quantities import (
 
 
 class DisplacementProbe(Part):
-    """Mean displacement of a node set: columns NAME_x, NAME_y, in space NAME_z."""
+    """Mean displacement of a node set. History columns NAME_x, NAME_y and in 3D NAME_z."""
 
-    kind: Literal["displacement"] = Field(description="What is recorded.")
+    kind: Literal["displacement"] = Field(description="Kind of probe.")
     nodes: SetReference = Field(description='Node set, such as "skin.equator_outer".')
 
 
 class RadiusProbe(Part):
-    """Mean distance of a node set from the axis: x in space, y in an axisymmetric model."""
+    """Mean distance of a node set from the axis (x in 3D, y in an axisymmetric
+    model). History column NAME.
+    """
 
-    kind: Literal["radius"] = Field(description="What is recorded.")
+    kind: Literal["radius"] = Field(description="Kind of probe.")
     nodes: SetReference = Field(description='Node set, such as "skin.equator_outer".')
 
 
 class ReactionProbe(Part):
-    """Force that holds a node set, against the rest of its body and its own weight: NAME_x, NAME_y,
-    in space NAME_z.
+    """Reaction force on a fixed or prescribed node set, against the rest of its body and its own
+    weight. History columns NAME_x, NAME_y and in 3D NAME_z.
     """
 
-    kind: Literal["reaction"] = Field(description="What is recorded.")
-    nodes: SetReference = Field(description='Node set, held or prescribed: "block.right".')
+    kind: Literal["reaction"] = Field(description="Kind of probe.")
+    nodes: SetReference = Field(description='Fixed or prescribed node set: "block.right".')
 
 
 class VolumeProbe(Part):
-    """Volume on the free side of facet sets, closed as a chamber's are: column NAME."""
+    """Volume on the free side of facet sets, closed like a chamber. History column NAME."""
 
-    kind: Literal["volume"] = Field(description="What is recorded.")
+    kind: Literal["volume"] = Field(description="Kind of probe.")
     facets: tuple[SetReference, ...] = Field(
         min_length=1, description="Facet sets, such as [skin.chamber]."
     )
@@ -62,28 +64,29 @@ def probe_columns(name: str, kind: str, axes: str) -> list[str]:
 
 
 class Output(Part):
-    """What is written, how often."""
+    """Results to write, and how often."""
 
     history_interval: PositiveTime = Field(
-        default=written("2 ms"), description="Time between history rows."
+        default=written("2 ms"), description="Simulated time between rows of history.csv."
     )
     frame_interval: PositiveTime = Field(
-        default=written("100 ms"), description="Between stored fields."
+        default=written("100 ms"), description="Simulated time between stored fields (frames)."
     )
     checkpoint_interval: PositiveTime = Field(
-        default=written("30 s"), description="Between checkpoints, of wall time."
+        default=written("30 s"), description="Wall time between checkpoints."
     )
     fields: tuple[Literal["velocity", "contact_force", "stress"], ...] = Field(
         default=(),
-        description="Stored with each frame beside displacement, pressure, stretch and von Mises "
-        "stress: velocity of nodes (half an increment later), force of walls on nodes, Cauchy "
-        "stress of elements (xx, yy, zz, xy, yz, zx; without Maxwell branches).",
+        description="Fields stored in each frame in addition to displacement, pressure, stretch "
+        "and von Mises stress. velocity: of the nodes, half a time step later. contact_force: of "
+        "walls on nodes. stress: Cauchy stress of the elements (xx, yy, zz, xy, yz, zx; without "
+        "Maxwell branches).",
     )
     snapshot_field: Literal["displacement", "pressure", "stretch", "von_mises"] = Field(
-        default="stretch", description="What colours the snapshots."
+        default="stretch", description="Field that colours the snapshots."
     )
     probes: dict[Name, Probe] = Field(
-        default={}, description="Further columns of the history, by name."
+        default={}, description="Additional columns of the history, by name."
     )
 
     @field_validator("probes")
@@ -120,80 +123,85 @@ class Range(Part):
 class LengthRange(Range):
     """Limits of a length."""
 
-    min: Length | None = Field(default=None, description="Smallest allowed value.")
-    max: Length | None = Field(default=None, description="Largest allowed value.")
+    min: Length | None = Field(default=None, description="Lower limit.")
+    max: Length | None = Field(default=None, description="Upper limit.")
 
 
 class VelocityRange(Range):
     """Limits of a velocity."""
 
-    min: Velocity | None = Field(default=None, description="Smallest allowed value.")
-    max: Velocity | None = Field(default=None, description="Largest allowed value.")
+    min: Velocity | None = Field(default=None, description="Lower limit.")
+    max: Velocity | None = Field(default=None, description="Upper limit.")
 
 
 class ForceRange(Range):
     """Limits of a force."""
 
-    min: Force | None = Field(default=None, description="Smallest allowed value.")
-    max: Force | None = Field(default=None, description="Largest allowed value.")
+    min: Force | None = Field(default=None, description="Lower limit.")
+    max: Force | None = Field(default=None, description="Upper limit.")
 
 
 class NumberRange(Range):
     """Limits of a number."""
 
-    min: Number | None = Field(default=None, description="Smallest allowed value.")
-    max: Number | None = Field(default=None, description="Largest allowed value.")
+    min: Number | None = Field(default=None, description="Lower limit.")
+    max: Number | None = Field(default=None, description="Upper limit.")
 
 
 class Expect(Part):
-    """Values the scene expects of its own run; outside them the run ends with exit code 5."""
+    """Limits of results. If a result of the run is outside its limits, the exit code is 5."""
 
     passes: bool | None = Field(
         default=None,
         strict=True,
-        description="The verdict of the layout: true, passed; false, stuck.",
+        description="Verdict on the layout. true: passed. false: stuck.",
     )
     exit: Name | None = Field(
-        default=None, description="By which exit of the layout's pipes the robot leaves."
+        default=None,
+        description="Name of the exit of the branched pipes by which the robot leaves.",
     )
     frame_displacement: LengthRange | None = Field(
         default=None,
-        description="Displacement of the robot's frame from start to end, along x; along y where "
+        description="Displacement of the robot's frame from start to end, along x, or along y if "
         "it cannot move along x.",
     )
     displacement_per_cycle: LengthRange | None = Field(
-        default=None, description="The same for every pressure cycle."
+        default=None,
+        description="Displacement of the robot's frame in each pressure cycle, along the same "
+        "axis.",
     )
     mean_speed: VelocityRange | None = Field(
         default=None,
-        description="Speed of the robot's frame along the same axis, over the whole pressure "
-        "cycles (over the whole run without any).",
+        description="Mean speed of the robot's frame along the same axis over all complete "
+        "pressure cycles, or over the whole run if there are none.",
     )
     peak_pull: ForceRange | None = Field(
-        default=None, description="Largest tension of the first tendon, mean of a history row."
+        default=None,
+        description="Largest tension of the first tendon, as a mean over a history row.",
     )
     body_displacement: LengthRange | None = Field(
         default=None,
-        description="Displacement of the meshed bodies' centre of mass from start to end, along "
-        "the axis of its largest displacement (`body_displacement_axis` in summary.json).",
+        description="Displacement of the deformable bodies' centre of mass from start to end, "
+        "along the axis with the largest displacement (`body_displacement_axis` in summary.json).",
     )
     body_displacement_x: LengthRange | None = Field(
-        default=None, description="Its component along x. Not in an axisymmetric model."
+        default=None,
+        description="Component of body_displacement along x. Not in an axisymmetric model.",
     )
     body_displacement_y: LengthRange | None = Field(
-        default=None, description="Its component along y."
+        default=None, description="Component of body_displacement along y."
     )
     body_displacement_z: LengthRange | None = Field(
-        default=None, description="Its component along z. In space only."
+        default=None, description="Component of body_displacement along z. In 3D only."
     )
     body_speed: VelocityRange | None = Field(
         default=None,
-        description="Speed along the axis of body_displacement, mean over the last tenth of the "
+        description="Mean speed along the axis of body_displacement over the last tenth of the "
         "run.",
     )
     rows_in_contact: NumberRange | None = Field(
-        default=None, description="Most rows of spikes that touched at a time."
+        default=None, description="Largest number of rows in contact at the same time."
     )
     energy_error: NumberRange | None = Field(
-        default=None, description="Largest error of the energy balance."
+        default=None, description="Largest relative error of the energy balance."
     )

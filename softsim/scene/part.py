@@ -1,5 +1,6 @@
 """What every part of a scene is."""
 
+import json
 from collections.abc import Collection, Mapping
 from typing import Any
 
@@ -15,6 +16,17 @@ class Part(BaseModel):
     """Anything in a scene: frozen, and strict about its keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True)
+
+
+def json_schema(model: type[BaseModel]) -> dict[str, Any]:
+    """Return the JSON schema of a class, each class in it by its short name: `PressureTable`."""
+    schema = model.model_json_schema()
+    text = json.dumps(schema)
+    for name, definition in schema["$defs"].items():
+        text = text.replace(f'#/$defs/{name}"', f'#/$defs/{definition["title"]}"')
+    read: dict[str, Any] = json.loads(text)
+    read["$defs"] = {definition["title"]: definition for definition in read["$defs"].values()}
+    return read
 
 
 def told_by_key(classes: Mapping[str, type[Part]]) -> Discriminator:

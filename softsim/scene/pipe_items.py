@@ -9,28 +9,31 @@ from softsim.scene.part import Part, told_by_key
 from softsim.scene.quantities import Angle, Name, PositiveLength, written
 
 DIAMETER = Field(
-    default=None, description="Of the pipe where it begins: the same as where the last item ended."
+    default=None,
+    description="Diameter of the pipe at the start of this item, which must equal that at the "
+    "end of the previous item. It can be left out.",
 )
 
 
 class StraightItem(Part):
-    """Straight on."""
+    """Straight pipe."""
 
-    straight: PositiveLength = Field(description="Its length.")
+    straight: PositiveLength = Field(description="Length.")
     diameter: PositiveLength | None = DIAMETER
 
 
 class BendItem(Part):
-    """An arc."""
+    """Bend along a circular arc."""
 
     bend: Angle = Field(
-        description="Angle by which the direction changes; positive to the left, towards +y where "
-        "the path begins along +x."
+        description="Angle of the bend; positive to the left (towards +y for a path that starts "
+        "along +x)."
     )
-    radius: PositiveLength = Field(description="Of the centre line.")
+    radius: PositiveLength = Field(description="Radius of the centre line.")
     turned: Angle = Field(
         default=written("0 deg"),
-        description="In space: about the direction of travel, from the left to where it bends.",
+        description="In 3D: rotation of the plane of the bend about the direction of travel, "
+        "measured from the left.",
     )
     diameter: PositiveLength | None = DIAMETER
 
@@ -45,40 +48,43 @@ class BendItem(Part):
 
 
 class TaperItem(Part):
-    """A cone to another diameter."""
+    """Conical transition to another diameter."""
 
-    taper: PositiveLength = Field(description="Its length along the axis.")
-    to: PositiveLength = Field(description="Diameter at its end.")
+    taper: PositiveLength = Field(description="Length along the axis.")
+    to: PositiveLength = Field(description="Diameter at the end.")
     diameter: PositiveLength | None = DIAMETER
 
 
 class StepItem(Part):
-    """A sudden change of the diameter, without length."""
+    """Sudden change of the diameter."""
 
-    step: PositiveLength = Field(description="Diameter from here on.")
+    step: PositiveLength = Field(description="New diameter.")
     diameter: PositiveLength | None = DIAMETER
 
 
 LEAVING = Field(
     default=None,
-    description="Diameter of the pipes to its sides: that of the pipe by default; at most that, or "
-    "at least, where the pipe ends in a tee.",
+    description="Diameter of the branches. Default: that of the pipe. It must not be larger, "
+    "or, for a tee at which the pipe ends, not smaller.",
 )
-FILLET = Field(default=written("2 mm"), description="Radius of the edges between the pipes' walls.")
+FILLET = Field(
+    default=written("2 mm"), description="Radius of the edges between the walls of the pipes."
+)
 TURNED = Field(
     default=written("0 deg"),
-    description="In space: about the direction of travel, from the left to where left is.",
+    description="In 3D: rotation of the branches about the direction of travel, measured from "
+    "the left.",
 )
 
 
 class TeeItem(Part):
-    """A pipe leaves at a right angle in the middle of a straight fitting; or two to both sides,
-    where this one ends.
+    """Tee: one branch leaves at a right angle from the middle of a straight fitting, or two
+    branches leave to both sides and the pipe ends.
     """
 
-    tee: PositiveLength = Field(description="Length of the fitting, from end to end.")
-    left: Name | None = Field(default=None, description="Branch that leaves to the left.")
-    right: Name | None = Field(default=None, description="Branch that leaves to the right.")
+    tee: PositiveLength = Field(description="Length of the fitting from end to end.")
+    left: Name | None = Field(default=None, description="Name of the branch to the left.")
+    right: Name | None = Field(default=None, description="Name of the branch to the right.")
     turned: Angle = TURNED
     to: PositiveLength | None = LEAVING
     fillet: PositiveLength = FILLET
@@ -92,11 +98,13 @@ class TeeItem(Part):
 
 
 class CrossItem(Part):
-    """Two pipes leave at right angles in the middle of a straight fitting, which goes on."""
+    """Cross: two branches leave at right angles from the middle of a straight
+    fitting, and the pipe continues.
+    """
 
-    cross: PositiveLength = Field(description="Length of the fitting, from end to end.")
-    left: Name = Field(description="Branch that leaves to the left.")
-    right: Name = Field(description="Branch that leaves to the right.")
+    cross: PositiveLength = Field(description="Length of the fitting from end to end.")
+    left: Name = Field(description="Name of the branch to the left.")
+    right: Name = Field(description="Name of the branch to the right.")
     turned: Angle = TURNED
     to: PositiveLength | None = LEAVING
     fillet: PositiveLength = FILLET

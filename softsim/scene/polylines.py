@@ -9,20 +9,20 @@ from softsim.scene.quantities import Point, PositiveLength, Text, written
 
 
 class PolylineWall(Part):
-    """A terrain, or the outline of a pipe: straight between points, its corners sharp. The free
-    side is on the left when walking along them: points towards +x are a ground. In space it is the
-    same at every z.
+    """Polyline with sharp corners: a terrain, or the outline of a pipe. The free side is on the
+    left in the direction of the points, so that points towards +x form a ground. In 3D it is
+    extruded along z.
     """
 
     kind: Literal["polyline"] = Field(description="Kind of wall.")
     points: tuple[Point, ...] | None = Field(
-        default=None, description="One after the other; or give a file."
+        default=None, description="Points in order. Give either points or a file."
     )
     file: Text | None = Field(
         default=None,
         validate_default=True,
-        description="Text table of the points, x and y in a line, relative to the file that says "
-        "so.",
+        description="Text file with x and y of a point in each line. The path is relative to the "
+        "file in which it is given.",
     )
     length_unit: PositiveLength = Field(
         default=written("1 mm"), description="Length of one unit in the file."
@@ -30,8 +30,8 @@ class PolylineWall(Part):
     closed: bool = Field(
         default=False,
         strict=True,
-        description="Whether the last point is joined to the first; otherwise the first and the "
-        "last piece go on straight beyond them, without an end.",
+        description="True joins the last point to the first. Otherwise the first and the last "
+        "segment are extended without end.",
     )
 
     @field_validator("file")

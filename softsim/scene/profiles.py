@@ -8,7 +8,7 @@ events.
 
 import math
 from itertools import pairwise
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from typing import Annotated, Any, Generic, Literal, TypeVar, get_args
 
 from pydantic import Field, Tag, ValidationInfo, field_validator, model_validator
 
@@ -29,6 +29,7 @@ from softsim.scene.quantities import (
     PositiveTime,
     PositiveVelocity,
     Pressure,
+    Quantity,
     Velocity,
     Volume,
     WholeNumber,
@@ -36,15 +37,36 @@ from softsim.scene.quantities import (
 )
 
 Q = TypeVar("Q")
+NAME_OF_UNIT = {
+    "m": "Length", "m/s": "Velocity", "Pa": "Pressure", "N": "Force", "N/m^3": "ForceDensity",
+    "kg": "Mass", "m^3": "Volume",
+}  # fmt: skip
 
 
-class Constant(Part, Generic[Q]):
-    """A constant value, reached at once or by a linear rise from zero."""
+class Profile(Part, Generic[Q]):
+    """Values over time of the type Q."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **arguments: Any) -> None:
+        """Give a class of a quantity the description of its profile."""
+        super().__pydantic_init_subclass__(**arguments)
+        cls.__doc__ = cls.__doc__ or (cls.__base__ or cls).__doc__
+
+    @classmethod
+    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
+        """Return the name of the class of a quantity: PressureTable for Table[Pressure]."""
+        notes = get_args(params[0])[1:]
+        units = [NAME_OF_UNIT[note.unit] for note in notes if isinstance(note, Quantity)]
+        return f"{(units or ['Factor'])[0]}{cls.__name__}"
+
+
+class Constant(Profile[Q]):
+    """Constant value, reached at once or by a linear ramp from zero."""
 
     kind: Literal["constant"] = Field(description="Kind of profile.")
-    value: Q = Field(description="The value, which may be negative (of a pressure: suction).")
+    value: Q = Field(description="The value. It may be negative (a negative pressure is suction).")
     ramp: NotNegativeTime = Field(
-        default=written("0 s"), description="Time of the linear rise from zero; 0 s: at once."
+        default=written("0 s"), description="Duration of the linear ramp from zero; 0 s: no ramp."
     )
 
     @property
@@ -53,12 +75,12 @@ class Constant(Part, Generic[Q]):
         return (0.0, self.value) if self.ramp > 0.0 else (self.value,)
 
 
-class Ramp(Part, Generic[Q]):
-    """A linear rise from zero, then constant."""
+class Ramp(Profile[Q]):
+    """Linear ramp from zero, constant afterwards."""
 
     kind: Literal["ramp"] = Field(description="Kind of profile.")
-    value: Q = Field(description="Value at the end of the rise, and after it.")
-    duration: PositiveTime = Field(description="Time of the rise.")
+    value: Q = Field(description="Value at the end of the ramp and afterwards.")
+    duration: PositiveTime = Field(description="Duration of the ramp.")
 
     @property
     def turns(self) -> tuple[Q | float, ...]:
@@ -66,14 +88,15 @@ class Ramp(Part, Generic[Q]):
         return (0.0, self.value)
 
 
-class SmoothStep(Part, Generic[Q]):
-    """A rise from zero as u^2 (3 - 2 u), u = time / duration, then constant: the rate has no jump,
-    so that little vibrates (as with ABAQUS's amplitude SMOOTH STEP).
+class SmoothStep(Profile[Q]):
+    """Smooth step from zero, value times u^2 (3 - 2 u) with u = time / duration, constant
+    afterwards. The rate is continuous, so that little vibration is excited (compare ABAQUS's
+    amplitude SMOOTH STEP).
     """
 
     kind: Literal["smooth_step"] = Field(description="Kind of profile.")
-    value: Q = Field(description="Value at the end of the rise, and after it.")
-    duration: PositiveTime = Field(description="Time of the rise.")
+    value: Q = Field(description="Value at the end of the step and afterwards.")
+    duration: PositiveTime = Field(description="Duration of the step.")
 
     @property
     def turns(self) -> tuple[Q | float, ...]:
@@ -81,16 +104,16 @@ class SmoothStep(Part, Generic[Q]):
         return (0.0, self.value)
 
 
-class Sine(Part, Generic[Q]):
-    """mean + amplitude sin(2 pi f t + phase), for as long as the run lasts."""
+class Sine(Profile[Q]):
+    """Sine wave: mean + amplitude sin(2 pi frequency t + phase)."""
 
     kind: Literal["sine"] = Field(description="Kind of profile.")
-    amplitude: Q = Field(description="Half of the difference of the highest and lowest values.")
-    frequency: PositiveFrequency = Field(description="f.")
-    phase: Angle = Field(default=written("0 deg"), description="Angle at t = 0.")
-    mean: Q | None = Field(
-        default=None, description="Value about which it oscillates; 0 by default."
+    amplitude: Q = Field(
+        description="Amplitude: half the difference between the highest and the lowest value."
     )
+    frequency: PositiveFrequency = Field(description="Frequency.")
+    phase: Angle = Field(default=written("0 deg"), description="Phase angle at t = 0.")
+    mean: Q | None = Field(default=None, description="Mean value. Default: 0.")
 
     @property
     def turns(self) -> tuple[Any, ...]:
@@ -99,12 +122,12 @@ class Sine(Part, Generic[Q]):
         return (mean + self.amplitude, mean - self.amplitude)
 
 
-class Table(Part, Generic[Q]):
-    """Straight lines between points, constant after the last."""
+class Table(Profile[Q]):
+    """Piecewise linear interpolation between points, constant after the last point."""
 
     kind: Literal["table"] = Field(description="Kind of profile.")
     points: tuple[tuple[NotNegativeTime, Q], ...] = Field(
-        min_length=2, description="[time, value] pairs, times rising."
+        min_length=2, description="[time, value] pairs with increasing times."
     )
 
     @field_validator("points")
@@ -121,27 +144,29 @@ class Table(Part, Generic[Q]):
         return tuple(value for _, value in self.points)
 
 
-class PeriodicCycles(Part, Generic[Q]):
-    """Trapezoids that repeat: rise, hold, fall, rest at the lowest value for the remainder of the
-    period.
+class PeriodicCycles(Profile[Q]):
+    """Periodic trapezoids: rise, hold, fall, and rest at the lowest value for the
+    remainder of the period.
     """
 
     kind: Literal["cycles"] = Field(description="Kind of profile.")
-    period: PositiveTime = Field(description="Time from the beginning of a cycle to the next.")
+    period: PositiveTime = Field(
+        description="Time from the start of one cycle to the start of the next."
+    )
     highest: Q = Field(description="Highest value.")
     lowest: Q | None = Field(
-        default=None, description="Lowest value, at which cycles begin; 0 by default."
+        default=None, description="Lowest value, at which cycles start. Default: 0."
     )
     rise: PositiveTime = Field(description="Time from the lowest to the highest value.")
     hold: NotNegativeTime = Field(default=written("0 s"), description="Time at the highest value.")
     fall: PositiveTime = Field(description="Time from the highest to the lowest value.")
     phase: Angle = Field(
         default=written("0 deg"),
-        description="Angle at t = 0, of 360 deg in a period. Negative: the first cycle begins "
-        "later by that part of a period, and until then the value is the lowest.",
+        description="Phase angle at t = 0 (360 deg = one period). Negative: the first cycle "
+        "starts later by this fraction of a period, and the value is the lowest one until then.",
     )
     count: Annotated[WholeNumber, Field(ge=1, le=100000)] | None = Field(
-        default=None, description="Number of cycles; by default they last as long as the run."
+        default=None, description="Number of cycles. Default: as many as the run lasts."
     )
 
     @field_validator("lowest")
@@ -166,49 +191,56 @@ class PeriodicCycles(Part, Generic[Q]):
         return (self.lowest or 0.0, self.highest, self.lowest or 0.0)
 
 
-# Where values with units go, for those who give one where a factor is due.
+# Hint for users who give a value with a unit.
 PLAIN = (
-    "a plain number. Values with units go with `direction` in place of a force, with "
+    "a number without unit. For values with units give `direction` instead of a force, or "
     "`pull_profile` or `tension_profile` of a cable."
 )
 
 
 class ConstantFactor(Constant[Number]):
-    """A constant factor."""
+    """Constant factor, reached at once or by a linear ramp from zero."""
 
-    value: Number = Field(default=1.0, description=f"The factor, {PLAIN}")
+    value: Number = Field(default=1.0, description=f"Factor, {PLAIN}")
 
 
 class RampedFactor(Ramp[Number]):
-    """A factor with a linear rise from zero, then constant."""
+    """Factor with a linear ramp from zero, constant afterwards."""
 
-    value: Number = Field(default=1.0, description=f"Factor after the rise, {PLAIN}")
+    value: Number = Field(default=1.0, description=f"Final factor, {PLAIN}")
 
 
 class SmoothFactor(SmoothStep[Number]):
-    """A factor that rises from zero as u^2 (3 - 2 u), u = time / duration, then is constant."""
+    """Factor with a smooth step from zero, value times u^2 (3 - 2 u) with u = time
+    / duration, constant afterwards.
+    """
 
-    value: Number = Field(default=1.0, description=f"Factor after the rise, {PLAIN}")
+    value: Number = Field(default=1.0, description=f"Final factor, {PLAIN}")
 
 
 class SineFactor(Sine[Number]):
-    """mean + amplitude sin(2 pi f t + phase), for as long as the run lasts."""
+    """Factor as a sine wave: mean + amplitude sin(2 pi frequency t + phase)."""
 
-    amplitude: Number = Field(default=1.0, description=f"Factor at the peaks, {PLAIN}")
+    amplitude: Number = Field(default=1.0, description=f"Amplitude of the factor, {PLAIN}")
 
 
 class PeriodicFactor(PeriodicCycles[Number]):
-    """A factor that repeats: rise, hold, fall, rest."""
+    """Factor with periodic trapezoids: rise, hold, fall, rest."""
 
     highest: Number = Field(default=1.0, description=f"Highest factor, {PLAIN}")
 
 
 class _Swing(Part):
     highest: PositivePressure = Field(description="Highest pressure.")
-    inflation_rate: PositivePressureRate = Field(description="Rise of pressure.")
-    lowest: NotNegativePressure = Field(description="Where the next inflation begins (P_M3^S).")
+    inflation_rate: PositivePressureRate = Field(
+        description="Rate of pressure increase during inflation."
+    )
+    lowest: NotNegativePressure = Field(
+        description="Pressure at which deflation ends and the next inflation starts (P_M3^S in "
+        "the thesis)."
+    )
     start: NotNegativeTime = Field(
-        default=written("0 s"), description="When the first inflation begins."
+        default=written("0 s"), description="Time at which the first inflation starts."
     )
 
     @field_validator("lowest")
@@ -232,20 +264,24 @@ class _Cycle(_Swing):
 
 
 class CyclesProfile(_Cycle):
-    """Inflate, hold, deflate at a given average rate, rest; again."""
+    """Pressure cycles with given rates: inflation, hold, deflation, rest."""
 
     kind: Literal["cycles"] = Field(description="Kind of profile.")
-    deflation_rate: PositivePressureRate = Field(description="Average deflation rate (Df_r^a).")
+    deflation_rate: PositivePressureRate = Field(
+        description="Average rate of pressure decrease during deflation (Df_r^a in the thesis)."
+    )
     rest: NotNegativeTime = Field(
         default=written("0 s"), description="Time at the lowest pressure."
     )
 
 
 class NaturalDeflationProfile(_Cycle):
-    """Inflate, hold, let the air out: an exponential fall."""
+    """Pressure cycles with natural deflation: inflation, hold, exponential decay."""
 
     kind: Literal["natural_deflation"] = Field(description="Kind of profile.")
-    time_constant: PositiveTime = Field(description="Time in which the pressure falls to 1/e.")
+    time_constant: PositiveTime = Field(
+        description="Time constant of the decay, in which the pressure falls to 1/e."
+    )
 
     @field_validator("lowest")
     @classmethod
@@ -256,53 +292,61 @@ class NaturalDeflationProfile(_Cycle):
 
 
 class EventCyclesProfile(_Swing):
-    """A closed loop: inflate until contact is made, hold, deflate until motion has stopped; again.
-    Its pressures are those on the skin, of an air line those at its sensor. What is felt is what
-    the history shows, row by row.
+    """Pressure cycles in closed loop: inflate until the robot touches the wall, hold, deflate
+    until its motion stops, repeat. The pressures are those at the skin; for a `pneumatic` load,
+    those at its sensor. Events are evaluated at the rows of the history.
     """
 
     kind: Literal["event_cycles"] = Field(description="Kind of profile.")
     lowest: NotNegativePressure = Field(
-        description="Deflation goes no further, whatever happens; contact counts above it only."
+        description="Lower limit of the pressure: deflation ends there at the latest, and contact "
+        "ends an inflation only above it."
     )
     hold: NotNegativeTime = Field(
         default=written("0 s"), description="Time between inflation and deflation."
     )
     contact_force: PositiveForce = Field(
-        description="Contact is made when the walls' normal force (column wall_force_normal) is at "
-        "least this; choose it well above what weight and motor press with."
+        description="Inflation ends when the normal force of the walls (history column "
+        "wall_force_normal) is at least this. Choose a value well above the force of weight and "
+        "motor."
     )
     contact_rows: WholeNumber = Field(
-        default=1, ge=0, description="Contact is made when at least so many rows of spikes touch."
+        default=1,
+        ge=0,
+        description="Inflation ends only when at least this many rows of spikes touch the wall.",
     )
     contact_window: PositiveTime = Field(
         default=written("20 ms"),
-        description="The force is averaged, and touching rows are counted, over this time; some "
-        "turns of the motor.",
+        description="Time over which the force is averaged and the rows in contact are counted; "
+        "choose several motor periods.",
     )
-    deflation_rate: PositivePressureRate = Field(description="Fall of pressure (Df_r^a).")
+    deflation_rate: PositivePressureRate = Field(
+        description="Rate of pressure decrease during deflation (Df_r^a in the thesis)."
+    )
     motion_speed: PositiveVelocity = Field(
         default=written("20 mm/s"),
-        description="The robot moves when its frame does so at this mean speed, forward "
-        "along its own axis; deflation ends when it moved and no longer does. Choose it above the "
-        "speed at which the robot creeps.",
+        description="The robot counts as moving when the mean forward speed of its frame, along "
+        "its own axis, exceeds this value. Deflation ends when the robot has moved and then "
+        "stops. Choose a value above the creep speed of the robot.",
     )
     slip_speed: PositiveVelocity = Field(
         default=written("5 mm/s"),
-        description="Deflation also ends when it slips back at this mean speed. Choose it above "
-        "the speed at which the leaving air draws it back, 1 to 2 mm in all.",
+        description="Deflation also ends when the robot slips back at this mean speed. Choose a "
+        "value above the speed at which deflation itself draws the robot back (1 to 2 mm in all).",
     )
     motion_window: PositiveTime = Field(
-        default=written("200 ms"), description="Time over which the mean speed is taken."
+        default=written("200 ms"), description="Time over which the mean speed is computed."
     )
     least_rows: WholeNumber = Field(
-        default=1, ge=0, description="Deflation also ends when so many rows touched and now fewer "
-        "do (0: it does not)."
-    )  # fmt: skip
+        default=1,
+        ge=0,
+        description="Deflation also ends when this many rows of spikes have touched the wall and "
+        "fewer do now. 0: never.",
+    )
     count: Annotated[WholeNumber, Field(ge=1)] | None = Field(
-        default=None, description="Number of cycles, after which the pressure stays; by default as "
-        "many as fit."
-    )  # fmt: skip
+        default=None,
+        description="Number of cycles, after which the pressure stays constant. Default: no limit.",
+    )
 
     @field_validator("contact_window")
     @classmethod

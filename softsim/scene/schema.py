@@ -16,7 +16,7 @@ from softsim.scene.layout import Layout
 from softsim.scene.loads import Load
 from softsim.scene.materials import Material
 from softsim.scene.outputs import Expect, Output
-from softsim.scene.part import Part
+from softsim.scene.part import Part, json_schema
 from softsim.scene.quantities import (
     AutoOrPositiveTime,
     Name,
@@ -36,23 +36,32 @@ from softsim.scene.trailed import Trailed
 
 
 class SteadyProbe(Part):
-    """A probe at whose rest a static run may end."""
+    """Criterion that ends a static run once a probe is steady."""
 
-    probe: Text = Field(description="One of `output.probes`.")
+    probe: Text = Field(description="Name of the probe, one of `output.probes`.")
     within: Number = Field(
-        gt=0.0, lt=1.0, description="Share of its value within which it has stayed for the last "
-        "half of the time since `end`. What decays, by itself or by its time, is nearer than that."
-    )  # fmt: skip
+        gt=0.0,
+        lt=1.0,
+        description="Relative tolerance. The probe is steady when it changed by less than this "
+        "fraction of its value during the last half of the time since `end`. The remaining change "
+        "is then smaller than that.",
+    )
 
 
 class Reach(Part):
-    """A column of the history at whose value a run ends."""
+    """Limit of a history column at which a run ends."""
 
-    column: Text = Field(description="As history.csv has it: pressure, frame_x, chamber_volume ...")
-    above: Text | Number | None = Field(
-        default=None, description='The run ends above this value: "20 kPa", or a bare number.'
+    column: Text = Field(
+        description="Name of a column of history.csv, such as pressure, frame_x or chamber_volume."
     )
-    below: Text | Number | None = Field(default=None, description="The run ends below this value.")
+    above: Text | Number | None = Field(
+        default=None,
+        description='The run ends when the column exceeds this value: "20 kPa", or a bare number '
+        "if the column has no unit.",
+    )
+    below: Text | Number | None = Field(
+        default=None, description="The run ends when the column falls below this value."
+    )
 
     @model_validator(mode="after")
     def _has_one_limit(self) -> "Reach":
@@ -62,189 +71,217 @@ class Reach(Part):
 
 
 class Time(Part):
-    """How long, in which steps."""
+    """Duration, procedure and time step of a run."""
 
     end: PositiveTime = Field(description="Simulated time at which the run ends.")
     cycles: Annotated[WholeNumber, Field(ge=1)] | None = Field(
-        default=None, description="The run ends earlier than `end` where so many pressure cycles "
-        "of the robot's chamber are done by then; by default it does not wait for cycles."
-    )  # fmt: skip
+        default=None,
+        description="Number of pressure cycles of the robot's chamber after which the run ends, "
+        "if that is before `end`. Default: no limit.",
+    )
     procedure: Literal["dynamic", "static"] = Field(
-        default="dynamic", description="static: seeks equilibrium by dynamic relaxation. Loads "
-        "follow their profiles up to `end`, then the run goes on until forces balance; inertia and "
-        "rates mean nothing, materials have their long-term stiffness."
-    )  # fmt: skip
+        default="dynamic",
+        description="dynamic: explicit time integration. static: equilibrium by dynamic "
+        "relaxation; loads follow their profiles up to `end`, then the run continues until the "
+        "forces balance. In a static run velocities and inertia have no physical meaning, and "
+        "materials have their long-term stiffness.",
+    )
     settle: PositiveTime | None = Field(
-        default=None, description="Longest simulated time of relaxation to equilibrium. Of a "
-        "dynamic run: before t = 0 all comes to rest under weight, contact and friction, with "
-        "motors and pressures off; without it bodies start as they are meshed. Of a static run: "
-        "after `end`; 10 s without it."
-    )  # fmt: skip
+        default=None,
+        description="Longest simulated time of relaxation to equilibrium. Dynamic run: before t = "
+        "0 the model comes to rest under weight, contact and friction, with motors and pressures "
+        "off; by default bodies start as meshed. Static run: the relaxation after `end`, by "
+        "default 10 s.",
+    )
     until: SteadyProbe | None = Field(
-        default=None, description="A static run ends, too, when this probe is steady, which it may "
-        "be long before forces balance."
-    )  # fmt: skip
+        default=None,
+        description="A static run also ends when this probe is steady, which can happen long "
+        "before the forces balance.",
+    )
     reach: Reach | None = Field(
-        default=None, description="The run ends earlier, too, with the first row of the history in "
-        "which a column is above or below a value."
-    )  # fmt: skip
+        default=None,
+        description="The run also ends at the first history row in which this column exceeds, or "
+        "falls below, its limit.",
+    )
     increment: AutoOrPositiveTime = Field(
-        default="auto", description="Time step; auto: the stable one times solver.safety_factor."
+        default="auto",
+        description="Time step. auto: the stable time step times `solver.safety_factor`.",
     )
 
 
 class MassScaling(Part):
-    """Longer steps: motion within groups of nodes that lie close together is slowed, what a group
-    does as a whole is not.
+    """Selective mass scaling, for longer time steps. Nodes that lie close together form groups.
+    Only relative motion within a group gets extra inertia; total mass, rigid motion of a group and
+    static results do not change.
     """
 
     within: PositiveLength = Field(
-        description="Largest distance between two nodes of a group: about the thickness of what is "
-        "thin, and small against what bends. Groups are made of nearest neighbours at rest."
+        description="Largest distance between two nodes of a group, about the thickness of the "
+        "thin parts and small against the lengths over which the body bends. Groups are formed of "
+        "nearest neighbours at rest."
     )
     factor: Number = Field(
-        default=4.0, gt=1.0, description="Inertia of motion within a group over what it is."
+        default=4.0, gt=1.0, description="Multiplier of the inertia of motion within a group."
     )
 
 
 class Solver(Part):
-    """Settings of the explicit integrator."""
+    """Settings of the explicit time integration."""
 
     safety_factor: Number = Field(
-        default=0.9, gt=0.0, le=1.0, description="Time step over the stable one."
+        default=0.9, gt=0.0, le=1.0, description="Fraction of the stable time step that is used."
     )
     least_step: Number = Field(
         default=0.05,
         ge=0.0,
         lt=1.0,
-        description="The run stops when the stable step falls below this share of that at rest, as "
-        "it does when a skin balloons.",
+        description="The run stops when the stable time step falls below this fraction of its "
+        "value at rest, for example when a skin balloons.",
     )
     bulk_viscosity: Number = Field(
         default=0.06,
         ge=0.0,
         le=1.0,
-        description="Linear coefficient b1, as in ABAQUS/Explicit; "
-        "a static procedure takes at least 0.06, without which it would not settle.",
+        description="Linear bulk viscosity coefficient b1, as in ABAQUS/Explicit. A static run "
+        "uses at least 0.06.",
     )
     mass_scaling: MassScaling | None = Field(
-        default=None, description="For longer steps; by default masses are as they are."
+        default=None, description="Selective mass scaling for longer time steps. Default: none."
     )
     energy_error_limit: Number = Field(
-        default=0.05, gt=0.0, description="The run stops when the balance is off by more."
+        default=0.05,
+        gt=0.0,
+        description="The run stops when the relative error of the energy balance exceeds this "
+        "value.",
     )
     equilibrium_tolerance: Number = Field(
-        default=1e-6, gt=0.0, lt=1.0, description="A static run ends when the unbalanced force is "
-        "below this share of the inner forces, which in slender bodies are far above the loads."
-    )  # fmt: skip
+        default=1e-6,
+        gt=0.0,
+        lt=1.0,
+        description="A static run ends when the unbalanced force is below this fraction of the "
+        "internal forces. In slender bodies the internal forces are far larger than the loads.",
+    )
 
 
 class Roles(Part):
-    """Which part plays which role in what a run tells of its robot."""
+    """Parts of the robot that the results refer to."""
 
     frame: Text | None = Field(
-        default=None, description="Rigid body whose place and turn are told; by default the first."
+        default=None,
+        description="Rigid body whose position and rotation are reported. Default: the first one.",
     )
     chamber: Text | None = Field(
-        default=None, description="Load whose pressure and cycles are told; by default the first "
-        "that is a pressure."
-    )  # fmt: skip
+        default=None,
+        description="Pressure load whose pressure and cycles are reported. Default: the first one.",
+    )
     rows: tuple[SetPattern, ...] = Field(
         default=(),
-        description="Node sets of which it is told how many touch walls, by name or pattern: "
-        '"skin.j*[0-9]" is j1, j2 ...',
+        description="Node sets that count as rows of spikes or limbs; the results give the number "
+        'of rows in contact. Names or patterns: "skin.j*[0-9]" matches j1, j2 ...',
     )
     track: Text | None = Field(
-        default=None, description="Probe of kind displacement, in space, whose way over the ground "
-        "is told: how tightly it turns, how fast it goes."
-    )  # fmt: skip
+        default=None,
+        description="Displacement probe whose path over the ground is evaluated (curvature, "
+        "turning rate, speed). 3D only.",
+    )
     assumptions: tuple[Text, ...] = Field(
         default=(),
-        description="Sentences on what the model of the robot assumes, and what experiments say of "
-        "it; a verdict on a layout states them.",
+        description="Sentences on the assumptions of the robot's model and their validation, "
+        "printed with the verdict on a layout.",
     )
 
 
 class Tie(Part):
-    """Nodes that follow a surface whose mesh does not match theirs, as if they were glued to it.
-    They are moved onto its facets before the start. Where meshes differ in size, tie the nodes of
-    the finer one to the facets of the coarser one.
+    """Tie constraint between nodes and a surface with a non-matching mesh, as if glued. The nodes
+    are moved onto the facets before the start. If the meshes differ in size, tie the nodes of the
+    finer mesh to the facets of the coarser.
     """
 
-    nodes: SetReference = Field(description='Node set that follows: "paper.top".')
-    facets: SetReference = Field(description='Facet set that it follows: "finger.bottom".')
+    nodes: SetReference = Field(description='Node set that is tied: "paper.top".')
+    facets: SetReference = Field(
+        description='Facet set to which the nodes are tied: "finger.bottom".'
+    )
     tolerance: PositiveLength | None = Field(
-        default=None, description="How far a node may lie off the facets; by default 5 % of their "
-        "mean side."
-    )  # fmt: skip
+        default=None,
+        description="Largest distance of a node from the facets. Default: 5 % of the mean facet "
+        "edge.",
+    )
 
 
 class Layer(Part):
-    """A thin layer on the surface of a body, which it follows: paper, cloth, film. It resists
-    stretching and not bending, by St. Venant and Kirchhoff's law, and is meant for small strains.
-    Its thickness takes no room: what touches the body touches its facets.
+    """Thin layer (paper, cloth, film) bonded to the surface of a body. It is a membrane of St.
+    Venant-Kirchhoff material for small strains, without bending stiffness. Its thickness is
+    ignored by contact.
     """
 
-    facets: SetReference = Field(description='Facet set that it covers: "finger.bottom".')
-    thickness: PositiveLength = Field(description="At rest.")
+    facets: SetReference = Field(description='Facet set that the layer covers: "finger.bottom".')
+    thickness: PositiveLength = Field(description="Thickness at rest.")
     youngs_modulus: PositivePressure = Field(description="Young's modulus.")
-    poisson_ratio: Number = Field(
-        default=0.3, ge=0.0, lt=0.5, description="Of strain across over strain along."
-    )
-    density: PositiveDensity = Field(description="Mass over volume.")
+    poisson_ratio: Number = Field(default=0.3, ge=0.0, lt=0.5, description="Poisson's ratio.")
+    density: PositiveDensity = Field(description="Mass density.")
 
 
 class Scene(Part):
     """One simulation."""
 
-    title: Text = Field(default="", description="One line for people.")
+    title: Text = Field(default="", description="Title of the report, one line.")
     materials: dict[Name, Material] = Field(
-        default={}, description="Materials by name, beside those of the library."
+        default={}, description="Materials by name, in addition to the library."
     )
     bodies: dict[Name, Body] = Field(
         min_length=1,
-        description="Deformable bodies by name; a layout without a robot is for softsim assess.",
+        description="Deformable bodies by name. A layout without bodies is not a scene: run it "
+        "with `softsim assess`.",
     )
     cables: dict[Name, Cable] = Field(default={}, description="Cables by name.")
-    layers: dict[Name, Layer] = Field(default={}, description="Layers on surfaces by name.")
-    fibres: dict[Name, Fibre] = Field(default={}, description="Fibres in bodies by name.")
-    ties: dict[Name, Tie] = Field(default={}, description="Ties of nodes to surfaces by name.")
+    layers: dict[Name, Layer] = Field(default={}, description="Thin layers on surfaces, by name.")
+    fibres: dict[Name, Fibre] = Field(default={}, description="Fibres in or on bodies, by name.")
+    ties: dict[Name, Tie] = Field(default={}, description="Ties of nodes to surfaces, by name.")
     rigid_bodies: dict[Name, RigidBody] = Field(default={}, description="Rigid bodies by name.")
     environment: Environment = Field(default_factory=Environment, description="Gravity and walls.")
-    contact: Contact = Field(default_factory=Contact, description="Contact with the walls.")
+    contact: Contact = Field(
+        default_factory=Contact,
+        description="Parameters of contact and friction, and the surfaces that may touch each "
+        "other.",
+    )
     conditions: dict[Name, Condition] = Field(
-        default={}, description="Conditions on node sets, by name."
+        default={}, description="Boundary and initial conditions by name."
     )
     loads: dict[Name, Load] = Field(default={}, description="Loads by name.")
-    time: Time = Field(description="How long, in which steps.")
-    solver: Solver = Field(default_factory=Solver, description="Settings of the integrator.")
-    robot: Roles = Field(default_factory=Roles, description="Roles of its parts.")
+    time: Time = Field(description="Duration, procedure and time step of the run.")
+    solver: Solver = Field(default_factory=Solver, description="Settings of the time integration.")
+    robot: Roles = Field(
+        default_factory=Roles, description="Parts of the robot that the results refer to."
+    )
     layout: Layout | None = Field(
         default=None,
-        description="Whether the robot gets through a pipe_path; no question by default.",
+        description="Test whether the robot passes a `pipe_path`. Default: no test.",
     )
     trailed: Trailed | None = Field(
-        default=None, description="What softsim reach lets the robot trail; no part of a run."
+        default=None,
+        description="Tether of the robot for `softsim reach`. It has no effect on a run.",
     )
     crossing: Crossing | None = Field(
-        default=None, description="Whether a body gets over its ground; no question by default."
+        default=None, description="Test whether a body crosses its terrain. Default: no test."
     )
-    output: Output = Field(default_factory=Output, description="What is written, how often.")
-    expect: Expect = Field(default_factory=Expect, description="Regression values of the scene.")
+    output: Output = Field(default_factory=Output, description="Results to write, and how often.")
+    expect: Expect = Field(
+        default_factory=Expect, description="Limits for results, checked at the end of the run."
+    )
 
 
 def scene_json_schema() -> dict[str, Any]:
-    """JSON schema of a scene file, so that an editor completes and checks its keys."""
-    schema = Scene.model_json_schema()
+    """Return the JSON schema of a scene file, for completion and checks in editors."""
+    schema = json_schema(Scene)
     schema["properties"]["include"] = {
-        "description": "A file, or a list of them, that this one adds to; keys here win. "
-        "Robots that ship with softsim go by name: robot:pfr.",
+        "description": "File, or list of files, on which this one is based; keys here override it. "
+        "Robots that ship with softsim are included by name: robot:pfr.",
         "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}],
     }
     of_a_step = {"type": "object", "properties": dict(schema["properties"])}
     schema["properties"]["steps"] = {
-        "description": "Steps by name, one after another: what each says is merged over the scene "
-        "of the step before, but for time and expect. A load or condition written as ~ is over.",
+        "description": "Steps by name, run in order. The keys of a step are merged into the scene "
+        "of the previous step, except for time and expect. A load or condition set to ~ ends.",
         "type": "object",
         "additionalProperties": of_a_step,
     }

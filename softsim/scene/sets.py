@@ -11,53 +11,52 @@ SEVERAL = Field(min_length=1)
 
 
 class BoxSet(Part):
-    """What lies in a box, its sides included."""
+    """Everything inside a box, including its faces."""
 
     box: tuple[Point, Point] = Field(
-        description="Two opposite corners, such as [[0 mm, 0 mm], [2 mm, 5 mm]]; in space of three "
-        "coordinates each. In the scene's coordinates, after position and rotation."
+        description="Two opposite corners, such as [[0 mm, 0 mm], [2 mm, 5 mm]], in 3D with three "
+        "coordinates. In coordinates of the scene, after `position` and `rotation` of the body."
     )
 
 
 class Plane(Part):
-    """A plane, in a section a line."""
+    """Plane; in 2D a line."""
 
     point: Point = Field(
-        description="Of the plane, in the scene's coordinates, after position and rotation."
+        description="Point on the plane in coordinates of the scene, after `position` and "
+        "`rotation` of the body."
     )
-    normal: Direction = Field(
-        description="Points to the side that is meant; its length does not matter."
-    )
+    normal: Direction = Field(description="Normal that points to the selected side, of any length.")
 
 
 class PlaneSet(Part):
-    """What lies on one side of a plane, the plane included."""
+    """Everything on one side of a plane, including the plane."""
 
-    plane: Plane = Field(description="The plane: {point: [0 mm, 2 mm], normal: [0, 1]}.")
+    plane: Plane = Field(description="Plane, such as {point: [0 mm, 2 mm], normal: [0, 1]}.")
 
 
 class UnionSet(Part):
-    """What is in any of some sets."""
+    """Union of sets."""
 
     union: Annotated[tuple[Text, ...], SEVERAL] = Field(
-        description="Sets of this body, of its mesh or defined beside this one: [tips, upper]."
+        description="Sets of this body, from its mesh or from `sets`: [tips, upper]."
     )
 
 
 class IntersectionSet(Part):
-    """What is in all of some sets."""
+    """Intersection of sets."""
 
     intersection: Annotated[tuple[Text, ...], SEVERAL] = Field(
-        description="Sets of this body, of its mesh or defined beside this one: [surface, upper]."
+        description="Sets of this body, from its mesh or from `sets`: [surface, upper]."
     )
 
 
 class DifferenceSet(Part):
-    """What is in one set and not in another."""
+    """Difference of two sets."""
 
     difference: tuple[Text, Text] = Field(
-        description="Sets of this body, of its mesh or defined beside this one: [surface, tips] is "
-        "the first without the second."
+        description="Two sets of this body, from its mesh or from `sets`: [surface, tips] is the "
+        "first without the second."
     )
 
 

@@ -28,43 +28,53 @@ Point = tuple[PositiveFrequency, PositivePressure, LossFactor]
 
 class _Spectrum(Part):
     largest_error: Number = Field(
-        default=0.05, gt=0.0, le=0.5,
-        description="Of the Maxwell branches that stand for it, relative, on the complex modulus; "
-        "they are as few as it allows. The default is what two measurements of one silicone "
-        "differ by.",
-    )  # fmt: skip
+        default=0.05,
+        gt=0.0,
+        le=0.5,
+        description="Largest relative error of the complex modulus of the Prony series fitted to "
+        "the spectrum, which has as few terms as this allows. The default is the difference "
+        "between two measurements of the same silicone.",
+    )
 
 
 class FractionalSpectrum(_Spectrum):
-    """A fractional Kelvin-Voigt solid: mu = mu0 (1 + (i omega tau)^n), mu0 that of the law."""
+    """Fractional Kelvin-Voigt model: mu = mu0 (1 + (i omega tau)^n), where mu0 is
+    the shear modulus of the law.
+    """
 
     kind: Literal["fractional"] = Field(description="Kind of spectrum.")
-    relaxation_time: PositiveTime = Field(description="tau.")
-    order: Number = Field(gt=0.0, lt=1.0, description="n: 0 is a spring, 1 a dashpot.")
-    band: Band = Field(description="Lowest and highest frequency that shall be right.")
+    relaxation_time: PositiveTime = Field(description="Time constant tau.")
+    order: Number = Field(
+        gt=0.0,
+        lt=1.0,
+        description="Order n of the fractional derivative, between 0 (spring) and 1 (dashpot).",
+    )
+    band: Band = Field(description="Lowest and highest frequency of the fit.")
 
 
 class LossFactorSpectrum(_Spectrum):
-    """One loss factor all over a band: the storage modulus rises as omega^n, n = (2/pi) atan(loss
-    factor). The constants of the law hold far below the band.
+    """Constant loss factor in a frequency band. The storage modulus rises as omega^n, n = (2/pi)
+    atan(loss factor). The constants of the law hold far below the band.
     """
 
     kind: Literal["loss_factor"] = Field(description="Kind of spectrum.")
-    loss_factor: LossFactor = Field(gt=0.0, description="Loss over storage modulus.")
-    band: Band = Field(description="Lowest and highest frequency that shall be right.")
+    loss_factor: LossFactor = Field(gt=0.0, description="Loss modulus divided by storage modulus.")
+    band: Band = Field(description="Lowest and highest frequency of the fit.")
 
 
 class TableSpectrum(_Spectrum):
-    """A measured spectrum; its band is that of the table."""
+    """Measured spectrum. The frequency band of the fit is that of the table."""
 
     kind: Literal["table"] = Field(description="Kind of spectrum.")
     points: tuple[Point, ...] = Field(
-        min_length=2, description="[frequency, storage modulus, loss factor], frequencies rising."
+        min_length=2,
+        description="[frequency, storage modulus, loss factor] with increasing frequencies.",
     )
     long_term_modulus: PositivePressure | None = Field(
         default=None,
-        description="Modulus of the same specimen in slow tests, shear or Young's as the table's; "
-        "default: the law's shear modulus. Only ratios to it count.",
+        description="Modulus of the same specimen in slow tests, of the same kind (shear or "
+        "Young's) as in the table; only the ratio to it is used. Default: shear modulus of the "
+        "law.",
     )
 
     @field_validator("points")

@@ -28,70 +28,73 @@ from softsim.scene.terrain import RampWall, SemicircleWall, StepFieldWall
 
 
 class PipeWall(Part):
-    """A straight pipe: in a section two walls along x, in space round and along x, in an
-    axisymmetric model round about the axis y.
+    """Straight pipe. 2D: two walls along x. 3D: round, along x. Axisymmetric:
+    round, about the y axis.
     """
 
     kind: Literal["pipe"] = Field(description="Kind of wall.")
     diameter: PositiveLength = Field(description="Inner diameter.")
     axis_height: Length = Field(
-        default=written("0 mm"), description="y of the axis of a pipe along x."
+        default=written("0 mm"), description="y coordinate of the axis of a pipe along x."
     )
 
 
 class PlaneWall(Part):
-    """A half space, in a section a half plane."""
+    """Half space; in 2D a half plane."""
 
     kind: Literal["plane"] = Field(description="Kind of wall.")
-    point: Point = Field(default=ORIGIN, description="A point on it.")
+    point: Point = Field(default=ORIGIN, description="Point on the plane.")
     normal: Direction = Field(
-        default=(0.0, 1.0), description="Points out of the solid into the free side."
+        default=(0.0, 1.0), description="Normal that points out of the solid, towards the bodies."
     )
 
 
 class SphereWall(Part):
-    """A ball, in a section a disc, in an axisymmetric model a ball on the axis."""
+    """Ball. 2D: a disc. Axisymmetric: a ball on the axis."""
 
     kind: Literal["sphere"] = Field(description="Kind of wall.")
-    center: Point = Field(default=ORIGIN, description="Its centre.")
-    diameter: PositiveLength = Field(description="Its diameter.")
+    center: Point = Field(default=ORIGIN, description="Centre.")
+    diameter: PositiveLength = Field(description="Diameter.")
 
 
 class CylinderWall(Part):
-    """A capped cylinder, solid inside; in a section a rectangle, in an axisymmetric model a
-    cylinder about the axis y.
+    """Solid cylinder with flat ends. 2D: a rectangle. Axisymmetric: a cylinder
+    about the y axis.
     """
 
     kind: Literal["cylinder"] = Field(description="Kind of wall.")
-    center: Point = Field(default=ORIGIN, description="Its centre.")
-    direction: Axis = Field(description="Of its axis.")
-    diameter: PositiveLength = Field(description="Its diameter.")
-    length: PositiveLength = Field(description="Along its axis.")
+    center: Point = Field(default=ORIGIN, description="Centre.")
+    direction: Axis = Field(description="Direction of the axis.")
+    diameter: PositiveLength = Field(description="Diameter.")
+    length: PositiveLength = Field(description="Length along the axis.")
 
 
 class PipePathWall(Part):
-    """A pipe that leads along a path, and may branch: in a section two walls, in space round."""
+    """Pipe along a path of straight pieces, bends, tapers, steps and branches. 2D:
+    two walls. 3D: round.
+    """
 
     kind: Literal["pipe_path"] = Field(description="Kind of wall.")
-    diameter: PositiveLength = Field(description="Inner diameter where it starts.")
+    diameter: PositiveLength = Field(description="Inner diameter at the start.")
     start: Point = Field(
-        default=ORIGIN, description="Where its centre line starts, in the direction of +x."
+        default=ORIGIN, description="Start of the centre line, which leads in the direction of +x."
     )
     closed: tuple[Text, ...] = Field(
         default=(),
-        description="Ends that a flat wall closes: start, end, names of branches. The others lie "
-        "in a flat face with free space before it; of pipes that branch they go straight on.",
+        description="Ends closed by a flat wall: start, end, or names of branches. Other ends are "
+        "open: a pipe without branches ends in a flat face with free space before it; branched "
+        "pipes continue straight.",
     )
     pipe: tuple[PipeItem, ...] = Field(
         min_length=1,
-        description="One after another: {straight: 120 mm}, {bend: 90 deg, radius: 60 mm}, "
-        "{taper: 30 mm, to: 41 mm}, {step: 30 mm}, {tee: 90 mm, left: NAME}, {cross: 90 mm, "
-        "left: NAME, right: OTHER}.",
+        description="Items in order: {straight: 120 mm}, {bend: 90 deg, radius: 60 mm}, {taper: "
+        "30 mm, to: 41 mm}, {step: 30 mm}, {tee: 90 mm, left: NAME}, {cross: 90 mm, left: NAME, "
+        "right: OTHER}.",
     )
     branches: dict[Name, Annotated[tuple[PipeItem, ...], Field(min_length=1)]] = Field(
         default={},
-        description="Pipes that tees and crosses lead to, by the name of the exit at their end: "
-        "items as those of pipe.",
+        description="Branches of tees and crosses by name, with items as in `pipe`. The name is "
+        "also that of the exit at the end of the branch.",
     )
 
 
@@ -115,87 +118,110 @@ class Environment(Part):
 
     gravity: AccelerationOrVector = Field(
         default=written("9.81 m/s^2"),
-        description="Acceleration of gravity, downwards; or as a vector: [0 m/s^2, -9.81 m/s^2], "
-        "in space three components.",
+        description="Acceleration of gravity, downwards; or a vector: [0 m/s^2, -9.81 m/s^2], in "
+        "3D with three components.",
     )
     gravity_profile: FactorProfile | None = Field(
         default=None,
-        description="Factor of gravity over time, such as {kind: ramp, duration: 50 ms}; by "
-        "default all of gravity acts from the start.",
+        description="Factor of gravity over time, such as {kind: ramp, duration: 50 ms}. Default: "
+        "1 from the start.",
     )
     inclination: AngleWithinTurn = Field(
-        default=written("0 deg"), description="Of +x above the horizontal; 90 deg: +x points up."
+        default=written("0 deg"),
+        description="Angle of +x above the horizontal; 90 deg: +x points up.",
     )
     roll: AngleWithinTurn = Field(
         default=written("0 deg"),
-        description="Of +y about x, from the vertical plane through x; 90 deg: a section lies on "
-        "its side and feels no weight across x.",
+        description="Rotation of +y about x, from the vertical plane through x; 90 deg: a 2D "
+        "model lies on its side and has no weight across x.",
     )
     walls: dict[Name, Wall] = Field(
-        default={}, description="By name; fixed, but for those that a condition wall_motion moves."
+        default={},
+        description="Walls by name. They are fixed unless a `wall_motion` condition moves them.",
     )
 
 
 class ContactPair(Part):
-    """Two surfaces that may touch each other, with a friction of their own."""
+    """Two surfaces that may touch each other, with their own friction coefficient."""
 
     between: tuple[Text, Text] = Field(
-        description="Bodies, or facet sets body.set: [finger.tip, cube.surface]; twice the same: a "
-        "surface that may touch itself."
+        description="Two bodies or facet sets BODY.SET: [finger.tip, cube.surface]. The same one "
+        "twice: self-contact."
     )
     friction_coefficient: Number | None = Field(
-        default=None, ge=0.0, description="Coulomb's mu between them; by default that of "
-        "self_contact."
-    )  # fmt: skip
+        default=None,
+        ge=0.0,
+        description="Friction coefficient of the pair. Default: `self_friction_coefficient`.",
+    )
 
 
 class Contact(Part):
-    """Penalty contact with Coulomb friction between surfaces and walls, and among surfaces."""
+    """Penalty contact with Coulomb friction between bodies and walls, and between bodies."""
 
-    friction_coefficient: Number = Field(default=0.5, ge=0.0, description="Coulomb's mu.")
+    friction_coefficient: Number = Field(
+        default=0.5, ge=0.0, description="Coulomb friction coefficient on walls."
+    )
     friction_memory: NotNegativeTime = Field(
-        default=written("10 ms"), description="Time over which the limit of friction on walls and "
-        "outlines follows the normal force at rest; 0 s: at once, Coulomb's law. Two periods of a "
-        "body's slowest swing keep it from exciting itself as it slides."
-    )  # fmt: skip
+        default=written("10 ms"),
+        description="Time over which the friction limit follows the normal force on walls and "
+        "outlines, for nodes at rest. 0 s: plain Coulomb friction. Two periods of a body's lowest "
+        "vibration mode prevent self-excited vibration in sliding.",
+    )
     friction_slip_length: PositiveLength = Field(
-        default=written("30 um"), description="Slip over which a limit with a memory forgets: a "
-        "fast node follows the normal force sooner."
-    )  # fmt: skip
+        default=written("30 um"),
+        description="Slip over which the friction limit follows the normal force, if that is "
+        "sooner than `friction_memory`.",
+    )
     penalty_stiffness: AutoOrPositiveStiffness = Field(
-        default="auto", description="Of a node; auto: bulk modulus times thickness."
+        default="auto",
+        description="Penalty stiffness of a node. auto: bulk modulus times thickness.",
     )
     tangential_stiffness_ratio: Number = Field(
-        default=1.0, gt=0.0, description="Stiffness while sticking, over penalty_stiffness."
+        default=1.0,
+        gt=0.0,
+        description="Tangential stiffness in sticking contact divided by `penalty_stiffness`.",
     )
     damping_ratio: Number = Field(
-        default=0.1, ge=0.0, le=1.0, description="Of the normal contact, of critical damping. More "
-        "takes longer: a dashpot shortens the step of nodes that touch."
-    )  # fmt: skip
+        default=0.1,
+        ge=0.0,
+        le=1.0,
+        description="Damping of normal contact as a fraction of critical damping. Larger values "
+        "make runs slower, because damping reduces the stable time step of nodes in contact.",
+    )
     tangential_damping_fraction: Number = Field(
-        default=1.0, ge=0.0, le=1.0, description="Of the dashpot along the surface, over that of "
-        "the normal contact; it resists elastic slip only. ABAQUS/Explicit's tangent fraction."
-    )  # fmt: skip
+        default=1.0,
+        ge=0.0,
+        le=1.0,
+        description="Tangential damping divided by normal damping (ABAQUS/Explicit: TANGENT "
+        "FRACTION). It acts on elastic slip only.",
+    )
     interference_fit: tuple[Name, ...] = Field(
         default=(),
-        description="Walls that may start inside bodies, such as a pipe narrower than its robot: "
-        "they recede at first and close to their places in the first half of time.settle.",
+        description="Walls that may overlap bodies at the start, such as a pipe narrower than its "
+        "robot. They are moved back at first and reach their places in the first half of "
+        "`time.settle`.",
     )
     self_contact: tuple[Text, ...] = Field(
         default=(),
-        description="Bodies, or facet sets body.set, whose surfaces may touch themselves and each "
-        "other. Faces in a plane of symmetry are left out.",
+        description="Bodies, or facet sets BODY.SET, whose surfaces may touch themselves and each "
+        "other. Facets in a plane of symmetry are excluded.",
     )
     pairs: tuple[ContactPair, ...] = Field(
         default=(),
-        description="Pairs of surfaces that may touch each other, beside those of self_contact, or "
-        "pairs among these with a friction of their own. The last pair counts where several do.",
+        description="Pairs of surfaces that may touch each other, in addition to `self_contact`, "
+        "or pairs of it with their own friction coefficient. If several apply, the last one is "
+        "used.",
     )
     allowed_penetration: Number = Field(
-        default=0.0025, gt=0.0, le=0.1, description="Of bodies into each other, over the size of "
-        "their facets, where the softer body is compressed by a tenth; less takes shorter steps. "
-        "Not used where penalty_stiffness is given."
-    )  # fmt: skip
+        default=0.0025,
+        gt=0.0,
+        le=0.1,
+        description="Penetration of bodies into each other, relative to their facet size, at "
+        "which the softer body is compressed by 10 %. Smaller values need smaller time steps. Not "
+        "used if `penalty_stiffness` is given.",
+    )
     self_friction_coefficient: Number | None = Field(
-        default=None, ge=0.0, description="Coulomb's mu among them; as on walls by default."
+        default=None,
+        ge=0.0,
+        description="Friction coefficient between bodies. Default: `friction_coefficient`.",
     )

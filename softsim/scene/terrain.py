@@ -29,12 +29,12 @@ def _up_to_upright(slope: float) -> float:
 
 
 class Terrain(Part):
-    """What stands on level ground, which goes on without an end on both sides of it; in space it is
-    the same at every z.
+    """Obstacle on level ground that extends without end on both sides. In 3D it is
+    extruded along z.
     """
 
     kind: str
-    foot: Point = Field(default=ORIGIN, description="Where it begins.")
+    foot: Point = Field(default=ORIGIN, description="Start of the obstacle.")
 
     @property
     @abstractmethod
@@ -43,23 +43,26 @@ class Terrain(Part):
 
 
 class PrintedTerrain(Terrain):
-    """One that is printed, in layers where these are told."""
+    """Obstacle with the optional stair steps of a 3D print."""
 
     layers: PositiveLength | None = Field(
-        default=None, description="Thickness of the layers of a print; by default it is smooth."
+        default=None,
+        description="Layer thickness of a 3D print, which gives the surface stair steps. Default: "
+        "a smooth surface.",
     )
 
 
 class RampWall(PrintedTerrain):
-    """Up by a slope, along a plateau, and down at once."""
+    """Ramp up to a plateau with a vertical end."""
 
     kind: Literal["ramp"] = Field(description="Kind of wall.")
     slope: Annotated[Angle, AfterValidator(_up_to_upright)] = Field(
-        description="Of its way up; 90 deg is a step."
+        description="Angle of the ramp; 90 deg is a step."
     )
-    height: PositiveLength = Field(description="Of the plateau.")
+    height: PositiveLength = Field(description="Height of the plateau.")
     plateau: PositiveLength = Field(
-        default=written("300 mm"), description="Its length, longer than the ramp is high."
+        default=written("300 mm"),
+        description="Length of the plateau, longer than the ramp is high.",
     )
 
     @property
@@ -69,10 +72,10 @@ class RampWall(PrintedTerrain):
 
 
 class SemicircleWall(PrintedTerrain):
-    """The upper half of a cylinder that lies across the way."""
+    """Semicircular obstacle: the upper half of a cylinder across the path."""
 
     kind: Literal["semicircle"] = Field(description="Kind of wall.")
-    radius: PositiveLength = Field(description="Of the cylinder.")
+    radius: PositiveLength = Field(description="Radius of the cylinder.")
 
     @property
     def crossed(self) -> float:
@@ -81,18 +84,20 @@ class SemicircleWall(PrintedTerrain):
 
 
 class StepFieldWall(Terrain):
-    """Blocks of whole millimetres, 1 to 8, side by side: as rough as they are told to be."""
+    """Step field: blocks side by side, whose random heights are whole millimetres
+    from 1 to 8.
+    """
 
     kind: Literal["step_field"] = Field(description="Kind of wall.")
     rugosity: Number = Field(
-        gt=0.0, description="Standard deviation of the blocks' heights over 8 mm."
+        gt=0.0, description="Standard deviation of the block heights divided by 8 mm."
     )
     mean_height: PositiveLength = Field(
-        default=written("4.66 mm"), description="Mean of the blocks' heights."
+        default=written("4.66 mm"), description="Mean of the block heights."
     )
-    blocks: WholeNumber = Field(default=70, ge=2, le=10_000, description="How many.")
-    block_length: PositiveLength = Field(default=written("10 mm"), description="Of each.")
-    seed: WholeNumber = Field(default=1, ge=0, description="Of the draw: another shuffle.")
+    blocks: WholeNumber = Field(default=70, ge=2, le=10_000, description="Number of blocks.")
+    block_length: PositiveLength = Field(default=written("10 mm"), description="Length of a block.")
+    seed: WholeNumber = Field(default=1, ge=0, description="Seed of the random heights.")
 
     @property
     def crossed(self) -> float:
@@ -101,18 +106,19 @@ class StepFieldWall(Terrain):
 
 
 class Crossing(Part):
-    """Asks whether a body gets over its ground, along x, before `time.end`. The run ends when it
-    has, or has lost patience.
+    """Test whether a body crosses its terrain along x before `time.end`. The run ends as soon as
+    the body has passed or is stuck.
     """
 
-    body: Text | None = Field(default=None, description="Which; the first by default.")
+    body: Text | None = Field(default=None, description="Name of the body. Default: the first one.")
     goal: Length | None = Field(
         default=None,
-        description="x that its rear end must be past; by default the upper edge of a ramp, the "
-        "far foot of a semicircle, the end of a field of steps, where the scene has one of them.",
+        description="x coordinate that the rear end of the body must pass. Default: the upper "
+        "edge of the ramp, the far foot of the semicircle or the end of the step field, if the "
+        "scene has one of them.",
     )
     patience: PositiveTime | None = Field(
         default=None,
-        description="Time after which a body is stuck whose rear end came no farther by 2 % of its "
-        "length: the run ends. By default it goes on until `time.end`.",
+        description="The body counts as stuck, and the run ends, if its rear end advances less "
+        "than 2 % of the body length in this time. Default: no limit before `time.end`.",
     )

@@ -19,15 +19,15 @@ Limits = Annotated[tuple[FrictionCoefficient, FrictionCoefficient], AfterValidat
 
 
 class Trailed(Part):
-    """The tether of which softsim reach asks how much of it a robot can trail.
-
-    The defaults are the PufferFace Robot's air line, a polyurethane tube of 2 mm with a bore of
-    1.2 mm, with 0.6 g/m of wires assumed; friction on acrylic (thesis, 6.5).
+    """Tether for `softsim reach`, which computes the length of tether that a robot can trail
+    through a layout. The defaults are the PufferFace Robot's air line, a polyurethane tube of 2 mm
+    with a bore of 1.2 mm and wires of 0.6 g/m (assumed), on acrylic (thesis, 6.5).
     """
 
     mass_per_length: PositiveLineDensity = Field(
-        default=written("3 g/m"), description="Of tube and wires together."
+        default=written("3 g/m"), description="Mass per length of tube and wires together."
     )
     friction_coefficient: Limits = Field(
-        default=(0.5, 0.75), description="Between which limits Coulomb's mu on the pipe lies."
+        default=(0.5, 0.75),
+        description="Lower and upper limit of the friction coefficient on the pipe.",
     )

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, Tag, WithJsonSchema, model_validator
 
-from softsim.scene.part import Part, told_by_key
+from softsim.scene.part import Part, json_schema, told_by_key
 from softsim.scene.quantities import Name, Number, Text, WholeNumber
 
 
@@ -23,46 +23,49 @@ Scalar = Annotated[
 ]
 References = Annotated[dict[Name, Any], Field(min_length=1)]
 Seed = Annotated[WholeNumber, Field(ge=0)]
-About = Annotated[Text, Field(description="What it is, in words: for axes and headings.")]
+About = Annotated[Text, Field(description="Label for axes and headings.")]
 
 
 class KeyFactor(Part):
-    """One key of the scene. An even spacing has its ends in `range`, or in `log_range`."""
+    """Factor that sets one key of the scene to given values, or to values in a range."""
 
-    key: Text = Field(description='Path of a key, as --set has it: "time.end".')
+    key: Text = Field(description='Path of the key, as in --set: "time.end".')
     values: tuple[Scalar, ...] | None = Field(
-        default=None, min_length=1, description="Its values, one by one."
+        default=None, min_length=1, description="List of values."
     )
     range: tuple[Scalar, Scalar] | None = Field(
-        default=None, description="Its lowest and highest value, evenly spaced between them."
+        default=None,
+        description="Lowest and highest value, with equal differences between the values.",
     )
     log_range: tuple[Scalar, Scalar] | None = Field(
-        default=None, description="The same in equal ratios; both are greater than 0."
+        default=None,
+        description="Lowest and highest value, both positive, with equal ratios between the "
+        "values.",
     )
     count: WholeNumber | None = Field(
         default=None,
         ge=2,
         le=100_000,
-        description="How many values a range has. A grid needs it; without it the other designs, "
-        "and optimize, take any value in the range.",
+        description="Number of values in the range. Required for a grid. Without it the other "
+        "designs, and optimize, use any value in the range.",
     )
     about: About = ""
 
 
 class VariantsFactor(Part):
-    """Several keys at once, under a label."""
+    """Factor that sets several keys at once, by label."""
 
     variants: Annotated[dict[Text, dict[Text, Any]], Field(min_length=1)] = Field(
-        description="Label -> what it sets: {as_is: {}, thin: {PATH: VALUE, ...}, thick: {...}}."
+        description="Label -> keys to set: {as_is: {}, thin: {PATH: VALUE, ...}, thick: {...}}."
     )
     about: About = ""
 
 
 class ScenesFactor(Part):
-    """Another scene, under a label."""
+    """Factor that chooses a scene file, by label."""
 
     scenes: Annotated[dict[Text, Text], Field(min_length=1)] = Field(
-        description="Label -> scene file, relative to the study's."
+        description="Label -> scene file, relative to the study's file."
     )
     about: About = ""
 
@@ -81,53 +84,55 @@ FactorPart = Annotated[
 
 
 class GridDesign(Part):
-    """Every value of each factor with every value of the others; the last factor varies fastest."""
+    """Full grid: all combinations of the values of the factors. The last factor
+    varies fastest.
+    """
 
     kind: Literal["grid"] = Field(description="Kind of design.")
 
 
 class ListDesign(Part):
-    """Cases one by one."""
+    """List of cases."""
 
     kind: Literal["list"] = Field(description="Kind of design.")
     cases: tuple[dict[Text, Scalar], ...] = Field(
-        min_length=1, description="A value of each factor: [{rate: 1 kPa/s, pipe: 36 mm}, ...]."
+        min_length=1,
+        description="Cases with a value of each factor: [{rate: 1 kPa/s, pipe: 36 mm}, ...].",
     )
 
 
 class LatinHypercubeDesign(Part):
-    """Random cases of which each factor's values fill its range evenly, one in each of `count`
-    equal parts.
+    """Latin hypercube: random cases with one value of each factor in each of
+    `count` equal intervals of its range.
     """
 
     kind: Literal["latin_hypercube"] = Field(description="Kind of design.")
     count: WholeNumber = Field(ge=1, description="Number of cases.")
-    seed: Seed = Field(default=1, description="Of the random numbers.")
+    seed: Seed = Field(default=1, description="Seed of the random numbers.")
 
 
 class SobolDesign(Part):
-    """A scrambled Sobol sequence: cases that fill the space of all factors evenly."""
+    """Scrambled Sobol sequence, which fills the space of the factors evenly."""
 
     kind: Literal["sobol"] = Field(description="Kind of design.")
-    count: WholeNumber = Field(
-        ge=1, description="Number of cases, a power of two: the sequence is even only there."
-    )
-    seed: Seed = Field(default=1, description="Of the scrambling.")
+    count: WholeNumber = Field(ge=1, description="Number of cases, a power of two.")
+    seed: Seed = Field(default=1, description="Seed of the scrambling.")
 
 
 class BisectionDesign(Part):
-    """The boundary at which a measure crosses a share, sought over the range of one factor for all
-    combinations of the values of the others. Both ends are asked first; then the bracket is halved.
+    """Bisection: finds the value of one factor at which a measure crosses a threshold, for all
+    combinations of the other factors. Both ends of the range are run first, then the interval is
+    halved.
     """
 
     kind: Literal["bisection"] = Field(description="Kind of design.")
-    factor: Name = Field(description="Factor that is bisected; it has a range without a count.")
+    factor: Name = Field(description="Factor that is bisected. It has a range without a count.")
     measure: Name = Field(
-        description="Measure from 0 to 1, such as `of: crossing.passed`, of which the mean over "
-        "the repeats crosses the share once in that range."
+        description="Measure between 0 and 1, such as `of: crossing.passed`. Its mean over the "
+        "repeats crosses the threshold once in the range."
     )
-    tolerance: Scalar = Field(description="Width of the bracket at the end, such as 1 mm.")
-    share: Number = Field(default=0.5, gt=0.0, lt=1.0, description="What it crosses.")
+    tolerance: Scalar = Field(description="Width of the final interval, such as 1 mm.")
+    share: Number = Field(default=0.5, gt=0.0, lt=1.0, description="Threshold.")
 
 
 PointDesign = GridDesign | ListDesign | LatinHypercubeDesign | SobolDesign
@@ -137,112 +142,125 @@ Design = Annotated[PointDesign | BisectionDesign, Field(discriminator="kind")]
 
 
 class Repeats(Part):
-    """Each case several times, with what is not known for sure drawn at random.
-
-    Repeat 1 is a draw like the others. Repeat n has the same draws in all cases, so that cases
-    differ by their factors alone, and keeps them when there are to be more repeats.
+    """Repeated runs of each case with random perturbations. Repeat n has the same perturbations in
+    all cases, so that cases differ only by their factors; they do not change when `count` is
+    increased. Repeat 1 is perturbed like the others.
     """
 
-    count: WholeNumber = Field(ge=1, description="How often each case is run.")
-    seed: Seed = Field(default=1, description="Of the random numbers.")
+    count: WholeNumber = Field(ge=1, description="Number of runs of each case.")
+    seed: Seed = Field(default=1, description="Seed of the random numbers.")
     perturb: Annotated[dict[Text, Scalar], Field(min_length=1)] = Field(
-        description="Path of a key -> standard deviation of the normal distribution about its "
-        'value: "10 %" of it, or "0.1 mm".'
+        description="Path of a key -> standard deviation of a normal distribution about its "
+        'value, relative ("10 %") or absolute ("0.1 mm").'
     )
 
 
 class MeasurePart(Part):
-    """A column of the table, read from the summary or the history of each run."""
+    """Result of each run that is collected in the table, from summary.json or history.csv."""
 
     of: Text = Field(
-        description='Name in summary.json, dotted into mappings: "layout.verdict"; with `take` '
-        'also a column of history.csv, such as "body_x".'
+        description='Name in summary.json, with dots for nested names: "layout.verdict"; with '
+        '`take` also a column of history.csv, such as "body_x".'
     )
     take: Literal["first", "last", "mean", "min", "max", "slope"] | None = Field(
         default=None,
-        description="Which of a list, with a number a pressure cycle, node or row, or of a column "
-        "of the history; slope, of a column: its rate over time, by least squares.",
+        description="Reduction of a list (one number per pressure cycle, node or row) or of a "
+        "history column to one number. slope: rate of change of a column, by least squares.",
     )
     begin: Scalar | None = Field(
-        default=None, alias="from", description="Of a column: time of the first row, such as 0.3 s."
+        default=None,
+        alias="from",
+        description="Start of the time interval in which a history column is evaluated, such as "
+        "0.3 s.",
     )
-    to: Scalar | None = Field(default=None, description="Of a column: time of the last row.")
+    to: Scalar | None = Field(
+        default=None, description="End of the time interval in which a history column is evaluated."
+    )
     unit: Text | None = Field(
-        default=None, description="In which it is shown, such as mm; a usual one by default."
+        default=None,
+        description="Unit in which the measure is shown, such as mm. Default: a usual one.",
     )
     about: About = ""
 
 
 class CurvePlot(Part):
-    """A measure over a factor or another measure; repeats as mean and band of 3 deviations."""
+    """Curve of a measure over a factor or another measure. Repeats are drawn as the
+    mean with a band of 3 standard deviations.
+    """
 
     kind: Literal["curve"] = Field(description="Kind of plot.")
-    x: Name = Field(description="Factor or measure.")
-    y: Name = Field(description="Measure.")
-    by: Name | None = Field(default=None, description="Factor of which each value has a curve.")
+    x: Name = Field(description="Factor or measure on the horizontal axis.")
+    y: Name = Field(description="Measure on the vertical axis.")
+    by: Name | None = Field(
+        default=None, description="Factor; one curve is drawn for each of its values."
+    )
 
 
 class HeatMapPlot(Part):
-    """A measure over two factors."""
+    """Heat map of a measure over two factors."""
 
     kind: Literal["heat_map"] = Field(description="Kind of plot.")
-    x: Name = Field(description="Factor.")
-    y: Name = Field(description="Factor.")
-    colour: Name = Field(description="Measure.")
+    x: Name = Field(description="Factor on the horizontal axis.")
+    y: Name = Field(description="Factor on the vertical axis.")
+    colour: Name = Field(description="Measure that is shown as colour.")
 
 
 class ScatterPlot(Part):
-    """A point a case."""
+    """Scatter plot with one point per case."""
 
     kind: Literal["scatter"] = Field(description="Kind of plot.")
-    x: Name = Field(description="Factor or measure.")
-    y: Name = Field(description="Factor or measure.")
-    colour: Name | None = Field(default=None, description="Factor or measure.")
+    x: Name = Field(description="Factor or measure on the horizontal axis.")
+    y: Name = Field(description="Factor or measure on the vertical axis.")
+    colour: Name | None = Field(
+        default=None, description="Factor or measure that is shown as colour."
+    )
 
 
 PlotPart = Annotated[CurvePlot | HeatMapPlot | ScatterPlot, Field(discriminator="kind")]
 
 
 class Prune(Part):
-    """Trials that promise little are stopped early. At every tenth of its run a trial is held
-    against the finished ones at the same tenth: it goes on unless its objective has always been
-    worse than their median. The tenths are those of the time, or of `time.cycles`. It suits a
-    measure that tells early how it will end, such as a mean speed.
+    """Early stopping of poor trials. At every tenth of its duration (of the time or of
+    `time.cycles`) a trial is compared with the finished trials at the same point. It is stopped if
+    its objective has so far always been worse than their median. This suits measures that indicate
+    their final value early, such as a mean speed.
     """
 
     after_trials: WholeNumber = Field(
-        default=5, ge=1, description="So many trials run to their end before any is stopped."
+        default=5,
+        ge=1,
+        description="Number of trials that are completed before any trial is stopped.",
     )
     after_share: Number = Field(
-        default=0.3, ge=0.0, lt=1.0, description="Share of its run that every trial is given."
+        default=0.3, ge=0.0, lt=1.0, description="Fraction of its run that every trial completes."
     )
 
 
 class Objective(Part):
-    """The best values of the factors: one of `maximize`, `minimize`, `match`. Each trial is one
-    run, without `repeats`.
+    """Objective of an optimisation: one of `maximize`, `minimize` and `match`. Each
+    trial is one run, without `repeats`.
     """
 
-    maximize: Name | None = Field(default=None, description="Measure that should be large.")
-    minimize: Name | None = Field(default=None, description="Measure that should be small.")
+    maximize: Name | None = Field(default=None, description="Measure to maximise.")
+    minimize: Name | None = Field(default=None, description="Measure to minimise.")
     match: References | None = Field(
         default=None,
-        description="Measure -> reference value, with its unit: {speed: 25 mm/s}. Small should be "
-        "the column `mismatch`, the sum of ((measure - reference) / scale)^2.",
+        description="Measure -> target value with its unit: {speed: 25 mm/s}. The column "
+        "`mismatch`, the sum of ((measure - target) / scale)^2, is minimised.",
     )
     scale: References = Field(
         default={},
         validate_default=False,
-        description="Measure -> deviation that counts as 1, such as {speed: 2 mm/s}; by default "
-        "the reference value itself.",
+        description="Measure -> deviation from the target that counts as 1, such as {speed: 2 "
+        "mm/s}. Default: the target value.",
     )
     trials: WholeNumber | None = Field(
-        default=None, ge=1, description="How many cases are tried; --trials wins over it."
+        default=None, ge=1, description="Number of trials; the option --trials overrides it."
     )
-    seed: Seed = Field(default=1, description="Of the random numbers.")
+    seed: Seed = Field(default=1, description="Seed of the random numbers.")
     prune: Prune | None = Field(
         default=None,
-        description="Stop trials early that promise little; by default all run to their end.",
+        description="Early stopping of poor trials. Default: all trials are completed.",
     )
 
     @model_validator(mode="after")
@@ -256,44 +274,53 @@ class Objective(Part):
 
 
 class Study(Part):
-    """A scene, what varies in it, what is collected of each run."""
+    """Parameter study: a scene, factors that vary, and measures that are collected
+    from each run.
+    """
 
-    title: Text = Field(default="", description="One line for people.")
+    title: Text = Field(default="", description="Title of the report, one line.")
     scene: Text | None = Field(
-        default=None, description="Scene file, relative to this one; or a factor has `scenes`."
+        default=None,
+        description="Scene file, relative to the study's file. Not needed if a factor has "
+        "`scenes`.",
     )
     robot: Text | None = Field(
-        default=None, description="Standard robot that is put into the scene, a bare layout."
+        default=None,
+        description="Standard robot that is added to the scene, which is then a layout.",
     )
     model: Literal["finite_elements", "chain"] = Field(
-        default="finite_elements", description="What scene files are of: chain, those that "
-        "`softsim chain` takes."
-    )  # fmt: skip
+        default="finite_elements",
+        description="finite_elements: the scene files are scenes. chain: they are files for "
+        "`softsim chain`.",
+    )
     set: dict[Text, Any] = Field(
-        default={}, description="What all cases share: {PATH: VALUE}, as --set has it."
+        default={}, description="Keys set in all cases: {PATH: VALUE}, as in --set."
     )
     factors: Annotated[dict[Name, FactorPart], Field(min_length=1)] = Field(
-        description="What varies, by name."
+        description="Factors that vary, by name."
     )
     design: Design | None = Field(
-        default=None, description="Which values are put together; a grid by default."
+        default=None, description="Combinations of factor values that are run. Default: grid."
     )
     repeats: Repeats | None = Field(
-        default=None, description="Each case several times, perturbed; once by default."
+        default=None,
+        description="Repeated runs of each case with random perturbations. Default: one "
+        "unperturbed run.",
     )
     measures: Annotated[dict[Name, MeasurePart], Field(min_length=1)] = Field(
-        description="What is collected of each run, by name."
+        description="Results that are collected from each run, by name."
     )
     plots: tuple[PlotPart, ...] | None = Field(
-        default=None, description="What is drawn; chosen by the factors by default."
+        default=None, description="Plots. Default: chosen from the factors."
     )
     optimize: Objective | None = Field(
-        default=None, description="What `softsim optimize` seeks, by choosing the factors."
+        default=None, description="Objective of `softsim optimize`, which varies the factors."
     )
     keep: Literal["thin", "everything"] = Field(
-        default="thin", description="thin: of each run its summary and about 1,000 rows of its "
-        "history; everything: also fields and checkpoint."
-    )  # fmt: skip
+        default="thin",
+        description="Results stored for each run. thin: the summary and about 1,000 rows of the "
+        "history. everything: also fields and checkpoint.",
+    )
 
     @property
     def repeat_count(self) -> int:
@@ -302,5 +329,5 @@ class Study(Part):
 
 
 def study_json_schema() -> dict[str, Any]:
-    """JSON schema of a study file, so that an editor completes and checks its keys."""
-    return Study.model_json_schema()
+    """Return the JSON schema of a study file, for completion and checks in editors."""
+    return json_schema(Study)
