@@ -67,7 +67,7 @@ def start(
     name = chosen_device(device)
     if threads > processor_count():  # Taichi would start fewer, and these wait for the others
         raise DeviceError(
-            f"{threads} threads were asked for, there are {processor_count()} processors",
+            f"{threads} threads were requested, but there are {processor_count()} processors",
             hint=f"at most {processor_count()} threads",
         )
     folder = cache or default_cache_folder()
@@ -77,9 +77,9 @@ def start(
         start_taichi(name, folder, threads)
     if name == "cuda" and ti.cfg.arch != ti.cuda:
         raise DeviceError(
-            "there is a CUDA device, but Taichi could not start on it",
-            hint="a driver too old for it, or a card without free memory: see `softsim devices`, "
-            "or run with --device cpu",
+            "a CUDA device was found, but Taichi could not start on it",
+            hint="the driver may be too old, or the card may have no free memory: see `softsim "
+            "devices`, or run with --device cpu",
         )
     on_cpu = name == "cpu"
     lanes = min(most_lanes, CPU_LANES) if on_cpu else 1

@@ -303,8 +303,10 @@ def _place(field: ti.Field) -> _Place:
     place = _places[field]
     if place.device is not backend.device():
         raise DeviceError(
-            "the fields of a solver are gone: Taichi was started anew after it was made",
-            hint="one solver a process at a time: read what it found before the next one",
+            "the fields of this solver no longer exist: Taichi was started again after they were "
+            "made",
+            hint="use one solver per process at a time, and read its results before the next one "
+            "starts",
         )
     return place
 
@@ -439,8 +441,9 @@ def _allocate(made: Made) -> None:
     """
     if made.size > WORD * np.iinfo(np.int32).max:
         raise DeviceError(
-            f"the model needs {made.size / 2**30:.1f} GiB in one piece, more than can be numbered",
-            hint="use a coarser mesh or fewer scenarios at once",
+            f"the model needs {made.size / 2**30:.1f} GiB in one array, more than the largest "
+            "possible index",
+            hint="use a coarser mesh or fewer scenarios per batch",
         )
     trees = [
         sorted(tree, key=lambda new: new.cell_bytes % CACHE_LINE != 0)

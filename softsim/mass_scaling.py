@@ -77,8 +77,8 @@ class MassScaling:
         """Groups, and what is changed in them."""
         sizes = np.bincount(self.group[self.group >= 0])
         return (
-            f"{sizes.sum()} nodes in {self.count} groups of {sizes.max()} at most; motion within a "
-            f"group has {self.factor:g} times its inertia"
+            f"{sizes.sum()} nodes in {self.count} groups of at most {sizes.max()}; inertia of "
+            f"relative motion in a group times {self.factor:g}"
         )
 
 

@@ -121,4 +121,4 @@ def test_devices_shows_what_the_driver_reports(faulty_driver, monkeypatch):
     about.print_devices(console, 0.0)
     said = console.file.getvalue()
     assert f"the NVIDIA driver reports: {faulty_driver}" in said
-    assert "of which the driver tells no name" in said
+    assert "the driver reports no name" in said

@@ -105,9 +105,9 @@ def test_no_field_is_reached_after_taichi_was_started_anew(restart):
     restart()
     field = fields.real_field(np.ones(3))
     restart()
-    with pytest.raises(DeviceError, match="started anew"):
+    with pytest.raises(DeviceError, match="started again"):
         fields.read(field)
-    with pytest.raises(DeviceError, match="started anew"):
+    with pytest.raises(DeviceError, match="started again"):
         fields.write(field, 0.0)
 
 

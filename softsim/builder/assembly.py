@@ -41,7 +41,7 @@ from softsim.stability.time_step import estimator
 RELAXING_VISCOSITY = 0.06
 LONGEST_RELAXATION = 10.0
 """Seconds that a static run may take after its loads' time where the scene says nothing."""
-ALONG_ITS_AXIS = "an axisymmetric model knows gravity along its axis only"
+ALONG_ITS_AXIS = "in an axisymmetric model, gravity acts along the axis only"
 
 
 def build_model(loaded: LoadedScene, beginning: Beginning = AT_THE_START) -> Model:
@@ -205,12 +205,12 @@ def gravity_vector(names: Names, components: tuple[float, ...]) -> np.ndarray:
         if angle != 0.0:
             raise names.loaded.error(
                 ("environment", key),
-                "gravity is given as a vector, which has its direction already",
+                "gravity is given as a vector, which already has a direction",
                 f"leave the {key} out, or give gravity as one acceleration",
             )
     vector = names.vector(components, keys)
     if isinstance(names.geometry, Axisymmetric) and vector[0] != 0.0:
-        raise names.loaded.error(keys, ALONG_ITS_AXIS, "write 0 m/s^2 for x, the radius")
+        raise names.loaded.error(keys, ALONG_ITS_AXIS, "write 0 m/s^2 for x, the radial direction")
     return vector
 
 
@@ -221,7 +221,8 @@ def gravity_share(names: Names) -> Profile | None:
     if given is not None and time.procedure == "dynamic" and time.settle is not None:
         raise names.loaded.error(
             keys,
-            "before t = 0 a body settles under its whole weight, which cannot rise afterwards",
+            "during time.settle the body carries its whole weight, which cannot be raised "
+            "afterwards",
             "leave gravity_profile or time.settle out",
         )
     return None if given is None else over_the_run(names, given, keys)
@@ -267,7 +268,7 @@ def refuse_instant_relaxation(names: Names, model: Model) -> None:
                 raise names.loaded.error(
                     material_keys(names, region.body, region.cell_set),
                     f"material '{region.material.name}' relaxes in "
-                    f"{branch.relaxation_time * 1e6:.3g} us, far within a time step of "
+                    f"{branch.relaxation_time * 1e6:.3g} us, much less than a time step of "
                     f"{step * 1e6:.3g} us",
                     "leave out prony terms shorter than the time step",
                 )
@@ -281,7 +282,7 @@ def refuse_unstable_step(names: Names, model: Model) -> None:
     if model.time_increment > stable.stable:
         raise names.loaded.error(
             ("time", "increment"),
-            f"the time step {model.time_increment * 1e6:.3g} us is above the stable one: "
+            f"the time step {model.time_increment * 1e6:.3g} us is above the stable step: "
             f"{stable.describe()}",
             f'write "auto", or at most {np.floor(model.safety_factor * stable.value * 1e9):g} ns',
         )

@@ -83,8 +83,8 @@ def refuse_other_formulation(loaded: LoadedScene, name: str) -> None:
         raise loaded.error(
             ("bodies", name, "formulation"),
             f"'{name}' is {loaded.scene.bodies[name].formulation}, '{first_name}' is "
-            f"{first.formulation}: bodies of one scene have one formulation",
-            "run them in scenes of their own",
+            f"{first.formulation}: all bodies of a scene must have the same formulation",
+            "put them into separate scenes",
         )
 
 
@@ -123,9 +123,9 @@ def ring_section(
     if distance[worst] > 1e-6 * np.ptp(mesh.points, axis=0).max():
         raise loaded.error(
             (*keys, "mesh"),
-            f"the node at {in_mm(mesh.points[worst])} has none opposite it: a ring_section is its "
-            f"own mirror image about its axis, y = {data.position[1] * 1e3:g} mm",
-            "mesh both strips alike, above and below the axis",
+            f"the node at {in_mm(mesh.points[worst])} has no node opposite it: a ring_section "
+            f"must be symmetric about its axis, y = {data.position[1] * 1e3:g}",
+            "mesh both strips identically, above and below the axis",
         )
     is_ring = np.zeros(len(mesh.cells), dtype=bool)
     is_ring[mesh.cell_sets[data.rings]] = True
@@ -146,15 +146,15 @@ def refuse_half_rings(
         raise loaded.error(
             keys,
             f"the ring cell at {in_mm(mesh.points[cells[astride[0]]].mean(axis=0))} touches the "
-            "axis: a ring has a hole",
-            "name the cells of the two strips, above and below the axis",
+            "axis: a ring needs a hole",
+            "name the cells of both strips, above and below the axis",
         )
     alone = np.setdiff1d(opposite[cells], cells)
     if len(alone):
         raise loaded.error(
             keys,
-            f"the node at {in_mm(mesh.points[alone[0]])} belongs to no ring cell, the one opposite "
-            "it does: half a ring",
+            f"the node at {in_mm(mesh.points[alone[0]])} belongs to no ring cell, but the node "
+            "opposite it does",
             "name the cells of both strips",
         )
 
@@ -194,8 +194,8 @@ def placed_mesh(loaded: LoadedScene, name: str, data: scene_bodies.Body) -> Mesh
         if len(inside):
             raise loaded.error(
                 keys,
-                f"node {inside[0]} lies at x = {mesh.points[inside[0], 0] * 1e3:.3g} mm: x is the "
-                "radius of an axisymmetric body and not negative",
+                f"node {inside[0]} is at x = {mesh.points[inside[0], 0] * 1e3:.3g} mm: x is the "
+                "radius of an axisymmetric body and must not be negative",
                 "the axis is y; mesh the half section at x >= 0",
             )
     return replace(found, mesh=mesh)
@@ -211,7 +211,7 @@ def generated(loaded: LoadedScene, name: str, source: GeneratedMesh) -> Mesh:
             ("bodies", name, "mesh", "element_size"),
             f"{longest} is more than {MOST_ALONG:g} times the element_size: "
             f"{lengths[longest] * 1e3:g} mm and {lengths['element_size'] * 1e3:g} mm",
-            "such a mesh has too many cells to compute with: check the units of both",
+            "such a mesh would have too many cells: check the units of both",
         )
     try:
         return GENERATORS[source.generator](**sizes)
@@ -236,15 +236,15 @@ def read_or_generated(loaded: LoadedScene, name: str, data: scene_bodies.Body) -
     if kind == "CPS":
         raise MeshError(
             f"{source.file} has plane-stress elements ({found.element_type}), which are not "
-            "computed with",
+            "supported",
             hint=plane_stress_advice(found.element_type, data.formulation),
         )
     meant = FORMULATIONS.get(kind, (data.formulation,))
     if data.formulation not in meant:
         raise MeshError(
-            f"{source.file} has elements {found.element_type}, which are {meant[0]}; the body's "
-            f"formulation is {data.formulation}",
-            hint=f'write "formulation: {meant[0]}", or other elements into the file',
+            f"{source.file} has elements {found.element_type} ({meant[0]}), but the formulation "
+            f"of the body is {data.formulation}",
+            hint=f'write "formulation: {meant[0]}", or use other elements in the file',
         )
     return found
 

@@ -35,7 +35,7 @@ def placed_cables(loaded: LoadedScene, bodies: Mapping[str, MeshedBody]) -> dict
                 keys, "a cable in an axisymmetric model would be a disc", "leave the cable out"
             )
         if name in bodies:
-            raise loaded.error(keys, f"a body is called '{name}' too", "give it a name of its own")
+            raise loaded.error(keys, f"a body is also called '{name}'", "rename one of them")
         corners = np.array(
             [
                 model_vector(loaded, geometry.dimension, point, (*keys, "points", k))
@@ -54,7 +54,7 @@ def along(loaded: LoadedScene, name: str, data: cables.Cable, corners: np.ndarra
     for k in np.flatnonzero(steps == 0.0):
         raise loaded.error(
             ("cables", name, "points", int(k) + 1),
-            f"'{name}' has two corners at {in_mm(corners[k])}, one after the other",
+            f"'{name}' has two successive points at {in_mm(corners[k])}",
             "leave one of them out",
         )
     stations = np.concatenate([[0.0], np.cumsum(steps)])
@@ -64,7 +64,8 @@ def along(loaded: LoadedScene, name: str, data: cables.Cable, corners: np.ndarra
             ("cables", name, "segment_length"),
             f"'{name}' is {stations[-1] * 1e3:.4g} mm long and has {count} segments of "
             f"{data.segment_length * 1e3:.4g} mm",
-            f"at least {LEAST_SEGMENTS}: at most {stations[-1] * 1e3 / LEAST_SEGMENTS:.4g} mm",
+            f"at least {LEAST_SEGMENTS} are needed: set segment_length to at most "
+            f"{stations[-1] * 1e3 / LEAST_SEGMENTS:.4g} mm",
         )
     places = np.linspace(0.0, stations[-1], count + 1)
     return np.stack([np.interp(places, stations, column) for column in corners.T], axis=1)
@@ -150,9 +151,9 @@ def refuse_beyond_pipes(names: Names, name: str, walls: Sequence[Wall], places: 
             longest = float(np.linalg.norm(np.diff(places[~before], axis=0), axis=1).sum())
             raise names.loaded.error(
                 ("cables", name, "points"),
-                f"'{name}' reaches out of the start of the pipe '{wall.name}' with "
-                f"{int(before.sum())} of its {len(places)} nodes",
-                f"leave it {longest * 1e3:.3g} mm long, or make the pipe longer behind it",
+                f"{int(before.sum())} of the {len(places)} nodes of '{name}' lie outside the pipe "
+                f"'{wall.name}', before its start",
+                f"make it {longest * 1e3:.3g} mm long, or make the pipe longer at its start",
             )
 
 

@@ -93,9 +93,9 @@ def built_drive(
     if volume < least:
         raise names.loaded.error(
             (*keys, "facets"),
-            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or lie "
+            f"the facets enclose {volume * 1e6:.4g} ml: they face away from the chamber, or are "
             "flat",
-            "name the facets of the body that the liquid or gas touches",
+            "name the facets of the body that touch the liquid or gas",
         )
     if isinstance(load, scene_chambers.Pneumatic):
         return air_line(names, load, volume, nothing, keys)
@@ -109,8 +109,8 @@ def built_drive(
     if compliance == 0.0:
         raise names.loaded.error(
             (*keys, "facets"),
-            "no node of the chamber may move: nothing gives way to the liquid",
-            "name facets of a body that is free to deform",
+            "no node of the chamber can move, so the volume of the liquid cannot change",
+            "name facets of a body that can deform",
         )
     liquid = AddedVolume(profile, volume, LIQUID_SHARE * stiffest * volume / compliance)
     refuse_emptied(names, liquid, f"{volume * 1e6:.4g} ml", keys)
@@ -123,9 +123,9 @@ def refuse_emptied(names: Names, drive: AddedVolume | AddedGas, held: str, keys:
     if least <= -drive.content:
         raise names.loaded.error(
             (*keys, "profile"),
-            f"{-least / drive.content:.3g} times the content of the chamber is to be taken out "
-            f"of it: it holds {held} at the start",
-            "take less out of it than it holds; what is pumped in is positive",
+            f"{-least / drive.content:.3g} times the content of the chamber would be removed; it "
+            f"holds {held} at the start",
+            "remove less than it holds; positive values add to it",
         )
 
 
@@ -167,9 +167,9 @@ def room_beside(
     if volume + side <= nothing:
         raise names.loaded.error(
             keys,
-            f"the chamber holds {volume * 1e6:.4g} ml, of which "
-            f"{load.excluded_volume * 1e6:.4g} ml are excluded, and the dead volume is "
-            f"{dead * 1e6:.4g} ml: nothing is left for the gas",
+            f"the chamber holds {volume * 1e6:.4g} ml, of which {load.excluded_volume * 1e6:.4g} "
+            f"ml are excluded, and the dead volume is {dead * 1e6:.4g} ml: no volume is left "
+            "for the gas",
             "give the dead volume of the line, or a smaller excluded_volume",
         )
     return side
@@ -184,8 +184,9 @@ def air_line(
     if names.scene.time.procedure == "static":
         raise names.loaded.error(
             keys,
-            f"air takes its time to flow through '{keys[-1]}': a static procedure knows no time",
-            "write time.procedure: dynamic, or drive the chamber by follower_pressure or added_gas",
+            f"the air flow through '{keys[-1]}' depends on time, which a static procedure does "
+            "not have",
+            "write time.procedure: dynamic, or load the chamber by follower_pressure or added_gas",
         )
     tube = Tube(load.tube.length, load.tube.bore, load.tube.viscosity)
     dead = load.dead_volume + 0.5 * tube.volume
@@ -195,9 +196,9 @@ def air_line(
     if load.pump.stall <= highest:
         raise names.loaded.error(
             (*keys, "pump", "stall"),
-            f"the pump stalls at {load.pump.stall / 1e3:.4g} kPa: it never switches off at "
-            f"{highest / 1e3:.4g} kPa, the highest pressure of the profile and the band",
-            "name a stronger pump, or lower the profile",
+            f"the pump stalls at {load.pump.stall / 1e3:.4g} kPa, so it never reaches "
+            f"{highest / 1e3:.4g} kPa, the highest pressure of the profile including the band",
+            "use a stronger pump, or lower the profile",
         )
     energy = load.gas_constant * load.temperature
     ambient = load.ambient_pressure

@@ -41,8 +41,9 @@ def refuse_single_parts(names: Names, facets: np.ndarray, body: MeshedBody, keys
         place = in_mm(body.mesh.points[single[0] - body.first_node])
         raise names.loaded.error(
             keys,
-            f"the facets reach a node at {place} that belongs to no ring, so they enclose nothing",
-            "name facets of the rings alone, such as the chamber's",
+            f"the facets include a node at {place} that belongs to no ring, so they do not "
+            "enclose a volume",
+            "name facets of the rings only, such as those of the chamber",
         )
 
 
@@ -72,17 +73,17 @@ def refuse_open_chamber(
     if len(loose):
         raise names.loaded.error(
             (*keys, "facets"),
-            f"the chamber is open: its facets end at {in_mm(points[loose[0]])}, on a node that may "
-            "move by itself",
-            f"{remedy}, or choose facets that reach from one held end to the other",
+            f"the chamber is open: its facets end at {in_mm(points[loose[0]])}, on a node that "
+            "can move independently",
+            f"{remedy}, or choose facets that extend from one held end to the other",
         )
     if mirrored.any() and not mirrored.all() and not reaches_axis(names):
         fixed = rim[~mirrored]
         raise names.loaded.error(
             (*keys, "facets"),
-            f"the rim of the chamber lies partly on a plane of symmetry, partly not, as at "
-            f"{in_mm(points[fixed[0]])}: its volume cannot be told",
-            "close the chamber with facets of the body, or model all of it",
+            "the rim of the chamber lies only partly on a plane of symmetry, for example not at "
+            f"{in_mm(points[fixed[0]])}: its volume cannot be computed",
+            "close the chamber with facets of the body, or model the whole body",
         )
 
 

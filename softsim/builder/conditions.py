@@ -54,9 +54,9 @@ def mass_scaling(
         shortest = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1).min()
         raise names.loaded.error(
             ("solver", "mass_scaling", "within"),
-            f"no two nodes that are free in every direction lie within {wanted.within * 1e3:.3g} "
-            f"mm of each other; the shortest edge of an element has {shortest * 1e3:.3g} mm",
-            "group over a longer distance, or leave mass_scaling out",
+            f"no two nodes that are free in all directions are within {wanted.within * 1e3:.3g} "
+            f"mm of each other; the shortest element edge is {shortest * 1e3:.3g} mm",
+            "increase mass_scaling.within, or leave mass_scaling out",
         )
     return MassScaling(group, count, wanted.factor)
 
@@ -83,9 +83,10 @@ def held_components(names: Names, bodies: tuple[Body, ...], points: np.ndarray) 
             if off > 1e-9 * np.ptp(points, axis=0).max():
                 raise names.loaded.error(
                     (*keys, "nodes"),
-                    f"the nodes of '{condition.nodes}' do not lie in a plane across "
-                    f"{condition.normal}: their {condition.normal} differ by {off * 1e3:.3g} mm",
-                    "choose the set in the plane of symmetry, or the direction across it",
+                    f"the nodes of '{condition.nodes}' do not lie in a plane normal to "
+                    f"{condition.normal}: their {condition.normal} coordinates differ by "
+                    f"{off * 1e3:.3g} mm",
+                    "choose a node set in the plane of symmetry, or the direction normal to it",
                 )
             held[nodes, axis] = True
     return held
@@ -106,7 +107,7 @@ def prescribed(names: Names, held: np.ndarray) -> dict[str, PrescribedMotion]:
                 (*keys, "nodes"),
                 f"a node of '{condition.nodes}' is already fixed or prescribed along "
                 f"{condition.direction}",
-                "a component follows one condition only",
+                "only one condition can prescribe a component",
             )
         taken[nodes, axis] = True
         profile = displacement(names, condition, keys)
@@ -157,17 +158,17 @@ def angular_velocity(names: Names, given: float | tuple[float, ...], keys: Keys)
     if isinstance(names.geometry, Axisymmetric):
         raise names.loaded.error(
             keys,
-            "an axisymmetric model does not turn: it stays a half section through its axis",
-            "leave angular_velocity out, or model the body in space (formulation solid)",
+            "an axisymmetric model cannot turn",
+            "leave angular_velocity out, or use a 3D model (formulation solid)",
         )
     if not isinstance(given, tuple):
         return np.array([0.0, 0.0, given])
     if len(given) != 3 or names.dimension == 2:
         raise names.loaded.error(
             keys,
-            f"an angular velocity has no {len(given)} components in a model of {names.dimension} "
-            "dimensions",
-            "give one value, about z; or in space three, about x, y and z",
+            f"angular_velocity has {len(given)} components, which does not fit a model of "
+            f"{names.dimension} dimensions",
+            "give one value, about z; in 3D give three, about x, y and z",
         )
     return np.array(given)
 
@@ -202,9 +203,9 @@ def refuse_reaction_of_tied(
     if kind == "reaction" and len(tied):
         raise names.loaded.error(
             (*keys, "nodes"),
-            f"the node at {in_mm(points[tied[0]])} is tied to a facet, to which its force is "
-            "handed",
-            "leave tied nodes out of the set: the reaction is told of the facet's nodes",
+            f"the node at {in_mm(points[tied[0]])} is tied to a facet, so its force acts on the "
+            "nodes of the facet",
+            "leave tied nodes out of the set; use the nodes of the facet instead",
         )
 
 
@@ -213,6 +214,6 @@ def refuse_radius_without_axis(names: Names, kind: str, keys: Keys) -> None:
     if kind == "radius" and isinstance(names.geometry, PlaneStrain | RingSection):
         raise names.loaded.error(
             (*keys, "kind"),
-            f"a {names.geometry.name} model has no axis to measure a radius from",
+            f"a {names.geometry.name} model has no axis from which a radius could be measured",
             "record the displacement",
         )

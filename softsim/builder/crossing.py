@@ -26,8 +26,8 @@ def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
     if asked.goal is None and not walls:
         raise names.loaded.error(
             ("crossing",),
-            "nothing says where the body is to get: no wall is a ramp, a semicircle, a step_field",
-            "give goal: the x that its rear end must be past",
+            "the goal is unknown: no wall is a ramp, a semicircle or a step_field",
+            "give goal: the x coordinate that the rear end must pass",
         )
     goal = walls[-1].foot[0] + walls[-1].crossed if asked.goal is None else asked.goal
     foot = walls[0].foot[0] if walls else goal
@@ -36,7 +36,7 @@ def crossing(names: Names, bodies: tuple[Body, ...]) -> Crossing | None:
     if body.points[:, 0].min() > goal:
         raise names.loaded.error(
             ("crossing",),
-            f"'{name}' starts beyond x = {1e3 * goal:.4g} mm, where it is to get",
+            f"'{name}' starts beyond the goal at x = {1e3 * goal:.4g} mm",
             "give it another position, or another goal",
         )
     patience = math.inf if asked.patience is None else asked.patience

@@ -20,8 +20,9 @@ def refuse_all_around(names: Names, what: str, keys: Keys) -> None:
     if isinstance(names.geometry, Axisymmetric | RingSection):
         raise names.loaded.error(
             keys,
-            f"{what} in a model that is {names.geometry.name} would be a sheet all around",
-            "write formulation solid or plane_strain, or a layer in its place",
+            f"{what} in a model that is {names.geometry.name} would be a closed sheet around the "
+            "axis",
+            "write formulation solid or plane_strain, or use a layer instead",
         )
 
 
@@ -55,8 +56,8 @@ def in_bodies(
         name = list(names.bodies)[closest[k]]
         raise names.loaded.error(
             (*keys, k),
-            f"{in_mm(places[k])} is outside of all bodies, {moved[closest[k], k] * 1e3:.3g} mm "
-            f"from '{name}', more than the tolerance of {allowed[closest[k], k] * 1e3:.3g} mm",
-            "lay it inside a body",
+            f"{in_mm(places[k])} is outside all bodies: {moved[closest[k], k] * 1e3:.3g} mm from "
+            f"'{name}', more than the tolerance of {allowed[closest[k], k] * 1e3:.3g} mm",
+            "place it inside a body",
         )
     return nodes[closest, each], weights[closest, each]

@@ -16,7 +16,7 @@ def end_time(names: Names, chamber: FollowerPressure | None) -> float:
     if time.cycles is None:
         return latest
     if chamber is None:
-        raise _refused(names, "there is no pressure whose cycles it could wait for")
+        raise _refused(names, "no pressure has cycles to count")
     refuse_missing_cycles(names, chamber, time.cycles)
     return min(latest, chamber.drive.cycle_end(time.cycles))
 
@@ -27,10 +27,10 @@ def refuse_missing_cycles(names: Names, chamber: FollowerPressure, asked: int) -
     if asked <= most:
         return
     if most == 0:
-        raise _refused(names, f"the pressure of '{name}', the robot's chamber, has no cycles")
+        raise _refused(names, f"the pressure of '{name}', the chamber of the robot, has no cycles")
     raise names.loaded.error(
         ("time", "cycles"),
-        f"the run waits for {asked} pressure cycles, and '{name}' makes {most:g}",
+        f"the run is to end after {asked} pressure cycles, but '{name}' has only {most:g}",
         f"write at most {most:g}, or raise loads.{name}.profile.count",
     )
 
@@ -45,7 +45,7 @@ def steady_probe(names: Names) -> SteadyProbe | None:
         raise names.loaded.error(
             ("time", "until", "probe"),
             f"there is no probe '{name}'",
-            close_names(name, list(probes), "probes") if probes else "give output.probes",
+            close_names(name, list(probes), "probes") if probes else "add output.probes",
         )
     columns = probe_columns(name, probes[name].kind, "xyz"[: names.dimension])
     since = names.beginning.time + time.end
@@ -57,14 +57,14 @@ def refuse_steady_probe(names: Names) -> None:
     if names.scene.time.until is not None:
         raise names.loaded.error(
             ("time", "until"),
-            "a dynamic run does not come to rest: a steady probe ends static ones",
-            "write procedure: static, or leave until out",
+            "only a static run can end when a probe is steady",
+            "write procedure: static, or leave `until` out",
         )
 
 
 def _refused(names: Names, problem: str) -> SceneError:
     return names.loaded.error(
         ("time", "cycles"),
-        f"the run waits for pressure cycles: {problem}",
-        "leave cycles out, so that the run ends at `end`, or write a profile of kind cycles",
+        f"the run is to end after pressure cycles: {problem}",
+        "leave cycles out, so that the run ends at `end`, or use a profile of kind cycles",
     )

@@ -76,7 +76,7 @@ def along_corners(names: Names, name: str) -> np.ndarray:
         if length == 0.0:
             raise names.loaded.error(
                 ("fibres", name, "points", k + 1),
-                f"'{name}' has two corners at {in_mm(start)}, one after the other",
+                f"'{name}' has two successive points at {in_mm(start)}",
                 "leave one of them out",
             )
         count = max(1, round(length / data.spacing))
@@ -92,16 +92,18 @@ def along_helix(names: Names, helix: fibres.Helix, spacing: float, keys: Keys) -
     """
     if names.dimension == 2:
         raise names.loaded.error(
-            keys, "a section has no helix", "write points, or formulation solid"
+            keys,
+            "a helix is not possible in a plane section",
+            "write points, or use formulation solid",
         )
     axis = names.axis(helix.direction, (*keys, "direction"))
     a_turn = float(np.hypot(2.0 * np.pi * helix.radius, helix.pitch))
     if spacing * LEAST_SIDES > a_turn:
         raise names.loaded.error(
             (*keys[:-1], "spacing"),
-            f"a turn of the helix is {a_turn * 1e3:.4g} mm long, fewer than {LEAST_SIDES} bars of "
+            f"a turn of the helix is {a_turn * 1e3:.4g} mm long, less than {LEAST_SIDES} bars of "
             f"{spacing * 1e3:.4g} mm",
-            f"at most {a_turn / LEAST_SIDES * 1e3:.3g} mm",
+            f"set spacing to at most {a_turn / LEAST_SIDES * 1e3:.3g} mm",
         )
     count = max(1, round(helix.turns * a_turn / spacing))
     turned = helix.turns * np.linspace(0.0, 1.0, count + 1)
@@ -127,8 +129,8 @@ def refuse_outside(
     worst = int(np.argmax(moved))
     raise names.loaded.error(
         ("fibres", name, "helix" if data.points is None else "points"),
-        f"'{name}' leaves body '{data.body}' at {in_mm(places[out[0]])}, and is outside by "
-        f"{moved[worst] * 1e3:.3g} mm at {in_mm(places[worst])}, more than the tolerance of "
-        f"{tolerance * 1e3:.3g} mm",
-        f"lay it inside, or raise the tolerance (fibres.{name}.tolerance)",
+        f"'{name}' leaves body '{data.body}' at {in_mm(places[out[0]])}; at "
+        f"{in_mm(places[worst])} it is {moved[worst] * 1e3:.3g} mm outside, more than the "
+        f"tolerance of {tolerance * 1e3:.3g} mm",
+        f"place it inside the body, or raise the tolerance (fibres.{name}.tolerance)",
     )

@@ -20,8 +20,8 @@ def surface_wall(names: Names, name: str, wall: SurfaceWall) -> DistanceGrid:
     if names.dimension != 3:
         raise names.loaded.error(
             (*keys, "kind"),
-            "a surface is a wall in space; this model is in the plane",
-            "give its section as points: kind: polyline",
+            "a surface file describes a wall in 3D, but this model is 2D",
+            "give the section of the wall as points: kind: polyline",
         )
     try:
         mesh = read_surface(names.loaded.resolve_file((*keys, "file")), wall.length_unit)

@@ -26,7 +26,7 @@ def layer(names: Names, name: str, points: np.ndarray) -> Layer:
     if isinstance(names.geometry, RingSection):
         raise names.loaded.error(
             keys,
-            "a ring_section cannot have a layer: it knows no stretch around at its surface",
+            "a ring_section cannot have a layer: the hoop stretch at its surface is not defined",
             "write formulation plane_strain, axisymmetric or solid",
         )
     facets, areas = layer_facets(names, name)
@@ -111,5 +111,5 @@ def refuse_axis(
             keys,
             f"the facet of '{reference}' at {in_mm(points[facets[on_axis[0]]].mean(axis=0))} lies "
             "on the axis",
-            "leave it out of the set: it is no surface of the body",
+            "leave it out of the set: a facet on the axis is not part of the surface of the body",
         )

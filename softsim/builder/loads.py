@@ -91,7 +91,7 @@ def shaken_body(loaded: Loaded, acts_on: str, keys: Keys) -> int:
     if names.scene.time.procedure == "static":
         raise names.loaded.error(
             keys,
-            f"'{keys[-1]}' vibrates: a static procedure seeks an equilibrium and finds none",
+            f"'{keys[-1]}' vibrates, so a static procedure cannot find an equilibrium",
             "leave the motor out, or write time.procedure: dynamic",
         )
     return names.rigid_number(acts_on, (*keys, "acts_on"))
@@ -106,8 +106,8 @@ def nodal_force(
     if not loaded.is_free[nodes].any(axis=1).all():
         raise names.loaded.error(
             (*keys, "nodes"),
-            f"a node of '{load.nodes}' is fixed or tied: a force on it moves nothing",
-            "load free nodes, or put the load on the rigid body",
+            f"a node of '{load.nodes}' is fixed or tied, so a force on it has no effect",
+            "load free nodes, or apply the load to the rigid body",
         )
     share = loaded.mass[nodes] / loaded.mass[nodes].sum()
     force, factor = sized(loaded, load, "force", keys)
@@ -138,7 +138,7 @@ def body_force(
         if name not in names.bodies:
             known = ", ".join(names.bodies)
             raise names.loaded.error(
-                (*keys, "bodies", k), f"there is no body '{name}'", f"there is {known}"
+                (*keys, "bodies", k), f"there is no body '{name}'", f"known: {known}"
             )
         body = next(b for b in loaded.bodies if b.name == name)
         for r in body.regions:
@@ -180,9 +180,10 @@ def tendon(loaded: Loaded, load: scene_loads.Tendon, keys: Keys) -> Tendon:
     if not direction[free].any():
         raise names.loaded.error(
             (*keys, "direction"),
-            f"'{load.acts_on}' cannot move along {list(load.direction)}: the tendon would "
-            "never be taut",
-            f"let it move that way (rigid_bodies.{load.acts_on}.free), or turn the tendon",
+            f"'{load.acts_on}' cannot move along {list(load.direction)}, so the tendon could "
+            "never become taut",
+            f"free this direction (rigid_bodies.{load.acts_on}.free), or change the direction of "
+            "the tendon",
         )
     return Tendon(body, load.stiffness, direction / np.linalg.norm(direction), load.slack)
 
@@ -195,8 +196,8 @@ def tether(loaded: Loaded, load: scene_loads.Tether, keys: Keys) -> Tether:
     if load.drag > 0.0 and not freedom(names, load.acts_on)[0]:
         raise names.loaded.error(
             (*keys, "drag"),
-            f"'{load.acts_on}' cannot move along x: the tether would never drag",
-            f"let it move that way (rigid_bodies.{load.acts_on}.free), or write 0 N",
+            f"'{load.acts_on}' cannot move along x, so the tether would exert no drag",
+            f"free this direction (rigid_bodies.{load.acts_on}.free), or write 0 N",
         )
     centre = names.vector(names.scene.rigid_bodies[load.acts_on].center, keys)
     return Tether(
@@ -216,7 +217,7 @@ def turning_stiffness(names: Names, load: scene_loads.Tether, keys: Keys) -> np.
             if given > 0.0:
                 raise names.loaded.error(
                     (*keys, f"{key}_stiffness"),
-                    f"a section knows no {key}: it turns about z only, which is pitch",
+                    f"a plane section has no {key}: it rotates about z only (pitch)",
                     f"leave {key}_stiffness out",
                 )
     return np.array([load.roll_stiffness, load.yaw_stiffness, load.pitch_stiffness])
@@ -247,7 +248,7 @@ def pulled_cable(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> P
         at_anchor = load.pulled_from is not None and shortest == 0
         raise names.loaded.error(
             (*keys, "pulled_from" if at_anchor else "eyelets"),
-            f"two places of '{keys[-1]}', one after the other, are at {in_mm(held[shortest])}",
+            f"two successive points of '{keys[-1]}' are at the same place, {in_mm(held[shortest])}",
             "leave one of them out",
         )
     return replace(cable, rest_length=float(pieces.sum()))
@@ -268,8 +269,8 @@ def driven(loaded: Loaded, load: scene_loads.PulledCable, keys: Keys) -> tuple[P
     if (course.values < 0.0).any():
         raise names.loaded.error(
             (*keys, key),
-            f"falls to {course.values.min():.4g}: a cable pulls and never pushes",
-            "write values of 0 and more",
+            f"falls to {course.values.min():.4g}: a cable can only pull",
+            "use values of at least 0",
         )
     pull = 1.0 if key == "pull_profile" else load.pull or 0.0
     tension = 1.0 if key == "tension_profile" else load.tension or 0.0

@@ -118,5 +118,5 @@ def refuse_unstable_law(
             keys,
             f"material '{name}' loses its stiffness at I1 = {lost:.3g}, within its "
             f"strain range of {data.strain_range:g} (I1 up to {largest_I1:.3g})",
-            "a negative constant does this: fit fewer terms, or over a wider range",
+            "a negative constant causes this: fit fewer terms, or a wider strain range",
         )

@@ -129,8 +129,8 @@ class Names:
         if number >= self.dimension:
             raise self.loaded.error(
                 keys,
-                f"there is no direction {letter} in a model of {self.dimension} dimensions",
-                "bodies of formulation solid live in space, the others in the x-y plane",
+                f"a model of {self.dimension} dimensions has no direction {letter}",
+                "models with bodies of formulation solid are 3D; all others are in the x-y plane",
             )
         return number
 
@@ -140,7 +140,7 @@ class Names:
         if not dot or body not in self.bodies:
             raise self.loaded.error(
                 keys,
-                f"'{reference}' names no set of a body",
+                f"'{reference}' does not name a set of a body",
                 f'write body.set, such as "{next(iter(self.bodies))}.surface"; '
                 f"bodies: {', '.join(self.bodies)}",
             )
@@ -193,7 +193,7 @@ def model_vector(
         raise loaded.error(
             keys,
             f"has {len(components)} components; this model has {dimension}",
-            "bodies of formulation solid live in space, the others in the x-y plane",
+            "models with bodies of formulation solid are 3D; all others are in the x-y plane",
         )
     return np.array([*components, *[0.0] * (dimension - len(components))], dtype=float)
 

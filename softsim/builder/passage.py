@@ -36,7 +36,7 @@ def passage(
     if data.outline is None:
         raise names.loaded.error(
             ("rigid_bodies", name),
-            f"'{name}' has no outline: nothing can say whether it fits through '{network.name}'",
+            f"'{name}' has no outline, so the clearance in '{network.name}' cannot be computed",
             "give it an outline, such as {length: 33 mm, height: 15 mm}",
         )
     length = outline_length(data.outline)
@@ -46,7 +46,7 @@ def passage(
         raise names.loaded.error(
             ("rigid_bodies", name, "center"),
             f"'{name}' starts in the branch '{network.branches[branch].path.name}'",
-            "begin the pipe where the robot is, and let a tee or cross lead from there",
+            "start the pipe at the robot, and lead to the branch by a tee or cross",
         )
     return Passage(
         network=network,
@@ -70,7 +70,7 @@ def refuse_verdict(names: Names) -> None:
         if wanted is not None:
             raise names.loaded.error(
                 ("expect", key),
-                f"{key}: the scene asks no question that a verdict could answer",
+                f"{key} needs a layout, which this scene does not have",
                 "add layout: {}, beside a wall of kind pipe_path",
             )
 
@@ -81,7 +81,7 @@ def refuse_unknown_exit(names: Names, network: PipeNetwork) -> None:
     if wanted is not None and wanted not in network.exits:
         raise names.loaded.error(
             ("expect", "exit"),
-            f"nothing leads to the exit '{wanted}' of '{network.name}'",
+            f"no branch leads to the exit '{wanted}' of '{network.name}'",
             close_names(wanted, list(network.exits), "exits"),
         )
 
@@ -92,15 +92,15 @@ def network_of(names: Names, layout: Layout, walls: Sequence[Wall]) -> PipeNetwo
     if not paths:
         raise names.loaded.error(
             ("environment", "walls"),
-            "a layout needs a pipe to pass, and no wall is of kind pipe_path",
-            "such as pipe: {kind: pipe_path, diameter: 36 mm, pipe: [{straight: 120 mm}, "
+            "a layout needs a wall of kind pipe_path, and there is none",
+            "for example pipe: {kind: pipe_path, diameter: 36 mm, pipe: [{straight: 120 mm}, "
             "{bend: 90 deg, radius: 60 mm}, {straight: 80 mm}]}",
         )
     if layout.path is None and len(paths) > 1:
         raise names.loaded.error(
             ("layout",),
             f"there are {len(paths)} pipes: {', '.join(paths)}",
-            "say which: path: NAME",
+            "name one of them: path: NAME",
         )
     name = layout.path or next(iter(paths))
     if name not in paths:
@@ -119,8 +119,8 @@ def body_of(names: Names, layout: Layout) -> int:
     if not names.scene.rigid_bodies:
         raise names.loaded.error(
             ("layout",),
-            "a layout asks for the way of a rigid body, and the scene has none",
-            "add a robot: softsim assess LAYOUT --robot pfr does, include: [robot:pfr] too",
+            "a layout needs a rigid body whose path is followed, and the scene has none",
+            "add a robot: use softsim assess LAYOUT --robot pfr, or include: [robot:pfr]",
         )
     return 0
 
@@ -156,8 +156,8 @@ def goals(
     if not network.exits:
         raise names.loaded.error(
             ("environment", "walls", network.name, "closed"),
-            "no exit is left by which a robot could get through",
-            "leave an end open",
+            "the robot cannot leave the pipes: no exit is open",
+            "leave one end open",
         )
     return tuple(
         goal(names, layout, network.name, branch.path, start, length)
@@ -181,8 +181,8 @@ def goal(
         raise names.loaded.error(
             keys,
             f"the body starts at {start * 1e3:g} mm along the path, which ends at "
-            f"{path.length * 1e3:g} mm: it cannot have passed at {found * 1e3:g} mm",
-            "the goal lies ahead of the body and within the pipe",
+            f"{path.length * 1e3:g} mm: the goal at {found * 1e3:g} mm is not between them",
+            "set the goal ahead of the body and within the pipe",
         )
     return found
 

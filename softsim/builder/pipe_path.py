@@ -48,8 +48,8 @@ def pipe_network(names: Names, name: str, wall: PipePathWall) -> PipeNetwork:
     if isinstance(names.geometry, Axisymmetric):
         raise names.loaded.error(
             (*keys, "kind"),
-            "a half section of revolution has no path to follow",
-            "write kind: pipe, a straight pipe about the axis y",
+            "a pipe_path is not possible in an axisymmetric model",
+            "write kind: pipe, a straight pipe around the axis y",
         )
     refuse_loose_branches(names, keys, wall)
     refuse_unknown_ends(names, keys, wall)
@@ -134,16 +134,16 @@ def refuse_loose_branches(names: Names, keys: Keys, wall: PipePathWall) -> None:
                 if branch in taken:
                     raise names.loaded.error(
                         at,
-                        f"'{branch}' leaves from {taken[branch]} already",
-                        "give each side a branch of its own",
+                        f"the branch '{branch}' already leaves from {taken[branch]}",
+                        "give each side its own branch",
                     )
                 taken[branch] = label((*place, k))
             if k + 1 < len(listed) and ends_in_a_tee(listed[: k + 1]):
                 raise names.loaded.error(
                     (*keys, *place, k + 1),
-                    f"nothing leads to this: the pipe ends in {label((*place, k))}, a tee with "
-                    "pipes to both sides",
-                    "write cross instead of tee, which goes straight on too",
+                    f"no pipe leads to this item: the path ends in {label((*place, k))}, a tee "
+                    "with pipes to both sides",
+                    "write cross instead of tee to continue straight on",
                 )
     # Every branch leaves one pipe at most: so those that meet are no ring, and can be followed.
     reached = {place[-1] for place, _ in reached_from_the_start(wall)}
@@ -151,8 +151,8 @@ def refuse_loose_branches(names: Names, keys: Keys, wall: PipePathWall) -> None:
         if branch not in reached:
             raise names.loaded.error(
                 (*keys, "branches", branch),
-                f"the pipes do not meet: nothing leads from the start to the exit '{branch}'",
-                f"let a tee or cross lead there, such as {{tee: 90 mm, left: {branch}}}",
+                f"the pipes are not connected: no path leads from the start to the exit '{branch}'",
+                f"add a tee or cross that leads there, such as {{tee: 90 mm, left: {branch}}}",
             )
 
 
@@ -195,9 +195,9 @@ def layout_item(names: Names, keys: Keys, item: PipeItem, diameter: float) -> pi
     if names.dimension == 2 and item.turned != 0.0:
         raise names.loaded.error(
             (*keys, "turned"),
-            f"a {'bend' if isinstance(item, BendItem) else 'pipe'} cannot be turned out of the "
-            "plane of a section",
-            "leave turned out; to the right: bend: -90 deg, or the side right",
+            f"a {('bend' if isinstance(item, BendItem) else 'pipe')} cannot be turned out of the "
+            "plane of a 2D model",
+            "leave turned out; for a bend to the right write bend: -90 deg, or the side right",
         )
     if isinstance(item, BendItem):
         turned = item.turned + (item.bend < 0.0) * np.pi
@@ -215,10 +215,10 @@ def fork(names: Names, keys: Keys, item: TeeItem | CrossItem, diameter: float) -
     if branch > run + ALIKE:
         raise names.loaded.error(
             (*keys, "to"),
-            f"a pipe {in_words(branch)} wide does not meet one that is {in_words(run)} wide: it "
-            "would stick out of it",
-            f"the pipes to the sides are at {'most' if goes_on else 'least'} "
-            f"{in_words(diameter)} wide",
+            f"a pipe {in_words(branch)} wide does not fit a pipe {in_words(run)} wide: it would "
+            "stick out of it",
+            f"the side pipes must be at {('most' if goes_on else 'least')} {in_words(diameter)} "
+            "wide",
         )
     length = item.cross if isinstance(item, CrossItem) else item.tee
     angles = {n: item.turned + SIDES[side] for side, n in sides_of(item).items()}
@@ -238,9 +238,8 @@ def refuse_short_forks(names: Names, keys: Keys, wall: PipePathWall, network: Pi
             at = key_of_item(wall, number)
             raise names.loaded.error(
                 (*keys, *at),
-                f"{label(at)} is {in_words(2.0 * length)} long: too short for its pipes and the "
-                "edges between them",
-                f"it must be at least {in_words(np.ceil(2e3 * reach) / 1e3)} long",
+                f"{label(at)} is {in_words(2.0 * length)} long: too short for its pipes and edges",
+                f"make it at least {in_words(np.ceil(2000.0 * reach) / 1e3)} long",
             )
 
 
@@ -249,15 +248,15 @@ def refuse_idle_steps(names: Names, keys: Keys, wall: PipePathWall) -> None:
     if isinstance(wall.pipe[0], StepItem):
         raise names.loaded.error(
             (*keys, "pipe", 0),
-            "a pipe cannot begin with a step",
-            "give the diameter at which it starts as diameter of the wall",
+            "a pipe cannot start with a step",
+            "set the initial diameter as the diameter of the wall",
         )
     for place, listed in pipes(wall).items():
         if isinstance(listed[-1], StepItem):
             raise names.loaded.error(
                 (*keys, *place, len(listed) - 1),
-                "nothing comes after this step",
-                "go on with a straight, or leave the step out",
+                "a step cannot be the last item",
+                "add a straight after it, or leave the step out",
             )
 
 
@@ -273,8 +272,8 @@ def refuse_absurd_sizes(names: Names, keys: Keys, wall: PipePathWall) -> None:
                 if ratio > LARGEST_RATIO:
                     raise names.loaded.error(
                         (*keys, *place, k, key),
-                        f"{in_words(size)} beside a pipe that starts {in_words(wall.diameter)} "
-                        f"wide: sizes differ by more than a factor of {LARGEST_RATIO:g}",
+                        f"{in_words(size)} in a pipe that starts {in_words(wall.diameter)} wide: "
+                        f"the sizes differ by more than a factor of {LARGEST_RATIO:g}",
                         "check the units of this size and of the wall's diameter",
                     )
 
@@ -287,9 +286,9 @@ def refuse_wrong_diameters(
         if item.diameter is not None and abs(item.diameter - diameter) > ALIKE:
             raise names.loaded.error(
                 (*keys, k, "diameter"),
-                f"the pipe is {in_words(diameter)} wide where this begins, not "
+                f"the pipe is {in_words(diameter)} wide at the start of this item, not "
                 f"{in_words(item.diameter)}",
-                "put a taper or a step between",
+                "add a taper or a step before it",
             )
 
 
@@ -301,8 +300,8 @@ def refuse_tight_bends(names: Names, keys: Keys, wall: PipePathWall, network: Pi
             raise names.loaded.error(
                 (*keys, *key_of_item(wall, segment.item), "radius"),
                 f"a bend of radius {in_words(segment.bend_radius)} is too tight for a pipe "
-                f"{in_words(2.0 * least)} wide: its inner side would run into itself",
-                f"the radius of the centre line must be more than {in_words(least)}",
+                f"{in_words(2.0 * least)} wide: its inner side would overlap itself",
+                f"the radius of the centre line must be greater than {in_words(least)}",
             )
 
 
@@ -315,9 +314,9 @@ def refuse_crossing(names: Names, keys: Keys, wall: PipePathWall, network: PipeN
     origin = nearest(names.loaded.tree, (*keys, *first))[0].origin
     raise names.loaded.error(
         (*keys, *second),
-        f"the pipe runs into itself: {label(second)}, {found[1].kind}, meets {label(first)}, "
+        f"the pipe crosses itself: {label(second)}, {found[1].kind}, meets {label(first)}, "
         f"{found[0].kind}, of {origin}",
-        "make it lead past itself, in space by bends that are turned",
+        "change the course of the pipe, in 3D for example by turned bends",
     )
 
 
@@ -338,7 +337,7 @@ def overlap(names: Names, name: str, network: PipeNetwork, places: np.ndarray) -
         return names.loaded.error(
             (*keys, "closed"),
             f"a body starts beyond the closed {end} of '{name}', {deepest}",
-            f"move the body, or the pipe, or leave its {end} open",
+            f"move the body or the pipe, or leave the {end} of the pipe open",
         )
     segment = path.segments[number]
     numbers, lengths, distances = path.coordinates(places)
@@ -349,9 +348,9 @@ def overlap(names: Names, name: str, network: PipeNetwork, places: np.ndarray) -
     at = key_of_item(wall, segment.item)
     return names.loaded.error(
         (*keys, *at),
-        f"{label(at)} of '{name}', {segment.kind}, starts {-gap[worst] * 1e3:.3g} mm "
-        f"inside the body, {deepest}",
-        f"a pipe that takes it is at least {enough:g} mm wide where this begins",
+        f"{label(at)} of '{name}', {segment.kind}, starts {-gap[worst] * 1e3:.3g} mm inside the "
+        f"body, {deepest}",
+        f"the body needs a pipe at least {enough:g} mm wide at its start",
     )
 
 

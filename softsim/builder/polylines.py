@@ -50,6 +50,8 @@ def in_plane(names: Names, point: Point, keys: Keys) -> np.ndarray:
     place = names.vector(point, keys)
     if place[2:].any():
         raise names.loaded.error(
-            keys, "the wall is the same at every z: its points have none", "leave the third out"
+            keys,
+            "the wall is the same at every z, so its points have no z coordinate",
+            "leave the third coordinate out",
         )
     return place[:2]

@@ -35,7 +35,7 @@ def refuse_a_second_chamber(names: Names, model: Model, keys: Keys) -> None:
     if chamber is not None and keys[1] != chamber.name:
         raise names.loaded.error(
             keys,
-            f"event_cycles drive the robot's chamber only, which is '{chamber.name}'",
+            f"event_cycles can only drive the chamber of the robot, which is '{chamber.name}'",
             f"write robot: {{chamber: {keys[1]}}}",
         )
 
@@ -45,13 +45,13 @@ def refuse_no_motion(names: Names, model: Model, keys: Keys) -> None:
     if model.relaxation is not None:
         raise names.loaded.error(
             keys,
-            "event_cycles follow the robot's motion: a static procedure has none",
+            "event_cycles respond to the motion of the robot, and a static procedure has none",
             "write time.procedure: dynamic, or a profile of kind cycles",
         )
     if not model.rigid_bodies:
         raise names.loaded.error(
             keys,
-            "event_cycles follow the motion of the robot's frame: there is none",
+            "event_cycles need the motion of the robot's frame, and there is no frame",
             "add rigid_bodies, or write a profile of kind cycles",
         )
 
@@ -63,8 +63,8 @@ def refuse_missing_rows(names: Names, model: Model, settings: EventCycles, keys:
         if wanted > len(model.robot.rows):
             raise names.loaded.error(
                 (*keys, key),
-                f"{key} asks for {wanted}, robot.rows names {len(model.robot.rows)}",
-                "name node sets there, such as ['skin.j*[0-9]']; with 0 rows do not count",
+                f"{key} needs {wanted}, but robot.rows names {len(model.robot.rows)}",
+                "name more node sets there, such as ['skin.j*[0-9]']; 0 switches the criterion off",
             )
 
 
@@ -74,7 +74,7 @@ def refuse_a_short_window(names: Names, settings: EventCycles, keys: Keys) -> No
     if settings.motion_window < least:
         raise names.loaded.error(
             (*keys, "motion_window"),
-            f"within {settings.motion_window * 1e3:.4g} ms the history has too few rows to tell a "
-            f"speed: at least {ROWS_OF_A_SPEED} are needed",
-            f"write at least {least * 1e3:.4g} ms, or a shorter output.history_interval",
+            f"within {settings.motion_window * 1e3:.4g} ms the history has too few rows to "
+            f"compute a speed: at least {ROWS_OF_A_SPEED} are needed",
+            f"set at least {least * 1e3:.4g} ms, or a shorter output.history_interval",
         )

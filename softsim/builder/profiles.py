@@ -66,7 +66,7 @@ def displacement(
         raise names.loaded.error(
             (*keys, "displacement"),
             "the displacement must start with [0 s, 0 mm]",
-            "a jump at the start would be an infinite velocity",
+            "a jump at the start would mean an infinite velocity",
         )
     return profile
 

@@ -71,8 +71,8 @@ def refuse_meaningless_thickness(
     if isinstance(geometry, RingSection) and geometry.is_ring[cells].all():
         raise loaded.error(
             keys,
-            f"all cells of '{region}' go around the axis: how deep they are, the sector says",
-            "leave it out, or name cells that do not go around",
+            f"all cells of '{region}' are rings around the axis: the sector defines their depth",
+            "leave it out, or name cells that are not rings",
         )
 
 
@@ -122,6 +122,6 @@ def common_geometry(names: Names, facets: np.ndarray, keys: Keys) -> Geometry:
         raise names.loaded.error(
             (*keys, "facets"),
             "the facets belong to bodies of different thickness or rings, or to such regions",
-            "give each a load of its own",
+            "use a separate load for each",
         )
     return first

@@ -58,8 +58,8 @@ def freedom(names: Names, name: str) -> tuple[bool, ...]:
             there = ", ".join(d for d, yes in zip(DIRECTIONS, possible, strict=True) if yes)
             raise names.loaded.error(
                 ("rigid_bodies", name, "free", k),
-                f"'{name}' cannot move in {word} in this kind of model",
-                f"here a rigid body has: {there}",
+                f"'{name}' cannot move in {word} in this type of model",
+                f"directions of a rigid body here: {there}",
             )
     return tuple(d in named and yes for d, yes in zip(DIRECTIONS, possible, strict=True))
 
@@ -89,8 +89,9 @@ def rigid_motions(names: Names) -> dict[str, RigidMotion]:
         ]:
             raise names.loaded.error(
                 (*keys, "direction"),
-                f"'{condition.body}' is held or moved along {condition.direction} already",
-                f"let it move that way (rigid_bodies.{condition.body}.free), by one condition",
+                f"'{condition.body}' is already held or moved along {condition.direction}",
+                f"free this direction (rigid_bodies.{condition.body}.free), and use only one "
+                "condition for it",
             )
         profile = displacement(names, condition, keys)
         result[f"conditions.{key}"] = RigidMotion(body, axis, profile)
@@ -112,7 +113,7 @@ def tied_nodes(names: Names, is_free: np.ndarray) -> list[np.ndarray]:
                 raise names.loaded.error(
                     keys,
                     f"a node of '{reference}' is already fixed or tied to another rigid body",
-                    "a node follows one master only",
+                    "a node can be tied to one body only",
                 )
             nodes = np.union1d(nodes, chosen)
         taken[nodes] = True
@@ -137,16 +138,17 @@ def own_mass(names: Names, name: str, bodies: tuple[Body, ...], lumped: np.ndarr
         if len(holders) > 1:
             raise names.loaded.error(
                 keys,
-                f"'{body}' is tied to {' and '.join(holders)}: whose mass it is cannot be told",
+                f"'{body}' is tied to {' and '.join(holders)}: its mass cannot be assigned to one "
+                "of them",
                 f"give rigid_bodies.{name}.mass, without the nodes tied to it",
             )
     carried = sum(float(lumped[b.nodes].sum()) for b in bodies if b.name in held[name])
     if data.total_mass <= carried:
         raise names.loaded.error(
             keys,
-            f"{format_quantity(data.total_mass, 'kg')} are given, the deformable bodies tied to "
-            f"'{name}' have {format_quantity(carried, 'kg')}",
-            "more than these have; or give mass, without them",
+            f"total_mass is {format_quantity(data.total_mass, 'kg')}, but the deformable bodies "
+            f"tied to '{name}' have {format_quantity(carried, 'kg')}",
+            "give more than that, or give mass, which does not include them",
         )
     return data.total_mass - carried
 
@@ -178,7 +180,8 @@ def rigid_body(names: Names, name: str, mass: float, tied: np.ndarray) -> RigidB
             turning = direction.startswith("rotation")
             raise names.loaded.error(
                 (*keys, "initial_angular_velocity" if turning else "initial_velocity"),
-                f"'{name}' starts to move in {direction}, which is not among its free directions",
+                f"'{name}' has an initial velocity in {direction}, which is not one of its free "
+                "directions",
                 f"add {direction} to rigid_bodies.{name}.free, or start it at rest",
             )
     return RigidBodyData(
@@ -218,7 +221,9 @@ def placed_surface(names: Names, name: str, data: RigidSurface, first_node: int)
     source = (*keys, "file" if data.points is None else "points")
     if name in names.bodies:
         raise names.loaded.error(
-            keys, f"a deformable body is called '{name}' too", "contact names either: rename one"
+            keys,
+            f"a deformable body is also called '{name}'",
+            "contact needs unique names: rename one of them",
         )
     usual = names.median_side
     try:
@@ -226,9 +231,9 @@ def placed_surface(names: Names, name: str, data: RigidSurface, first_node: int)
         size = np.ptp(points, axis=0).max()
         if size < usual:
             raise MeshError(
-                f"the surface is {size * 1e3:.3g} mm large, less than a facet of the deformable "
-                f"bodies, {usual * 1e3:.3g} mm",
-                hint=f"check length_unit: it is {format_quantity(data.length_unit, 'm')} here",
+                f"the size of the surface is {size * 1e3:.3g} mm, less than that of a facet of "
+                f"the deformable bodies, {usual * 1e3:.3g} mm",
+                hint=f"check length_unit, which is {format_quantity(data.length_unit, 'm')} here",
             )
         longest = data.element_size if isinstance(data.element_size, float) else usual
         vertices, facets = divided(points, faces, longest)
@@ -241,9 +246,10 @@ def placed_surface(names: Names, name: str, data: RigidSurface, first_node: int)
     if ((centre < low - 1e-9) | (centre > high + 1e-9)).any():
         raise names.loaded.error(
             ("rigid_bodies", name, "center"),
-            f"the centre of mass, {in_mm(centre)}, lies outside the surface of '{name}', which "
-            f"goes from {in_mm(low)} to {in_mm(high)}",
-            "give the centre where the surface is placed, or move that (surface.position)",
+            f"the centre of mass, {in_mm(centre)}, is outside the surface of '{name}', which "
+            f"extends from {in_mm(low)} to {in_mm(high)}",
+            "give the centre in the coordinates of the placed surface, or move the surface "
+            "(surface.position)",
         )
     return PlacedSurface(vertices, first_node, first_node + facets, first_node + faces)
 
@@ -257,7 +263,7 @@ def read_rigid_surface(
     """
     if data.points is not None:
         if names.dimension == 3:
-            raise MeshError("points make a surface in a section only", hint="give an STL file")
+            raise MeshError("points describe a surface in 2D only", hint="give an STL file")
         corners = [names.vector(p, (*keys, "points", k)) for k, p in enumerate(data.points)]
         points = checked_polyline(np.array(corners), closed=True).points
         faces = np.stack([np.arange(len(points)), np.roll(np.arange(len(points)), -1)], axis=1)
@@ -274,7 +280,7 @@ def read_rigid_surface(
     if points.shape[1] != names.dimension:
         needed = {2: "a section, such as a polygon by its points", 3: "a surface in space"}
         raise MeshError(
-            f"{data.file} is in {points.shape[1]} dimensions, the model in {names.dimension}",
+            f"{data.file} has {points.shape[1]} dimensions, the model has {names.dimension}",
             hint=f"give {needed[names.dimension]}",
         )
     used, faces = np.unique(faces, return_inverse=True)
@@ -406,7 +412,7 @@ def outlines(
                     keys,
                     f"a node at {in_mm(points[nodes[gaps.argmin()]])} starts "
                     f"{-gaps.min() * 1e3:.3g} mm inside the outline of '{name}'",
-                    "supports lie against the outline from outside: shrink it, or move the body",
+                    "the outline must lie outside the supports: shrink it, or move the body",
                 )
         result.append(OutlineData(r, shape, support))
     return tuple(result)

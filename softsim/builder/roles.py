@@ -45,7 +45,7 @@ def chamber(names: Names, chambers: Sequence[FollowerPressure]) -> FollowerPress
     if given not in by_name:
         raise names.loaded.error(
             (*PLACE, "chamber"),
-            f"no load '{given}' is a pressure",
+            f"load '{given}' is not a pressure",
             close_names(given, list(by_name), "chambers"),
         )
     return by_name[given]
@@ -77,15 +77,15 @@ def track(names: Names) -> str | None:
     if given not in followed:
         raise names.loaded.error(
             keys,
-            f"no probe '{given}' of kind displacement",
-            close_names(given, followed, "such probes"),
+            f"there is no probe '{given}' of kind displacement",
+            close_names(given, followed, "probes of this kind"),
         )
     if names.dimension != 3 or not names.scene.rigid_bodies:
         raise names.loaded.error(
             keys,
-            "a track is told in space, of a robot with a frame, a rigid body that says where it "
-            "looks",
-            "leave track out: the probe's columns tell where it was",
+            "a track needs a 3D model of a robot with a frame, the rigid body that defines its "
+            "heading",
+            "leave track out; the columns of the probe contain its position",
         )
     return given
 

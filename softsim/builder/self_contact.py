@@ -101,14 +101,14 @@ def refuse_no_facets(names: Names, moduli: np.ndarray) -> None:
     if not len(moduli):
         raise names.loaded.error(
             ("contact", "self_contact"),
-            "all of its faces lie in planes of symmetry, or are held across themselves",
+            "all of its facets lie in planes of symmetry, or are held in the normal direction",
             "name the surfaces that may touch",
         )
     if np.isinf(moduli).all():
         raise names.loaded.error(
             ("contact", "self_contact"),
-            "only rigid bodies are named: how stiff their contact is follows from deformable ones",
-            "name a deformable body too",
+            "only rigid bodies are named: the contact stiffness is derived from a deformable body",
+            "name a deformable body as well",
         )
 
 

@@ -142,7 +142,7 @@ def order_of_definition(
         circle = error.args[1][::-1]
         raise loaded.error(
             (*keys, circle[0]),
-            f"sets of '{body}' are made of each other in a circle",
+            f"sets of '{body}' are defined by each other in a circle",
             " -> ".join(circle),
         ) from None
 
@@ -197,7 +197,7 @@ def in_box(loaded: LoadedScene, mesh: Mesh, data: BoxSet, keys: Keys) -> np.ndar
             raise loaded.error(
                 (*keys, "box", k),
                 f"has {len(corner)} coordinates; this model has {mesh.dimension}",
-                "give both corners of the box in full",
+                "give all coordinates of both corners of the box",
             )
     off = ON_IT * extent(mesh)
     low, high = np.min(data.box, axis=0) - off, np.max(data.box, axis=0) + off
@@ -223,4 +223,4 @@ def why_empty(mesh: Mesh, data: SetDefinition, known: Mapping[str, Members]) -> 
     if parts(data):
         return "; ".join(f"{part}: {known[part].describe()}" for part in parts(data))
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    return f"the body lies between {in_mm(low)} and {in_mm(high)}"
+    return f"the body extends from {in_mm(low)} to {in_mm(high)}"

@@ -38,9 +38,9 @@ def ramp(names: Names, wall: RampWall, keys: Keys) -> np.ndarray:
     if wall.plateau < wall.height:
         raise names.loaded.error(
             (*keys, "plateau"),
-            f"plateau: {1e3 * wall.plateau:g} mm are shorter than the ramp is high, "
+            f"plateau: {1e3 * wall.plateau:g} mm is less than the height of the ramp, "
             f"{1e3 * wall.height:g} mm",
-            "what gets onto it is to stand on it: give it the length of the robot",
+            "the body must fit on the plateau: make it at least as long as the robot",
         )
     return terrain.ramp(wall.slope, wall.height, wall.plateau)
 

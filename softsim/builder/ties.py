@@ -72,12 +72,12 @@ def moved_body(
         by = [k for k, data in names.scene.ties.items() if data.nodes.startswith(f"{name}.")]
         raise names.loaded.error(
             ("ties", by[0]),
-            f"with its tied nodes on the facets the mesh of '{name}' cannot be computed with: "
+            f"with its tied nodes on the facets, the mesh of '{name}' is not valid: "
             f"{error.message}",
-            "let the nodes lie nearer to the facets, or lower the tolerance",
+            "move the nodes closer to the facets, or lower the tolerance",
         ) from None
     shifted = int((way > ROUND_OFF * np.ptp(points)).sum())
-    remark = f"{shifted} tied nodes moved onto facets, {way.max() * 1e3:.3g} mm at most"
+    remark = f"{shifted} tied nodes moved onto facets, by at most {way.max() * 1e3:.3g} mm"
     return replace(body, mesh=mesh, remarks=(*body.remarks, *([remark] if shifted else [])))
 
 
@@ -86,7 +86,7 @@ def refuse_ring_section(names: Names, keys: Keys) -> None:
     if isinstance(names.geometry, RingSection):
         raise names.loaded.error(
             keys,
-            "a ring_section cannot be tied: its two strips are one ring",
+            "a ring_section cannot be tied: its two strips form one ring",
             "write formulation plane_strain, axisymmetric or solid",
         )
 
@@ -113,12 +113,12 @@ def refuse_far_nodes(
     given = data.tolerance is not None
     raise names.loaded.error(
         ("ties", name, "tolerance") if given else ("ties", name),
-        f"the node of '{data.nodes}' at {in_mm(points[nodes[worst]])} lies "
-        f"{distance[worst] * 1e3:.4g} mm off the facets of '{data.facets}', as {len(far)} of "
-        f"{len(nodes)} lie more than {tolerance * 1e3:.4g} mm off"
-        + ("" if given else ", 5 % of the facets' mean side"),
-        "leave nodes that are not to be tied out of the set, move the bodies together, or raise "
-        f"the tolerance (ties.{name}.tolerance)",
+        f"the node of '{data.nodes}' at {in_mm(points[nodes[worst]])} is "
+        f"{distance[worst] * 1e3:.4g} mm away from the facets of '{data.facets}'; {len(far)} "
+        f"of {len(nodes)} nodes are more than {tolerance * 1e3:.4g} mm away"
+        + ("" if given else ", 5 % of the mean side of the facets"),
+        "leave nodes that are not to be tied out of the set, move the bodies closer together, or "
+        f"raise the tolerance (ties.{name}.tolerance)",
     )
 
 
@@ -136,8 +136,8 @@ def refuse_common_cells(
         raise names.loaded.error(
             ("ties", name, "nodes"),
             f"the node of '{data.nodes}' at {in_mm(points[nodes[row[0]]])} belongs to an element "
-            f"that has a corner of the facet of '{data.facets}' that it would follow",
-            "tie nodes to facets that are not their own, of another body or across a gap",
+            f"that shares a node with the facet of '{data.facets}' to which it would be tied",
+            "tie nodes to facets of another body, or across a gap",
         )
 
 
@@ -158,8 +158,8 @@ def refuse_chains(
         if len(again):
             raise names.loaded.error(
                 ("ties", keys[number], "nodes"),
-                f"the node at {in_mm(points[again[0]])} is tied by '{keys[by[again[0]]]}' already",
-                "a node follows one surface only: leave it out of one of the sets",
+                f"the node at {in_mm(points[again[0]])} is already tied by '{keys[by[again[0]]]}'",
+                "a node can be tied to one surface only: leave it out of one of the sets",
             )
         by[nodes] = number
     for number, followed in enumerate(corners):
@@ -167,10 +167,9 @@ def refuse_chains(
         if len(chained):
             raise names.loaded.error(
                 ("ties", keys[number], "facets"),
-                f"the corner of a facet at {in_mm(points[chained[0]])} is tied itself, by "
+                f"the node of a facet at {in_mm(points[chained[0]])} is itself tied, by "
                 f"'{keys[by[chained[0]]]}'",
-                "nodes follow what is not tied: tie both to one surface, or exchange nodes and "
-                "facets of one tie",
+                "tie both to one surface, or exchange nodes and facets of one tie",
             )
 
 
@@ -190,7 +189,7 @@ def refuse_held_nodes(
     raise names.loaded.error(
         ("ties", name, "nodes"),
         f"the node of '{names.scene.ties[name].nodes}' at {in_mm(points[node])} is fixed, "
-        "prescribed or tied to a rigid body, and its facet is not",
+        "prescribed or tied to a rigid body, but its facet is not",
         "hold the facet instead, or leave the node out of the set",
     )
 

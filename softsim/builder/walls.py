@@ -67,7 +67,9 @@ def wall_motions(names: Names) -> dict[str, str]:
         if condition.wall in moved:
             other = f"conditions.{moved[condition.wall]}"
             raise names.loaded.error(
-                keys, f"'{condition.wall}' is moved by {other} already", "move it by one condition"
+                keys,
+                f"'{condition.wall}' is already moved by {other}",
+                "use only one condition for it",
             )
         moved[condition.wall] = key
     return moved
@@ -84,13 +86,15 @@ def moving(names: Names, wall: Wall, motions: Mapping[str, str]) -> Wall:
     axis = names.axis(condition.direction, (*keys, "direction"))
     if isinstance(names.geometry, Axisymmetric) and axis == 0 and isinstance(wall, ON_AXIS):
         raise names.loaded.error(
-            (*keys, "direction"), f"'{name}' would leave the axis and be a ring", "move it along y"
+            (*keys, "direction"),
+            f"moved in this direction, '{name}' would leave the axis",
+            "move it along y",
         )
     if names.scene.layout is not None and isinstance(wall, PipeNetwork):
         raise names.loaded.error(
             (*keys, "wall"),
-            f"a layout asks whether a robot passes '{name}', which stands still for that",
-            "leave out the layout, or the motion",
+            f"a layout assesses the passage through '{name}', which must not move",
+            "leave out the layout or the motion",
         )
     profile = displacement(names, condition, keys)
     return MovingWall(wall, axis, profile)
@@ -174,7 +178,7 @@ def cylinders(names: Names) -> list[Cylinder]:
             keys = ("environment", "walls", name, "direction")
             axis = names.axis(wall.direction, keys)
             if isinstance(names.geometry, Axisymmetric) and axis != 1:
-                raise names.loaded.error(keys, "only y is an axis of this model", "write y")
+                raise names.loaded.error(keys, "y is the only axis of this model", "write y")
             centre = centre_of(names, name, wall)
             found.append(Cylinder(name, centre, axis, 0.5 * wall.length, 0.5 * wall.diameter))
     return found
@@ -186,7 +190,9 @@ def centre_of(names: Names, name: str, wall: SphereWall | CylinderWall) -> np.nd
     centre = names.vector(wall.center, keys)
     if isinstance(names.geometry, Axisymmetric) and centre[0] != 0.0:
         raise names.loaded.error(
-            keys, f"a {wall.kind} beside the axis would be a ring", "write 0 mm for x, the radius"
+            keys,
+            f"a {wall.kind} away from the axis would be a ring",
+            "write 0 mm for x, the radial direction",
         )
     return centre
 
@@ -207,7 +213,8 @@ def fitted(names: Names, walls: Sequence[Wall], places: np.ndarray) -> tuple[Wal
         if len(wall.corners()):
             raise names.loaded.error(
                 keys,
-                f"'{name}' has corners: facets that start around one cannot be moved off it",
+                f"'{name}' has corners: facets that start around a corner cannot be moved out of "
+                "it",
                 "an interference fit is for walls without convex corners, such as pipes",
             )
     time = names.scene.time
@@ -215,8 +222,8 @@ def fitted(names: Names, walls: Sequence[Wall], places: np.ndarray) -> tuple[Wal
     if wanted and first and (time.procedure == "static" or time.settle is None):
         raise names.loaded.error(
             ("contact", "interference_fit"),
-            "a wall with an interference fit closes on bodies while they settle, and here nothing "
-            "settles before t = 0",
+            "an interference fit is closed during time.settle, and this scene does not settle "
+            "before t = 0",
             "write time.settle: 0.2 s and time.procedure: dynamic (static steps may follow)",
         )
     # In later steps the walls have closed long since.
@@ -259,7 +266,7 @@ def pipe_overlap(names: Names, name: str, wall: Wall, places: np.ndarray) -> Sce
     # All of its gaps: the pipe may be too narrow on both sides.
     widest = pipe.diameter - 2.0 * least_gap(name, wall, places).min()
     enough = np.ceil((widest - 2.0 * ALLOWED_PENETRATION) * 1e6) / 1e3  # mm, up to a um
-    hint = f"a pipe that takes it has a diameter of at least {enough:g} mm; {FITS.format(name)}"
+    hint = f"use a pipe with a diameter of at least {enough:g} mm; {FITS.format(name)}"
     return names.loaded.error(keys, how_deep(name, wall, places), hint)
 
 

@@ -25,7 +25,7 @@ def softsim(
         typer.Option("--version", callback=print_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    """Explicit finite elements for soft robots."""
+    """Simulate soft robots with finite elements: explicit dynamics, large deformation, contact."""
 
 
 for command in (

@@ -38,9 +38,11 @@ def print_version(asked: bool) -> None:
 
 
 def schema(
-    of: Annotated[FileKind, typer.Argument(help="Which files.")] = FileKind.scene,
+    of: Annotated[
+        FileKind, typer.Argument(help="Kind of file that the schema describes.")
+    ] = FileKind.scene,
 ) -> None:
-    """Print the JSON schema of scenes, studies or chains, with which an editor completes and checks
+    """Print the JSON schema of scene, study or chain files, which editors use to complete and check
     keys.
     """
     from softsim.scene.chain import chain_json_schema
@@ -58,10 +60,10 @@ def schema(
 
 def devices(
     seconds: Annotated[
-        float, typer.Option(min=0.0, help="Time of all measurements; 0 leaves them out.")
+        float, typer.Option(min=0.0, help="Total time of the measurements [s]; 0 skips them.")
     ] = 10.0,
 ) -> None:
-    """Say which devices there are, how fast they are, and which one `auto` takes."""
+    """List the available devices, measure their speed and show which one `auto` selects."""
     with explained() as console:
         print_devices(console, seconds)
 
@@ -72,10 +74,10 @@ def print_devices(console: Console, seconds: float) -> None:
     described = {"cpu": _cpu()}
     if cuda_device_count():
         described["cuda"] = _cuda(faults)
-    table = Table("device", "what", "memory free", box=None)
+    table = Table("device", "hardware", "free memory", box=None)
     rates: dict[str, list[str]] = {name: [] for name in described}
     if seconds > 0.0:
-        console.print("measuring; the first time kernels are compiled, for a minute or so")
+        console.print("measuring speed; the first time, kernels are compiled for about a minute")
         for heading, measured in _rates(list(described), seconds, faults).items():
             table.add_column(heading, justify="right")
             for name, rate in measured.items():
@@ -88,12 +90,12 @@ def print_devices(console: Console, seconds: float) -> None:
     for fault in faults:
         console.print(fault, highlight=False)
     if "cuda" in described:
-        taken = f"the card from {CORNERS_FOR_GPU:,} corners of elements on, else the cpu"
+        taken = f"cuda from {CORNERS_FOR_GPU:,} element nodes on, else cpu"
     else:
         taken = "cpu"
     console.print(
-        f"auto takes {taken}; --threads auto takes one thread below "
-        f"{CORNERS_FOR_THREADS:,} corners of elements, else all",
+        f"auto selects {taken}; --threads auto uses one thread below {CORNERS_FOR_THREADS:,} "
+        "element nodes (elements times nodes per element), else all",
         highlight=False,
     )
 
@@ -110,7 +112,7 @@ def _cuda(faults: list[str]) -> list[str]:
         faults.append(f"cuda: {fault}")
         card = None
     if card is None:
-        return ["a CUDA device of which the driver tells no name", ""]
+        return ["CUDA device (the driver reports no name)", ""]
     return [f"{card.name}, driver {card.driver}", _free(card.memory)]
 
 
@@ -121,8 +123,8 @@ def _why_there_is_none() -> str:
     except DeviceError as fault:
         return str(fault)
     if card is None:
-        return "no NVIDIA driver answers"
-    return f"there is a {card.name} with driver {card.driver}, but CUDA does not answer on it"
+        return "no NVIDIA driver found"
+    return f"CUDA does not respond on the {card.name} with driver {card.driver}"
 
 
 def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, dict[str, str]]:

@@ -12,21 +12,25 @@ def chain(
     robot: Annotated[
         str,
         typer.Argument(
-            help="leafbot3, leafbot5, leafbot9, leafbot_x5, or a chain's file (YAML).",
+            help="Built-in robot (leafbot3, leafbot5, leafbot9, leafbot_x5) or chain file (YAML).",
             show_default=False,
         ),
     ],
     frequency: Annotated[
-        str | None, typer.Option(help="Of the motor, such as '142 Hz'; default: the file's.")
+        str | None, typer.Option(help="Motor frequency, such as '142 Hz'; default: as in the file.")
     ] = None,
     slope: Annotated[
-        str | None, typer.Option(help="Of the ground, such as '10 deg'; default: the file's.")
+        str | None,
+        typer.Option(help="Slope of the ground, such as '10 deg'; default: as in the file."),
     ] = None,
     overrides: Overrides = None,
-    out: Annotated[Path | None, typer.Option(help="Folder; default: runs/ROBOT_chain.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Output folder; default: runs/ROBOT_chain.")
+    ] = None,
 ) -> None:
-    """Simulate a robot by its analytical model, masses on springs that a motor shakes: seconds
-    where finite elements take minutes.
+    """Simulate a robot with the analytical model: a chain of masses and springs driven by a motor.
+
+    A run takes seconds; a finite-element run of the same robot takes minutes.
     """
     with explained() as console:
         from softsim.chain.loading import load_chain

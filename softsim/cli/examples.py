@@ -17,13 +17,11 @@ if TYPE_CHECKING:
 
 def examples(
     name: Annotated[
-        str | None, typer.Argument(help="Copy this one; default: list all.", show_default=False)
+        str | None, typer.Argument(help="Example to copy; default: list all.", show_default=False)
     ] = None,
     to: Annotated[Path, typer.Option(help="Folder to copy it to.")] = Path(),
 ) -> None:
-    """List the scenes, layouts and studies that come with softsim, or copy one with all files that
-    it needs.
-    """
+    """List the example scenes, layouts and studies, or copy one with all files that it needs."""
     with explained() as console:
         root = examples_folder()
         if name is None:
@@ -106,7 +104,7 @@ def copy_example(example: Path, root: Path, folder: Path) -> list[Path]:
     for source, target in zip(sources, targets, strict=True):
         if target.exists() and target.read_bytes() != source.read_bytes():
             raise OutputError(
-                f"{target} is there already, and it is not the example",
+                f"{target} already exists, with content other than that of the example",
                 hint="name another folder with --to, or move the file away",
             )
     for source, target in zip(sources, targets, strict=True):

@@ -78,7 +78,7 @@ def calibrate(
     laboratory = Laboratory(settings, console)
     in_space = laboratory.inflated(reference, "reference", settings.highest, settings.ramp)
     # Said at once, so that a reference that never touches costs no further run.
-    console.print(f"  touches at {in_space.touch * 1e-3:.4g} kPa", highlight=False)
+    console.print(f"  first contact at {in_space.touch * 1e-3:.4g} kPa", highlight=False)
     due = FORCE_SHARE * float(in_space.force.max())
     in_section = laboratory.section_pressed(section, due)
     mapping = matched(in_space, in_section)
@@ -91,8 +91,9 @@ def calibrate(
     for name, curve in (("reference", in_space), ("section", in_section)):
         if curve.largest_kinetic_share > QUASI_STATIC:
             laboratory.remark(
-                f"the {name} was inflated too fast: kinetic energy is up to "
-                f"{100 * curve.largest_kinetic_share:.3g} % of the internal one; lengthen --ramp"
+                f"the {name} was inflated too fast: its kinetic energy reaches "
+                f"{100 * curve.largest_kinetic_share:.3g} % of the internal energy; "
+                "increase --ramp"
             )
     found = replace(found, remarks=tuple(laboratory.remarks))
     _tell(found, section, settings.out, console)
@@ -122,8 +123,8 @@ class Laboratory:
         except StabilityError as error:
             curve = wall_curve(read_history(folder / HISTORY))
             self.remark(
-                f"the {name} broke at {curve.highest * 1e-3:.4g} kPa, and counts up to there: "
-                f"{error.message}"
+                f"the {name} failed at {curve.highest * 1e-3:.4g} kPa; its results up to this "
+                f"pressure are used: {error.message}"
             )
             return curve
         return wall_curve(read_history(folder / HISTORY))
@@ -141,8 +142,9 @@ class Laboratory:
                 return curve
             if highest >= farthest:
                 self.remark(
-                    f"the section presses with {curve.force.max():.3g} N at {highest * 1e-3:.4g} "
-                    f"kPa, {due:.3g} N are due: the mapping ends where it does"
+                    f"the wall force of the section is {curve.force.max():.3g} N at "
+                    f"{highest * 1e-3:.4g} kPa, less than the {due:.3g} N required: the mapping "
+                    "ends there"
                 )
                 return curve
             highest, ramp = 2.0 * highest, 2.0 * ramp
@@ -170,7 +172,7 @@ class Laboratory:
         if body in self.paces:  # the second run of a body is as costly a second as its first
             expected = self.paces[body] * end
             done_at = datetime.now() + timedelta(seconds=expected)
-            outlook = f", about {duration(expected)}, until {done_at:%H:%M}"
+            outlook = f", about {duration(expected)}, done at {done_at:%H:%M}"
         self.console.print(f"{what}, {end:.3g} s{outlook}", highlight=False)
         began, folder = time.monotonic(), self.settings.out / name
         try:
@@ -194,9 +196,9 @@ def _push_pressures(m: Mapping, wanted: float | None) -> tuple[float, float]:
     at = 0.5 * (pressure[0] + pressure[-1]) if wanted is None else wanted
     if not pressure[0] < at <= pressure[-1]:
         raise CalibrationError(
-            f"--push-at {at * 1e-3:.4g} kPa: both touch, and are matched, from "
-            f"{pressure[0] * 1e-3:.4g} to {pressure[-1] * 1e-3:.4g} kPa",
-            "choose a pressure in between",
+            f"--push-at {at * 1e-3:.4g} kPa is outside the range of pressures at which both "
+            f"models touch the pipe, {pressure[0] * 1e-3:.4g} to {pressure[-1] * 1e-3:.4g} kPa",
+            "choose a pressure inside this range",
         )
     return float(at), float(np.interp(at, pressure, m.section_pressure))
 

@@ -15,20 +15,30 @@ if TYPE_CHECKING:
 
 
 def fit_material(
-    file: Annotated[Path, typer.Argument(help="Table of a uniaxial test.", show_default=False)],
+    file: Annotated[Path, typer.Argument(help="Data file of a uniaxial test.", show_default=False)],
     max_strain: Annotated[float, typer.Option(help="Fit up to this strain; 1 is 100 %.")],
-    law: Annotated[str, typer.Option(help="Strain-energy law, as scenes name it.")] = "yeoh",
-    min_strain: Annotated[float, typer.Option(help="Leave out the slack below it.")] = 0.1,
-    terms: Annotated[int | None, typer.Option(help="Fit so many constants; default: all.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Figure; default: FILE_LAW.png here.")] = None,
-    strain_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Strain",
-    stress_column: Annotated[str, typer.Option(help="Its heading.")] = "Engineering Stress",
-    stress_unit: Annotated[
-        str | None, typer.Option(help="Such as MPa; default: as the heading says.")
+    law: Annotated[str, typer.Option(help="Strain-energy law, named as in a scene.")] = "yeoh",
+    min_strain: Annotated[float, typer.Option(help="Ignore data below this strain.")] = 0.1,
+    terms: Annotated[
+        int | None, typer.Option(help="Number of constants to fit; default: all.")
     ] = None,
-    delimiter: Annotated[str | None, typer.Option(help="Default: ; or , or tab.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Figure; default: FILE_LAW.png in the current folder.")
+    ] = None,
+    strain_column: Annotated[
+        str, typer.Option(help="Heading of the strain column.")
+    ] = "Engineering Strain",
+    stress_column: Annotated[
+        str, typer.Option(help="Heading of the stress column.")
+    ] = "Engineering Stress",
+    stress_unit: Annotated[
+        str | None, typer.Option(help="Unit of the stress, such as MPa; default: from the heading.")
+    ] = None,
+    delimiter: Annotated[
+        str | None, typer.Option(help="Column separator; default: detected (; , or tab).")
+    ] = None,
 ) -> None:
-    """Fit a material's constants to a tensile test, and say how well and how far they hold."""
+    """Fit material constants to a tensile test; print the error of the fit and its strain range."""
     with explained() as console:
         from softsim.materials.fitting import fit_law
         from softsim.materials.laws import named_law
@@ -51,11 +61,13 @@ def spectrum(
     ],
     overrides: Overrides = None,
     out: Annotated[
-        Path | None, typer.Option(help="Figure; default: NAME_spectrum.png here.")
+        Path | None, typer.Option(help="Figure; default: NAME_spectrum.png in the current folder.")
     ] = None,
 ) -> None:
-    """Draw storage modulus and loss factor over frequency, a spectrum beside the branches that
-    stand for it, and say how well they do.
+    """Draw storage modulus and loss factor of viscoelastic materials over frequency.
+
+    The given spectrum is drawn together with the Maxwell branches fitted to it; the error of the
+    fit is printed.
     """
     with explained() as console:
         from softsim.report.spectra import draw_spectra, spectra_rows
@@ -95,7 +107,7 @@ def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[Drawn
     if not found:
         raise MaterialError(
             f"{', '.join(names)}: no viscoelastic material",
-            hint="give it a spectrum, such as {kind: loss_factor, loss_factor: 0.2, "
+            hint="give a material a spectrum, such as {kind: loss_factor, loss_factor: 0.2, "
             "band: [2 Hz, 5 kHz]}, or a prony series",
         )
     return found

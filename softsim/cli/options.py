@@ -21,7 +21,10 @@ Overrides = Annotated[
 ]
 
 Threads = Annotated[
-    str, typer.Option(metavar="N|auto", help="CPU threads; auto: 1 for a small model, else all.")
+    str,
+    typer.Option(
+        metavar="N|auto", help="Number of CPU threads; auto: 1 for a small model, else all cores."
+    ),
 ]
 
 StudyPath = Annotated[Path, typer.Argument(help="Study file (YAML).", show_default=False)]
@@ -30,10 +33,12 @@ StudyOverrides = Annotated[
     typer.Option("--set", metavar="PATH=VALUE", help="Override a value in all cases."),
 ]
 Workers = Annotated[
-    int | None, typer.Option(min=1, help="Processes; default: one a core, one for a GPU.")
+    int | None,
+    typer.Option(min=1, help="Number of worker processes; default: one per core, or one per GPU."),
 ]
 Scheduler = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Use the workers of a dask scheduler.")
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Use the workers of the dask scheduler at this address."),
 ]
 
 

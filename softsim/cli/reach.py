@@ -17,29 +17,35 @@ if TYPE_CHECKING:  # Taichi is for those who compute forces
 
 def reach(
     layout: Annotated[
-        Path, typer.Argument(help="Scene file of a pipe_path, without a robot.", show_default=False)
+        Path,
+        typer.Argument(help="Scene file with a pipe_path and no robot.", show_default=False),
     ],
-    robot: Annotated[str, typer.Option(help="Standard robot that goes through it.")] = "pfr",
+    robot: Annotated[str, typer.Option(help="Standard robot to place in the layout.")] = "pfr",
     overrides: Overrides = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder; default: runs/LAYOUT_ROBOT_reach.")
+        Path | None, typer.Option(help="Output folder; default: runs/LAYOUT_ROBOT_reach.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
     workers: Workers = None,
     scheduler: Scheduler = None,
     ratio: Annotated[
         float,
-        typer.Option(min=1.01, help="Trials go on until the bracket's ends differ by this factor."),
+        typer.Option(
+            min=1.01,
+            help="Stop when the bounds of the pulling force differ by no more than this factor.",
+        ),
     ] = 1.2,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only tell how many trials, how long they take.")
+        bool,
+        typer.Option("--dry-run", help="Only print the number of trials and their run time."),
     ] = False,
 ) -> None:
-    """Ask how far a robot gets through a layout of pipes, trailing its tether, in metres.
+    """Compute how far, in metres, a robot gets through a layout of pipes while it pulls its tether.
 
-    What it can pull is found by trials, level against friction and upright against weight; from it
-    and the tension of the tether along the layout follows how far it gets. The key `trailed` of the
-    layout tells of the tether. The same command goes on where it was stopped.
+    Trial runs find the pulling force of the robot, in level pipes against friction and in vertical
+    pipes against gravity. The reach follows from this force and the tension of the tether along
+    the layout. The key `trailed` of the layout describes the tether. Repeat the command to continue
+    after an interruption.
     """
     with explained() as console:
         from softsim.scene.assessment import REACH, load_layout
@@ -74,7 +80,7 @@ def reach(
 
 def _tell_plan(asked: "list[Search]", console: Console) -> None:
     """The pipes in which the robot's pull is sought, and how many trials that takes."""
-    table = Table("pulls in", "trials stored", "left, at most", box=None)
+    table = Table("pipe", "stored trials", "remaining, at most", box=None)
     for search in asked:
         table.add_row(search.pipe.name, str(len(search.trials)), str(search.left))
     console.print(table)
@@ -96,8 +102,8 @@ def _tell_cost(plan: "Plan", asked: "list[Search]", device: str, console: Consol
         if search.left:
             each = predicted_duration(loaded, ready_model(loaded, choice), choice).total
             total += search.left * each
-            console.print(f"a trial in {search.pipe.name}: at most {duration(each)} of one core")
-    console.print(f"in all at most {duration(total)} of one core", style="bold", highlight=False)
+            console.print(f"one trial in {search.pipe.name}: at most {duration(each)} on one core")
+    console.print(f"total: at most {duration(total)} on one core", style="bold", highlight=False)
 
 
 def _tell_answer(folder: Path, console: Console) -> None:
@@ -105,10 +111,12 @@ def _tell_answer(folder: Path, console: Console) -> None:
     from softsim.report.reach import pull_rows, read_reach
 
     found = read_reach(folder)
-    table = Table("in a pipe", "it pulls", "alone in such a pipe", box=None)
+    table = Table("pipe", "pulling force", "reach in this pipe alone", box=None)
     for row in pull_rows(found):
         table.add_row(*row)
     console.print(table)
     for way in found["exits"]:
         console.print(way["sentence"], style="bold", highlight=False, soft_wrap=True)
-    console.print(unheaded([("assumed", text) for text in found["assumptions"]]), highlight=False)
+    console.print(
+        unheaded([("assumption", text) for text in found["assumptions"]]), highlight=False
+    )

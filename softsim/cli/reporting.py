@@ -15,8 +15,10 @@ from softsim.interruption import interrupted_by_sigterm
 
 
 def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a study.")]) -> None:
-    """Draw the figures of a run's or a study's folder again, and write its page report.html; of a
-    chain's, or of how far a robot gets, the figure."""
+    """Redraw the figures of a run or a study and rewrite its page, report.html.
+
+    Folders of `chain` and `reach` have a figure and no page.
+    """
     with explained() as console, drawing_can_stop(folder):
         from softsim.output.study_folder import is_study
         from softsim.report.reach import ANSWER, draw_reach
@@ -33,23 +35,29 @@ def report(folder: Annotated[Path, typer.Argument(help="Folder of a run or a stu
             report_steps(folder, console)
         else:
             raise OutputError(
-                f"{folder} is the folder of neither a run nor a study",
-                hint="name one that softsim run, assess, reach, chain, sweep, optimize has written",
+                f"{folder} is not the folder of a run or a study",
+                hint="name a folder that softsim run, assess, reach, chain, sweep or optimize "
+                "has written",
             )
 
 
 def render(
     folder: Annotated[Path, typer.Argument(help="Folder of a run.")],
     out: Annotated[
-        Path | None, typer.Option(help="File, .gif or .mp4; default: film.gif in the folder.")
+        Path | None,
+        typer.Option(help="Film file, .gif or .mp4; default: film.gif in the run folder."),
     ] = None,
     field: Annotated[
-        str | None, typer.Option(help="What colours the body; default: as the snapshots.")
+        str | None,
+        typer.Option(help="Field shown by colours; default: that of the snapshots."),
     ] = None,
-    frames: Annotated[int, typer.Option(min=2, help="At most so many pictures.")] = 120,
-    rate: Annotated[int, typer.Option(min=1, max=60, help="Pictures a second.")] = 15,
+    frames: Annotated[int, typer.Option(min=2, help="Maximum number of pictures.")] = 120,
+    rate: Annotated[int, typer.Option(min=1, max=60, help="Pictures per second.")] = 15,
 ) -> None:
-    """Make a film of a run's stored frames; `output.frame_interval` says how many there are."""
+    """Make a film from the stored frames of a run.
+
+    The key `output.frame_interval` of the scene sets the number of stored frames.
+    """
     with explained() as console:
         from softsim.output.folder import read_summary
         from softsim.report.film import WRITERS, draw_film
@@ -86,8 +94,9 @@ def drawing_can_stop(folder: Path, command: str = "report") -> Iterator[None]:
             yield
         except KeyboardInterrupt as stop:
             raise Interrupted(
-                f"stopped while pictures were drawn: the numbers in {folder} are complete",
-                hint=f"softsim {command} {folder} draws what is missing",
+                f"stopped while pictures were drawn; the numerical results in {folder} are "
+                "complete",
+                hint=f"draw the missing pictures with: softsim {command} {folder}",
             ) from stop
 
 
@@ -129,7 +138,7 @@ def put_off_report(folder: Path, console: Console) -> None:
     from softsim.output.folder import LOG
 
     if has_run(folder):
-        text = f"no figures and no page: softsim report {folder} draws them"
+        text = f"no figures and no page; draw them with: softsim report {folder}"
         console.print(text, highlight=False, soft_wrap=True)
         with (folder / LOG).open("a", encoding="utf-8") as log:
             log.write(f"{text}\n")

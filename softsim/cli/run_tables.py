@@ -39,7 +39,7 @@ def wall_time_table(wall_times: Mapping[str, float]) -> Table:
     """What the wall time of a run went into, part by part, as the summary keeps it."""
     whole = sum(wall_times.values())
     table = Table("part", box=None)
-    for heading in ("wall time", "share"):
+    for heading in ("wall time", "fraction"):
         table.add_column(heading, justify="right")
     for part, seconds in [*wall_times.items(), ("whole", whole)]:
         table.add_row(part, f"{seconds:.2f} s", f"{100 * seconds / whole:.1f} %")
@@ -54,7 +54,7 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
     """
     whole = profile["increment"]
     table = Table("phase", "pass", box=None)
-    for heading in ("indices", "us", "share"):
+    for heading in ("indices", "us", "fraction"):
         table.add_column(heading, justify="right")
 
     def row(phase: str, name: str, indices: str, seconds: float) -> None:
@@ -64,14 +64,15 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
 
     for cost in sorted(profile["passes"], key=lambda cost: -cost["seconds"]):
         row(cost["phase"], cost["name"], f"{cost['count']:,}", cost["seconds"])
-    row("overhead", "not in any pass alone", "", profile["unexplained"])
-    row("increment", "measured as a whole", "", whole)
+    row("overhead", "not part of a pass", "", profile["unexplained"])
+    row("increment", "whole increment", "", whole)
     return table
 
 
 def acting_tables(loaded: LoadedScene, model: Model) -> Iterator[Table]:
     """Yield a table of what acts on the bodies of a scene, and one of unread keywords of meshes."""
-    for title, rows in (("what acts", acting(loaded, model)), ("not read", not_read(model))):
+    titles = "loads, supports and contact", "ignored in mesh files"
+    for title, rows in zip(titles, (acting(loaded, model), not_read(model)), strict=True):
         if rows:
             table = unheaded([[escape(text) for text in row] for row in rows])
             table.title, table.title_justify = title, "left"
@@ -116,8 +117,8 @@ def model_table(model: Model) -> Table:
         unscaled = StableStepEstimator(replace(model, mass_scaling=None)).at_rest.value
         table.add_row(
             "mass scaling",
-            f"{model.mass_scaling.describe()}, turning {100.0 * model.added_turning:.3g} % more; "
-            f"stable step without it {unscaled * 1e6:.3g} us",
+            f"{model.mass_scaling.describe()}; moments of inertia +"
+            f"{100.0 * model.added_turning:.3g} %; stable step without it {unscaled * 1e6:.3g} us",
         )
     stable = estimator(model).at_rest
     dt = first_time_increment(model)
@@ -132,7 +133,7 @@ def model_table(model: Model) -> Table:
 
 def _ending(cycles: int, end_time: float) -> str:
     plural = "s" if cycles > 1 else ""
-    return f"after {cycles} pressure cycle{plural}, at {end_time:.6g} s at the latest"
+    return f"after {cycles} pressure cycle{plural}, or at {end_time:.6g} s at the latest"
 
 
 def _size(body: Body) -> str:
@@ -155,18 +156,18 @@ def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
     workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
     device = choice.device_for(model.corner_count)
     place = device if device == "cuda" else f"{device}, {workers}"
-    settling = ", and the time until forces balance" if model.relaxation is not None else ""
+    settling = ", plus the time to reach equilibrium" if model.relaxation is not None else ""
     table.add_row(
         "expected",
         f"about {duration(predicted.total)}{settling}: start {duration(predicted.start)}, "
         f"{predicted.increment_count:.3g} increments {duration(predicted.loop)}, figures "
         f"{duration(predicted.figures)}",
     )
-    seen = "all" if predicted.covered == 1.0 else f"the first {100.0 * predicted.covered:.0f} %"
+    part = "" if predicted.covered == 1.0 else f"the first {100.0 * predicted.covered:.0f} % of "
     table.add_row(
         "measured",
-        f"{predicted.rate / 1e6:.1f} M element updates/s ({place}), in a pilot that saw {seen} of "
-        "the loads' course, played faster",
+        f"{predicted.rate / 1e6:.1f} M element updates/s ({place}), in a short trial run with "
+        f"{part}the load history compressed in time",
     )
     return table
 
@@ -178,12 +179,12 @@ def modes_table(found: NaturalModes) -> Table:
     """
     body = found.body
     viscoelastic = any(region.material.branches for region in body.regions)
-    by_law = ["law alone\nHz", "stiffer\ntimes", "dynamic\nHz"]
+    by_law = ["static\nHz", "stiffness\nratio", "dynamic\nHz"]
     table = Table("mode", box=None)
-    shares = f"mass shares\n{' '.join('xyz'[: body.points.shape[1]])} %"
+    shares = f"effective mass\n{' '.join('xyz'[: body.points.shape[1]])} %"
     for heading in [*(by_law if viscoelastic else ["frequency\nHz"]), shares]:
         table.add_column(heading, justify="right")
-    table.add_column("moves most at\nmm", no_wrap=True)
+    table.add_column("largest motion at\nmm", no_wrap=True)
     table.add_column("set")
     for number, mode in enumerate(found.modes, start=1):
         stiffened = [f"{mode.stiffening:.2f}", f"{mode.dynamic_frequency:.4g}"]
@@ -196,10 +197,10 @@ def modes_table(found: NaturalModes) -> Table:
 def modes_remarks(found: NaturalModes) -> str:
     """What holds the body, which motions have no frequency, how exact the stiffness is."""
     motions = found.rigid_motions
-    loose = f", left out: {motions} rigid motion{'s' if motions > 1 else ''}" if motions else ""
+    loose = f", {motions} rigid-body mode{'s' if motions > 1 else ''} omitted" if motions else ""
     return (
-        f"natural modes of '{found.body.name}', {found.held_count} nodes held, fixed or tied"
-        f"{loose}; stiffness exact to {found.stiffness_error:.0e}"
+        f"natural modes of '{found.body.name}': {found.held_count} nodes held (fixed or tied)"
+        f"{loose}; relative error of the stiffness {found.stiffness_error:.0e}"
     )
 
 

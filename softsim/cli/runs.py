@@ -37,33 +37,39 @@ def run(
     scene: ScenePath,
     overrides: Overrides = None,
     out: Annotated[Path | None, typer.Option(help="Run folder; default: runs/SCENE.")] = None,
-    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
     threads: Threads = "auto",
-    precision: Annotated[Precision, typer.Option(help="Number format.")] = Precision.f64,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+    precision: Annotated[Precision, typer.Option(help="Floating-point precision.")] = Precision.f64,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the checkpoint in the run folder.")
+    ] = False,
     source: Annotated[
         Path | None,
-        typer.Option("--from", help="Folder of another run, for steps that are the same."),
+        typer.Option("--from", help="Run folder from which identical first steps are reused."),
     ] = None,
     profile: Annotated[
         bool,
         typer.Option(
-            "--profile", help="End with what the wall time and each pass of an increment went into."
+            "--profile", help="Print the cost of each pass of an increment and of each run phase."
         ),
     ] = False,
     report: Annotated[
-        bool, typer.Option("--report/--no-report", help="Draw the figures and the page at the end.")
+        bool,
+        typer.Option("--report/--no-report", help="Draw the figures and write the page, or not."),
     ] = True,
 ) -> None:
-    """Run a scene: numbers, curves and pictures into a run folder, or one for each of its steps."""
+    """Run a scene and write its results, figures and report page to a run folder.
+
+    A scene with steps gets one folder per step.
+    """
     with explained() as console:
         from softsim.scene.steps import load_steps
 
         steps = load_steps(scene, overrides or [])
         if source is not None and not steps:
             raise SceneError(
-                f"{scene} has no steps, so none can be taken from another run",
-                "leave it out, or write steps",
+                f"{scene} has no steps, so no step can be reused from another run",
+                "leave out --from, or give the scene `steps`",
                 Option(f"--from {source}"),
             )
         # Taichi is imported from here on, not for --help.
@@ -112,25 +118,31 @@ def _show_profiles(folder: Path, asked: bool, console: Console) -> None:
 def check(
     scene: ScenePath,
     overrides: Overrides = None,
-    device: Annotated[DeviceName, typer.Option(help="Where it would run.")] = DeviceName.auto,
+    device: Annotated[
+        DeviceName, typer.Option(help="Device that the run would use.")
+    ] = DeviceName.auto,
     threads: Threads = "auto",
     duration: Annotated[
-        bool, typer.Option(help="Predict how long the run takes, from a few seconds of it.")
+        bool, typer.Option(help="Estimate the run time with a short trial run, or not.")
     ] = True,
     modes: Annotated[
-        int | None, typer.Option(min=1, help="Tell so many natural modes of each body.")
+        int | None, typer.Option(min=1, help="Number of natural modes to compute for each body.")
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder of their modes.png; default: runs/SCENE_modes.")
+        Path | None,
+        typer.Option(help="Folder of the figure modes.png; default: runs/SCENE_modes."),
     ] = None,
 ) -> None:
-    """Check a scene: how large it is, what acts, its stable step, how long it will take.
+    """Check a scene before a run: print its size, loads, contact, stable step and run time.
 
-    The exit code is 3 where a guard stops a short trial run. With --modes also the natural
-    frequencies of each body, held at its fixed or tied nodes.
+    The run time is estimated with a short trial run; the exit code is 3 if a guard stops it. With
+    --modes, the natural frequencies of each body are printed too, with its fixed or tied nodes
+    held.
     """
     if out is not None and modes is None:
-        raise typer.BadParameter("it is the folder of a figure of --modes", param_hint="--out")
+        raise typer.BadParameter(
+            "is the folder of the figure of --modes, which is not given", param_hint="--out"
+        )
     with explained() as console:
         from softsim.machine import choose
         from softsim.scene.loading import load_scene
@@ -166,14 +178,14 @@ def check(
 
             if steps:
                 console.print(
-                    f"of step '{steps[0].name}'; those after it begin with what it leaves"
+                    f"estimate for step '{steps[0].name}' only; later steps start from its result"
                 )
             predicted = predicted_duration(loaded, model, choice, console=console)
             console.print(duration_table(predicted, model, choice))
             stopped = predicted.stopped
             if stopped:
                 console.print(
-                    f"warning: {stopped}\n  the run itself may come farther; "
+                    f"warning: {stopped}\n  the run itself may get further; "
                     f"{thinning_advice(model)}",
                     highlight=False,
                 )
@@ -208,49 +220,57 @@ def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: 
     backend.start(device)
     found = [natural_modes(model, body, count) for body in bodies]
     for name in sorted({b.name for b in joined_bodies(model)} - {b.name for b in bodies}):
-        console.print(f"'{name}' is held at all its nodes: it has no natural modes")
+        console.print(f"all nodes of '{name}' are held: it has no natural modes")
     for modes in found:
         console.print(modes_remarks(modes), highlight=False)
         console.print(modes_table(modes))
     draw_modes(found, figure)
-    console.print(f"their shapes: {figure}", highlight=False)
+    console.print(f"mode shapes: {figure}", highlight=False)
 
 
 def assess(
     layout: Annotated[
-        Path, typer.Argument(help="Scene file of a pipe_path, without a robot.", show_default=False)
+        Path,
+        typer.Argument(help="Scene file with a pipe_path and no robot.", show_default=False),
     ],
-    robot: Annotated[str, typer.Option(help="Standard robot that is put into it.")] = "pfr",
+    robot: Annotated[str, typer.Option(help="Standard robot to place in the layout.")] = "pfr",
     overrides: Overrides = None,
     out: Annotated[
         Path | None, typer.Option(help="Run folder; default: runs/LAYOUT_ROBOT.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
     threads: Threads = "auto",
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from the checkpoint.")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue from the checkpoint in the run folder.")
+    ] = False,
     repeats: Annotated[
         int | None,
         typer.Option(
             min=2,
-            help="Run it so often, with friction, start and the motor's phase drawn from ranges, "
-            "and report the pass rate.",
+            help="Number of runs with random friction, start position and motor phase; the pass "
+            "rate is printed.",
         ),
     ] = None,
     friction_range: Annotated[
         float,
-        typer.Option(min=0.0, max=100.0, help="Of --repeats: friction varies by +- so many %."),
+        typer.Option(
+            min=0.0, max=100.0, help="With --repeats: variation of friction, plus or minus [%]."
+        ),
     ] = 10.0,
     start_range: Annotated[
-        str, typer.Option(help="Of --repeats: the start varies along the pipe by +- this length.")
+        str,
+        typer.Option(help="With --repeats: variation of the start along the pipe, plus or minus."),
     ] = "2 mm",
-    seed: Annotated[int, typer.Option(min=0, help="Of --repeats: of the draws.")] = 1,
+    seed: Annotated[
+        int, typer.Option(min=0, help="With --repeats: seed of the random numbers.")
+    ] = 1,
     workers: Workers = None,
 ) -> None:
-    """Ask whether a robot gets through a layout of pipes: exit code 0 if it passes, 5 if not.
+    """Determine whether a robot gets through a layout of pipes: exit code 0 if it passes, 5 if not.
 
-    What LAYOUT says wins over what the robot brings. Without `time` it has 60 s; the run ends as
-    soon as the verdict is there. With --repeats the exit code is 0 if all runs pass; the same
-    command goes on where it was stopped.
+    Values in LAYOUT override those of the robot. The run ends as soon as the verdict is certain,
+    or after 60 s of simulated time unless LAYOUT has the key `time`. With --repeats the exit code
+    is 0 only if all runs pass; repeat the command to continue after an interruption.
     """
     with explained() as console:
         from softsim.scene.assessment import load_layout
@@ -321,7 +341,7 @@ def _assess_repeatedly(
         console.print(text, highlight=False, markup=False, soft_wrap=True)
     passed = VERDICT in frame.columns and bool((frame[VERDICT] == "passed").fill_null(False).all())
     if loaded.scene.expect.passes and not passed:
-        raise ExpectationError(rate, hint="the scene expects that every run passes")
+        raise ExpectationError(rate, hint="the scene requires that all runs pass")
 
 
 def _show_passage(folder: Path, console: Console) -> None:
@@ -335,7 +355,7 @@ def _show_passage(folder: Path, console: Console) -> None:
     if report is not None:
         console.print(segments_table(report))
         console.print(report["sentence"], style="bold", highlight=False, soft_wrap=True)
-        single = "one run with nothing varied: --repeats N tells how much the verdict depends on it"
+        single = "single run; use --repeats N to see how the verdict depends on friction and start"
         for text in (report["margin"], *report["assumptions"], single):
             console.print(text, highlight=False, markup=False, soft_wrap=True)
         console.print(f"results in {folder}", highlight=False)

@@ -10,15 +10,15 @@ from softsim.errors import CalibrationError
 
 
 def calibrate_section(
-    scene: Annotated[Path, typer.Argument(help="Scene of the section.", show_default=False)],
-    reference: Annotated[Path, typer.Option(help="Scene of the body in space, in the same pipe.")],
-    highest: Annotated[str, typer.Option(help="Inflate the reference up to it.")] = "23 kPa",
-    spikes: Annotated[int, typer.Option(min=3, help="Spikes around a row.")] = 14,
+    scene: Annotated[Path, typer.Argument(help="Scene file of the section.", show_default=False)],
+    reference: Annotated[Path, typer.Option(help="Scene file of the body in the same pipe.")],
+    highest: Annotated[str, typer.Option(help="Highest pressure of the reference.")] = "23 kPa",
+    spikes: Annotated[int, typer.Option(min=3, help="Number of spikes in a row.")] = 14,
     ramp: Annotated[
-        str, typer.Option(help="Time of the reference's inflation; longer is slower.")
+        str, typer.Option(help="Duration of the inflation of the reference.")
     ] = "0.4 s",
     push_at: Annotated[
-        str | None, typer.Option(help="Pressure in space at which frames are pushed.")
+        str | None, typer.Option(help="Pressure of the reference at which the frames are pushed.")
     ] = None,
     overrides: Annotated[
         list[str] | None,
@@ -26,20 +26,23 @@ def calibrate_section(
     ] = None,
     reference_overrides: Annotated[
         list[str] | None,
-        typer.Option("--set-reference", metavar="PATH=VALUE", help="The same for the reference."),
+        typer.Option(
+            "--set-reference", metavar="PATH=VALUE", help="Override a value of the reference."
+        ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder; default: runs/SCENE_calibration.")
+        Path | None, typer.Option(help="Output folder; default: runs/SCENE_calibration.")
     ] = None,
-    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
     threads: Threads = "auto",
 ) -> None:
-    """Find the pressure factor, offset and thickness with which a plane section stands for a body
-    in space: each spike is pressed as hard, and the frame held as stiffly.
+    """Calibrate the pressure factor, pressure offset and thickness of a plane section of a body.
 
-    The reference is solid, or axisymmetric: rings, whose force on the wall is that of the whole
-    circumference; that tells the pressures as long as the skin carries the air, but neither how
-    spikes bend nor a stiffness across the pipe.
+    With the values found, the section presses each spike on the wall with the same force and
+    holds the frame with the same stiffness as the reference. The reference is a solid (3D) or an
+    axisymmetric model. An axisymmetric one represents spikes by rings: it yields the pressures
+    while the skin carries the pressure, but neither the bending of spikes nor the transverse
+    stiffness.
     """
     with explained() as console:
         from softsim.calibration.specimen import (

@@ -17,22 +17,24 @@ def sweep(
     ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
     batch: Annotated[
-        str, typer.Option(metavar="N|auto", help="Cases that a worker runs at once.")
+        str, typer.Option(metavar="N|auto", help="Number of cases that a worker runs at once.")
     ] = "auto",
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only list the cases, and tell their cost.")
+        bool, typer.Option("--dry-run", help="Only list the cases and estimate their run time.")
     ] = False,
-    yes: Annotated[bool, typer.Option("--yes", help="Many cases are meant.")] = False,
+    yes: Annotated[
+        bool, typer.Option("--yes", help="Run many cases without asking for confirmation.")
+    ] = False,
     retry_failed: Annotated[
-        bool, typer.Option("--retry-failed", help="Run again what has failed.")
+        bool, typer.Option("--retry-failed", help="Run failed cases again.")
     ] = False,
 ) -> None:
-    """Run all cases of a study on all cores: a table, with a row a case.
+    """Run all cases of a study on all cores and write a table with one row per case.
 
-    What is stored is not run again: a study that was stopped goes on, one that was changed runs
-    what is new.
+    Stored cases are not run again. Repeat the command to continue an interrupted study, or to run
+    the new cases of a changed one.
     """
     with explained() as console:
         from softsim.cli import study_tables
@@ -63,15 +65,16 @@ def optimize(
     ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    device: Annotated[DeviceName, typer.Option(help="Where to run.")] = DeviceName.auto,
+    device: Annotated[DeviceName, typer.Option(help="Device to run on.")] = DeviceName.auto,
     trials: Annotated[
-        int | None, typer.Option(min=1, help="How many there are in the end; default: as it says.")
+        int | None, typer.Option(min=1, help="Total number of trials; default: that of the study.")
     ] = None,
 ) -> None:
-    """Seek the best values of a study's factors: a table, with a row a trial.
+    """Find the best values of the factors of a study and write a table with one row per trial.
 
-    The study says under `optimize` what is best. Each trial is a run whose values follow from those
-    before. The same command goes on where it was stopped, and with more --trials beyond its end.
+    The key `optimize` of the study defines the objective. The values of a trial depend on the
+    results of earlier ones. Repeat the command to continue after an interruption; a larger --trials
+    extends a finished search.
     """
     with explained() as console:
         from softsim.study.loading import load_study

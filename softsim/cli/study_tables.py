@@ -49,10 +49,10 @@ def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Cons
     count = study.case_count
     if count <= MANY or is_meant:
         return
-    text = f"{count:,} cases make up to {count:,} folders in {folder}"
+    text = f"{count:,} cases would create up to {count:,} folders in {folder}"
     if not console.is_terminal:
-        raise OutputError(text, hint="if that is meant, add --yes")
-    if not typer.confirm(f"{text}. Go on?"):
+        raise OutputError(text, hint="to run them all, add --yes")
+    if not typer.confirm(f"{text}. Continue?"):
         raise typer.Exit(0)
 
 
@@ -61,7 +61,7 @@ def asked_batch(text: str, device: str) -> int:
     if text == "auto":
         return GPU_BATCH if chosen_device(device) == "cuda" else 1
     if not text.isdecimal() or int(text) < 1:
-        raise ClusterError(f"--batch {text}: a number from 1 on, or auto")
+        raise ClusterError(f"--batch {text}: must be a whole number of at least 1, or auto")
     return int(text)
 
 
@@ -82,7 +82,7 @@ def print_plan(
         left = runs
         console.print(f"{size}, {runs} to run")
     else:
-        console.print(f"{size}, {runs} to run next, at most {left} in all")
+        console.print(f"{size}, {runs} to run next, at most {left} in total")
     for line in refusals(waiting, device):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     if waiting:
@@ -133,8 +133,8 @@ def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:
     best = findings.best
     if best is None:
         raise SoftsimError(
-            f"none of {len(findings.table)} trials has found what is sought",
-            hint=f"the column reason of {folder / TABLE_TEXT} says of each that failed why",
+            f"none of {len(findings.table)} trials has a value of the objective",
+            hint=f"the column reason of {folder / TABLE_TEXT} gives the cause of each failure",
         )
     case = study.case(best.case, {axis.name: best.values[axis.column] for axis in study.factors})
     words = best_in_words(findings)

@@ -152,8 +152,8 @@ def tabulated(
         raise SpacingError(
             f"a grid of {' x '.join(str(n) for n in shape)} nodes, {spacing * 1e3:.3g} mm apart, "
             f"is too large: at most {MOST_NODES:,} nodes",
-            hint=f"give the wall a spacing of {least_spacing(low, high) * 1e3:.3g} mm, or cut off "
-            "what nothing can get to",
+            hint=f"set the spacing of the wall to {least_spacing(low, high) * 1e3:.3g} mm, or "
+            "remove parts of the surface that nothing can touch",
         )
     origin = low - BAND * spacing
     values = distances_in_band(wall, origin, spacing, shape)
@@ -271,8 +271,8 @@ def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float)
         if wrong.any():
             place = origin + spacing * np.argwhere(wrong)[0]
             raise MeshError(
-                f"the surface has no clear inside near {_in_mm(place)}",
-                hint="it crosses itself there, or a part of it is turned inside out: make it one "
+                f"the surface has no unique inside near {_in_mm(place)}",
+                hint="it crosses itself there, or part of it is turned inside out: make it one "
                 "solid with all normals outwards",
             )
 
@@ -290,9 +290,10 @@ def refuse_too_thin(values: np.ndarray, origin: np.ndarray, spacing: float, wall
     thin = np.flatnonzero(deepest > -0.5 * spacing)
     if len(thin):
         raise SpacingError(
-            f"near {_in_mm(origin + spacing * cell[thin[0]])} the wall is thinner than its grid "
-            f"can hold, whose nodes are {spacing * 1e3:.3g} mm apart",
-            hint="give the wall a spacing of half its thickness there, or make it thicker",
+            f"near {_in_mm(origin + spacing * cell[thin[0]])} the wall is too thin for its grid, "
+            f"whose nodes are {spacing * 1e3:.3g} mm apart",
+            hint="set the spacing to half the thickness of the wall there, or make the wall "
+            "thicker",
         )
 
 

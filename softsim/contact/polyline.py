@@ -167,8 +167,8 @@ def checked_polyline(points: np.ndarray, closed: bool) -> Polyline:
     least = 3 if closed else 2
     if len(points) < least:
         raise MeshError(
-            f"a polyline of {len(points)} different points: at least {least} are due",
-            hint="write its points one after the other, the free side on the left",
+            f"a polyline of {len(points)} different points: at least {least} are needed",
+            hint="list its points in order, with the free side on the left",
         )
     polyline = Polyline(points, closed)
     alike = np.flatnonzero((polyline.ways == 0.0).all(axis=1))
@@ -181,12 +181,12 @@ def checked_polyline(points: np.ndarray, closed: bool) -> Polyline:
     crossing = first_crossing(polyline.prolonged(1e3 * size))
     if crossing is not None:
         one, other, place = crossing
-        where = " (prolonged straight beyond the ends)" if not closed else ""
+        where = " (extended straight beyond the ends)" if not closed else ""
         raise MeshError(
-            f"the polyline meets itself: its edges {one} and {other}{where}, counted from 0, "
-            f"at ({place[0] * 1e3:.6g}, {place[1] * 1e3:.6g}) mm",
-            hint="a wall has a free side and a solid side: it must not cross, touch or fold back "
-            "on itself",
+            f"the polyline crosses itself: edges {one} and {other}{where}, counted from 0, at "
+            f"({place[0] * 1e3:.6g}, {place[1] * 1e3:.6g}) mm",
+            hint="a wall has a free and a solid side: it must not cross, touch or fold back on "
+            "itself",
         )
     return polyline
 

@@ -49,10 +49,11 @@ def step_heights(rugosity: float, mean: float, count: int, seed: int) -> np.ndar
             return drawn
     low, high = HEIGHTS
     raise MeshError(
-        f"{MOST_DRAWS} draws of {count} blocks of {low} to {high} mm found none with a mean of "
-        f"{mean:g} mm and a deviation of {deviation:.3g} mm, within {MET:g} mm",
-        hint="the thesis's fields have 4.66 mm at a rugosity of 0.185 and 5.17 mm at 0.284; more "
-        "blocks meet more",
+        f"{MOST_DRAWS} random fields of {count} blocks of {low} to {high} mm include none with a "
+        f"mean of {mean:g} mm and a standard deviation of {deviation:.3g} mm, within {MET:g} "
+        "mm",
+        hint="the fields of the thesis have 4.66 mm at a rugosity of 0.185 and 5.17 mm at 0.284; "
+        "with more blocks a match is more likely",
     )
 
 

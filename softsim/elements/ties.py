@@ -49,7 +49,7 @@ class Ties:
     def describe(self) -> str:
         """How many nodes follow how many facets, for people."""
         facets = len(np.unique(np.sort(self.corners, axis=1), axis=0))
-        return f"{len(self.nodes)} nodes follow {facets} facets"
+        return f"{len(self.nodes)} nodes tied to {facets} facets"
 
     def within(self, nodes: slice) -> "Ties":
         """Those of some of the nodes, numbered from the first of these on."""

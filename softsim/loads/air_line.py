@@ -92,7 +92,10 @@ class AirLine:
     band: Own[float]
 
     asks_volume = True
-    thinning_advice = "a skin thins as its chamber grows: lower the pressures of the profile"
+    thinning_advice = (
+        "the wall of a chamber becomes thinner as the chamber grows: lower the pressures of the "
+        "profile"
+    )
     stiffens = False  # its stiffness counts on the most that the pump can give
     columns: ClassVar[dict[str, str]] = {
         "wanted_pressure": "Pa",  # at the sensor, whose own is the column pressure
@@ -294,8 +297,8 @@ class AirLineSource:
         drive = self.drives[scenario]
         if not section_pressure > -drive.ambient_pressure:
             raise StabilityError(
-                "the gas of the air line has no room left: what its chamber encloses has vanished",
-                "the skin is turned inside out or crushed; give dead_volume, or less "
+                "the volume for the gas of the air line has become zero: the chamber has collapsed",
+                "its wall is turned inside out or crushed; set dead_volume or reduce "
                 "excluded_volume, and look at the last frame",
             )
         mass, wanted, supply = (

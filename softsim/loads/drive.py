@@ -34,8 +34,8 @@ AIR_GAS_CONSTANT = 287.05  # J/(kg K), dry air
 ATMOSPHERE = 101_325.0
 """Absolute pressure [Pa] around a chamber where nothing else is given."""
 BALLOONING = (
-    "a skin under a given pressure above its limit point balloons and thins: lower the pressure, "
-    "or drive the chamber by added_volume"
+    "under a prescribed pressure above its limit point a wall balloons and becomes thinner: "
+    "lower the pressure, or drive the chamber by added_volume"
 )
 
 
@@ -156,7 +156,7 @@ class AddedVolume(_Scheduled):
 
     ambient_pressure: ClassVar[float] = ATMOSPHERE
     asks_volume = True
-    thinning_advice = "a skin thins as its chamber grows: add less volume"
+    thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less volume"
 
     @property
     def content(self) -> float:
@@ -219,7 +219,7 @@ class AddedGas(_Scheduled):
 
     asks_volume = True
     stiffens = True
-    thinning_advice = "a skin thins as its chamber grows: let in less gas"
+    thinning_advice = "the wall of a chamber becomes thinner as the chamber grows: add less gas"
 
     @property
     def content(self) -> float:

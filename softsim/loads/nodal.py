@@ -36,7 +36,7 @@ class NodalForce(Load):
     def remark(self, points: np.ndarray) -> str:
         """Return the largest resultant, and the number of nodes."""
         resultant = np.linalg.norm(self.forces.sum(axis=0)) * np.abs(self.share.values).max()
-        return f"resultant of {resultant:.4g} N at most, on {len(self.nodes)} nodes"
+        return f"resultant of at most {resultant:.4g} N, on {len(self.nodes)} nodes"
 
     @property
     def largest_force(self) -> float:

@@ -27,8 +27,9 @@ class ProfileTable:
         room = shape_of(self.time)[1]
         if len(profile.times) > room:
             raise SimulationError(
-                f"a course of {len(profile.times)} points, where {room} fit",
-                hint="a gauge's scale of fewer points, or a longer table in the scene",
+                f"a time history of {len(profile.times)} points, but there is room for {room}",
+                hint="reduce the number of points of the gauge scale, or write a longer table in "
+                "the scene",
             )
         write_row(self.points, scenario, len(profile.times))
         write_row(self.time, scenario, padded(profile.times, room))

@@ -84,8 +84,8 @@ def fit_law(
         raise MaterialError(
             f"the fit between strains of {min_strain:g} and {max_strain:g} gives {constants}: "
             "a law needs an initial shear modulus > 0",
-            hint="fit a smaller range (--max-strain), leave out more of the toe (--min-strain), "
-            "or fit fewer constants (--terms)",
+            hint="fit a smaller range (--max-strain), ignore more of the start of the curve "
+            "(--min-strain), or fit fewer constants (--terms)",
         )
     error = UNIAXIAL.nominal_stress(fitted, 1.0 + chosen.strain) - chosen.stress
     relative = np.abs(error) / chosen.stress
@@ -149,7 +149,7 @@ def _in_range(test: TensileTest, low: float, high: float) -> TensileTest:
     strain, stress = loading.strain[inside], loading.stress[inside]
     if len(strain) < FEWEST_POINTS:
         raise MaterialError(
-            f"{where} there are {len(strain)} points to fit, at least {FEWEST_POINTS} are due",
+            f"{where} there are {len(strain)} points to fit; at least {FEWEST_POINTS} are needed",
             hint=f"the loading part has {len(loading.strain)} points, at strains of "
             f"{loading.strain[0]:.3g} to {loading.strain[-1]:.3g} (1 is 100 %)",
         )
@@ -157,7 +157,7 @@ def _in_range(test: TensileTest, low: float, high: float) -> TensileTest:
         at = strain[stress <= 0.0][0]
         raise MaterialError(
             f"{where} the stress at a strain of {at:.3g} is not positive",
-            hint="begin above it (--min-strain), or check the sign and the zero of the load cell",
+            hint="start above it (--min-strain), or check the sign and the zero of the load cell",
         )
     return TensileTest(strain, stress, test.title, test.source)
 

@@ -63,9 +63,9 @@ def fewest_branches(spectrum: Spectrum, largest_error: float) -> MaxwellFit:
             return fit
     low, high = (format_quantity(frequency, "Hz") for frequency in spectrum.band)
     raise MaterialError(
-        f"{MOST_BRANCHES} Maxwell branches miss the spectrum from {low} to {high} by "
-        f"{100 * fit.largest_error:.2g} %, {100 * largest_error:.2g} % is allowed",
-        hint="narrow the band to what moves, or allow a larger largest_error",
+        f"{MOST_BRANCHES} Maxwell branches differ from the spectrum between {low} and {high} by "
+        f"{100 * fit.largest_error:.2g} %; {100 * largest_error:.2g} % is allowed",
+        hint="narrow the band to the frequencies of interest, or allow a larger largest_error",
     )
 
 

@@ -68,9 +68,10 @@ def measured(rows: Sequence[tuple[float, float, float]], long_term_modulus: floa
     if len(below):
         raise MaterialError(
             f"the storage modulus at {frequency[below[0]]:g} Hz, {storage[below[0]] / 1e3:.4g} "
-            f"kPa, is not above the long-term one of {long_term_modulus / 1e3:.4g} kPa",
-            hint="without the key long_term_modulus that is the law's shear modulus, 2 C10: "
-            "give what the same specimen has in slow tests",
+            f"kPa, is not greater than the long-term modulus, {long_term_modulus / 1e3:.4g} "
+            "kPa",
+            hint="the default of long_term_modulus is the shear modulus of the law, 2 C10: set "
+            "it to the value of the same specimen in slow tests",
         )
     return Spectrum(frequency, storage / long_term_modulus * (1.0 + 1j * loss_factor))
 

@@ -95,7 +95,7 @@ def read_tensile_test(
     that is no number, no rows; with the line where there is one.
     """
     if delimiter == "":
-        raise MaterialError("the delimiter is empty", hint="give the sign between two cells")
+        raise MaterialError("the delimiter is empty", hint="give the character between two cells")
     text = _read(path)
     header = _find_header(text, strain_column, stress_column, delimiter)
     strain_factor = 0.01 if header.strain_unit == "%" else 1.0
@@ -106,7 +106,7 @@ def read_tensile_test(
         if text.lines[line].strip(f" {header.delimiter}\t")
     ]
     if not rows:
-        raise text.refusal(header.line, 1, "no rows follow below the names of the columns")
+        raise text.refusal(header.line, 1, "no rows follow below the column headings")
     strain, stress = np.array(rows).T
     title = path.stem.replace("_", " ")
     return TensileTest(strain_factor * strain, stress_factor * stress, title, str(path))
@@ -147,11 +147,11 @@ def _find_header(
     text: _Text, strain_column: str, stress_column: str, delimiter: str | None
 ) -> _Header:
     refusal = MaterialError(
-        f"{text.path}: no line names the columns '{strain_column}' and '{stress_column}'",
-        hint="the table needs a line of headings, such as "
-        "'Engineering Strain,Engineering Stress [MPa]', and a row a point below it; other "
-        "headings are named with --strain-column and --stress-column, a delimiter that is none of "
-        "; , tab with --delimiter",
+        f"{text.path}: no line contains the column headings '{strain_column}' and "
+        f"'{stress_column}'",
+        hint="the table needs a line of headings, such as 'Engineering Strain,Engineering Stress "
+        "[MPa]', and one row per point below it; set other headings with --strain-column and "
+        "--stress-column, and a delimiter other than ; , or tab with --delimiter",
     )
     names_one = False
     for line, content in enumerate(text.lines):
@@ -199,7 +199,7 @@ def _number(text: _Text, header: _Header, line: int, cell: int) -> float:
     cells = _cells(content, header.delimiter)
     if cell >= len(cells):
         raise text.refusal(
-            line, 1, f"the row has {len(cells)} cells, a number is due in cell {cell + 1}"
+            line, 1, f"the row has {len(cells)} cells; cell {cell + 1} must be a number"
         )
     number = cells[cell] if header.delimiter == "," else cells[cell].replace(",", ".")
     try:

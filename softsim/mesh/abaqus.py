@@ -32,12 +32,12 @@ from softsim.mesh.quality import Labels
 
 log = logging.getLogger(__name__)
 
-_GENERATED = "write the nodes and elements out, as ABAQUS/CAE does when it writes an input file"
+_GENERATED = "write out the nodes and elements, as ABAQUS/CAE does in an input file"
 _REFUSED = {
-    "INCLUDE": "put the text of the included file in its place",
+    "INCLUDE": "insert the text of the included file",
     "IMPORT": "write the nodes and elements into this file",
-    "PARAMETER": "write the values in the place of their names",
-    "IMPERFECTION": "move the nodes themselves",
+    "PARAMETER": "replace the names by their values",
+    "IMPERFECTION": "change the coordinates of the nodes",
     "SYSTEM": "give the coordinates of the nodes in the global system",
     **dict.fromkeys(["NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"], _GENERATED),
 }
@@ -53,7 +53,7 @@ _CONSTRAINTS = {
     **dict.fromkeys(["RIGID BODY", "COUPLING", "KINEMATIC COUPLING"], _RIGID),
     **dict.fromkeys(
         ["EQUATION", "MPC", "DISTRIBUTING COUPLING", "SHELL TO SOLID COUPLING", "TRANSFORM"],
-        "there is no counterpart; symmetry and fixed directions are conditions of the scene",
+        "there is no equivalent; symmetry and fixed directions are conditions of the scene",
     ),
 }
 """Keywords, skipped, without which nodes move otherwise -> what to do about them."""
@@ -99,8 +99,8 @@ def _instance(found: list[Card], name: str | None, path: Path) -> Card | None:
     if len(named) > 1:
         raise named[1].fault(
             f"the file has {len(named)} instances: {', '.join(by_name)}",
-            hint=f"a body is one of them: write instance: {next(iter(by_name))} beside the "
-            "file's name",
+            hint=f"select one for the body: write instance: {next(iter(by_name))} next to the "
+            "file name",
         )
     return named[0] if named else None
 
@@ -163,14 +163,14 @@ class _Deck:
         if before is not None:
             raise card.fault(
                 f"a second {card.keyword.lower()}, '{name}', beside '{before.parameter('NAME')}'",
-                hint="a mesh file holds one body: write a file for each",
+                hint="a mesh file can hold one body: write one file for each",
             )
         for line, text in card.rows:
             if not self.moves and any(card.real(value, line) for value in fields(text)):
                 raise card.fault(
-                    f"the instance '{name}' is moved away from where its part is drawn",
-                    hint=f"write instance: {name} beside the file's name to take it where the "
-                    "assembly has it, or remove this line; position moves a body of the scene",
+                    f"the instance '{name}' is placed away from the position of its part",
+                    hint=f"write instance: {name} next to the file name to use its position in "
+                    "the assembly, or remove this line; `position` moves a body in the scene",
                     line=line,
                 )
         self.owners[card.keyword], self.scope = card, BODY
@@ -242,13 +242,13 @@ class _Deck:
         first, line = self.element_type
         if first and dimension(first) != dimension(kind):
             raise card.fault(
-                f"mixed dimensions: elements of type {written} beside {first} (line {line})",
-                hint="a body is either plane or solid: write a file for each",
+                f"mixed dimensions: elements of type {written} and of type {first} (line {line})",
+                hint="a body is either 2D or 3D: write one file for each",
             )
         if first and family(first) != family(kind):
             raise card.fault(
-                f"mixed formulations: elements of type {written} beside {first} (line {line})",
-                hint=f"give all elements of the body types {family(first)}, or all {family(kind)}",
+                f"mixed formulations: elements of type {written} and of type {first} (line {line})",
+                hint=f"use element types {family(first)} for the whole body, or {family(kind)}",
             )
         self.element_type = (first or kind, line or card.line)
         return kind, count
@@ -275,7 +275,7 @@ class _Deck:
         """
         if not self.corners:
             raise MeshError(
-                f"{self.path}: holds no elements", hint="a body is made of " + ", ".join(CORNERS)
+                f"{self.path}: contains no elements", hint="a body is made of " + ", ".join(CORNERS)
             )
         for keyword in _CONSTRAINTS.keys() & self.skipped.keys():
             card = self.skipped[keyword][0]
@@ -412,7 +412,7 @@ class _Deck:
             names = [f"S{number}" for number in range(1, len(faces) + 1)]
             if name not in names:
                 raise card.fault(
-                    f"'{name}' is no face of an element {element_type}",
+                    f"elements {element_type} have no face '{name}'",
                     hint="its faces are " + ", ".join(names),
                     line=line,
                 )
@@ -432,8 +432,8 @@ def _placed(points: np.ndarray, instance: Card) -> np.ndarray:
         return placed
     if not along.any():
         raise instance.fault(
-            f"the instance '{instance.parameter('NAME')}' is turned about no axis",
-            hint="its second row holds two points of the axis and the angle in degrees",
+            f"the instance '{instance.parameter('NAME')}' is turned about an axis of zero length",
+            hint="its second row must hold two points of the axis and the angle in degrees",
             line=instance.rows[1][0],
         )
     turn = Rotation.from_rotvec(np.radians(axis[6]) * along / np.linalg.norm(along))

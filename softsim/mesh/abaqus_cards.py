@@ -53,14 +53,14 @@ class Card:
         try:
             return int(text)
         except ValueError:
-            raise self.fault(f"'{text}' is no {what}", line=line) from None
+            raise self.fault(f"'{text}' is not a {what}", line=line) from None
 
     def real(self, text: str, line: int) -> float:
         """The number in a field, 0 if it is empty; Fortran's 1.5D-3 is one too."""
         try:
             return float(text.upper().replace("D", "E")) if text else 0.0
         except ValueError:
-            raise self.fault(f"'{text}' is no number", line=line) from None
+            raise self.fault(f"'{text}' is not a number", line=line) from None
 
 
 def cards(path: Path) -> Iterator[Card]:

@@ -69,25 +69,25 @@ def refusal(written: str) -> tuple[str, str]:
     message = f"elements of type {written.upper()}{shape} are not supported"
     if reduced(written)[0]:
         return message, (
-            "write reduce_order: true beside the file's name, which drops their mid-side nodes, or "
+            "write reduce_order: true next to the file name to drop their mid-side nodes, or "
             "mesh the part with linear elements: " + ", ".join(_LINEAR[kind])
         )
     if kind:
         return message, "mesh the part with linear elements: " + ", ".join(_LINEAR[kind])
     known = ", ".join(CORNERS)
-    return message, f"a body is made of {known} (each also hybrid, H); leave all others out"
+    return message, f"a body consists of {known} (each also hybrid, H); remove all others"
 
 
 def plane_stress_advice(element_type: str, formulation: str) -> str:
     """What to take in the place of plane-stress elements for a body of this formulation."""
     rest = element_type.removeprefix("CPS")
     return {
-        "plane_strain": f"a thin section that may not strain across its depth is CPE{rest}",
-        "ring_section": f"the section of a ring_section is CPE{rest}: its sector says what goes "
-        "around",
-        "axisymmetric": f"the half section of a body of revolution is CAX{rest}",
-        "solid": "mesh the body in space, with C3D4 or C3D8R; or compute its section, CPE"
-        f"{rest}, with formulation: plane_strain",
+        "plane_strain": f"for a thin section without strain in the depth direction use CPE{rest}",
+        "ring_section": f"for the section of a ring_section use CPE{rest}; its sector is a key of "
+        "the body",
+        "axisymmetric": f"for the half section of a body of revolution use CAX{rest}",
+        "solid": f"use a 3D mesh of C3D4 or C3D8R, or a section of CPE{rest} with formulation: "
+        "plane_strain",
     }[formulation]
 
 

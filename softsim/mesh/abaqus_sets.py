@@ -125,7 +125,7 @@ class Sets:
         asked = max(last - first + step, 0) // step
         if chosen.sum() < asked:
             log.warning(
-                "%s:%d: '%s': %d of these %d %ss do not exist and are left out",
+                "%s:%d: '%s': %d of these %d %ss do not exist and are ignored",
                 *(card.path, line, text, asked - chosen.sum(), asked, self.kind),
             )
         return np.fromiter(numbers.values(), dtype=np.int64, count=len(numbers))[chosen]

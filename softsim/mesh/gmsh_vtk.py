@@ -105,9 +105,10 @@ def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
     unknown = sorted({block.type for block in mesh.cells} - set(_DIMENSION))
     if unknown:
         linear = "mesh with first-order triangles, quadrilaterals, tetrahedra or hexahedra"
-        reducible = "write reduce_order: true beside the file's name, which drops their mid-side "
+        reducible = "write reduce_order: true next to the file name to drop their mid-side "
         raise MeshError(
-            f"{path}: cells of type {', '.join(unknown)}; only linear ones are computed with",
+            f"{path}: cells of type {', '.join(unknown)} are not supported; elements must be "
+            "linear",
             hint=linear if set(unknown) - set(_LINEAR) else f"{reducible}nodes, or {linear}",
         )
     parts: dict[str, list[np.ndarray]] = defaultdict(list)
@@ -115,8 +116,8 @@ def _blocks_by_type(mesh: "meshio.Mesh", path: Path) -> dict[str, np.ndarray]:
         parts[block.type].append(np.asarray(block.data, dtype=np.int64))
     if not any(_DIMENSION[kind] > 1 for kind in parts):
         raise MeshError(
-            f"{path}: holds no triangles, quadrilaterals or cells in space",
-            hint="in gmsh, a file with physical groups holds only what belongs to one",
+            f"{path}: contains no triangles, quadrilaterals or 3D cells",
+            hint="if a gmsh model has physical groups, only their members are written to the file",
         )
     return {kind: np.concatenate(blocks) for kind, blocks in parts.items()}
 
@@ -132,7 +133,7 @@ def _refuse_apart(
         raise MeshError(
             f"{path}: mixed dimensions: {kind} {apart[0]} at {where} has a node that belongs to "
             f"no {' or '.join(body)} ({len(apart)} such cells)",
-            hint="leave out what is no part of the body, or write it to a file of its own",
+            hint="remove what is not part of the body, or write it to a separate file",
         )
 
 

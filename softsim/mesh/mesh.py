@@ -118,8 +118,8 @@ def _node_rows(what: str, rows: np.ndarray, widths: tuple[int, ...]) -> np.ndarr
         needed = " or ".join(f"(k, {width})" for width in widths)
         raise MeshError(
             f"{what}: the shape is {array.shape}; {needed} is needed",
-            hint="2D points go with triangles, quadrilaterals and edges, 3D points with "
-            "tetrahedra and triangles or with hexahedra and quadrilaterals",
+            hint="2D points require triangles, quadrilaterals and edges; 3D points require "
+            "tetrahedra and triangles, or hexahedra and quadrilaterals",
         )
     return array
 

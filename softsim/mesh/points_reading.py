@@ -22,7 +22,7 @@ def read_points(path: Path, length_unit: float) -> np.ndarray:
     except (OSError, UnicodeDecodeError) as error:
         raise MeshError(
             f"{path}: cannot be read as a table of points ({error})",
-            hint="a text file with x and y of one point a line",
+            hint="use a text file with x and y of one point per line",
         ) from error
     points: list[list[float]] = []
     seen = 0
@@ -36,8 +36,9 @@ def read_points(path: Path, length_unit: float) -> np.ndarray:
             continue
         if len(values) != 2 or not np.isfinite(values).all():
             raise MeshError(
-                f"{path}:{number}: '{line.strip()}' is no point",
-                hint="x and y, two numbers, with a comma, a semicolon, a tab or blanks between",
+                f"{path}:{number}: '{line.strip()}' is not a point",
+                hint="write two numbers, x and y, separated by a comma, a semicolon, a tab or "
+                "spaces",
             )
         points.append(values)
     return length_unit * np.array(points).reshape(-1, 2)

@@ -168,7 +168,7 @@ def _check_numbers(mesh: Mesh) -> None:
     ):
         for name, members in sets.items():
             if members.size == 0:
-                raise MeshError(f"{kind} '{name}' is empty; give it members or leave it out")
+                raise MeshError(f"{kind} '{name}' is empty; add members or remove it")
             check_range(f"{kind} '{name}'", members, what, count)
 
 
@@ -185,9 +185,9 @@ def _check_nodes(mesh: Mesh, labels: Labels | None) -> None:
     if len(pairs):
         first, second = min(map(tuple, np.sort(pairs, axis=1).tolist()))
         raise MeshError(
-            f"nodes {node_label(first, labels)} and {node_label(second, labels)} lie in one place, "
-            f"{_place(mesh.points[first])} ({len(pairs)} such pairs)",
-            hint="merge them, otherwise the body is cut open there",
+            f"nodes {node_label(first, labels)} and {node_label(second, labels)} are at the same "
+            f"place, {_place(mesh.points[first])} ({len(pairs)} such pairs)",
+            hint="merge them, otherwise the body is not connected there",
         )
 
 
@@ -214,8 +214,7 @@ def _check_volumes(mesh: Mesh, labels: Labels | None) -> None:
         raise MeshError(
             f"{cell_name(cell, labels)} at {_centre(mesh, cell)} is {fault} at its node "
             f"{node_label(node, labels)} ({len(np.unique(bad))} such cells)",
-            hint="less distorted cells are needed, their corners convex; or their nodes are listed "
-            "in another order than around the cell",
+            hint="use less distorted, convex cells; or list the nodes in order around the cell",
         )
 
 
@@ -228,11 +227,11 @@ def _about_volume(shape: float, at_corners: np.ndarray) -> tuple[str, str]:
     if (at_corners > FLAT_CELL).any() and (at_corners < -FLAT_CELL).any():
         return (
             "twisted, its sides cross each other",
-            "list its nodes in the order in which they lie around it, counter-clockwise",
+            "list its nodes in order around it, counter-clockwise",
         )
     if shape < -FLAT_CELL:
-        return "inverted", "list its nodes the other way round, in the plane counter-clockwise"
-    return "flat", "its nodes lie on one line or in one plane: move them apart"
+        return "inverted", "list its nodes in the reverse order (in 2D counter-clockwise)"
+    return "flat", "its nodes lie on a line or in a plane: move them apart"
 
 
 def _check_overlaps(mesh: Mesh, labels: Labels | None) -> None:
@@ -248,7 +247,7 @@ def _check_overlaps(mesh: Mesh, labels: Labels | None) -> None:
             f"{cell_name(first, labels)} and {cell_name(second, labels)}, at "
             f"{_centre(mesh, first)} and {_centre(mesh, second)}, lie on the same side of a "
             f"common facet ({len(same)} such facets)",
-            hint="a cell is listed twice, or the mesh is folded over itself",
+            hint="a cell is listed twice, or the mesh overlaps itself",
         )
 
 
@@ -270,9 +269,9 @@ def _check_joints(mesh: Mesh, labels: Labels | None) -> None:
         first, second = facet_owners(pair, mesh.cells)
         raise MeshError(
             f"{cell_name(first, labels)} and {cell_name(second, labels)}, at "
-            f"{_centre(mesh, first)} and {_centre(mesh, second)}, meet with a quadrilateral and a "
-            f"triangle ({len(np.unique(bad))} such quadrilaterals)",
-            hint="put pyramids or wedges between hexahedra and tetrahedra, or mesh the body with "
+            f"{_centre(mesh, first)} and {_centre(mesh, second)}, meet with a quadrilateral "
+            f"and a triangle ({len(np.unique(bad))} such quadrilaterals)",
+            hint="use pyramids or wedges between hexahedra and tetrahedra, or mesh the body with "
             "one kind of cell",
         )
 
@@ -285,9 +284,9 @@ def _check_facets(mesh: Mesh) -> None:
             facet = facets[bad[0]]
             raise MeshError(
                 f"facet set '{name}': facet {facet.tolist()} at "
-                f"{_place(mesh.points[facet].mean(axis=0))} is no boundary facet "
-                "with the material to its left",
-                hint="list the nodes of a facet in the order in which its cell lists them",
+                f"{_place(mesh.points[facet].mean(axis=0))} is not a boundary facet with the "
+                "material to its left",
+                hint="list the nodes of a facet in the order of its cell",
             )
 
 

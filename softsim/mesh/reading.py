@@ -64,8 +64,8 @@ class MeshFile:
         """Texts that say what reading the file changed."""
         counted = {
             "inverted cells turned": self.turned_cells,
-            "reference points left out": self.dropped_nodes,
-            "mid-side nodes left out": self.midside_nodes,
+            "reference points ignored": self.dropped_nodes,
+            "mid-side nodes dropped": self.midside_nodes,
         }
         return tuple(f"{count} {what}" for what, count in counted.items() if count)
 
@@ -98,14 +98,17 @@ def read_mesh(
     """
     path = Path(path)
     if not path.is_file():
-        raise MeshError(f"{path}: no such mesh file", hint="check the path and its spelling")
+        raise MeshError(f"{path}: file not found", hint="check the path and its spelling")
     suffix = path.suffix.lower()
     if suffix not in FORMATS:
         raise _no_mesh(path, suffix)
     if suffix == ".inp":
         content = read_abaqus(path, instance, reduce_order=reduce_order)
     elif instance is not None:
-        raise MeshError(f"{path}: has no instances", hint="instance: belongs to ABAQUS files, .inp")
+        raise MeshError(
+            f"{path}: has no instances",
+            hint="the key `instance` applies to ABAQUS files (.inp) only",
+        )
     else:
         content = read_gmsh_vtk(path, reduce_order=reduce_order)
     try:
@@ -122,7 +125,7 @@ def _no_mesh(path: Path, suffix: str) -> MeshError:
         what = "is a closed surface of triangles, not a volume mesh"
     else:
         return MeshError(
-            f"{path}: no format of meshes that is read", hint="formats: " + ", ".join(FORMATS)
+            f"{path}: this mesh format is not supported", hint="formats: " + ", ".join(FORMATS)
         )
     return MeshError(f"{path}: {what}", hint=_remedy(path, suffix))
 
@@ -170,11 +173,11 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
         if (found >= 0).all():
             facet_sets[name] = boundary[np.unique(found)]
         else:
-            log.warning("%s: '%s' is not on the boundary: a node set only", path, name)
+            log.warning("%s: '%s' is not on the boundary: it is a node set only", path, name)
     node_sets = {**implied, **_node_sets(_plain_names(content.node_sets), number, path)}
     if SURFACE in node_sets:
         raise MeshError(
-            f"the name '{SURFACE}' is kept for the whole boundary",
+            f"the name '{SURFACE}' is reserved for the whole boundary",
             hint="rename this set in the file",
         )
     mesh = Mesh(points, cells, node_sets, facet_sets, cell_sets)
@@ -192,7 +195,7 @@ def _made_fit(content: Content, length_unit: float, path: Path) -> MeshFile:
         )
     pieces = piece_count(mesh)
     if pieces > 1:
-        log.warning("%s: the body is in %d pieces that share no node", path, pieces)
+        log.warning("%s: the body consists of %d pieces that share no node", path, pieces)
     return MeshFile(
         mesh, content.element_type, len(inverted), len(dropped), len(midside), content.not_read
     )
@@ -205,8 +208,8 @@ def refuse_loose_nodes(loose: np.ndarray, content: Content) -> None:
         raise MeshError(
             f"node {node_label(int(loose[0]), content.labels)} at ({place}) in the file's unit "
             f"belongs to no cell ({len(loose)} such nodes)",
-            hint="remove it; a reference point belongs to the *ASSEMBLY, outside the part; gmsh "
-            "saves such nodes only with Mesh.SaveAll",
+            hint="remove it; in ABAQUS files a reference point belongs to the *ASSEMBLY, outside "
+            "the part; gmsh writes such nodes only with Mesh.SaveAll",
         )
 
 
@@ -215,10 +218,10 @@ def _coordinates(points: np.ndarray, dimension: int) -> np.ndarray:
     if dimension == 2 and points.shape[1] == 3:
         if np.ptp(points[:, 2]) > 1e-9 * np.ptp(points, axis=0).max():
             raise MeshError(
-                f"plane cells at z from {points[:, 2].min():g} to {points[:, 2].max():g}; "
-                "a plane body lies in one plane z = constant",
-                hint="a body in space is a volume mesh of tetrahedra or hexahedra: gmsh -3 makes "
-                "one of a volume, and writes it if a physical group holds it or there is no group",
+                f"plane cells with z from {points[:, 2].min():g} to {points[:, 2].max():g}; a 2D "
+                "body must lie in one plane z = constant",
+                hint="a 3D body needs a volume mesh of tetrahedra or hexahedra: use gmsh -3, "
+                "with the volume in a physical group or without groups",
             )
         return points[:, :2]
     return points
@@ -233,7 +236,7 @@ def _node_sets(sets: _Sets, number: np.ndarray, path: Path) -> _Sets:
         kept[name] = np.unique(renamed[renamed >= 0])
         if len(nodes) and not len(kept[name]):
             # A reference point, say: a set that ABAQUS needs and the body does not.
-            log.warning("%s: node set '%s' is left out: no cell has its nodes", path, name)
+            log.warning("%s: node set '%s' is ignored: no cell has its nodes", path, name)
             del kept[name]
     return kept
 

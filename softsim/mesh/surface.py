@@ -39,15 +39,15 @@ def read_surface(path: Path, length_unit: float) -> SurfaceMesh:
     """
     path = Path(path)
     if path.suffix.lower() != ".stl":
-        raise MeshError(f"{path}: no STL file", hint="write the surface to a file NAME.stl")
-    found = meshio_mesh(path, "a surface is an STL file, binary or ASCII")
+        raise MeshError(f"{path}: not an STL file", hint="write the surface to a file NAME.stl")
+    found = meshio_mesh(path, "a surface must be an STL file, binary or ASCII")
     points = np.asarray(found.points, dtype=float).reshape(-1, 3)
     if not np.isfinite(points).all():
-        raise MeshError(f"{path}: a corner is no number", hint="the file is damaged")
+        raise MeshError(f"{path}: a coordinate is not a number", hint="the file is damaged")
     triangles = np.concatenate([np.zeros((0, 3), dtype=int), *(b.data for b in found.cells)])
     collapsed = (triangles == np.roll(triangles, 1, axis=1)).any(axis=1)
     if collapsed.any():
-        log.warning("%s: left out %d triangles without area", path, collapsed.sum())
+        log.warning("%s: ignored %d triangles without area", path, collapsed.sum())
         triangles = triangles[~collapsed]
     if not len(triangles):
         raise MeshError(f"{path}: no triangles", hint="the file is empty or damaged")
@@ -71,18 +71,18 @@ def refuse_open(path: Path, points: np.ndarray, triangles: np.ndarray) -> None:
     if len(open_edges):
         first = open_edges[0]
         raise MeshError(
-            f"{path}: the surface is open: {len(open_edges)} edges have not exactly two triangles; "
-            f"the first one, {_edge(points, edges[first])}, has {counts[first]}",
-            hint="close the holes, join corners that do not meet exactly, and make one solid of "
-            "what crosses",
+            f"{path}: the surface is open: {len(open_edges)} edges do not have exactly two "
+            f"triangles; the first one, {_edge(points, edges[first])}, has {counts[first]}",
+            hint="close the holes, merge corners that do not coincide exactly, and unite solids "
+            "that cross",
         )
     ways, counts = np.unique(directed, axis=0, return_counts=True)
     twice = np.flatnonzero(counts == 2)
     if len(twice):
         raise MeshError(
-            f"{path}: triangles of two orientations at {len(twice)} edges; the first one is "
+            f"{path}: triangles with opposite orientation at {len(twice)} edges; the first one is "
             f"{_edge(points, ways[twice[0]])}",
-            hint="orient all triangles alike, with their normals outwards",
+            hint="orient all triangles in the same way, with normals outwards",
         )
 
 
@@ -97,7 +97,7 @@ def refuse_flat(points: np.ndarray, triangles: np.ndarray) -> None:
         raise MeshError(
             f"{len(flat)} triangles are flat: their corners lie on a line; the first one is at "
             f"({place}) mm",
-            hint="mesh the surface anew, or merge points that nearly coincide",
+            hint="mesh the surface again, or merge points that nearly coincide",
         )
 
 
@@ -143,8 +143,9 @@ def divided(
         facets = np.concatenate([np.delete(facets, split, axis=0), first, second])
         if len(facets) > MOST_FACETS:
             raise MeshError(
-                f"divided into sides of {1e3 * longest:.3g} mm at most, the surface has more than "
-                f"{MOST_FACETS:,} facets: it is {1e3 * np.ptp(points, axis=0).max():.3g} mm large",
+                f"divided into sides of at most {1e3 * longest:.3g} mm, the surface has more than "
+                f"{MOST_FACETS:,} facets: its size is "
+                f"{1e3 * np.ptp(points, axis=0).max():.3g} mm",
                 hint="check length_unit, or give a larger element_size",
             )
 
@@ -201,4 +202,4 @@ def in_order(edges: np.ndarray) -> np.ndarray:
 def _edge(points: np.ndarray, edge: np.ndarray) -> str:
     """An edge as people read it, in the file's unit."""
     ends = ["(" + ", ".join(f"{c:g}" for c in points[k]) + ")" for k in edge]
-    return f"from {ends[0]} to {ends[1]} in the file's unit"
+    return f"from {ends[0]} to {ends[1]} in the unit of the file"

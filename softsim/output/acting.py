@@ -83,7 +83,7 @@ def _gravity(loaded: LoadedScene, model: Model) -> str:
 def _held(loaded: LoadedScene) -> Iterator[Row]:
     for name, body in loaded.scene.bodies.items():
         if body.fixed:
-            yield "held", f"{', '.join(f'{name}.{one}' for one in body.fixed)}, in every direction"
+            yield "held", (f"{', '.join(f'{name}.{one}' for one in body.fixed)}, in all directions")
     for name, rigid in loaded.scene.rigid_bodies.items():
         tied = ", ".join(rigid.tied) or "no nodes"
         free = "" if rigid.free is None else f"; free: {', '.join(rigid.free) or 'nothing'}"
@@ -99,12 +99,14 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
     contact, touching = scene.contact, scene.contact.self_contact
     outlines = [name for name, rigid in scene.rigid_bodies.items() if rigid.supports]
     pairs = ["bodies with walls"] if scene.environment.walls else []
-    pairs += [f"outline of '{name}' with its supports" for name in outlines]
+    pairs += [f"outline of '{name}' with walls" for name in outlines]
     if touching:
         pairs.append(f"{', '.join(touching)} with themselves and each other")
     pairs += [" with ".join(pair.between) for pair in contact.pairs]
     named = touching or contact.pairs
-    missing = "" if named else "; no self_contact: bodies pass through themselves and each other"
+    missing = (
+        "" if named else ("; no self_contact: bodies can pass through themselves and each other")
+    )
     yield "contact", ("; ".join(pairs) or "none: no walls") + missing
     if not pairs:
         return
@@ -113,7 +115,7 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
         law.append(f"Coulomb's law, memory {_value(loaded, 'contact', 'friction_memory')}")
     else:
         law.append(
-            f"its limit follows the normal force with a memory of "
+            "the friction limit follows the normal force with a memory of "
             f"{_value(loaded, 'contact', 'friction_memory')} and a slip length of "
             f"{_value(loaded, 'contact', 'friction_slip_length')}"
         )
@@ -139,9 +141,9 @@ def _crossing_edges(model: Model) -> Iterator[Row]:
     if len(sharp) > 1:
         yield (
             "sharp edges",
-            f"of {', '.join(sharp)}: edges do not touch edges; where two of them cross between "
-            f"nodes, they sink by up to {CROSSING_DEPTH:g} of an element's side into each other "
-            "before they are held; take smaller elements there, or round them",
+            f"of {', '.join(sharp)}: contact between two edges is not detected; where edges cross "
+            f"between nodes, they penetrate by up to {CROSSING_DEPTH:g} of an element side "
+            "before contact acts; use smaller elements there, or round the edges",
         )
 
 

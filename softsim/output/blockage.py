@@ -106,6 +106,6 @@ def contact_description(indicators: BlockageIndicators) -> str:
     """What the spikes did, in words."""
     if indicators.most_rows == 0.0:
         return "no row of spikes touches the wall"
-    rows = f"up to {indicators.most_rows:g} rows of spikes touch"
+    rows = f"up to {indicators.most_rows:g} rows of spikes touch the wall"
     forward, back = indicators.way_forward * 1e3, indicators.way_back * 1e3
-    return f"{rows}; at last {forward:.1f} mm forward and {back:.1f} mm back"
+    return f"{rows}; in the last phase {forward:.1f} mm forward and {back:.1f} mm backward"

@@ -95,7 +95,8 @@ def read_checkpoint(path: Path) -> Checkpoint:
     """
     if not path.is_file():
         raise OutputError(
-            f"there is no checkpoint {path}", hint="run without --resume to start anew"
+            f"there is no checkpoint {path}",
+            hint="run without --resume to start from the beginning",
         )
     state: dict[str, np.ndarray] = {}
 
@@ -115,7 +116,7 @@ def read_checkpoint(path: Path) -> Checkpoint:
     except (OSError, KeyError, ValueError, RuntimeError) as error:
         raise OutputError(
             f"{path} is not a readable checkpoint: {error}",
-            hint="remove it, and the run starts anew",
+            hint="remove it to start the run from the beginning",
         ) from error
 
 

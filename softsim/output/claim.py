@@ -28,8 +28,8 @@ def claimed(folder: Path) -> Iterator[None]:
             held = FileLock(folder / LOCK).acquire(timeout=0)
         except Timeout:
             name = owner.read_text(encoding="utf-8") if owner.is_file() else "another process"
-            hint = "wait for its end, or choose another folder with --out"
-            raise OutputError(f"{name} works in {folder} now", hint) from None
+            hint = "wait until it has finished, or choose another folder with --out"
+            raise OutputError(f"{name} is using the folder {folder}", hint) from None
     with held:
         try:
             with explained(owner):

@@ -29,7 +29,7 @@ LOADING = "loading kernels"
 PATIENCE = 6.0
 PLAIN_EVERY = 15.0  # seconds between lines where there is no terminal
 READY = "ready"
-ENDED = "stopped while kernels were compiled, before the first increment; start again"
+ENDED = "stopped during kernel compilation, before the first increment; run again"
 
 
 @contextmanager

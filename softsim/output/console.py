@@ -57,13 +57,13 @@ class SettlingOutlook:
         if not self.shares:
             return "settling"
         share, pace = self.shares[-1], self.time_for_a_tenth
-        text = f"settling: unbalanced {share:.2g}, wanted {self.tolerance:.2g}"
+        text = f"settling: unbalanced force {share:.2g}, required {self.tolerance:.2g}"
         if len(self.shares) < 2 * LEAST_SHARES:
             return f"{text}, no trend yet"
         if np.isnan(pace):
-            return f"{text}, does not fall"
+            return f"{text}, not decreasing"
         left = max(0.0, pace * np.log10(share / self.tolerance))
-        return f"{text}, a tenth in {pace:.2g} s, ETA {left:.0f} s"
+        return f"{text}, falls tenfold in {pace:.2g} s, ETA {left:.0f} s"
 
 
 class GoalOutlook:
@@ -153,7 +153,7 @@ class ProgressReport:
         to_goal, to_end = to_goal / speed, (self.end - now) / speed
         if way_share is None:
             return f"ETA {to_end:.0f} s"
-        far = f"{100.0 * way_share:.0f} % of the way"
+        far = f"{100.0 * way_share:.0f} % of the distance"
         if to_goal > to_end:
             return f"{far}, time limit in {to_end:.0f} s"
         return f"{far}, ETA {to_goal:.0f} s"

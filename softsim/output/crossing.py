@@ -63,13 +63,13 @@ def why_stuck(crossing: Crossing, t: np.ndarray, rear: np.ndarray, front: np.nda
     """Why a body has not crossed: it slipped back, else time was too short, else it stands."""
     length = float(np.median(front - rear))
     back = rear.max() - rear[-1]
-    place = f"with its front at x = {1e3 * front[-1]:.4g} mm"
+    place = f"its front is at x = {1e3 * front[-1]:.4g} mm"
     if back > SLIPPED * length:
         return f"stuck: slipped back by {1e3 * back:.3g} mm, {place}"
     late = t >= t[-1] - min(LATE * (t[-1] - t[0]), crossing.patience)
     gained = rear[late][-1] - rear[late][0]
     if gained > STANDS * length:
-        return f"stuck: still on its way when the time was up, {place}"
+        return f"stuck: still moving at the end time, {place}"
     meets = front.max() > crossing.foot
-    what = "against what it meets" if meets else "without thrust, before it meets anything"
-    return f"stuck: stands {what}, {place}"
+    what = "at the obstacle" if meets else "before the obstacle, without thrust"
+    return f"stuck: stands still {what}, {place}"

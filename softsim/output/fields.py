@@ -60,8 +60,8 @@ class FieldWriter:
             (points.shape[1], cells.shape[1]) not in CELL_TYPES
         ):
             raise OutputError(
-                f"{path}: points {points.shape} and cells {cells.shape} are no mesh; "
-                "points must be (n, 2 or 3) and cells (m, 3 or 4), in space (m, 4 or 8)"
+                f"{path}: points of shape {points.shape} and cells of shape {cells.shape} are not "
+                "a mesh; points must be (n, 2 or 3) and cells (m, 3 or 4), in 3D (m, 4 or 8)"
             )
         self.path = Path(path)
         self._lengths = {POINT_DATA: len(points), CELL_DATA: len(cells), EXTRA: 1}
@@ -294,14 +294,14 @@ def _opened(path: Path) -> Iterator[h5py.File]:
         with h5py.File(path, "r", libver=FORMAT, swmr=writer, locking=False) as file:
             if OWN not in file or STEPS not in file:
                 raise OutputError(
-                    f"{path} is no result of softsim: {OWN} or {STEPS} is missing in it"
+                    f"{path} is not a result file of softsim: {OWN} or {STEPS} is missing"
                 )
             yield file
     except (OSError, KeyError, RuntimeError) as error:  # h5py has no error of its own
         if path.is_file() and path.stat().st_mtime_ns != changed:
-            hint = "a run wrote to it meanwhile: try again"
+            hint = "a run wrote to it at the same time: try again"
         else:
-            hint = "it is damaged or no HDF5 file: run again, without --resume"
+            hint = "it is damaged or not an HDF5 file: run again, without --resume"
         raise OutputError(f"cannot read {path}: {error}", hint) from error
 
 
@@ -317,12 +317,12 @@ def _has_writer(path: Path) -> bool:
     with path.open("rb") as stream:
         superblock = stream.read(36)
     if len(superblock) < 36:
-        raise OSError("it ends before its superblock does")
+        raise OSError("it ends within its superblock")
     if superblock[8] == 3 and superblock[11] != 0:
         return True
     size, end = path.stat().st_size, int.from_bytes(superblock[28:36], "little")
     if superblock[8] == 3 and size < end:
-        raise OSError(f"it is truncated, {size} of {end} bytes are left")
+        raise OSError(f"it is truncated: {size} of {end} bytes are left")
     return False
 
 

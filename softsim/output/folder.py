@@ -18,7 +18,7 @@ RESULTS = "results.vtkhdf"
 CHECKPOINT = "checkpoint.h5"
 LOG = "run.log"
 
-WRITTEN_ANEW = "run with --resume, which writes it anew; of a study's case, remove its folder"
+WRITTEN_ANEW = "run with --resume to write it again; for a case of a study, remove its folder"
 """The way out where a file is damaged that a run writes whatever was there."""
 
 RESERVE = 64 * 2**20
@@ -44,14 +44,14 @@ class RunFolder:
         except OSError as error:
             raise OutputError(
                 f"cannot write to the run folder {self.path}: {_reason(error)}",
-                hint="choose a folder of your own with --out",
+                hint="choose another folder with --out",
             ) from error
         free = shutil.disk_usage(self.path).free
         if free < RESERVE:
             raise OutputError(
-                f"the disk of the run folder {self.path} has {_megabytes(free)} left, "
-                f"a run needs at least {_megabytes(RESERVE)}",
-                hint="make room, or choose a folder on another disk with --out",
+                f"the disk of the run folder {self.path} has {_megabytes(free)} left; a run needs "
+                f"at least {_megabytes(RESERVE)}",
+                hint="free disk space, or choose a folder on another disk with --out",
             )
 
     def write_text_atomic(self, name: str, text: str) -> None:
@@ -118,9 +118,10 @@ def require_room(path: Path, size: int) -> None:
     free = shutil.disk_usage(path.parent).free
     if free < size + MARGIN:
         raise OutputError(
-            f"cannot write {path}: it needs {_megabytes(size + MARGIN)}, "
-            f"its disk has {_megabytes(free)} left",
-            hint="make room, then go on: a run with --resume, a study as before",
+            f"cannot write {path}: it needs {_megabytes(size + MARGIN)}, and its disk has "
+            f"{_megabytes(free)} left",
+            hint="free disk space, then continue: a run with --resume, a study by repeating the "
+            "command",
         )
 
 
@@ -132,8 +133,8 @@ def explained(path: Path) -> Iterator[None]:
     except OSError as error:
         raise OutputError(
             f"cannot write {path}: {_reason(error)} ({_room(path)})",
-            hint="make room or give yourself write access, then go on: a run with --resume, "
-            "a study as before",
+            hint="free disk space or check write permission, then continue: a run with --resume, "
+            "a study by repeating the command",
         ) from error
 
 
@@ -145,7 +146,7 @@ def _room(path: Path) -> str:
     try:
         return f"{_megabytes(shutil.disk_usage(path.parent).free)} free on its disk"
     except OSError:
-        return f"its folder {path.parent} is not there"
+        return f"its folder {path.parent} does not exist"
 
 
 def _megabytes(size: int) -> str:

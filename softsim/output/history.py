@@ -49,8 +49,8 @@ class History:
             missing = sorted(set(self.columns) - row.keys())
             unknown = sorted(row.keys() - set(self.columns))
             raise OutputError(
-                f"a row of {self.path} does not fit its columns: "
-                f"missing {missing or 'none'}, unknown {unknown or 'none'}"
+                f"a row of {self.path} does not match its columns: missing {missing or 'none'}, "
+                f"unknown {unknown or 'none'}"
             )
         with explained(self.path):
             self._stream.write(",".join(repr(float(row[name])) for name in self.columns) + "\n")
@@ -108,9 +108,10 @@ def _rows_until(path: Path, units: Mapping[str, str], time: float) -> list[str]:
     lines, header = _whole_lines(path), _header(units)
     if "".join(lines[:2]) != header:
         raise OutputError(
-            f"{path} has other columns than this run: it starts with {lines[0].strip()!r}, "
-            f"expected {header.splitlines()[0]!r}, or the units in its second line differ",
-            hint="resume with the scene that the run was started with",
+            f"{path} has columns other than those of this run: it starts with "
+            f"{lines[0].strip()!r}, expected {header.splitlines()[0]!r}, or the units in its "
+            "second line differ",
+            hint="resume with the scene with which the run was started",
         )
     times = _numbers(path, lines[2:], len(units))[:, list(units).index(TIME)]
     return [line for line, t in zip(lines[2:], times, strict=True) if t <= time]
@@ -131,8 +132,8 @@ def _numbers(path: Path, lines: list[str], count: int) -> np.ndarray:
             rows[i] = [float(number) for number in numbers]
         except ValueError as error:
             raise OutputError(
-                f"{path}:{i + 3}: not {count} numbers: {line.strip()[:80]!r}",
-                hint="the file was changed after the run: correct or remove that line",
+                f"{path}:{i + 3}: expected {count} numbers: {line.strip()[:80]!r}",
+                hint="the file was changed after the run: correct or remove this line",
             ) from error
     return rows
 
@@ -158,7 +159,8 @@ def _whole_lines(path: Path) -> list[str]:
         or REPLACED in "".join(header)
     ):
         raise OutputError(
-            f"{path} is no history: its first line must name the columns, its second their units",
-            hint="the run was stopped before it began, or this is another file",
+            f"{path} is not a history: its first line must contain the columns, its second line "
+            "their units",
+            hint="the run was stopped before its first row, or this is another file",
         )
     return lines

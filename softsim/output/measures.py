@@ -219,7 +219,7 @@ def failed_expectations(expect: Expect, found: dict[str, Any]) -> str | None:
     None if all is as expected.
     """
     wrong = [*other_verdict(expect, found), *outside_limits(expect, found)]
-    return "not as the scene expects: " + "; ".join(wrong) if wrong else None
+    return "expectation of the scene not met: " + "; ".join(wrong) if wrong else None
 
 
 def other_verdict(expect: Expect, found: dict[str, Any]) -> Iterator[str]:

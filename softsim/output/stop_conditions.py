@@ -95,7 +95,7 @@ def column_reached(loaded: LoadedScene, columns: Mapping[str, str]) -> ColumnRea
     try:
         limit = float(str(given)) if unit == "-" else units.parse(str(given), unit)
     except ValueError as error:
-        hint = "a bare number is due" if unit == "-" else ""
+        hint = "expected a number without a unit" if unit == "-" else ""
         raise loaded.error((*keys, side), str(error), hint) from None
     return ColumnReached(asked.column, limit, side == "above")
 

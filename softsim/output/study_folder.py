@@ -29,7 +29,7 @@ FORMULA_STARTS = r"^[=+\-@\t\r\n]"
 WARNINGS = "warnings"
 """Column of the number of warnings of each case."""
 
-BEGIN_AGAIN = "remove it and start the study again: cases that have ended do not run again"
+BEGIN_AGAIN = "remove it and start the study again: completed cases are not run again"
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def read_study(folder: Path) -> StudyRecord:
     """Read study.json. Raises OutputError where there is none, or it is damaged."""
     file = folder / STUDY
     if not file.is_file():
-        raise OutputError(f"{folder} is no folder of a study: it has no {STUDY}")
+        raise OutputError(f"{folder} is not the folder of a study: it has no {STUDY}")
     found = read_json(file, BEGIN_AGAIN)
     try:
         found["factors"] = tuple(Axis(**axis) for axis in found["factors"])
@@ -75,7 +75,9 @@ def read_study(folder: Path) -> StudyRecord:
         found["bisection"] = Bisection.read(found.get("bisection"))
         return StudyRecord(**found)
     except (KeyError, TypeError) as error:
-        raise OutputError(f"{file} is not what softsim wrote: {error}", BEGIN_AGAIN) from error
+        raise OutputError(
+            f"{file} is not a file written by softsim: {error}", BEGIN_AGAIN
+        ) from error
 
 
 def write_table(folder: Path, table: polars.DataFrame) -> None:
@@ -104,7 +106,7 @@ def read_table(folder: Path) -> polars.DataFrame:
     """Read the table. Raises OutputError where there is none, or it is damaged."""
     file = folder / TABLE
     if not file.is_file():
-        raise OutputError(f"{folder} has no {TABLE}: the study has not begun")
+        raise OutputError(f"{folder} has no {TABLE}: the study has not started")
     try:
         return polars.read_parquet(file)
     except (OSError, polars.exceptions.PolarsError) as error:

@@ -86,9 +86,7 @@ def travelling_column(history: History) -> str:
         axis = travel_axis(history, name)
         if axis is not None:
             return f"{name}_{axis}"
-    raise OutputError(
-        "the history has neither frame_x nor body_x, so there is no displacement to draw"
-    )
+    raise OutputError("the history has neither frame_x nor body_x, so no displacement can be drawn")
 
 
 def displacement(history: History) -> np.ndarray:

@@ -71,17 +71,17 @@ def layout_report(
 def assumptions(model: Model) -> tuple[str, ...]:
     """Return in sentences what a verdict rests on: dimension, friction, and the robot's own."""
     memory = (
-        f"its limit follows the normal force within {1e3 * model.friction_memory:.3g} ms"
+        f"the limit follows the normal force with a memory of {1e3 * model.friction_memory:.3g} ms"
         if model.friction_memory > 0.0
-        else "Coulomb's law at once"
+        else "Coulomb's law without memory"
     )
     space = {
-        2: "a plane section of robot and pipe, not the robot in space",
-        3: "robot and pipe in space",
+        2: "plane section (2D) of robot and pipe",
+        3: "robot and pipe in 3D",
     }
     return (
         f"model: {space[model.points.shape[1]]}",
-        f"friction: coefficient {model.contact.friction_coefficient:.3g} on all walls, {memory}",
+        f"friction: coefficient {model.contact.friction_coefficient:.3g} on all walls; {memory}",
         *model.robot.assumptions,
     )
 
@@ -190,17 +190,17 @@ def sentence(report: dict[str, Any]) -> str:
     """Return the verdict in a line. Lengths are the way of the body's centre."""
     place, time = report["where"], report["time"]
     gained = (place["arc_length"] - report["start"]) * 1e3
-    by_exit = f" by the exit '{report.get('exit')}'" if len(report["exits"]) > 1 else ""
+    by_exit = f" through the exit '{report.get('exit')}'" if len(report["exits"]) > 1 else ""
     said = {
         Verdict.PASSED: lambda: (
-            f"passed{by_exit}: its centre went the {gained:.0f} mm from start to goal in "
-            f"{time:.1f} s"
+            f"passed{by_exit}: the centre of the robot moved {gained:.0f} mm from start to goal "
+            f"in {time:.1f} s"
         ),
         Verdict.STUCK: lambda: f"stuck in {segment_of(place)}: {report['blocked_by']}",
         Verdict.UNFINISHED: lambda: (
-            f"unfinished: its centre went {gained:.0f} of "
-            f"{(report['goal'] - report['start']) * 1e3:.0f} mm from start to goal in {time:.1f} "
-            f"s, and is in {segment_of(place)}"
+            f"unfinished: the centre of the robot moved {gained:.0f} of "
+            f"{(report['goal'] - report['start']) * 1e3:.0f} mm from start to goal in "
+            f"{time:.1f} s; it is in {segment_of(place)}"
         ),
     }
     return said[Verdict(report["verdict"])]()
@@ -212,11 +212,11 @@ def margin(report: dict[str, Any]) -> str:
     step = f"{1e3 * patience['least_progress']:.3g} mm"
     used = f"{longest['duration']:.1f} of {patience['patience_time']:.3g} s"
     if report["idle_cycles"] is not None:
-        used = f"{report['idle_cycles']} of {patience['patience']} whole pressure cycles"
+        used = f"{report['idle_cycles']} of {patience['patience']} complete pressure cycles"
     return (
         f"longest standstill: {longest['duration']:.1f} s with less than {step} of progress, from "
-        f"t = {longest['began']:.1f} s on, in {segment_of(longest['where'])}; closest to stuck: "
-        f"{used} without progress"
+        f"t = {longest['began']:.1f} s, in {segment_of(longest['where'])}; closest to the "
+        f"verdict stuck: {used} without progress"
     )
 
 

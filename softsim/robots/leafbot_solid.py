@@ -137,7 +137,7 @@ def _check_across(
         raise MeshError(
             f"side_distance is {1e3 * side_distance:.4g} mm and the limbs of both sides overlap; "
             f"more than {1e3 * pair:.4g} mm is needed",
-            hint="a pair of limbs is limb_distance and limb_width wide",
+            hint="a pair of limbs is as wide as limb_distance plus limb_width",
         )
     needed = side_distance + pair
     if width < needed * (1 - 1e-9):

@@ -29,8 +29,8 @@ def check_lean(lean: float) -> None:
     """Raise MeshError unless spikes lean [m] backward."""
     if not lean >= 0:
         raise MeshError(
-            f"lean is {1e3 * lean:g} mm; spikes lean backward, 0 mm or more",
-            hint="turn the body round for a robot that faces the other way",
+            f"lean is {1e3 * lean:g} mm; it must be 0 mm or more (spikes lean backward)",
+            hint="turn the body around for a robot that faces the other way",
         )
 
 
@@ -43,7 +43,7 @@ def check_counts(kind: CellKind, **counts: int | None) -> None:
             continue
         if kind == "simplex":
             raise MeshError(
-                f"{name} is {count}; triangles and tetrahedra are as many as element_size says",
+                f"{name} is {count}; for triangles and tetrahedra it follows from element_size",
                 hint=f'leave {name} out, or write "cells: quad"',
             )
         check_at_least_one(**{name: count})

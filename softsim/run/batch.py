@@ -119,7 +119,7 @@ class Batch:
         steps = np.array([first_time_increment(run.model) for run in self.runs])
         settles = any(run.model.settling is not None for run in self.runs)
         with stop_signals() as asked:
-            with phase(self.console, "bodies come to rest before t = 0") if settles else WORDLESS:
+            with phase(self.console, "settling before t = 0") if settles else WORDLESS:
                 settled, self.unsettled = settle(self.solver, self.reader, steps, asked)
             self.solver.begin(steps)
             self.reader.update()

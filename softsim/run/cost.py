@@ -215,7 +215,7 @@ def measured_rate(device: str, threads: int, work: Workload, seconds: float) -> 
         with ProcessPoolExecutor(1, fresh) as process:
             return process.submit(_rate, device, threads, work, seconds).result()
     except BrokenProcessPool:
-        raise DeviceError(f"the process that used {device} died") from None
+        raise DeviceError(f"the process that used {device} ended unexpectedly") from None
     except RuntimeError as fault:  # what Taichi and the CUDA driver raise
         raise DeviceError(str(fault)) from fault
 

@@ -114,14 +114,14 @@ class Run:
         """
         if settled is not None:
             moved = np.abs(self.scenario.positions() - self.model.points).max()
-            log.info("settled within %.3g s, moved by %.3g mm at most", settled, 1e3 * moved)
+            log.info("settled within %.3g s, largest displacement %.3g mm", settled, 1e3 * moved)
         self._start(self.estimator.at_rest, self.model.points, None)
 
     def begin_step(self, control: ControlState | None) -> None:
         """Start where the step before has ended; the reader was just updated. control: the state of
         a controlled pressure that goes on.
         """
-        log.info("begins at t = %.6g s, where the step before has ended", self.scenario.time)
+        log.info("starts at t = %.6g s, the end of the previous step", self.scenario.time)
         x = self.scenario.positions()
         self._start(self.estimator.at(x), x, control)
 
@@ -376,9 +376,7 @@ class Run:
         if failure is None:
             self.outcome = Results(self.files.path, self.files.summary, history)
         else:
-            self.outcome = ExpectationError(
-                failure, hint=f"the run itself is done: {self.files.path}"
-            )
+            self.outcome = ExpectationError(failure, hint=f"the run is complete: {self.files.path}")
 
     def fail(self, error: SoftsimError) -> None:
         """End this run, and no other, with an error as its outcome."""

@@ -195,12 +195,12 @@ def fitting_checkpoint(loaded: LoadedScene, target: RunFolder, choice: Choice) -
     if mismatch:
         raise OutputError(
             f"the checkpoint in {path} {mismatch}",
-            hint=f"compare with {path / files.SCENE}, or run without --resume",
+            hint=f"compare the scene with {path / files.SCENE}, or run without --resume",
         )
     if not choice.allows(checkpoint.device):
         raise OutputError(
-            f"the checkpoint in {path} was computed on {checkpoint.device}, this is "
-            f"{choice.device}: the run would not go on to the same bits",
+            f"the checkpoint in {path} was computed on {checkpoint.device}, this run uses "
+            f"{choice.device}: the resumed run would not give identical results",
             hint=f"resume with --device {checkpoint.device}",
         )
     progress = Progress.written(checkpoint.progress)
@@ -220,7 +220,8 @@ def _refuse_hole(file: Path, times: np.ndarray, reached: float, count: int) -> N
     if len(found) < count:
         latest = f", the latest of t = {found[-1]:.6g} s" if len(found) else ""
         raise OutputError(
-            f"{file} has {len(found)} of {count} entries up to the checkpoint at "
-            f"t = {reached:.6g} s{latest}: a resumed run would leave a hole",
-            hint=f"put the whole file back, or remove {files.CHECKPOINT} and the run starts anew",
+            f"{file} has {len(found)} of {count} entries up to the checkpoint at t = "
+            f"{reached:.6g} s{latest}: a resumed run would leave a gap",
+            hint=f"restore the complete file, or remove {files.CHECKPOINT} to start the run from "
+            "the beginning",
         )

@@ -72,7 +72,8 @@ class EarlierStep:
                 name = scenario.model.load_names[number]
                 found[f"jump of {name}"] = (
                     f"'{name}' jumps from {1e-3 * before:.4g} to {1e-3 * now:.4g} kPa on the "
-                    "facets as the step begins: let its profile begin where the last one ended"
+                    "facets at the start of the step: start its profile at the last value of "
+                    "the previous step"
                 )
         return found
 

@@ -202,7 +202,10 @@ def _stopped(run: Run, factor: float) -> str:
     }
     told = ", ".join(f"'{name}' at {1e-3 * pressure:.3g} kPa" for name, pressure in gauges.items())
     shown = f" with {told}" if told else ""
-    return f"loads played {factor:.3g} times as fast are stopped{shown}: {run.outcome.message}"
+    return (
+        f"the trial run, with loads applied {factor:.3g} times as fast, was stopped{shown}: "
+        f"{run.outcome.message}"
+    )
 
 
 def _is_done(run: Run) -> bool:

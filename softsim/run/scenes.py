@@ -69,7 +69,9 @@ def run(
             batch = resumed(loaded, model, target, choice, console, stop_conditions)
         else:
             if resume:
-                console.print(f"nothing to resume in {target.path}: the run starts anew")
+                console.print(
+                    f"nothing to resume in {target.path}: the run starts from the beginning"
+                )
             batch = Batch([RunFiles(loaded, model, target, console)], choice, [stop_conditions])
         return outcome_of(batch, console, profile_after)
 

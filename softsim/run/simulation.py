@@ -149,7 +149,7 @@ class Simulation:
                     self._asked = self.time
                     raise Interrupted(
                         f"stopped by {Signals(signals[0]).name} at t = {self.time:.6g} s",
-                        hint="step() goes on from there",
+                        hint="call step() to continue",
                     )
                 self._go_on(asked)
         if isinstance(self._run.outcome, SoftsimError):
@@ -175,27 +175,28 @@ class Simulation:
         self._refuse_stale()
         if not 0.0 < duration < np.inf:
             raise SimulationError(
-                f"a step of {duration} s: it must be longer than nothing, and finite"
+                f"a step of {duration} s: the duration must be finite and greater than zero"
             )
         if self.finished:
             raise SimulationError(
                 f"the simulation has ended at t = {self.time:.6g} s",
-                hint="reset() starts it anew, restore() goes back",
+                hint="call reset() to start again, or restore() to go back",
             )
         static = self.model.relaxation  # goes on until forces balance, within a limit
         end = self.end_time + (0.0 if static is None else static.longest)
         if asked > end * (1.0 + 1e-9):
             raise SimulationError(
                 f"a step to t = {asked:.6g} s: the scene ends at {end:.6g} s",
-                hint="write a later time.end",
+                hint="set a later time.end in the scene",
             )
 
     def _refuse_stale(self) -> None:
         """A second solver starts Taichi anew, and the fields of the first are gone."""
         if backend.device() is not self._device:
             raise SimulationError(
-                "another simulation or run has begun in this process and ended this one",
-                hint="make a new Simulation of the scene; two at a time need a process each",
+                "another simulation or run was started in this process, which ended this one",
+                hint="make a new Simulation of the scene; use one process for each simulation "
+                "that runs at the same time",
             )
 
     @property
@@ -255,8 +256,8 @@ class Simulation:
         within = _number(within, f"the time within which '{name}' changes")
         if not (np.isfinite(value) and 0.0 <= within < np.inf):
             raise SimulationError(
-                f"'{name}' cannot go to {value} within {within} s: two finite numbers are due, "
-                "a time not below zero"
+                f"'{name}' cannot change to {value} within {within} s: both must be finite "
+                "numbers, and the time at least zero"
             )
         scenario, term, now = self._scenario, self._scenario.term_of(load), self.time
         drive = term.drives[scenario.number]
@@ -267,9 +268,9 @@ class Simulation:
         else:
             if drive.stiffens and value > (most := float(load.drive.profile.values.max())):
                 raise SimulationError(
-                    f"'{name}' cannot hold {value:.6g}: the stable step counts on at most "
-                    f"{most:.6g}, which the profile of the scene reaches",
-                    hint="let the profile of the scene reach as much",
+                    f"'{name}' cannot be set to {value:.6g}: the stable step was computed for at "
+                    f"most {most:.6g}, the highest value of its profile in the scene",
+                    hint="raise the highest value of the profile in the scene",
                 )
             course = profile.ramp(now, float(drive.course.profile.at(now)), within, value)
             term.follow(scenario.number, commanded(self._said(name), drive, course))
@@ -285,10 +286,12 @@ class Simulation:
         self._refuse_stale()
         frequency = _number(frequency, "the frequency of a motor")
         if not 0.0 <= frequency < np.inf:
-            raise SimulationError(f"a motor cannot turn at {frequency} Hz")
+            raise SimulationError(f"the frequency of a motor cannot be {frequency} Hz")
         motors = self._motors() if name is None else [self._named(name, Rotor, "motor")]
         if not motors:
-            raise SimulationError("the scene has no motor", hint="give it a load eccentric_mass")
+            raise SimulationError(
+                "the scene has no motor", hint="add a load of kind eccentric_mass"
+            )
         for motor in motors:
             term = self._scenario.term_of(motor)
             now = term.rotors[self._scenario.number]
@@ -343,8 +346,8 @@ class Simulation:
         self._refuse_stale()
         if not isinstance(saved, Saved) or saved.model is not self.model:
             raise SimulationError(
-                "restore() takes a moment that save() of the same simulation has returned",
-                hint="a new Simulation of the same scene has its own moments",
+                "restore() needs a state returned by save() of the same simulation",
+                hint="a new Simulation of the same scene cannot restore states of another one",
             )
         s, term_of = self._scenario.number, self._scenario.term_of
         del self.record.history.kept[saved.rows :]
@@ -372,7 +375,9 @@ class Simulation:
         Raises SimulationError: a seed that is no whole number from 0 on.
         """
         if seed is not None and not (isinstance(seed, Integral) and seed >= 0):
-            raise SimulationError(f"reset({seed!r}): a seed is a whole number from 0 on, or None")
+            raise SimulationError(
+                f"reset({seed!r}): the seed must be a whole number of at least 0, or None"
+            )
         self.restore(self._start)
         if seed is None:
             return
@@ -391,14 +396,14 @@ def _loaded(
         return scene_said(scene, overrides)
     if overrides:
         raise SimulationError(
-            "overrides change what a file or a dict says",
-            hint="change the object, or load the file with them",
+            "overrides apply to a scene file or a dict",
+            hint="change the scene object, or pass the overrides when you load the file",
         )
     if isinstance(scene, Loaded):
         return scene
     if not isinstance(scene, Scene):
         raise SimulationError(
-            f"a {type(scene).__name__} is no scene",
+            f"a {type(scene).__name__} is not a scene",
             hint="give the path of a scene file, a dict, a Scene or a loaded scene",
         )
     return scene_of(scene)

@@ -56,7 +56,9 @@ def run_steps(
         named = {folder_name(number, step): step for number, step in enumerate(steps, 1)}
         taken, reason = fitting_steps(source, named, choice)
         names = ", ".join(one.name for one in taken)
-        said = f"taken from {source}: {names}" + (f"; no more: {reason}" if reason else "")
+        said = f"reused from {source}: {names}" + (
+            f"; later steps are not reused: {reason}" if reason else ""
+        )
         console.print(said, highlight=False)
     work = Work(RunFolder(path), tuple(steps), choice, console, profile_after)
     with claimed(path):
@@ -154,7 +156,7 @@ class Work:
             mismatch = f"was computed on {checkpoint.device}, this is {self.choice.device}"
         if not mismatch:
             return checkpoint
-        self.console.print(f"step '{step.name}' {mismatch}: it begins anew", highlight=False)
+        self.console.print(f"step '{step.name}' {mismatch}: it is run again", highlight=False)
         return None
 
     def _forget_from(self, number: int) -> None:

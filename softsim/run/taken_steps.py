@@ -28,13 +28,14 @@ def refuse_source(source: Path, folder: Path, resume: bool) -> None:
     """Raise OutputError where a run in `folder` cannot take steps from `source`."""
     if resume:
         raise OutputError(
-            "steps are either taken by --from or kept by --resume",
-            "a run that has taken steps has them in its folder: --resume alone goes on with it",
+            "--from and --resume cannot be combined",
+            "a run started with --from has the reused steps in its folder: continue it with "
+            "--resume alone",
         )
     if source.resolve() == folder.resolve():
         raise OutputError(
             f"{source} is the folder of this run",
-            "--resume keeps its steps; or choose another one with --out",
+            "continue it with --resume, or choose another folder with --out",
         )
 
 
@@ -50,19 +51,19 @@ def fitting_steps(
     told = read_summary(source).get("steps")
     if told is None:
         raise OutputError(
-            f"{source} is not the folder of a run in steps",
-            "name one that softsim run has written of a scene with steps",
+            f"{source} is not the run folder of a scene with steps",
+            "name the run folder of a scene with steps",
         )
     found: list[Path] = []
     for name, step in named.items():
         if name in [one["folder"] for one in told]:
             reason = why_not(source / name, step, choice)
         else:
-            reason = f"there is no {name}, but {', '.join(one['folder'] for one in told)}"
+            reason = f"it has no folder {name}, only {', '.join(one['folder'] for one in told)}"
         if reason and not found:
             raise OutputError(
-                f"no step can be taken from {source}: {reason}",
-                "name a run that has begun with the same step, or leave out --from",
+                f"no step of {source} can be reused: {reason}",
+                "name a run whose first step is identical, or leave out --from",
             )
         if reason:
             return found, reason
@@ -74,9 +75,9 @@ def why_not(path: Path, step: Step, choice: Choice) -> str:
     """Why a step's folder is not the step that is asked for now, done; "" where it is."""
     status = read_summary(path).get("status", "not begun")
     if status != "done":
-        return f"{path.name} is not done there, but {status}"
+        return f"{path.name} is not complete there, but {status}"
     if not (path / CHECKPOINT).is_file():
-        return f"{path.name} has lost its {CHECKPOINT}"
+        return f"{path.name} has no {CHECKPOINT}"
     checkpoint = read_checkpoint(path / CHECKPOINT)
     mismatch = checkpoint.mismatch(step.loaded)
     if mismatch:

@@ -76,11 +76,12 @@ def chatter_warnings(model: Model, found: Chatter) -> dict[str, str]:
         "an outline",
     )
     return {
-        "chatter": f"contact chatters: nodes lose the wall and are back at once "
-        f"{found.returns:.3g} times in an oscillation of {oscillation_period(model) * 1e3:.3g} ms, "
-        f"most often ({found.worst_returns:.3g} times) the one of {body} at rest at ({place}) mm. "
-        "Friction and sliding then depend on the mesh: give the material its spectrum at kHz "
-        "(materials.NAME.spectrum), raise contact.damping_ratio, let the friction limit follow "
-        "the normal force more slowly (contact.friction_memory, contact.friction_slip_length), or "
-        "let the body settle first (time.settle)"
+        "chatter": "contact chatters: nodes lose contact with the wall and return "
+        f"{found.returns:.3g} times within one oscillation period of "
+        f"{oscillation_period(model) * 1e3:.3g} ms, most often ({found.worst_returns:.3g} "
+        f"times) the node of {body} at rest at ({place}) mm. Friction and sliding then depend "
+        "on the mesh. Give the material its spectrum up to the kHz range "
+        "(materials.NAME.spectrum), raise contact.damping_ratio, slow the response of the "
+        "friction limit (contact.friction_memory, contact.friction_slip_length), or let the "
+        "body settle first (time.settle)"
     }

@@ -39,10 +39,10 @@ def clamp_doubts(model: Model) -> dict[str, str]:
         missing = missing_deflection(region, held[region.nodes])
         if missing > LARGEST_ERROR:
             found[f"clamp of {region.body}"] = (
-                f"body '{region.body}': the elements at a clamp are long, with several through its "
-                f"height; a nearly incompressible body then bends too little, here by some "
-                f"{100.0 * missing:.0f} %. Use shorter elements at the clamp, or one element "
-                "through the height"
+                f"body '{region.body}': at a clamp, the elements are long and there are several "
+                "through the height. A nearly incompressible body then bends too little, "
+                f"here by about {100.0 * missing:.0f} %. Use shorter elements at the clamp, "
+                "or one element through the height"
             )
     return found
 

@@ -245,8 +245,8 @@ class ExplicitSolver:
         shapes = {name: fields.shape_of(field) for name, field in kept.items()}
         if shapes != {name: array.shape for name, array in state.items()}:
             raise OutputError(
-                "the checkpoint holds the state of another mesh or model",
-                hint="the mesh has changed since: run without --resume",
+                "the checkpoint holds the state of a different mesh or model",
+                hint="the mesh has changed since the checkpoint: run without --resume",
             )
         for name, field in kept.items():
             fields.write(field, state[name])

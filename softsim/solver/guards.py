@@ -37,9 +37,10 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
         broken = np.flatnonzero(~np.isfinite(J))
         if len(broken):
             raise StabilityError(
-                f"{_where(body, broken[0], time)} has a position that is no number (NaN)",
-                f"either it ran away ({thinning_advice(model)}), or the time step was too large "
-                "for what happened: lower solver.safety_factor or contact.penalty_stiffness",
+                f"{_where(body, broken[0], time)} has a position that is not a number (NaN)",
+                f"either the deformation grew without limit ({thinning_advice(model)}), or the "
+                "time step was too large: lower solver.safety_factor or "
+                "contact.penalty_stiffness",
                 first + int(broken[0]),
             )
         crushed, blown = int(np.argmin(J)), int(np.argmax(J))
@@ -47,13 +48,13 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
             kind = "is turned over" if J[crushed] <= 0.0 else "is crushed"
             raise StabilityError(
                 f"{_where(body, crushed, time)} {kind}: volume ratio J = {J[crushed]:.3g}",
-                "a load that rises too fast, a contact that is too stiff or a mesh too coarse for "
-                "the bending there: slow the load, refine the mesh, or lower the pressure",
+                "the load rises too fast, the contact is too stiff, or the mesh is too coarse "
+                "for the bending: slow the load, refine the mesh, or lower the pressure",
                 first + crushed,
             )
         if J[blown] > LARGEST_J:
             raise StabilityError(
-                f"{_where(body, blown, time)} is blown up: volume ratio J = {J[blown]:.3g}",
+                f"{_where(body, blown, time)} is overstretched: volume ratio J = {J[blown]:.3g}",
                 f"{thinning_advice(model)}; or check material.bulk_modulus",
                 first + blown,
             )
@@ -61,9 +62,9 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
     for data in model.cables:
         if not np.isfinite(x[data.cable.nodes]).all():
             raise StabilityError(
-                f"cable '{data.cable.name}' has a position that is no number (NaN) at "
-                f"t = {time:.6g} s",
-                "what it is tied to ran away, or the time step was too large for what happened: "
+                f"cable '{data.cable.name}' has a position that is not a number (NaN) at t = "
+                f"{time:.6g} s",
+                "either the body it is tied to became unstable, or the time step was too large: "
                 "lower solver.safety_factor or contact.penalty_stiffness",
             )
 
@@ -87,15 +88,15 @@ def refuse_collapsed_chamber(
         raise StabilityError(
             f"chamber '{name}' is turned inside out at t = {time:.6g} s: it encloses "
             f"{1e6 * volume:.4g} ml, at a pressure of {shown}",
-            f"take less out of it than the {1e6 * drive.initial_volume:.4g} ml that it holds at "
-            "the start; so that its walls touch before, name its body in contact.self_contact",
+            f"remove less than the {1e6 * drive.initial_volume:.4g} ml that it holds at the "
+            "start; to let its walls touch before that, name its body in contact.self_contact",
         )
     if pressure < -drive.ambient_pressure:
         raise StabilityError(
-            f"the pressure in chamber '{name}' is below vacuum at t = {time:.6g} s: {shown} "
-            f"where {-1e-3 * drive.ambient_pressure:.4g} kPa is vacuum; it encloses "
+            f"the pressure in chamber '{name}' is below vacuum at t = {time:.6g} s: {shown}, and "
+            f"vacuum is {-1e-3 * drive.ambient_pressure:.4g} kPa; it encloses "
             f"{1e6 * volume:.4g} ml",
-            "take less out of it, or more slowly",
+            "remove less from it, or remove it more slowly",
         )
 
 
@@ -106,9 +107,9 @@ def refuse_crowding(time: float) -> NoReturn:
     """
     raise StabilityError(
         f"too many facets of contact.self_contact came close to one node before t = {time:.6g} s: "
-        "not all could be watched",
-        "the surface is crumpled, or its facets differ too much in length: lower the load, mesh it "
-        "evenly, or leave the crumpled part out of contact.self_contact",
+        "the contact search could not store all of them",
+        "the surface is crumpled, or its facets differ too much in length: lower the load, use a "
+        "more uniform mesh, or leave the crumpled part out of contact.self_contact",
     )
 
 
@@ -127,8 +128,8 @@ def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
                 warnings[f"{part} unstable"] = (
                     f"{_where(body, region.numbers[weakest], time)} is where material "
                     f"'{material.name}' has lost its stiffness: I1 = "
-                    f"{measured.I1_bar[weakest]:.3g}; fit the law over a wider range, or with "
-                    "fewer terms"
+                    f"{measured.I1_bar[weakest]:.3g}; fit the law over a wider strain range, "
+                    "or with fewer terms"
                 )
             if fitted is not None and measured.stretch[longest] > 1.0 + fitted:
                 warnings[f"{part} range"] = (
@@ -151,8 +152,8 @@ def hourglass_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
     return {
         "hourglass": f"at {history['time'][most]:.4g} s hourglass modes hold "
         f"{100.0 * held / internal:.2g} % of the internal energy, more than "
-        f"{100.0 * HOURGLASS_SHARE:g} %: single elements bend or twist; compare with a mesh of "
-        "twice as many elements across what bends"
+        f"{100.0 * HOURGLASS_SHARE:g} %: single elements bend or twist; compare with a mesh "
+        "of twice as many elements across the bent part"
     }
 
 
@@ -168,9 +169,9 @@ def air_line_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
     at_work = "the pump ran" if history["air_supply"][most] > 0.0 else "the valve was open"
     return {
         "air line": f"at {history['time'][most]:.4g} s {at_work}, and the sensor showed "
-        f"{1e-3 * history['pressure'][most]:.4g} kPa where "
-        f"{1e-3 * history['wanted_pressure'][most]:.4g} were wanted: it cannot follow so fast, or "
-        "is not meant to"
+        f"{1e-3 * history['pressure'][most]:.4g} kPa instead of the prescribed "
+        f"{1e-3 * history['wanted_pressure'][most]:.4g} kPa: the air line cannot follow the "
+        "profile"
     }
 
 
@@ -179,9 +180,10 @@ def turning_warnings(added_turning: float) -> dict[str, str]:
     if added_turning <= TURNING_SHARE:
         return {}
     return {
-        "mass scaling": f"mass scaling makes a body {100.0 * added_turning:.3g} % more inert "
-        f"against turning, more than {100.0 * TURNING_SHARE:g} %: its groups are not small against "
-        "it; give a smaller mass_scaling.within or factor, and compare with a run without"
+        "mass scaling": "mass scaling increases the moment of inertia of a body by "
+        f"{100.0 * added_turning:.3g} %, more than {100.0 * TURNING_SHARE:g} %: its groups of "
+        "nodes are not small compared with the body; reduce mass_scaling.within or factor, "
+        "and compare with a run without mass scaling"
     }
 
 
@@ -196,10 +198,9 @@ def refuse_collapsed_step(
     share = stable.value / at_rest.value
     if share < model.least_step:
         raise StabilityError(
-            f"the stable step has fallen to {100.0 * share:.2g} % of that at rest at "
-            f"t = {time:.6g} s: {stable.describe()}",
-            f"{thinning_advice(model)}; where so short a step is meant, give a smaller "
-            "solver.least_step",
+            f"the stable step has fallen to {100.0 * share:.2g} % of its value at rest at t = "
+            f"{time:.6g} s: {stable.describe()}",
+            f"{thinning_advice(model)}; to allow such short steps, lower solver.least_step",
         )
 
 
@@ -212,7 +213,7 @@ def refuse_unstable_step(model: Model, stable: StableStep, time: float) -> None:
         raise StabilityError(
             f"the time step {model.time_increment * 1e6:.3g} us is no longer stable at "
             f"t = {time:.6g} s: {stable.describe()}",
-            'write time.increment: "auto", or a smaller one',
+            'set time.increment to "auto", or to a smaller value',
         )
 
 
@@ -221,7 +222,7 @@ def step_warnings(model: Model, stable: StableStep) -> dict[str, str]:
     if model.time_increment is None or model.time_increment <= stable.value:
         return {}
     step = f"the time step {model.time_increment * 1e6:.3g} us"
-    return {"time step": f"{step} is longer than advised: {stable.describe()}"}
+    return {"time step": f"{step} is longer than recommended: {stable.describe()}"}
 
 
 def refuse_no_equilibrium(model: Model, share: float, relaxation: Relaxation) -> NoReturn:
@@ -230,10 +231,11 @@ def refuse_no_equilibrium(model: Model, share: float, relaxation: Relaxation) ->
     share: the unbalanced force over the inner forces. Raises StabilityError.
     """
     raise StabilityError(
-        f"no equilibrium was found within {relaxation.longest:g} s after the loads' time: the "
-        f"unbalanced force is {share:.3g} of the inner forces, wanted {relaxation.tolerance:g}",
-        "the body may be free to move away, balloon or slide: hold it, lower the load, or give "
-        f"time.settle more time; {thinning_advice(model)}",
+        f"no equilibrium was found within {relaxation.longest:g} s after the end of the loads: "
+        f"the unbalanced force is {share:.3g} of the internal forces, required is "
+        f"{relaxation.tolerance:g}",
+        "the body may be free to move away, balloon or slide: hold it, lower the load, or "
+        f"increase time.settle; {thinning_advice(model)}",
     )
 
 
@@ -243,10 +245,11 @@ def refuse_unsettled(share: float, settling: Relaxation) -> NoReturn:
     share: the unbalanced force over the inner forces. Raises StabilityError.
     """
     raise StabilityError(
-        f"nothing came to rest within the {settling.longest:g} s of time.settle: the unbalanced "
-        f"force is {share:.3g} of the inner forces, wanted {settling.tolerance:g}",
-        "the body may slide, roll or fall without end under its weight; start it nearer to what it "
-        "lies on, give time.settle more time, or leave it out",
+        f"the bodies did not come to rest within the {settling.longest:g} s of time.settle: the "
+        f"unbalanced force is {share:.3g} of the internal forces, required is "
+        f"{settling.tolerance:g}",
+        "the body may slide, roll or fall under its weight: start it closer to its support, "
+        "increase time.settle, or leave time.settle out",
     )
 
 
@@ -256,10 +259,10 @@ def refuse_energy_error(model: Model, error: float, time: float, largest: str) -
     Raises StabilityError; `largest` names the largest of the energies.
     """
     raise StabilityError(
-        f"the energy balance is off by {100.0 * error:.3g} % at t = {time:.6g} s, above the "
-        f"limit of {100.0 * model.energy_error_limit:.3g} %; largest share: {largest}",
-        "energy that comes from nowhere means a time step above the stable one or a contact "
-        "that is hit too hard: lower solver.safety_factor or contact.penalty_stiffness",
+        f"the energy balance is off by {100.0 * error:.3g} % at t = {time:.6g} s, above the limit "
+        f"of {100.0 * model.energy_error_limit:.3g} %; largest contribution: {largest}",
+        "an energy gain means that the time step is above the stable one or that a contact is "
+        "too stiff: lower solver.safety_factor or contact.penalty_stiffness",
     )
 
 

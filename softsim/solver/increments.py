@@ -152,8 +152,9 @@ class IncrementKernels:
         lost = self._together(s, workers, 0)
         if lost:
             raise DeviceError(
-                f"{workers} threads were started, and not all of them run",
-                hint="run with --threads 1, or with as many as there are free processors",
+                f"{workers} threads were started, but not all of them run",
+                hint="run with --threads 1, or with at most as many threads as there are free "
+                "processors",
             )
 
     def by_teams(self, spans: Sequence[Span]) -> None:
@@ -319,7 +320,7 @@ def refuse_uncountable(passes: list[Pass]) -> None:
     largest = max(passes, key=lambda p: p.count)
     if largest.count > LARGEST_INDEX:
         raise DeviceError(
-            f"the model has {largest.count:,} nodes, facets or blocks of elements in one loop, "
-            f"{LARGEST_INDEX:,} can be counted",
+            f"the model has {largest.count:,} nodes, facets or blocks of elements in one loop; "
+            f"the limit is {LARGEST_INDEX:,}",
             hint="use a coarser mesh",
         )

@@ -57,8 +57,8 @@ def refuse_too_large(model: Model, size: int, device: str, place: Place | None) 
     if device == "cuda":
         way_out += ", or --device cpu"
     raise DeviceError(
-        f"{model.element_count:,} elements need {_gigabytes(need)}, "
-        f"{_gigabytes(free)} are free on {place.name}",
+        f"{model.element_count:,} elements need {_gigabytes(need)}; {_gigabytes(free)} are free "
+        f"on {place.name}",
         hint=way_out,
     )
 

@@ -81,7 +81,7 @@ def movable_bodies(model: Model) -> list[Body]:
     movable = [body for body in joined_bodies(model) if model.is_free[body.nodes].any()]
     if not movable:
         raise ModesError(
-            "every node of every body is fixed, prescribed or tied: nothing has natural modes",
+            "every node of every body is fixed, prescribed or tied: there are no natural modes",
             hint="hold fewer nodes",
         )
     return movable
@@ -164,8 +164,8 @@ def refuse_other_half(model: Model, body: Body) -> None:
     inside[body.nodes] = True
     if (inside[model.ties.nodes] != inside[model.ties.corners[:, 0]]).any():
         raise ModesError(
-            f"body '{body.name}' is tied to another one and does not vibrate alone",
-            hint="ask for the modes of all that is joined (movable_bodies)",
+            f"body '{body.name}' is tied to another body and does not vibrate alone",
+            hint="request the modes of all joined bodies together (movable_bodies)",
         )
 
 
@@ -175,9 +175,9 @@ def refuse_too_many(body: Body, count: int, ways: int) -> None:
     """
     if count >= ways:
         raise ModesError(
-            f"{count} modes of body '{body.name}' cannot be told, whose nodes that are not held "
-            f"can be moved in {ways} ways",
-            hint="hold fewer nodes, or ask for fewer modes",
+            f"{count} modes of body '{body.name}' cannot be computed: its free nodes have only "
+            f"{ways} degrees of freedom",
+            hint="hold fewer nodes, or request fewer modes",
         )
 
 

@@ -95,9 +95,9 @@ def body_penetration_warnings(found: BodyPenetration | None) -> dict[str, str]:
         return {}
     place = ", ".join(f"{c * 1e3:.2f}" for c in found.place)
     return {
-        "penetration of bodies": f"the surface at rest at ({place}) mm went "
-        f"{1e3 * found.depth:.3g} mm deep into another one, {100.0 * found.relative:.3g} % of the "
-        f"size of its elements, more than {100.0 * DEEPEST:g} %: the contact is too soft; lower "
+        "penetration of bodies": f"the surface at rest at ({place}) mm penetrated another surface "
+        f"by {1e3 * found.depth:.3g} mm, {100.0 * found.relative:.3g} % of the size of its "
+        f"elements, more than {100.0 * DEEPEST:g} %: the contact is too soft; lower "
         "contact.allowed_penetration, or leave out contact.penalty_stiffness"
     }
 
@@ -129,18 +129,19 @@ def penetration_warnings(model: Model, found: Penetration) -> dict[str, str]:
         depth = found.depths[:, model.contact.nodes == found.node].max()
         place = ", ".join(f"{c * 1e3:.2f}" for c in model.points[found.node])
         warnings["penetration"] = (
-            f"the node at rest at ({place}) mm went {1e3 * depth:.3g} mm deep into a wall, "
+            f"the node at rest at ({place}) mm penetrated a wall by {1e3 * depth:.3g} mm, "
             f"{100.0 * found.relative:.3g} % of the size of its elements, more than "
-            f"{100.0 * DEEPEST:g} %: the contact is too soft; raise contact.penalty_stiffness, or "
-            "leave it out"
+            f"{100.0 * DEEPEST:g} %: the contact is too soft; raise "
+            "contact.penalty_stiffness, or leave it out"
         )
     for wall, depths in zip(model.walls, found.depths, strict=False):
         thickness, depth = wall.thickness(), float(depths.max())
         if depth > THROUGH * thickness:
             warnings[f"thickness of {wall.names[0]}"] = (
-                f"a node went {1e3 * depth:.3g} mm deep into the wall '{wall.names[0]}', which is "
-                f"{1e3 * thickness:.3g} mm thick: it may have come out on the other side; make the "
-                "wall thicker, raise contact.penalty_stiffness, or let bodies meet it more slowly"
+                f"a node penetrated the wall '{wall.names[0]}' by {1e3 * depth:.3g} mm, and the "
+                f"wall is {1e3 * thickness:.3g} mm thick: the node may have passed through; "
+                "make the wall thicker, raise contact.penalty_stiffness, or reduce the speed "
+                "of impact"
             )
     return warnings
 
@@ -159,8 +160,8 @@ def crossing_warnings(name: str, thickness: float, speed: float, dt: float) -> d
     if speed * dt <= THROUGH * thickness:
         return {}
     return {
-        f"thickness of {name}": f"a node moves at {speed:.3g} m/s, {1e3 * speed * dt:.3g} mm an "
-        f"increment, and the wall '{name}' is {1e3 * thickness:.3g} mm thick: nodes may pass "
-        "through it; make the wall thicker, or give time.increment at most "
-        f"{1e6 * THROUGH * thickness / speed:.3g} us"
+        f"thickness of {name}": f"a node moves at {speed:.3g} m/s, which is "
+        f"{1e3 * speed * dt:.3g} mm per increment, and the wall '{name}' is "
+        f"{1e3 * thickness:.3g} mm thick: nodes may pass through it; make the wall thicker, "
+        f"or set time.increment to at most {1e6 * THROUGH * thickness / speed:.3g} us"
     }

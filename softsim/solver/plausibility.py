@@ -116,8 +116,8 @@ def size_doubts(body: Body) -> Iterator[str]:
     if not SIZES[0] <= extent.max() <= SIZES[1]:
         sides = " x ".join(f"{1e3 * side:.4g}" for side in extent)
         yield (
-            f"body '{body.name}' measures {sides} mm; if that is off by a thousand, give its file "
-            "another length_unit, or its dimensions another unit"
+            f"body '{body.name}' measures {sides} mm; if that is wrong by a factor of 1000, "
+            "change the length_unit of its file, or the unit of its dimensions"
         )
 
 
@@ -127,8 +127,8 @@ def depth_doubts(body: Body) -> Iterator[str]:
     for depth in sorted(depths):
         if not SIZES[0] <= depth <= SIZES[1]:
             yield (
-                f"body '{body.name}' is {1e3 * depth:.4g} mm deep across its section; if that is "
-                "off by a thousand, give its thickness another unit"
+                f"the section of body '{body.name}' is {1e3 * depth:.4g} mm thick; if that is "
+                "wrong by a factor of 1000, change the unit of its thickness"
             )
 
 
@@ -140,14 +140,14 @@ def material_doubts(material: Material) -> dict[str, str]:
     modulus = material.law.initial_shear_modulus
     if not SHEAR_MODULI[0] <= modulus <= SHEAR_MODULI[1]:
         found["stiffness"] = (
-            f"material '{material.name}' has a shear modulus of {modulus:.3g} Pa: gels begin at "
-            f"some {SHEAR_MODULI[0]:g} Pa, hard plastics end at {SHEAR_MODULI[1]:.0g} Pa; look at "
-            "the units of its constants"
+            f"material '{material.name}' has a shear modulus of {modulus:.3g} Pa; the usual range "
+            f"is {SHEAR_MODULI[0]:g} Pa (gels) to {SHEAR_MODULI[1]:.0g} Pa (hard plastics): "
+            "check the units of its constants"
         )
     if not DENSITIES[0] <= material.density <= DENSITIES[1]:
         found["density"] = (
             f"material '{material.name}' has a density of {material.density:.3g} kg/m^3; silicone "
-            "has 1080 kg/m^3, which is 1.08 g/cm^3"
+            "has about 1080 kg/m^3 (1.08 g/cm^3): check its unit"
         )
     fitted = material.strain_range
     longest = STRETCHES[1] if fitted is None else 1.0 + fitted
@@ -160,7 +160,7 @@ def material_doubts(material: Material) -> dict[str, str]:
         told = ", ".join(f"{mode} at a stretch of {s:.3g}" for mode, s in unstable.items())
         found["stability"] = (
             f"the stress of material '{material.name}' stops rising (Drucker) in {told}: fit its "
-            "law over a wider range, or with fewer terms"
+            "law over a wider strain range, or with fewer terms"
         )
     return found
 
@@ -177,13 +177,13 @@ def pressure_doubts(model: Model) -> dict[str, str]:
         if highest > LARGEST_PRESSURE_RATIO * softest:
             found[f"pressure of {load.name}"] = (
                 f"load '{load.name}' reaches {1e-3 * highest:.4g} kPa, {highest / softest:.3g} "
-                f"times the shear modulus of the softest material, {1e-3 * softest:.3g} kPa: look "
-                "at the units of both"
+                f"times the shear modulus of the softest material ({1e-3 * softest:.3g} kPa): "
+                "check the units of both"
             )
         elif lowest < -ATMOSPHERE:
             found[f"pressure of {load.name}"] = (
-                f"load '{load.name}' falls to {1e-3 * lowest:.4g} kPa, below vacuum, which is "
-                f"{-1e-3 * ATMOSPHERE:.4g} kPa: look at its unit"
+                f"load '{load.name}' falls to {1e-3 * lowest:.4g} kPa, below vacuum "
+                f"({-1e-3 * ATMOSPHERE:.4g} kPa): check its unit"
             )
     return found
 
@@ -208,26 +208,27 @@ def doubts_of_line(line: AirLine) -> Iterator[tuple[str, str]]:
         yield (
             "flow",
             f"at {ml * line.pump_flow:.3g} ml/s the flow in the tube has a Reynolds number of "
-            f"{reynolds:.0f}, and is laminar up to {LAMINAR:.0f}: it loses more than is computed",
+            f"{reynolds:.0f}; above {LAMINAR:.0f} it is no longer laminar, and the real "
+            "pressure loss is larger than the computed one",
         )
     highest, fall, lowest = extremes(line.course)
     passed, pumped = line.through_tube(highest, 0.0), line.pumped(highest)
     if passed < pumped:
         yield (
             "pump",
-            f"at {1e-3 * highest:.4g} kPa the tube lets {ml * passed:.3g} ml/s into an empty "
-            f"chamber, the pump gives {ml * pumped:.3g}: the sensor shows the highest pressure "
-            "long before the skin feels it, and the pump switches on and off; take a wider or "
-            "shorter tube, or a smaller pump",
+            f"at {1e-3 * highest:.4g} kPa the tube passes {ml * passed:.3g} ml/s into an empty "
+            f"chamber, and the pump delivers {ml * pumped:.3g} ml/s: the sensor reaches the "
+            "highest pressure long before the chamber does, and the pump switches on and "
+            "off; use a wider or shorter tube, or a smaller pump",
         )
     least = fall * line.room(line.initial_volume) / line.specific_energy
     released = line.released(lowest + line.band)
     if released < least:
         yield (
             "valve",
-            f"a fall of {1e-3 * fall:.3g} kPa/s asks for {ml * least:.3g} ml/s at least, and at "
-            f"{1e-3 * lowest:.4g} kPa tube and open valve let {ml * released:.3g} ml/s out: the "
-            "fall will be slower, the valve open",
+            f"a fall of {1e-3 * fall:.3g} kPa/s needs at least {ml * least:.3g} ml/s, but at "
+            f"{1e-3 * lowest:.4g} kPa the tube and the open valve release {ml * released:.3g} "
+            "ml/s: the pressure will fall more slowly, with the valve open",
         )
 
 
@@ -255,9 +256,9 @@ def pace_doubts(model: Model) -> dict[str, str]:
         frequency = load.rotor.frequency
         if frequency * shortest > 1.0:
             found[f"motor {number}"] = (
-                f"a motor turns at {frequency:.4g} Hz, {1.0 / (frequency * dt):.3g} increments a "
-                f"turn: fewer than {LEAST_INCREMENTS} do not show it; give time.increment at most "
-                f"{1e6 / (LEAST_INCREMENTS * frequency):.3g} us"
+                f"a motor turns at {frequency:.4g} Hz, which is {1.0 / (frequency * dt):.3g} "
+                f"increments per turn; at least {LEAST_INCREMENTS} are needed to resolve it: "
+                f"set time.increment to at most {1e6 / (LEAST_INCREMENTS * frequency):.3g} us"
             )
     motions = [m.profile for m in model.of_kind(PrescribedMotion)]
     motions += [m.profile for m in model.of_kind(RigidMotion)]
@@ -265,8 +266,9 @@ def pace_doubts(model: Model) -> dict[str, str]:
         fastest = shortest_swing(profile)
         if 2.0 * fastest < shortest:
             found[f"motion {number}"] = (
-                f"a prescribed motion turns back within {1e6 * fastest:.3g} us, "
-                f"{fastest / dt:.3g} increments: fewer than {LEAST_INCREMENTS // 2} do not show it"
+                f"a prescribed motion reverses within {1e6 * fastest:.3g} us, which is "
+                f"{fastest / dt:.3g} increments; at least {LEAST_INCREMENTS // 2} are needed "
+                "to resolve it"
             )
     return found
 
@@ -287,9 +289,9 @@ def length_doubts(model: Model) -> dict[str, str]:
     if days <= MOST_DAYS:
         return {}
     return {
-        "length": f"{increments:.3g} increments of {1e6 * dt:.3g} us are to be done, which takes "
-        f"some {days:.2g} days at {FAST / 1e6:g} million element updates a second: shorten "
-        "time.end, coarsen the mesh where its altitude is smallest, or play the loads faster"
+        "length": f"the run needs {increments:.3g} increments of {1e6 * dt:.3g} us, about "
+        f"{days:.2g} days at {FAST / 1e6:g} million element updates per second: shorten "
+        "time.end, coarsen the mesh where elements are smallest, or apply the loads faster"
     }
 
 
@@ -299,7 +301,7 @@ def wall_doubts(model: Model) -> dict[str, str]:
     touching = model.points[model.contact.nodes]
     return {
         f"distance of {name}": f"wall '{name}' is {gap.min():.3g} m away from the bodies, "
-        f"{gap.min() / size:.3g} times their size: look at the units of its place and size"
+        f"{gap.min() / size:.3g} times their size: check the units of its position and size"
         for wall in model.walls
         if len(touching)
         for name, gap in wall.gaps(touching).items()
@@ -326,8 +328,8 @@ def support_doubts(model: Model) -> dict[str, str]:
     if held or not all(isinstance(load, HOLDING_NOTHING) for load in model.loads):
         return {}
     return {
-        "support": f"nothing holds the bodies: they fall by {fall:.3g} m until the end of the run; "
-        "give environment.walls, hold nodes (bodies.NAME.fixed), or switch gravity off "
+        "support": f"nothing holds the bodies: they fall by {fall:.3g} m until the end of the "
+        "run; add environment.walls, hold nodes (bodies.NAME.fixed), or switch gravity off "
         "(environment.gravity: 0 m/s^2)"
     }
 
@@ -338,8 +340,8 @@ def force_doubts(model: Model) -> dict[str, str]:
     scale = softest * float(np.ptp(model.points, axis=0).max()) ** 2
     return {
         f"force of {name}": f"load '{name}' exerts {load.largest_force:.3g} N, "
-        f"{load.largest_force / scale:.3g} times the softest shear modulus on the square of the "
-        "model's size: look at its unit"
+        f"{load.largest_force / scale:.3g} times the softest shear modulus multiplied by the "
+        "square of the model size: check its unit"
         for name, load in zip(model.load_names, model.loads, strict=True)
         if load.largest_force > LARGEST_FORCE * scale
     }
@@ -356,16 +358,17 @@ def filling_doubts(model: Model) -> dict[str, str]:
             most = float(drive.profile.values.max())
             if most > LARGEST_FILLING * drive.content > 0.0:
                 found[f"filling of {load.name}"] = (
-                    f"load '{load.name}' adds {most / drive.content:.3g} times what its chamber "
-                    f"of {1e6 * drive.initial_volume:.4g} ml holds at the start: look at its unit"
+                    f"load '{load.name}' adds {most / drive.content:.3g} times the initial "
+                    f"content of its chamber, {1e6 * drive.initial_volume:.4g} ml: check its "
+                    "unit"
                 )
         if isinstance(drive, AddedGas | AirLine):
             line = drive.side_volume + (drive.line_volume if isinstance(drive, AirLine) else 0.0)
             if line > LARGEST_LINE * drive.initial_volume > 0.0:
                 found[f"line of {load.name}"] = (
-                    f"beside its chamber of {1e6 * drive.initial_volume:.4g} ml load "
-                    f"'{load.name}' has {1e6 * line:.4g} ml of gas: look at the unit of its dead "
-                    "volume or line"
+                    f"load '{load.name}' has {1e6 * line:.4g} ml of gas outside its chamber of "
+                    f"{1e6 * drive.initial_volume:.4g} ml: check the unit of its dead volume "
+                    "or line"
                 )
     return found
 
@@ -374,8 +377,8 @@ def mass_doubts(model: Model) -> dict[str, str]:
     """Return warnings of rigid bodies that move and are far heavier than all that deforms."""
     soft = sum(body.mass for body in model.bodies)
     return {
-        f"mass of {body.name}": f"rigid body '{body.name}' has {body.mass:.3g} kg, "
-        f"{body.mass / soft:.3g} times the mass of the deformable bodies: look at its unit"
+        f"mass of {body.name}": f"rigid body '{body.name}' has a mass of {body.mass:.3g} kg, "
+        f"{body.mass / soft:.3g} times the mass of the deformable bodies: check its unit"
         for body in model.rigid_bodies
         if any(body.free[:3]) and body.mass > LARGEST_MASS * soft
     }
@@ -388,23 +391,23 @@ def time_doubts(model: Model) -> dict[str, str]:
     """
     duration, dt = model.end_time - model.start_time, first_time_increment(model)
     found = {
-        f"time of {name}": f"the time course of load '{name}' ends at {load.last_change:.3g} s, "
-        f"and the run at {model.end_time:.3g} s: nearly nothing of it happens; look at the units "
-        "of its times and rates"
+        f"time of {name}": f"load '{name}' changes until {load.last_change:.3g} s, but the run "
+        f"ends at {model.end_time:.3g} s: only a small part of the load history is simulated; "
+        "check the units of its times and rates"
         for name, load in zip(model.load_names, model.loads, strict=True)
         if load.last_change > LONGEST_TIME * model.end_time
     }
     if duration < FEWEST_INCREMENTS * dt:
         found["end"] = (
-            f"the run is over after {1e6 * duration:.3g} us, which is {duration / dt:.2g} "
-            "increments: look at the unit of time.end"
+            f"the run ends after {1e6 * duration:.3g} us, which is {duration / dt:.2g} "
+            "increments: check the unit of time.end"
         )
     settling = model.settling
     longest = max(LONGEST_SETTLING[0], LONGEST_SETTLING[1] * duration)
     if settling is not None and settling.longest > longest:
         found["settle"] = (
-            f"bodies may take {settling.longest:.3g} s to come to rest before a run of "
-            f"{duration:.3g} s: look at the unit of time.settle"
+            f"time.settle allows {settling.longest:.3g} s of settling before a run of "
+            f"{duration:.3g} s: check its unit"
         )
     return found
 
@@ -413,8 +416,8 @@ def output_doubts(model: Model, output: Output) -> dict[str, str]:
     """Return warnings of intervals of the output that are far longer than the run."""
     duration = model.end_time - model.start_time
     return {
-        key: f"output.{key} is {interval:.3g} s in a run of {duration:.3g} s, which leaves the "
-        "start and the end only: look at its unit"
+        key: f"output.{key} is {interval:.3g} s in a run of {duration:.3g} s, so only the start "
+        "and the end are stored: check its unit"
         for key in ("history_interval", "frame_interval")
         if (interval := getattr(output, key)) > LONGEST_TIME * duration
     }
@@ -436,16 +439,16 @@ def tie_doubts(model: Model) -> dict[str, str]:
     if shifts[farthest] > FARTHEST_SHIFT:
         found["shifts of ties"] = (
             f"ties move nodes onto facets by up to {1e3 * ties.shifts[farthest]:.3g} mm, "
-            f"{100.0 * shifts[farthest]:.3g} % of their elements' size, more than "
-            f"{100.0 * FARTHEST_SHIFT:g} %, and the elements beside them stretch with no stress: "
-            "move the bodies together, or lower ties.NAME.tolerance"
+            f"{100.0 * shifts[farthest]:.3g} % of the size of their elements, more than "
+            f"{100.0 * FARTHEST_SHIFT:g} %, and the adjacent elements are deformed without "
+            "stress: move the bodies together, or lower ties.NAME.tolerance"
         )
     coarse = int((apart > FARTHEST_TIED * longest).sum())
     if 2 * coarse > len(places):
         found["sides of ties"] = (
-            f"{coarse} of {len(places)} tied nodes lie more than {FARTHEST_TIED:g} sides of their "
-            "facets apart: nodes of the facets between them are free, and gaps open; exchange "
-            "nodes and facets of the tie, so that the finer side follows the coarser one"
+            f"{coarse} of {len(places)} tied nodes are more than {FARTHEST_TIED:g} facet sides "
+            "apart: facet nodes between them are free, and gaps open; exchange nodes and "
+            "facets of the tie, so that the finer side is tied to the coarser one"
         )
     return found
 
@@ -456,10 +459,10 @@ def fibre_doubts(model: Model, fibre: Fibre) -> Iterator[str]:
     size = float(np.ptp(around, axis=1).max(axis=1).mean())
     bar = float(fibre.lengths.mean())
     if not BAR_LENGTHS[0] * size <= bar <= BAR_LENGTHS[1] * size:
-        which = "pass over elements on their way" if bar > size else "cost time and tell no more"
+        which = "span several elements" if bar > size else ("add run time without more accuracy")
         yield (
-            f"fibre '{fibre.name}' has bars of {1e3 * bar:.3g} mm in elements of "
-            f"{1e3 * size:.3g} mm, which {which}: give a spacing of about {0.5e3 * size:.2g} mm"
+            f"fibre '{fibre.name}' has bars of {1e3 * bar:.3g} mm in elements of {1e3 * size:.3g} "
+            f"mm, which {which}: set its spacing to about {500.0 * size:.2g} mm"
         )
 
 
@@ -478,12 +481,12 @@ def meeting_doubts(model: Model) -> dict[str, str]:
         depth = overlap(a, b)
         overlaps = depth > TOUCHING * size
         found[f"contact of {a.name} and {b.name}"] = (
-            f"bodies '{a.name}' and '{b.name}' have no contact with each other, and "
+            f"bodies '{a.name}' and '{b.name}' have no contact with each other and "
             + (
-                f"overlap at the start, where a node lies {1e3 * depth:.3g} mm deep: move one of "
-                "them, and name both"
+                f"overlap at the start, by up to {1e3 * depth:.3g} mm: move one of them, and name "
+                "both"
                 if overlaps
-                else "start so near that they may meet and pass through each other: name both"
+                else "start so close that they may pass through each other: name both"
             )
             + " in contact.self_contact or contact.pairs, or join them by ties"
         )
@@ -504,9 +507,9 @@ def surface_doubts(model: Model) -> dict[str, str]:
         size = min(np.ptp(places, axis=0).max(), np.ptp(body.points, axis=0).max())
         if box_distance(places, body.points) <= MEETING_DISTANCE * size:
             found[f"contact of {rigid.name} and {body.name}"] = (
-                f"the rigid body '{rigid.name}' and '{body.name}' have no contact with each other, "
-                "and start so near that they may meet and pass through each other: name both in "
-                "contact.self_contact or contact.pairs"
+                f"rigid body '{rigid.name}' and body '{body.name}' have no contact with each "
+                "other and start so close that they may pass through each other: name both "
+                "in contact.self_contact or contact.pairs"
             )
     return found
 

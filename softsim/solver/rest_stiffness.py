@@ -66,9 +66,9 @@ def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
     error = float(max(asymmetry, missed))
     if not error <= ALLOWED_ERROR:
         raise ModesError(
-            f"the forces of body '{body.name}' have no symmetric stiffness at rest, or not between "
-            f"neighbours alone: it is off by {error:.2g}, {ALLOWED_ERROR:g} is allowed",
-            hint="its natural frequencies cannot be told",
+            f"the stiffness matrix of body '{body.name}' at rest is not symmetric, or couples "
+            f"nodes that are not neighbours: error {error:.2g}, allowed {ALLOWED_ERROR:g}",
+            hint="its natural frequencies cannot be computed",
         )
     return RestStiffness(matrix, error)
 
@@ -77,9 +77,9 @@ def refuse_too_large(body: Body, entries: int) -> None:
     """Raise ModesError where a body's matrix would have too many entries."""
     if entries > MOST_ENTRIES:
         raise ModesError(
-            f"body '{body.name}' is too large for its natural frequencies: its stiffness would "
-            f"have {entries:,} entries, {MOST_ENTRIES:,} are possible",
-            hint="use a coarser mesh, or a part of the body, held where it was cut off",
+            f"body '{body.name}' is too large for natural frequencies: its stiffness matrix would "
+            f"have {entries:,} entries; the limit is {MOST_ENTRIES:,}",
+            hint="use a coarser mesh, or a part of the body that is held at the cut",
         )
 
 

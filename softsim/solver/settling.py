@@ -71,7 +71,7 @@ def interrupted_before_start(asked_to_stop: Sequence[int]) -> Interrupted:
     """Return the error of a run that was asked to stop before t = 0, by these signals."""
     return Interrupted(
         f"stopped by {Signals(asked_to_stop[0]).name} before t = 0",
-        hint="nothing is there to resume: start again",
+        hint="there is no checkpoint yet: start the run again",
     )
 
 

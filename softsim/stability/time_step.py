@@ -76,7 +76,7 @@ class StableStep:
 
     def describe(self) -> str:
         """One line for people."""
-        beyond = f"; stable up to {self.stable * 1e6:.3g} us" if self.stable > self.value else ""
+        beyond = f"; stability limit {self.stable * 1e6:.3g} us" if self.stable > self.value else ""
         return f"{self.value * 1e6:.3g} us, limited by {self.limit}{beyond}"
 
 
@@ -127,7 +127,7 @@ class StableStepEstimator:
         self.longest = LONGEST_OVER_ELEMENT * 2.0 * np.sqrt(inertia / alone[stiffest].max())
         element = int(np.argmax(alone[stiffest]))
         name = element_name(model.regions[stiffest], element, model.points)
-        self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the step that fits {name}"
+        self.longest_limit = f"{LONGEST_OVER_ELEMENT:g} times the stable step of {name}"
 
     @cached_property
     def at_rest(self) -> StableStep:
@@ -157,21 +157,21 @@ class StableStepEstimator:
         shares[STIFFEST] = bound - sum(shares.values())
         of_bodies = sum(self.stiffness.contact.of_bodies(x, guess))
         on_bodies = {"contact of a rigid body": of_bodies}
-        on_bodies |= {f"the {kind} of a rigid body": k for kind, k in self.springs.items()}
+        on_bodies |= {f"{kind} of a rigid body": k for kind, k in self.springs.items()}
         if sum(on_bodies.values()) > bound:
             shares = on_bodies
         limits = {max(shares, key=lambda part: shares[part]): stable}
         hit = max(self.stiffness.hardest_hit(x, guess), of_bodies)
         if hit > 0.0:
-            limits["contact that would throw back"] = LONGEST_HIT / np.sqrt(hit)
+            limits["contact stiffness"] = LONGEST_HIT / np.sqrt(hit)
         for kind, frequency in self.going_taut.items():
-            limits[f"a {kind} that would throw back"] = LONGEST_HIT / np.sqrt(frequency)
+            limits[f"stiffness of a {kind}"] = LONGEST_HIT / np.sqrt(frequency)
         taut = matrix.cable_frequency()
         if taut > 0.0:
-            limits["a pulled cable that would throw back"] = LONGEST_HIT / np.sqrt(taut)
+            limits["stiffness of a pulled cable"] = LONGEST_HIT / np.sqrt(taut)
         swing = matrix.chamber_frequency()
         if self.model.relaxation is None and swing > 0.0:
-            limits["the swing of a chamber"] = RESOLVED / np.sqrt(swing)
+            limits["chamber oscillation"] = RESOLVED / np.sqrt(swing)
         limits[self.longest_limit] = self.longest
         cause = min(limits, key=lambda cause: limits[cause])
         return StableStep(float(limits[cause]), float(stable), cause, region, element, x)
@@ -235,7 +235,7 @@ def other_shares(matrix: ScaledStiffness, mode: np.ndarray) -> dict[str, float]:
 
     return {
         "contact": float((matrix.contact * mode**2).sum()),
-        "the content of a chamber": of(matrix.chambers),
+        "chamber stiffness": of(matrix.chambers),
         "a pulled cable": of(matrix.cables),
     }
 

@@ -58,10 +58,16 @@ def test_friction_is_the_scene_s_or_the_cable_s_own(build):
     "points, given, walls, said, line",
     [
         ("[[6 mm, 0 mm], [0 mm, 0 mm]]", "", FLOOR, "has 3 segments", 7),
-        ("[[9 mm, 0 mm], [9 mm, 0 mm]]", "", FLOOR, "two corners at", 7),
+        ("[[9 mm, 0 mm], [9 mm, 0 mm]]", "", FLOOR, "two successive points at", 7),
         ("[[9 mm, 0 mm]]", "", FLOOR, "at least 2", 7),
         ("[[9 mm, 0 mm], [0 mm, -6.5 mm]]", "", FLOOR, "0.5 mm inside the wall 'floor'", 7),
-        ("[[9 mm, 0 mm], [-9 mm, 0 mm]]", "", PIPE, "reaches out of the start of the pipe", 7),
+        (
+            "[[9 mm, 0 mm], [-9 mm, 0 mm]]",
+            "",
+            PIPE,
+            "5 of the 10 nodes of 'tail' lie outside the pipe 'p'",
+            7,
+        ),
         ("[[9 mm, 0 mm], [0 mm, 0 mm]]", "bending_stifness: 1 N*mm^2", FLOOR, "unknown key", 8),
         ("[[9 mm, 0 mm], [0 mm, 0 mm]]", "end_drag: -1 N", FLOOR, "not be less than 0", 8),
     ],

@@ -105,7 +105,7 @@ def test_planes_of_symmetry_close_a_chamber(build, tmp_path):
                              "kind: fixed, nodes: ring.right")  # fmt: skip
     assert "partly on a plane of symmetry" in refused(build, partly).message
     shifted = QUARTER.replace("material:", "position: [1 mm, 0 mm], material:")
-    assert "on a node that may move by itself" in refused(build, shifted).message
+    assert "on a node that can move independently" in refused(build, shifted).message
 
 
 @pytest.mark.parametrize("mesh", ["pfr_meridian", "pfr_meridian, cells: quad, skin_rows: 1"])
@@ -136,9 +136,9 @@ def test_facets_that_face_away_enclose_nothing(build):
 def test_gas_needs_room(build):
     text = tube(added_volume="added_gas, excluded_volume: 6 ml").replace("1 ml", "1 mg")
     error = refused(build, text)
-    assert "nothing is left for the gas" in error.message and "dead volume" in error.hint
+    assert "no volume is left for the gas" in error.message and "dead volume" in error.hint
 
 
 def test_a_chamber_that_cannot_yield_takes_no_liquid(build, tmp_path):
     text = tube(**{"fixed: [knots]": "fixed: [surface]"})
-    assert "no node of the chamber may move" in refused(build, text).message
+    assert "no node of the chamber can move" in refused(build, text).message

@@ -52,11 +52,16 @@ def test_without_cycles_the_run_takes_its_time(build):
 @pytest.mark.parametrize(
     ("profile", "override", "place", "message"),
     [
-        (CYCLES, "time.cycles=6", "--set time.cycles=6", "waits for 6 pressure cycles, and 'air'"),
-        (TABLE, "time.end=8 s", "scene.yaml:5:26", "'air' makes 1"),
-        (EVENTS, "loads.air.profile.count=1", "scene.yaml:5:26", "'air' makes 1"),
-        (CONSTANT, "time.end=8 s", "scene.yaml:5:26", "'air', the robot's chamber, has no cycles"),
-        (CYCLES, "loads={}", "scene.yaml:5:26", "there is no pressure whose cycles"),
+        (CYCLES, "time.cycles=6", "--set time.cycles=6", "after 6 pressure cycles, but 'air'"),
+        (TABLE, "time.end=8 s", "scene.yaml:5:26", "'air' has only 1"),
+        (EVENTS, "loads.air.profile.count=1", "scene.yaml:5:26", "'air' has only 1"),
+        (
+            CONSTANT,
+            "time.end=8 s",
+            "scene.yaml:5:26",
+            "'air', the chamber of the robot, has no cycles",
+        ),
+        (CYCLES, "loads={}", "scene.yaml:5:26", "no pressure has cycles to count"),
         (CYCLES, "time.cycles=0", "--set time.cycles=0", "must be at least 1"),
     ],
 )

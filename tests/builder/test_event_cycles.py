@@ -59,12 +59,12 @@ def test_other_chambers_may_follow(build):
         ("least_rows: 0", "least_rows: 2", ":17:19", "must not be above contact_rows, 0"),
         ("count", "      motion_window: 4 s\n", ":18:22", "a deflation, which takes 4 s at most"),
         ("count", "      contact_window: 2 s\n", ":18:23", "an inflation, which takes 2 s"),
-        ("count", "      motion_window: 7 ms\n", ":18:22", "too few rows to tell a speed"),
+        ("count", "      motion_window: 7 ms\n", ":18:22", "too few rows to compute a speed"),
         ("count", "    on_skin: [[0 Pa, 0 Pa], [2 Pa, 1 Pa]]\n", ":18:14", "on_skin: does not go"),
         ("count", "    factor: 0.5\n", ":18:13", "factor: does not go with event_cycles"),
         ("count", "    offset: 1 kPa\n", ":18:13", "offset: does not go with event_cycles"),
         ("contact_rows: 0", "contact_rows: 5", ":16:21", "robot.rows names 0"),
-        ("rigid_bodies: {frame: {mass: 8 g, inertia: 1 kg*mm^2}}", "", ":10:7", "there is none"),
+        ("rigid_bodies: {frame: {mass: 8 g, inertia: 1 kg*mm^2}}", "", ":10:7", "is no frame"),
         ("end: 1 s", "end: 1 s, procedure: static", ":10:7", "a static procedure has none"),
     ],
 )  # fmt: skip
@@ -81,7 +81,7 @@ def test_refusals_say_where(build, old, new, place, message):
 def test_it_drives_the_chamber_of_the_robot(build):
     """The history shows one pressure, by default that of the first."""
     text = SCENE.replace("  air:\n", SECOND + "  air:\n")
-    with pytest.raises(SceneError, match="the robot's chamber only, which is 'later'"):
+    with pytest.raises(SceneError, match="the chamber of the robot, which is 'later'"):
         build(text)
     assert build(text, "robot.chamber=air").robot.chamber == "air"
 

@@ -67,13 +67,13 @@ def test_what_lies_outside_by_less_than_the_tolerance_is_moved(build):
     [
         (SCENE, "body: b", "body: c", "there is no body 'c'", 6),
         (SCENE, "3 mm, 1 mm]]", "4.2 mm, 1 mm]]",
-         "leaves body 'b' at (8.00, 4.20, 1.00) mm, and is outside by 0.2 mm", 7),
-        (SCENE, "3 mm, 1 mm]]", "1 mm, 1 mm]]", "two corners at (8.00, 1.00, 1.00) mm", 7),
+         "leaves body 'b' at (8.00, 4.20, 1.00) mm; at (8.00, 4.20, 1.00) mm it is 0.2 mm out", 7),
+        (SCENE, "3 mm, 1 mm]]", "1 mm, 1 mm]]", "two successive points at (8.00, 1.00, 1.00)", 7),
         (SCENE, "points:", "#", "either points or a helix", 6),
         (WOUND, "radius: 1.5 mm", "radius: 2.5 mm", "leaves body 'b' at", 7),
-        (WOUND, "spacing: 1 mm", "spacing: 2 mm", "fewer than 8 bars of 2 mm", 8),
+        (WOUND, "spacing: 1 mm", "spacing: 2 mm", "less than 8 bars of 2 mm", 8),
         (WOUND, "pitch: 3 mm", "pitch: -3 mm", "pitch", 7),
-        (FLAT, "plain", "plain", "would be a sheet all around", 6),
+        (FLAT, "plain", "plain", "would be a closed sheet around the axis", 6),
     ],
 )  # fmt: skip
 def test_what_cannot_be_a_fibre_is_refused(build, text, old, new, told, line):
@@ -89,7 +89,7 @@ def test_what_cannot_be_a_fibre_is_refused(build, text, old, new, told, line):
 
 @pytest.mark.parametrize(
     ("spacing", "told"),
-    [("8 mm", "pass over elements"), ("0.1 mm", "cost time"), ("1 mm", None)],
+    [("8 mm", "span several elements"), ("0.1 mm", "add run time"), ("1 mm", None)],
 )
 def test_a_spacing_far_from_the_elements_is_doubted(build, spacing, told):
     found = doubts(build(SCENE.replace("spacing: 1 mm", f"spacing: {spacing}")))

@@ -42,13 +42,13 @@ def test_a_profile_rises_from_nothing_to_all(build):
 @pytest.mark.parametrize(
     "text, given, said",
     [
-        (PLANE, "gravity: [0 m/s^2, -9.81 m/s^2], inclination: 5 deg", "has its direction"),
-        (PLANE, "gravity: [0 m/s^2, -9.81 m/s^2], roll: 5 deg", "has its direction"),
+        (PLANE, "gravity: [0 m/s^2, -9.81 m/s^2], inclination: 5 deg", "already has a direction"),
+        (PLANE, "gravity: [0 m/s^2, -9.81 m/s^2], roll: 5 deg", "already has a direction"),
         (PLANE, "gravity: [0 m/s^2, -9.81 m/s^2, 0 m/s^2]", "has 3 components"),
         (PLANE, "gravity: [-9.81 m/s^2]", "2 or 3 components, not 1"),
         (PLANE, "gravity: [0 m/s^2, -9.81 m]", "an acceleration"),
         (PLANE, "gravity: -9.81 m/s^2", "must not be less than 0"),
-        (ROUND, "gravity: [1 m/s^2, 0 m/s^2]", "along its axis only"),
+        (ROUND, "gravity: [1 m/s^2, 0 m/s^2]", "along the axis only"),
         (PLANE, "gravity_profile: {kind: ramp}", "'duration' is missing"),
         (PLANE, "gravity_profile: {kind: saw, duration: 1 s}", "smooth_step"),
     ],

@@ -74,7 +74,7 @@ def test_in_space_a_polyline_is_the_same_at_every_z(build):
     (wall,) = build(text).walls
     places = np.array([[0.0, 1e-3, 0.0], [0.0, 1e-3, 7e-3], [-1.0, -3e-3, 1.0]])
     np.testing.assert_allclose(wall.gaps(places)["hollow"], [2e-3, 2e-3, -2e-3])
-    with pytest.raises(SceneError, match="the same at every z: its points have none"):
+    with pytest.raises(SceneError, match="the same at every z, so its points have no z"):
         build(text.replace("[5 mm, -1 mm]", "[5 mm, -1 mm, 2 mm]"))
 
 
@@ -105,14 +105,14 @@ PLANE_REFUSALS = {
     "in space": ("[5 mm, -1 mm]", "[5 mm, -1 mm, 2 mm]", (8, 33), "has 3 components"),
     "a spacing": ("kind: polyline", "kind: polyline\n      spacing: 1 mm", (8, 7), "spacing"),
     "crossing": ("[20 mm, -2 mm]", "[5 mm, -9 mm], [0 mm, 0 mm]", (8, 15),
-                 "meets itself: its edges 0 and 2"),
+                 "crosses itself: edges 0 and 2"),
     "no file": ("points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]", "file: none.csv",
                 (8, 13), "there is no file"),
     "block in it": ("-1 mm], [5 mm, -1 mm]", "1 mm], [5 mm, 1 mm]", (7, 13),
                     "wall 'ground' starts 1 mm inside the body"),
     "a surface": ("kind: polyline\n      points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]",
                   "kind: surface\n      file: room.stl\n      free_side: inside", (7, 13),
-                  "a surface is a wall in space"),
+                  "a surface file describes a wall in 3D"),
     "both": ("kind: polyline", "kind: polyline\n      file: ground.csv", (8, 13),
              "give points or a file"),
     "neither": ("points: [[-20 mm, -1 mm], [5 mm, -1 mm], [20 mm, -2 mm]]", "closed: false",
@@ -131,8 +131,8 @@ def test_polylines_that_are_refused(write_scene, case):
 
 SPACE_REFUSALS = {
     "missing": ("room.stl", "hall.stl", (8, 13), "there is no file"),
-    "no STL": ("room.stl", "scene.yaml", (8, 13), "no STL file"),
-    "too fine": ("spacing: 1 mm", "spacing: 5 um", (11, 16), "a spacing of 0.08"),
+    "no STL": ("room.stl", "scene.yaml", (8, 13), "not an STL file"),
+    "too fine": ("spacing: 1 mm", "spacing: 5 um", (11, 16), "spacing of the wall to 0.08"),
 }  # fmt: skip
 
 
@@ -149,6 +149,6 @@ def test_surfaces_that_are_refused(write_scene, room, case):
 def test_an_open_surface_is_refused_at_its_file(write_scene, room):
     room(ROOM[1:])
     error = refusal(write_scene, SPACE)
-    assert "3 edges have not exactly two triangles" in str(error)
-    assert "in the file's unit" in str(error)
+    assert "3 edges do not have exactly two triangles" in str(error)
+    assert "in the unit of the file" in str(error)
     assert (error.location.line, error.location.column) == (8, 13)

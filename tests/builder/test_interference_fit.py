@@ -39,8 +39,8 @@ def test_each_side_of_a_pipe_recedes_by_its_own_overlap(build):
     [
         ("contact: {interference_fit: [pipe]}", "", "contact.interference_fit: \\[pipe\\]"),
         ("[pipe]}", "[tube]}", "there is no wall 'tube'"),
-        ("settle: 0.2 s, ", "", "nothing settles before t = 0"),
-        ("settle: 0.2 s, ", "settle: 0.2 s, procedure: static, ", "nothing settles before t = 0"),
+        ("settle: 0.2 s, ", "", "does not settle before t = 0"),
+        ("settle: 0.2 s, ", "settle: 0.2 s, procedure: static, ", "does not settle before t = 0"),
         ("{kind: pipe, diameter: 3 mm}",
          "{kind: ramp, foot: [0 mm, 0 mm], slope: 30 deg, height: 5 mm, plateau: 5 mm}",
          "has corners"),

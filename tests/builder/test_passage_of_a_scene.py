@@ -65,13 +65,13 @@ def test_no_question_no_passage(build):
 @pytest.mark.parametrize(
     ("change", "line", "message"),
     [
-        (("layout: {}", "expect: {passes: true}"), 13, "asks no question"),
-        (("layout: {}", "expect: {exit: end}"), 13, "exit: the scene asks no question"),
-        ((PIPE, "{kind: plane, point: [0 mm, -99 mm]}"), 10, "no wall is of kind pipe_path"),
+        (("layout: {}", "expect: {passes: true}"), 13, "needs a layout"),
+        (("layout: {}", "expect: {exit: end}"), 13, "exit needs a layout"),
+        ((PIPE, "{kind: plane, point: [0 mm, -99 mm]}"), 10, "needs a wall of kind pipe_path"),
         (("{}", "{path: tube}"), 13, "no wall 'tube' of kind pipe_path"),
         (("{}", "{body: snake}"), 13, "no rigid body 'snake'"),
-        (("{}", "{goal: 20 mm}"), 13, "cannot have passed at 20 mm"),
-        (("{}", "{goal: 2 m}"), 13, "cannot have passed at 2000 mm"),
+        (("{}", "{goal: 20 mm}"), 13, "the goal at 20 mm is not between"),
+        (("{}", "{goal: 2 m}"), 13, "the goal at 2000 mm is not between"),
         (("{}", "{patience: 0}"), 13, "must be at least 1"),
         ((",\n          outline: {length: 33 mm, height: 15 mm}", ""), 6, "has no outline"),
     ],
@@ -113,9 +113,13 @@ def test_each_exit_has_its_goal(build):
 @pytest.mark.parametrize(
     ("change", "line", "message"),
     [
-        (("time:", "expect: {exit: upp}\ntime:"), 13, "nothing leads to the exit 'upp' of 'pipe'"),
+        (
+            ("time:", "expect: {exit: upp}\ntime:"),
+            13,
+            "no branch leads to the exit 'upp' of 'pipe'",
+        ),
         (("center: [30 mm, 0 mm]", "center: [100 mm, 60 mm]"), 6, "starts in the branch 'up'"),
-        (("36 mm,", "36 mm, closed: [end, up],"), 10, "no exit is left"),
+        (("36 mm,", "36 mm, closed: [end, up],"), 10, "no exit is open"),
     ],
 )
 def test_refused_of_branches(build, change, line, message):

@@ -79,27 +79,27 @@ def refused_with(message, hint, pointed_at, text, write_scene):
     ("old", "new", "pointed_at", "message", "hint"),
     [
         ("radius: 60 mm}", "radius: 18 mm}", "18 mm}", "too tight for a pipe 36 mm wide",
-         "more than 18 mm"),
+         "greater than 18 mm"),
         ("{bend: 90 deg", "{bend: 360 deg", "360 deg", "less than 360 deg", ""),
         ("{bend: 90 deg", "{bend: 0 deg", "0 deg", "must not be 0", ""),
-        ("60 mm}", "60 mm, turned: 90 deg}", "90 deg}", "out of the plane of a section",
+        ("60 mm}", "60 mm, turned: 90 deg}", "90 deg}", "out of the plane of a 2D model",
          "bend: -90 deg"),
         ("100 mm, diameter: 30 mm", "100 mm, diameter: 41 mm", "41 mm}",
-         "30 mm wide where this begins, not 41 mm", "put a taper or a step between"),
+         "30 mm wide at the start of this item, not 41 mm", "add a taper or a step before it"),
         ("{straight: 120 mm}", "{straight: 120 mm, diameter: 30 mm}", "30 mm}",
-         "36 mm wide where this begins, not 30 mm", "put a taper or a step between"),
-        ("{straight: 120 mm}", "{step: 120 mm}", "{step", "cannot begin with a step", "diameter"),
-        ("        - {straight: 100 mm, diameter: 30 mm}\n", "", "{step", "nothing comes after", ""),
+         "36 mm wide at the start of this item, not 30 mm", "add a taper or a step before it"),
+        ("{straight: 120 mm}", "{step: 120 mm}", "{step", "cannot start with a step", "diameter"),
+        ("        - {straight: 100 mm, diameter: 30 mm}\n", "", "{step", "cannot be the last", ""),
         ("{bend: -90 deg, radius: 60 mm}", "{bend: 300 deg, radius: 60 mm}", "{",
-         "the pipe runs into itself: pipe[2], bend, meets pipe[0], straight, of ", "turned"),
-        ("{straight: 120 mm}", "{straight: 6e7 mm}", "6e7 mm}", "6e+07 mm beside a pipe that "
-         "starts 36 mm wide: sizes differ by more than a factor of 100000", "check the units"),
-        ("to: 41 mm}", "to: 2e10 mm}", "2e10 mm}", "2e+10 mm beside a pipe", "check the units"),
+         "the pipe crosses itself: pipe[2], bend, meets pipe[0], straight, of ", "turned"),
+        ("{straight: 120 mm}", "{straight: 6e7 mm}", "6e7 mm}", "6e+07 mm in a pipe that "
+         "starts 36 mm wide: the sizes differ by more than a factor of 100000", "check the units"),
+        ("to: 41 mm}", "to: 2e10 mm}", "2e10 mm}", "2e+10 mm in a pipe", "check the units"),
         ("diameter: 36 mm", "diameter: 3e-14 mm", "120 mm}", "starts 3e-14 mm wide", "diameter"),
         ("diameter: 36 mm", "diameter: 5 mm", "{straight", "pipe[0] of 'pipe', straight, starts",
          "at least 6 mm wide"),
         ("diameter: 36 mm", "diameter: 36 mm\n      start: [8 mm, 0 mm]", "[start]",
-         "beyond the closed start of 'pipe'", "leave its start open"),
+         "beyond the closed start of 'pipe'", "leave the start of the pipe open"),
         ("{straight: 120 mm}", "{strait: 120 mm}", "{strait", "pipe[0]: says not what it is",
          "did you mean 'straight'?"),
         ("{straight: 120 mm}", "{length: 120 mm}", "{length", "pipe[0]: says not what it is",
@@ -125,7 +125,7 @@ def test_no_item(write_scene):
 
 def test_refused_in_a_half_section(write_scene):
     text = HALF + WALL + ITEMS
-    refused_with("no path to follow", "kind: pipe", "pipe_path", text, write_scene)
+    refused_with("a pipe_path is not possible", "kind: pipe", "pipe_path", text, write_scene)
 
 
 def test_a_bend_that_is_too_narrow_for_what_starts_in_it(write_scene):
@@ -193,19 +193,19 @@ def test_branches(text, write_scene):
 @pytest.mark.parametrize(
     ("old", "new", "pointed_at", "message", "hint"),
     [
-        ("left: west, ", "", "[{straight", "the pipes do not meet: nothing leads from the start to "
-         "the exit 'west'", "let a tee or cross lead there"),
+        ("left: west, ", "", "[{straight", "the pipes are not connected: no path leads from the "
+         "start to the exit 'west'", "add a tee or cross that leads there"),
         ("left: up", "left: upp", "upp", "there is no branch 'upp'", "did you mean 'up'?"),
-        ("right: east", "right: west", "west", "'west' leaves from up[1] already",
-         "a branch of its own"),
-        ("left: west", "left: up", "up", "'up' leaves from pipe[1] already", "of its own"),
+        ("right: east", "right: west", "west", "the branch 'west' already leaves from up[1]",
+         "its own branch"),
+        ("left: west", "left: up", "up", "'up' already leaves from pipe[1]", "its own branch"),
         ("{tee: 80 mm, left: up}", "{tee: 80 mm}", "{tee", "a tee leads to a branch", ""),
         ("{tee: 80 mm, left: up}", "{cross: 80 mm, left: up}", "{cross", "'right' is missing", ""),
-        ("to: 40 mm}]", "to: 40 mm}, {straight: 9 mm}]", "{straight: 9", "nothing leads to this",
+        ("to: 40 mm}]", "to: 40 mm}, {straight: 9 mm}]", "{straight: 9", "no pipe leads to this",
          "write cross instead of tee"),
-        ("to: 40 mm", "to: 30 mm", "30 mm", "36 mm wide does not meet one that is 30 mm wide",
+        ("to: 40 mm", "to: 30 mm", "30 mm", "36 mm wide does not fit a pipe 30 mm wide",
          "at least 36 mm"),
-        ("80 mm, left: up", "80 mm, left: up, to: 40 mm", "40 mm", "40 mm wide does not meet",
+        ("80 mm, left: up", "80 mm, left: up, to: 40 mm", "40 mm", "40 mm wide does not fit",
          "at most 36 mm"),
         ("80 mm, left: up", "79 mm, left: up", "{tee", "pipe[1] is 79 mm long: too short",
          "at least 80 mm long"),
@@ -215,7 +215,7 @@ def test_branches(text, write_scene):
          "'upp' is not one of: start, end, west, east", "ends: start, end, west, east"),
         ("diameter: 36 mm", "diameter: 5 mm", "{straight", "starts", "at least 6 mm wide"),
         ("20 mm}, {tee", "20 mm}, {bend: 270 deg, radius: 40 mm}, {straight: 90 mm}, {tee",
-         "", "runs into itself", "past itself"),
+         "", "crosses itself", "turned bends"),
     ],
 )  # fmt: skip
 def test_each_refusal_of_branches(old, new, pointed_at, message, hint, write_scene):

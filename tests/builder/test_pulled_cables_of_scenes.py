@@ -42,17 +42,17 @@ def test_eyelets_lie_in_bodies_or_in_space(build):
 @pytest.mark.parametrize(
     ("written", "instead", "line", "said"),
     [
-        ("[3 mm, 1 mm]", "[3 mm, 6 mm]", 9, r"\(3.00, 6.00\) mm is outside of all bodies, 2 mm"),
-        ("[3 mm, 1 mm]", "[-3 mm, 1 mm]", 9, "one after the other, are at"),
+        ("[3 mm, 1 mm]", "[3 mm, 6 mm]", 9, r"\(3.00, 6.00\) mm is outside all bodies: 2 mm"),
+        ("[3 mm, 1 mm]", "[-3 mm, 1 mm]", 9, "two successive points of"),
         (", [3 mm, 1 mm], [17 mm, 4.05 mm]", "", 9, "at least 2"),
         ("    pull: 4 mm\n", "", 8, "either a pull or a tension"),
         ("    stiffness: 2 N/mm\n", "    stiffness: 2 N/mm\n    tension: 1 N\n", 8, "give one"),
         ("    stiffness: 2 N/mm\n", "", 8, "needs a stiffness"),
         ("pull: 4 mm", "pull: -4 mm", 11, "must be greater than 0"),
         ("pull: 4 mm\n    stiffness: 2 N/mm", "tension: -1 N", 11, "must be greater than 0"),
-        ("[-10 mm, 1 mm]", "[-3 mm, 1 mm]", 10, "one after the other, are at"),
+        ("[-10 mm, 1 mm]", "[-3 mm, 1 mm]", 10, "two successive points of"),
         ("stiffness: 2 N/mm", "stiffness: 2 N/mm\n    profile: {kind: sine, frequency: 2 Hz}", 13,
-         "pulls and never pushes"),
+         "can only pull"),
         ("[-10 mm, 1 mm]", "[-10 mm, 1 mm, 0 mm]", 10, "has 3 components"),
     ],
 )  # fmt: skip
@@ -64,7 +64,7 @@ def test_what_is_no_pulled_cable_is_refused(build, written, instead, line, said)
 
 def test_none_where_bodies_go_all_around(build):
     around = SCENE.replace("plane_strain, thickness: 3 mm", "axisymmetric, position: [5 mm, 0 mm]")
-    with pytest.raises(SceneError, match="would be a sheet all around"):
+    with pytest.raises(SceneError, match="would be a closed sheet around the axis"):
         build(
             around.replace("10, position: [5 mm", "10, position: [20 mm").replace(
                 "axisymmetric, position: [5 mm, 0 mm], material: dragon_skin_10, position",

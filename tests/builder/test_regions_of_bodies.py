@@ -109,9 +109,9 @@ HALVES = (
          "has no meaning in a body that is axisymmetric", "leave it out"),
         (scene("sector: 90 deg\n    rings: skin\n    regions: {skin: {thickness: 3 mm}}",
                ("plane_strain", "ring_section")), "3 mm",
-         "all cells of 'skin' go around the axis", "do not go around"),
+         "all cells of 'skin' are rings around the axis", "are not rings"),
         (scene("regions: {spikes: {}}"), "{}", "give either", ""),
-        (scene(SPIKES) + PUSH, "[skin.surface]", "regions", "a load of its own"),
+        (scene(SPIKES) + PUSH, "[skin.surface]", "regions", "a separate load"),
     ],
 )  # fmt: skip
 def test_refusals_point_at_the_key(build, text, pointed_at, message, hint):

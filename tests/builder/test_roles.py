@@ -65,7 +65,7 @@ def test_sides_share_the_nodes_of_all_rows(name, across):
     "given, said",
     [
         ("frame: skin", "no rigid body 'skin'"),
-        ("chamber: frame", "no load 'frame' is a pressure"),
+        ("chamber: frame", "load 'frame' is not a pressure"),
         ("rows: [skin.i*]", "no node set is called 'skin.i\\*'"),
         ("rows: [j1]", "rows"),
     ],
@@ -96,7 +96,7 @@ def test_a_track_is_that_of_a_probe_in_space(build):
     [
         ("robot.track=held", "robot.track.*no probe 'held' of kind displacement"),
         ("robot.track=tip", "no probe 'tip' of kind displacement"),
-        ("rigid_bodies={}", "a track is told in space, of a robot with a frame"),
+        ("rigid_bodies={}", "a track needs a 3D model of a robot with a frame"),
     ],
 )
 def test_a_track_of_nothing_that_moves_is_refused(build, change, said):
@@ -106,5 +106,5 @@ def test_a_track_of_nothing_that_moves_is_refused(build, change, said):
 
 def test_a_section_has_no_track(build):
     probe = "output.probes={equator: {kind: displacement, nodes: skin.knots}}"
-    with pytest.raises(SceneError, match="a track is told in space"):
+    with pytest.raises(SceneError, match="a track needs a 3D model"):
         build(SCENE, probe, "robot.track=equator")

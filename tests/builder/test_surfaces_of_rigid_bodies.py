@@ -152,9 +152,9 @@ UNIT = "rigid_bodies.cube.surface.length_unit="
     ("triangles", "overrides", "message", "line"),
     [
         (CUBE[1:], [], "the surface is open: 3 edges", 6),
-        (FLIPPED, [], "two orientations at 3 edges", 6),
-        (CUBE, [UNIT + "1 um"], "0.003 mm large, less than a facet", 6),
-        (CUBE, [UNIT + "1 m"], "more than 200,000 facets: it is 3e+03 mm large", 6),
+        (FLIPPED, [], "opposite orientation at 3 edges", 6),
+        (CUBE, [UNIT + "1 um"], "0.003 mm, less than that of a facet", 6),
+        (CUBE, [UNIT + "1 m"], "more than 200,000 facets: its size is 3e+03 mm", 6),
         (CUBE, ["rigid_bodies.cube.center=[0 mm, 0 mm, 0 mm]"], "outside the surface", None),
         (CUBE, ["rigid_bodies.cube.surface.position=[0.5 mm, 1 mm, 0.5 mm]"], "inside", None),
         (CUBE, ["contact.self_contact=[base, cube.top]"], "'cube' has no facet set 'top'", None),
@@ -185,7 +185,7 @@ def test_flat_triangles_are_refused(write_scene, cube):
 
 def test_an_stl_has_no_place_in_a_section(write_scene, cube):
     cube()
-    with pytest.raises(SceneError, match="is in 3 dimensions, the model in 2"):
+    with pytest.raises(SceneError, match="has 3 dimensions, the model has 2"):
         build_model(load_scene(write_scene(PLANE.replace("SURFACE", "{file: cube.stl}"))))
 
 

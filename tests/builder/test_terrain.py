@@ -107,7 +107,7 @@ def test_fields_are_as_rough_as_they_say(rugosity, mean):
         assert drawn.std() / 8.0 == pytest.approx(rugosity, abs=0.0025)
         assert ((drawn == drawn.round()) & (drawn >= 1) & (drawn <= 8)).all()
     assert (fields[0] != fields[1]).any()
-    with pytest.raises(MeshError, match="found none with a mean of"):
+    with pytest.raises(MeshError, match="include none with a mean of"):
         terrain.step_heights(1.0, 4.66, 70, 1)
 
 
@@ -115,12 +115,15 @@ def test_fields_are_as_rough_as_they_say(rugosity, mean):
     ("override", "message"),
     [
         ("environment.walls.ground.slope=95 deg", "above 0 and up to 90 deg"),
-        ("environment.walls.ground.plateau=4 mm", "4 mm are shorter than the ramp is high, 5 mm"),
+        ("environment.walls.ground.plateau=4 mm", "4 mm is less than the height of the ramp, 5 mm"),
         ("environment.walls.ground.foot=[0 mm, 0 mm]", "inside the body"),
-        (f"environment.walls.ground={OTHERS['field'].replace('0.185', '2')}", "draws of 70 blocks"),
-        ("environment.walls.ground={kind: plane}", "nothing says where the body is to get"),
+        (
+            f"environment.walls.ground={OTHERS['field'].replace('0.185', '2')}",
+            "random fields of 70 blocks",
+        ),
+        ("environment.walls.ground={kind: plane}", "the goal is unknown"),
         ("crossing.body=c", "there is no body 'c'"),
-        ("crossing.goal=-30 mm", "starts beyond x = -30 mm"),
+        ("crossing.goal=-30 mm", "starts beyond the goal at x = -30 mm"),
     ],
 )
 def test_what_makes_no_terrain_is_refused(build, override, message):
@@ -134,9 +137,13 @@ def test_what_makes_no_terrain_is_refused(build, override, message):
     [
         ([0.0, 10.0, 20.0, 26.0, 27.0], "passed", "passed at 3 s"),
         ([0.0, 8.0, 12.0, 4.0, 3.0], "stuck", "slipped back by 9 mm"),
-        ([0.0, 2.0, 4.0, 6.0, 8.0], "stuck", "still on its way"),
-        ([0.0, 5.0, 9.0, 9.0, 9.0], "stuck", "stands against what it meets"),
-        ([-30.0, -29.0, -29.0, -29.0, -29.0], "stuck", "stands without thrust"),
+        ([0.0, 2.0, 4.0, 6.0, 8.0], "stuck", "still moving at the end time"),
+        ([0.0, 5.0, 9.0, 9.0, 9.0], "stuck", "stands still at the obstacle"),
+        (
+            [-30.0, -29.0, -29.0, -29.0, -29.0],
+            "stuck",
+            "stands still before the obstacle, without thrust",
+        ),
     ],
 )
 def test_verdicts_say_why(build, rear, verdict, sentence):
@@ -149,7 +156,7 @@ def test_verdicts_say_why(build, rear, verdict, sentence):
     assert {f"crossing.{name}" for name in report} == set(OF_CROSSINGS)
     assert seen(CrossingCondition(crossing), history).is_over == (verdict == "passed")
     impatient = seen(CrossingCondition(replace(crossing, patience=1.5)), history)
-    assert impatient.is_over == (sentence != "still on its way")
+    assert impatient.is_over == (sentence != "still moving at the end time")
 
 
 def seen(condition, history):

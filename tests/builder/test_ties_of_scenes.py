@@ -28,7 +28,7 @@ def test_nodes_are_moved_onto_the_facets(build):
     assert np.isin(model.ties.corners, lower.node_sets["top"]).all()
     np.testing.assert_allclose(model.ties.weights.sum(axis=1), 1.0, rtol=1e-15)
     assert not model.is_free[nodes].any()
-    assert upper.remarks == (f"{len(nodes)} tied nodes moved onto facets, 0.05 mm at most",)
+    assert upper.remarks == (f"{len(nodes)} tied nodes moved onto facets, by at most 0.05 mm",)
     assert lower.remarks == ()
 
 
@@ -65,15 +65,15 @@ LINE = 9
 @pytest.mark.parametrize(
     ("old", "new", "told", "line"),
     [
-        ("4.05", "4.5", "at (-4.00, 4.50) mm lies 0.5 mm off the facets of 'lower.top', as 8 of 8 "
-         "lie more than 0.1 mm off, 5 % of the facets' mean side", LINE),
-        ("lower.top}", "lower.top, tolerance: 0.01 mm}", "lies 0.05 mm off", LINE),
-        ("upper.bottom,", "lower.top,", "belongs to an element that has a corner of the facet",
+        ("4.05", "4.5", "at (-4.00, 4.50) mm is 0.5 mm away from the facets of 'lower.top'; 8 of 8 "
+         "nodes are more than 0.1 mm away, 5 % of the mean side of the facets", LINE),
+        ("lower.top}", "lower.top, tolerance: 0.01 mm}", "is 0.05 mm away", LINE),
+        ("upper.bottom,", "lower.top,", "belongs to an element that shares a node with the facet",
          LINE),
         ("upper.bottom,", "upper.base,", "there is no node set 'upper.base'", LINE),
-        ("lower.top}", "middle.top}", "'middle.top' names no set of a body", LINE),
-        ("lower.top}\n", "lower.top}\n" + TWICE, "is tied by 'glue' already", LINE + 1),
-        ("lower.top}\n", "lower.top}\n" + CHAIN, "is tied itself", LINE),
+        ("lower.top}", "middle.top}", "'middle.top' does not name a set of a body", LINE),
+        ("lower.top}\n", "lower.top}\n" + TWICE, "is already tied by 'glue'", LINE + 1),
+        ("lower.top}\n", "lower.top}\n" + CHAIN, "is itself tied", LINE),
         ("4.05 mm]", "4.05 mm], fixed: [bottom]", "is fixed, prescribed or tied", LINE),
     ],
 )  # fmt: skip
@@ -87,7 +87,9 @@ def test_what_cannot_be_tied_is_refused(build, old, new, told, line):
 def test_cells_that_are_flattened_are_refused(build):
     """The lower side of the upper block is pulled up through its other nodes."""
     flat = SCENE.replace("4.05 mm]", "0 mm]").replace("top}", "top, tolerance: 4 mm}")
-    with pytest.raises(SceneError, match="with its tied nodes on the facets the mesh of 'upper'"):
+    with pytest.raises(
+        SceneError, match="with its tied nodes on the facets, the mesh of 'upper' is not valid"
+    ):
         build(flat)
 
 
@@ -100,7 +102,7 @@ def test_tied_bodies_are_one_part_for_contact(build):
 def test_the_reaction_of_tied_nodes_is_refused(build):
     probe = "output: {probes: {held: {kind: reaction, nodes: upper.bottom}}}\n"
     with pytest.raises(
-        SceneError, match="is tied to a facet, to which its force is handed"
+        SceneError, match="is tied to a facet, so its force acts on the nodes"
     ) as told:
         build(SCENE + probe)
     assert (told.value.location.line, told.value.location.column) == (10, 49)

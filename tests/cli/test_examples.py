@@ -71,7 +71,9 @@ def test_a_second_copy_changes_nothing_and_overwrites_nothing(tmp_path):
     (copy,) = copy_example(example, ROOT, tmp_path)
     assert copy_example(example, ROOT, tmp_path) == [copy]
     copy.write_text("mine")
-    with pytest.raises(OutputError, match="is there already, and it is not the example"):
+    with pytest.raises(
+        OutputError, match="already exists, with content other than that of the example"
+    ):
         copy_example(example, ROOT, tmp_path)
     assert copy.read_text() == "mine"
 

@@ -14,7 +14,7 @@ from softsim.output.folder import replacing
 def test_a_stop_while_figures_are_drawn_names_what_draws_the_rest(tmp_path, number):
     before = signal.getsignal(signal.SIGTERM)
     with (
-        pytest.raises(Interrupted, match=f"numbers in {tmp_path} are complete") as stopped,
+        pytest.raises(Interrupted, match=f"numerical results in {tmp_path} are") as stopped,
         drawing_can_stop(tmp_path),
         replacing(tmp_path / "snapshots.png") as partial,
     ):

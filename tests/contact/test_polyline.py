@@ -78,7 +78,7 @@ REFUSED = {
     "folding back": ([[0, 0], [10, 0], [5, 0]], False, "edges 0 and 1"),
     "along itself": ([[0, 0], [10, 0], [10, 1], [4, 1], [4, 0], [6, 0]], False, "edges 0 and [34]"),
     "a bow": ([[0, 0], [1, 1], [1, 0], [0, 1]], True, "edges 0 and 2,"),
-    "ends that cross": ([[0, 1], [1, 1.5], [1, 0], [0, 0.1]], False, "prolonged straight"),
+    "ends that cross": ([[0, 1], [1, 1.5], [1, 0], [0, 0.1]], False, "extended straight"),
 }  # fmt: skip
 
 

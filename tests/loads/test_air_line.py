@@ -160,5 +160,5 @@ def test_a_moment_that_comes_twice_passes_once(course):
 
 def test_a_chamber_without_room_is_told(course):
     run = course(line(LONG, (0.0, 10e3)))
-    with pytest.raises(StabilityError, match="has no room left"):
+    with pytest.raises(StabilityError, match="has become zero"):
         run.source.readings(0, -AMBIENT - 1.0)

@@ -134,7 +134,7 @@ def test_slack_makes_C10_too_small_by_what_the_docstring_says():
     [
         ({"max_strain": 0.1}, "0 points to fit"),
         ({"max_strain": 0.5, "min_strain": 0.7}, "0 points to fit"),
-        ({"max_strain": 0.2}, "at least 8 are due"),
+        ({"max_strain": 0.2}, "at least 8 are needed"),
         ({"max_strain": float("nan")}, "0 points to fit"),
         ({"max_strain": 1.0, "terms": 4}, "this law has 3"),
         ({"max_strain": 1.0, "terms": 0}, "this law has 3"),

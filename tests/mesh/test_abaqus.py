@@ -39,7 +39,7 @@ def test_constraints_that_are_not_read_are_warned_of(read, caplog):
     file = read(SQUARE + "*EQUATION\n2\n10, 1, 1., 20, 1, -1.\n*TIE, NAME=glue\na, b\n")
     assert file.not_read == ("*EQUATION (2 lines)", "*TIE glue")
     for said in (
-        "body.inp:12: *EQUATION is not read, its nodes move without it: there is no counterpart",
+        "body.inp:12: *EQUATION is not read, its nodes move without it: there is no equivalent",
         "body.inp:15: *TIE is not read, its nodes move without it: join the bodies in the scene",
     ):
         assert said in caplog.text
@@ -83,7 +83,7 @@ def test_mid_side_nodes_of_second_order_elements_are_left_out(read):
     linear = read(TETRAHEDRON, length_unit=1.0).mesh
     np.testing.assert_array_equal(file.mesh.points, linear.points)
     np.testing.assert_array_equal(file.mesh.cells, linear.cells)
-    assert file.element_type == "C3D4" and file.changes == ("6 mid-side nodes left out",)
+    assert file.element_type == "C3D4" and file.changes == ("6 mid-side nodes dropped",)
     assert file.mesh.node_sets["edge"].tolist() == [0, 1] and "middle" not in file.mesh.node_sets
     assert file.mesh.facet_sets["base"].tolist() == [[0, 2, 1]]
     with pytest.raises(MeshError, match="has 10 nodes; C3D4 has 4"):
@@ -216,7 +216,7 @@ def test_what_abaqus_cae_writes(read, caplog):
     assert mesh.facet_sets["Cavity"].tolist() == [[0, 1], [1, 2], [2, 3]]
     assert not [name for name in mesh.cell_sets if name.startswith("_")]
     assert file.dropped_nodes == 1
-    assert "node set 'Frame' is left out: no cell has its nodes" in caplog.text
+    assert "node set 'Frame' is ignored: no cell has its nodes" in caplog.text
 
 
 def test_a_mesh_may_stand_in_its_instance(read):

@@ -26,7 +26,7 @@ REFUSALS = {
         with_type("CPE6M"),
         9,
         "type CPE6M, second-order triangles, are",
-        "reduce_order: true beside the file's name",
+        "reduce_order: true next to the file name",
     ),
     "solid second order": (
         with_type("C3D10"),
@@ -40,21 +40,21 @@ REFUSALS = {
         SQUARE.replace("7, 10, 30, 40", "*ELEMENT, TYPE=CPE4R\n7, 10, 30, 40, 40")
         + "*SURFACE, NAME=a\n7, S4\n5, S4\n",
         15,
-        "'S4' is no face of an element CPE3",
+        "elements CPE3 have no face 'S4'",
         "S1, S2, S3",
     ),
     "shell": (with_type("S3"), 9, "type S3 are not", "CPE3, CPE4, CPE4R"),
     "formulations": (
         SQUARE + "*ELEMENT, TYPE=CAX3\n8, 10, 20, 30\n",
         12,
-        r"mixed formulations: elements of type CAX3 beside CPE3 \(line 9\)",
-        "all elements of the body types CPE, or all CAX",
+        r"mixed formulations: elements of type CAX3 and of type CPE3 \(line 9\)",
+        "element types CPE for the whole body, or CAX",
     ),
     "dimensions": (
         SQUARE + "*ELEMENT, TYPE=C3D4\n8, 10, 20, 30, 40\n",
         12,
-        r"mixed dimensions: elements of type C3D4 beside CPE3 \(line 9\)",
-        "a file for each",
+        r"mixed dimensions: elements of type C3D4 and of type CPE3 \(line 9\)",
+        "one file for each",
     ),
     "no type": (SQUARE.replace(", type=CPE3", ""), 9, r"\*ELEMENT needs TYPE=", ""),
     "empty node set": (SQUARE + "*NSET, NSET=tip\n", 12, "the node set 'tip' is empty", ""),
@@ -96,7 +96,7 @@ REFUSALS = {
     "no such face": (
         SQUARE + "*SURFACE, NAME=a\n5, S4\n",
         13,
-        "'S4' is no face of an element CPE3",
+        "elements CPE3 have no face 'S4'",
         "S1, S2, S3",
     ),
     "surface twice": (
@@ -138,16 +138,16 @@ REFUSALS = {
     "element twice": (SQUARE.replace("7, 10", "5, 10"), 11, "element 5 is defined twice", ""),
     "node twice": (SQUARE.replace("20, 10.", "10, 10."), 6, "node 10 is defined twice", ""),
     "one coordinate": (SQUARE.replace("0., 10.\n", "5.\n"), 8, "node 40 has 1 coordinates", ""),
-    "no number": (SQUARE.replace("1.D1", "<y>"), 7, "'<y>' is no number", ""),
-    "no label": (SQUARE.replace("20, 10.,", "b, 10.,"), 6, "'b' is no node number", ""),
-    "include": ("*INCLUDE, INPUT=mesh.inp\n", 1, r"\*INCLUDE is not supported", "in its place"),
+    "no number": (SQUARE.replace("1.D1", "<y>"), 7, "'<y>' is not a number", ""),
+    "no label": (SQUARE.replace("20, 10.,", "b, 10.,"), 6, "'b' is not a node number", ""),
+    "include": ("*INCLUDE, INPUT=mesh.inp\n", 1, r"\*INCLUDE is not supported", "insert the text"),
     "moved nodes": (
         SQUARE + "*IMPERFECTION, FILE=modes, STEP=1\n",
         12,
         r"\*IMPERFECTION is not supported",
-        "move the nodes",
+        "change the coordinates",
     ),
-    "generated nodes": (SQUARE + "*NGEN\n", 12, r"\*NGEN is not supported", "write the nodes"),
+    "generated nodes": (SQUARE + "*NGEN\n", 12, r"\*NGEN is not supported", "write out the nodes"),
     "node system": (
         SQUARE.replace("*Node", "*Node, system=C"),
         4,
@@ -157,14 +157,14 @@ REFUSALS = {
     "moved instance": (
         CAE.replace("part=Skin\n*End", "part=Skin\n 0., 5., 0.\n*End"),
         26,
-        "the instance 'Skin-1' is moved",
-        "write instance: Skin-1 beside the file's name",
+        "the instance 'Skin-1' is placed away",
+        "write instance: Skin-1 next to the file name",
     ),
     "two instances": (
         CAE.replace("*End Instance\n", "*End Instance\n*Instance, name=Skin-2, part=Skin\n"),
         27,
         "the file has 2 instances: Skin-1, Skin-2",
-        "write instance: Skin-1 beside",
+        "write instance: Skin-1 next to",
     ),
     "two parts": (
         SQUARE + "*Part, name=Skin\n*End Part\n*Part, name=Frame\n*End Part\n",
@@ -193,20 +193,20 @@ def test_refusals_name_the_line_and_a_way_out(read, text, line, said, hint):
 
 
 WHOLE_FILE_REFUSALS = {
-    "no elements": (NODES, "body.inp: holds no elements"),
+    "no elements": (NODES, "body.inp: contains no elements"),
     "element on element": (
         SQUARE + "*ELEMENT, TYPE=CPE3\n8, 20, 30, 10\n",
         "body.inp: element 5 and element 8, .* lie on the same side of a common facet",
     ),
     "double node": (
         SQUARE.replace("7, 10, 30, 40", "7, 10, 35, 40") + "*NODE\n35, 10, 10\n",
-        "body.inp: nodes 30 and 35 lie in one place",
+        "body.inp: nodes 30 and 35 are at the same place",
     ),
     "one name for two sets": (
         SQUARE + '*NSET, NSET="a b"\n10\n*NSET, NSET=a_b\n20\n',
         "the sets 'a b' and 'a_b' would both be called 'a_b'",
     ),
-    "bent": (SQUARE.replace("40, 0., 10.", "40, 0., 10., 1."), "plane cells at z from 0 to 1"),
+    "bent": (SQUARE.replace("40, 0., 10.", "40, 0., 10., 1."), "plane cells with z from 0 to 1"),
 }
 
 

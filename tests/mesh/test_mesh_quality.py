@@ -35,7 +35,7 @@ FAULTS = {
     ),
     "double node": (
         Mesh(np.vstack([SQUARE, SQUARE[2] + 1e-12]), [[0, 1, 2], [0, 4, 3]]),
-        r"nodes 2 and 4 lie in one place, \(1000, 1000\) mm",
+        r"nodes 2 and 4 are at the same place, \(1000, 1000\) mm",
     ),
     "cell out of range": (Mesh(SQUARE, [[0, 1, 9]]), "the cells: node number 9 is out of range"),
     "set out of range": (
@@ -49,11 +49,11 @@ FAULTS = {
     "empty set": (replace(SOUND, node_sets={"tip": []}), "node set 'tip' is empty"),
     "inner facet": (
         replace(SOUND, facet_sets={"wall": [[0, 2]]}),
-        r"facet set 'wall': facet \[0, 2\] at \(500, 500\) mm is no boundary facet",
+        r"facet set 'wall': facet \[0, 2\] at \(500, 500\) mm is not a boundary facet",
     ),
     "turned facet": (
         replace(SOUND, facet_sets={"wall": [[1, 0]]}),
-        r"facet set 'wall': facet \[1, 0\] at \(500, 0\) mm is no boundary facet",
+        r"facet set 'wall': facet \[1, 0\] at \(500, 0\) mm is not a boundary facet",
     ),
     "cell twice": (
         Mesh(SQUARE, [*HALVES, [2, 3, 0]]),
@@ -92,7 +92,7 @@ def test_check_names_the_fault_and_its_place(mesh, said):
 def test_facets_of_tetrahedra_may_start_at_any_corner_but_not_turn():
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     check(Mesh(points, [[0, 1, 2, 3]], facet_sets={"base": [[2, 1, 0]]}))
-    with pytest.raises(MeshError, match="no boundary facet"):
+    with pytest.raises(MeshError, match="not a boundary facet"):
         check(Mesh(points, [[0, 1, 2, 3]], facet_sets={"base": [[0, 1, 2]]}))
 
 
@@ -174,7 +174,7 @@ def test_a_collapsed_cell_is_measured_as_what_it_has_become():
 def test_faults_are_named_as_the_file_names_nodes_and_cells():
     labels = Labels(nodes=np.array([11, 12, 13, 14, 15]), cells=np.array([101, 102]))
     double = Mesh(np.vstack([SQUARE, SQUARE[2] + 1e-12]), [[0, 1, 2], [0, 4, 3]])
-    with pytest.raises(MeshError, match="nodes 13 and 15 lie in one place"):
+    with pytest.raises(MeshError, match="nodes 13 and 15 are at the same place"):
         check(double, labels)
     with pytest.raises(MeshError, match=r"element 102 at .* is inverted"):
         check(Mesh(SQUARE, [[0, 1, 2], [0, 3, 2]]), labels)

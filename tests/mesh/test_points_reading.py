@@ -44,7 +44,7 @@ def test_an_empty_one_has_no_points(tmp_path):
     ],
 )
 def test_a_line_that_is_no_point_is_named(tmp_path, text, line):
-    with pytest.raises(MeshError, match=rf"ground\.csv:{line}: '.*' is no point"):
+    with pytest.raises(MeshError, match=rf"ground\.csv:{line}: '.*' is not a point"):
         read_points(written(tmp_path, text), 1.0)
 
 

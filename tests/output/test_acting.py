@@ -30,13 +30,14 @@ def test_loads_gravity_walls_and_friction_are_told_with_their_defaults(write_sce
         "follower_pressure, facets [block.bottom], profile (constant, value 3 kPa); "
         "up to 3 kPa, on 100 mm^2 at rest"
     )
-    assert told["load 'weight'"].endswith("; resultant of 2 N at most, on 4 nodes")
+    assert told["load 'weight'"].endswith("; resultant of at most 2 N, on 4 nodes")
     assert told["gravity"] == "9.81 m/s^2 (default); as a vector (0, -9.81) m/s^2"
-    assert told["held"] == "block.left, in every direction"
+    assert told["held"] == "block.left, in all directions"
     assert told["wall 'floor'"] == "plane"
     assert told["contact"].startswith("bodies with walls; no self_contact")
     assert told["friction"] == (
-        "mu 0.7, its limit follows the normal force with a memory of 10 ms (default) and a slip "
+        "mu 0.7, the friction limit follows the normal force with a memory of 10 ms (default) "
+        "and a slip "
         "length of 30 um (default)"
     )
     assert not_read(model) == []
@@ -56,6 +57,8 @@ time: {end: 10 ms}
 def test_sharp_edges_of_two_bodies_that_may_cross_are_named(write_scene):
     """Not those of flat open surfaces: these have none."""
     loaded = load_scene(write_scene(BOXES))
-    assert dict(acting(loaded, build_model(loaded)))["sharp edges"].startswith("of 'l', 'u': edges")
+    assert dict(acting(loaded, build_model(loaded)))["sharp edges"].startswith(
+        "of 'l', 'u': contact between two edges"
+    )
     flat = load_scene(write_scene(BOXES.replace("[l, u]", "[l.top, u]")))
     assert "sharp edges" not in dict(acting(flat, build_model(flat)))

@@ -57,5 +57,6 @@ def test_the_remark_tells_what_the_spikes_did():
     walking = blockage_indicators(passage(), rows)
     assert (walking.way_forward, walking.way_back) == pytest.approx((3e-3, 2e-3))
     assert contact_description(walking) == (
-        "up to 3 rows of spikes touch; at last 3.0 mm forward and 2.0 mm back"
+        "up to 3 rows of spikes touch the wall; in the last phase "
+        "3.0 mm forward and 2.0 mm backward"
     )

@@ -13,7 +13,9 @@ from softsim.output.claim import OWNER, claimed
 def test_a_second_claim_is_refused_with_the_name_of_the_first(tmp_path):
     with (
         claimed(tmp_path),
-        pytest.raises(OutputError, match=f"process {os.getpid()} on .* works in") as refused,
+        pytest.raises(
+            OutputError, match=f"process {os.getpid()} on .* is using the folder"
+        ) as refused,
         claimed(tmp_path),
     ):
         pass

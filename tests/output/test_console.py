@@ -27,6 +27,6 @@ def test_the_line_counts_to_the_goal_and_not_to_the_time_limit(monkeypatch):
     began, early, late, without = shown.getvalue().splitlines()
     assert began.endswith("ETA unknown")
     # The clock, a second later at each reading, is read three times an update.
-    assert early.endswith("20 % of the way, ETA 16 s")
-    assert late.endswith("50 % of the way, ETA 7 s")
-    assert "of the way" not in without and "ETA" in without
+    assert early.endswith("20 % of the distance, ETA 16 s")
+    assert late.endswith("50 % of the distance, ETA 7 s")
+    assert "of the distance" not in without and "ETA" in without

@@ -49,11 +49,13 @@ def test_the_outlook_tells_pace_and_end():
     for wall in np.linspace(0.0, 8.0, 81):
         outlook.see(wall, 1e-2 * 10.0 ** (-wall / 4.0) * (1.0 + 0.3 * np.sin(20.0 * wall)))
     assert outlook.time_for_a_tenth == pytest.approx(4.0, rel=0.05)
-    assert outlook.describe().startswith("settling: unbalanced 0.00011, wanted 1e-06, a tenth in 4")
+    assert outlook.describe().startswith(
+        "settling: unbalanced force 0.00011, required 1e-06, falls tenfold in 4"
+    )
 
 
 def test_a_share_that_does_not_fall_is_told():
     outlook = SettlingOutlook(1e-6)
     for wall in range(40):
         outlook.see(float(wall), 1e-3 * (1.0 + 1e-3 * wall))
-    assert outlook.describe() == "settling: unbalanced 0.001, wanted 1e-06, does not fall"
+    assert outlook.describe() == "settling: unbalanced force 0.001, required 1e-06, not decreasing"

@@ -278,7 +278,7 @@ def test_a_first_frame_that_does_not_fit_the_mesh_is_refused(path: Path) -> None
     ],
 )
 def test_what_is_no_mesh_is_refused(path: Path, points, cells) -> None:
-    with pytest.raises(OutputError, match="are no mesh"):
+    with pytest.raises(OutputError, match="are not a mesh"):
         FieldWriter(path, points, cells)
 
 
@@ -289,5 +289,5 @@ def test_a_file_that_is_not_there_or_another_is_named(path: Path) -> None:
     with pytest.raises(OutputError, match=r"cannot read .*results\.vtkhdf"):
         read_frames(path)
     h5py.File(path, "w").close()
-    with pytest.raises(OutputError, match="is no result of softsim"):
+    with pytest.raises(OutputError, match="is not a result file of softsim"):
         FieldWriter(path, POINTS, QUADS, 0.0)

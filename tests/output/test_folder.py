@@ -32,7 +32,7 @@ def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
 
 def test_a_full_disk_is_refused_before_the_run(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(folder_module.shutil, "disk_usage", lambda _: Usage(2**30, 2**30, 2**20))
-    with pytest.raises(OutputError, match=r"has 1\.0 MiB left, a run needs at least 64\.0 MiB"):
+    with pytest.raises(OutputError, match=r"has 1\.0 MiB left; a run needs at least 64\.0 MiB"):
         RunFolder(tmp_path / "run")
 
 
@@ -64,7 +64,7 @@ def test_a_refused_write_names_the_file_and_the_room(tmp_path: Path) -> None:
 def test_a_folder_that_has_gone_is_named(tmp_path: Path) -> None:
     run = RunFolder(tmp_path / "run")
     run.path.rmdir()
-    with pytest.raises(OutputError, match=r"summary\.json.*its folder .*run is not there"):
+    with pytest.raises(OutputError, match=r"summary\.json.*its folder .*run does not exist"):
         run.write_json_atomic("summary.json", {})
 
 

@@ -88,7 +88,10 @@ def test_a_resumed_run_leaves_the_file_of_an_uninterrupted_one(
 
 @pytest.mark.parametrize(
     ("units", "said"),
-    [({"time": "s", "frame_x": "m"}, "other columns"), ({**UNITS, "pressure": "kPa"}, "units")],
+    [
+        ({"time": "s", "frame_x": "m"}, "columns other than"),
+        ({**UNITS, "pressure": "kPa"}, "units"),
+    ],
 )
 def test_resuming_with_other_columns_is_refused(tmp_path: Path, units, said: str) -> None:
     before = written(tmp_path / "history.csv", 3)
@@ -117,7 +120,7 @@ def test_a_damaged_line_is_named_with_its_number(tmp_path: Path, damage: bytes) 
     path = tmp_path / "history.csv"
     lines = written(path, 3).splitlines(keepends=True)
     path.write_bytes(b"".join([*lines[:3], damage, *lines[4:]]))
-    with pytest.raises(OutputError, match=r"history\.csv:4: not 3 numbers"):
+    with pytest.raises(OutputError, match=r"history\.csv:4: expected 3 numbers"):
         read_history(path)
 
 
@@ -128,7 +131,7 @@ def test_a_damaged_line_is_named_with_its_number(tmp_path: Path, damage: bytes) 
 )  # fmt: skip
 def test_a_file_without_its_header_is_no_history(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "history.csv").write_bytes(content)
-    with pytest.raises(OutputError, match="is no history"):
+    with pytest.raises(OutputError, match="is not a history"):
         read_history(tmp_path / "history.csv")
 
 

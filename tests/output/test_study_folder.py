@@ -35,7 +35,7 @@ def test_a_damaged_record_is_told(tmp_path):
 
 def test_a_record_of_something_else_is_told(tmp_path):
     (tmp_path / STUDY).write_text("{}")
-    with pytest.raises(OutputError, match=r"study\.json is not what softsim wrote"):
+    with pytest.raises(OutputError, match=r"study\.json is not a file written by softsim"):
         read_study(tmp_path)
 
 

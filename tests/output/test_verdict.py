@@ -17,7 +17,10 @@ def test_passed():
     rows["clearance"] = np.where(rows["arc_length"] < STEP, 2e-3, 1e-3)
     report = layout_report(passage(), rows)
     assert report["verdict"] == "passed"
-    assert report["sentence"] == "passed: its centre went the 241 mm from start to goal in 4.8 s"
+    assert (
+        report["sentence"]
+        == "passed: the centre of the robot moved 241 mm from start to goal in 4.8 s"
+    )
     assert "blocked_by" not in report
     straight, bend, second, last = report["segments"]
     assert (straight["segment"], bend["segment"], second["segment"], last["segment"]) == (
@@ -58,7 +61,8 @@ def test_stuck():
 def test_unfinished():
     report = layout_report(passage(), history([0.0, 3.0], [30.0, 90.0]))
     assert report["sentence"] == (
-        "unfinished: its centre went 60 of 241 mm from start to goal in 3.0 s, and is in segment 1 "
+        "unfinished: the centre of the robot moved 60 of 241 mm from start to goal in 3.0 s; "
+        "it is in segment 1 "
         "(straight 120 mm) at 90 mm"
     )
 
@@ -73,12 +77,13 @@ def test_margin_and_assumptions():
     assert (report["idle_cycles"], report["patience_used"]) == (0, 0.0)
     assert report["assumptions"] == ["friction: coefficient 0.7"]
     assert report["margin"] == (
-        "longest standstill: 1.7 s with less than 5 mm of progress, from t = 1.0 s on, in segment "
-        "2 (bend 90 deg, radius 60 mm) at 150 mm; closest to stuck: 0 of 2 whole pressure cycles "
+        "longest standstill: 1.7 s with less than 5 mm of progress, from t = 1.0 s, in segment "
+        "2 (bend 90 deg, radius 60 mm) at 150 mm; closest to the verdict stuck: 0 of 2 "
+        "complete pressure cycles "
         "without progress"
     )
     timed = layout_report(passage(in_cycles=False), rows)
-    assert timed["margin"].endswith("; closest to stuck: 1.7 of 3 s without progress")
+    assert timed["margin"].endswith("; closest to the verdict stuck: 1.7 of 3 s without progress")
     json.dumps(report, allow_nan=False)
 
 
@@ -117,7 +122,9 @@ def test_the_exit_by_which_it_left():
     rows["branch"] = np.where(rows["arc_length"] > 0.05, 1.0, 0.0)
     report = layout_report(asked, rows)
     assert (report["verdict"], report["exit"], report["goal"]) == ("passed", "left", 120e-3)
-    assert report["sentence"].startswith("passed by the exit 'left': its centre went the 115 mm")
+    assert report["sentence"].startswith(
+        "passed through the exit 'left': the centre of the robot moved 115 mm"
+    )
     assert report["where"]["branch"] == "left"
     first, tee, ahead, half, arm = report["segments"]
     assert tee["segment"] == half["segment"] == 2

@@ -138,7 +138,7 @@ def test_a_robot_that_trails_nothing_is_refused():
 @pytest.mark.parametrize(
     ("override", "said"),
     [
-        ("environment.walls.pipe={kind: pipe, diameter: 36 mm}", "no wall is of kind pipe_path"),
+        ("environment.walls.pipe={kind: pipe, diameter: 36 mm}", "needs a wall of kind pipe_path"),
         ("environment.walls.pipe.diameter=60 mm", "no pressure cycle is known that serves a pipe"),
         ("environment.gravity=0 m/s^2", "without gravity"),
     ],

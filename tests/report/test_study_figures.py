@@ -273,7 +273,7 @@ def test_a_plot_of_an_unknown_axis_is_refused(tmp_path):
 
 
 def test_a_folder_without_a_study_is_refused(tmp_path):
-    with pytest.raises(OutputError, match=r"no folder of a study: it has no study\.json"):
+    with pytest.raises(OutputError, match=r"not the folder of a study: it has no study\.json"):
         draw_study(tmp_path)
 
 

@@ -188,7 +188,7 @@ def test_a_bare_skin_has_no_spike_sets():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"skin_rows": 1}, "skin_rows is 1; triangles and tetrahedra are as many as"),
+        ({"skin_rows": 1}, "skin_rows is 1; for triangles and tetrahedra it follows from"),
         ({"cells": "quad", "spike_columns": 0}, "spike_columns is 0; it must be 1 or more"),
         ({"inner_diameter": -1e-3}, "inner_diameter is -1 mm; it must be positive"),
         ({"spike_height": 0.0}, "spike_height is 0 mm; it must be positive"),

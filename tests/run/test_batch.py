@@ -85,7 +85,7 @@ def test_two_into_one_folder_are_one_and_a_refusal(scenes, tmp_path):
     loaded = scenes("rough", "rough")
     first, second = run_batch(loaded, [tmp_path / "out", tmp_path / "out"], "cpu", 1)
     assert first.summary["status"] == "done"
-    assert isinstance(second, OutputError) and "works in" in second.message
+    assert isinstance(second, OutputError) and "is using the folder" in second.message
 
 
 @pytest.mark.physics

@@ -17,5 +17,5 @@ def test_a_line_for_a_log_whose_folder_is_gone_is_an_error_with_its_name(tmp_pat
     log.handle(record)
     assert (folder / "run.log").read_text().endswith(" INFO starts\n")
     shutil.rmtree(folder)
-    with pytest.raises(OutputError, match=r"cannot write .*run\.log.*is not there"):
+    with pytest.raises(OutputError, match=r"cannot write .*run\.log.*does not exist"):
         log.handle(record)

@@ -100,7 +100,7 @@ def test_a_guard_that_stops_the_pilot_is_told(write_scene, kernel_cache, monkeyp
     foreseen = predicted_duration(loaded, build_model(loaded), choose("cpu", 1))
     assert foreseen.covered < 1.0
     gauges = "with 'rear' at 0.02 kPa, 'front' at 0.01 kPa"
-    assert f"are stopped {gauges}: the energy balance is off" in foreseen.stopped
+    assert f"was stopped {gauges}: the energy balance is off" in foreseen.stopped
 
 
 @pytest.mark.slow

@@ -138,7 +138,7 @@ def test_resume_of_nothing_starts_anew_and_says_so(finished, tmp_path, run):
     (scene, plain), console = finished, Console(file=io.StringIO(), width=500)
     run(scene, "time.end=5 ms", out=tmp_path / "out", resume=True, console=console)
     said = console.file.getvalue()
-    assert f"nothing to resume in {tmp_path / 'out'}: the run starts anew" in said
+    assert f"nothing to resume in {tmp_path / 'out'}: the run starts from the beginning" in said
     same_files(plain, tmp_path / "out")
 
 

@@ -119,8 +119,8 @@ def test_a_step_longer_than_advised_is_said_once(write_scene, tmp_path, run, bui
         out=tmp_path / "out",
     )  # fmt: skip
     log = (tmp_path / "out" / "run.log").read_text()
-    assert log.count("longer than advised") == 1
-    assert "contact that would throw back" in log
+    assert log.count("longer than recommended") == 1
+    assert "contact stiffness" in log
 
 
 def test_threads_asked_for_are_threads_used(write_scene, tmp_path, run):

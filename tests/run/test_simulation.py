@@ -98,9 +98,9 @@ def test_commands(simulate):
     for refused, ask in (
         ("no chamber 'ari'", lambda: simulation.set_load("ari", 1.0)),
         ("no chamber 'motor'", lambda: simulation.set_load("motor", 1.0)),
-        ("cannot go to nan", lambda: simulation.set_load("air", float("nan"))),
+        ("cannot change to nan", lambda: simulation.set_load("air", float("nan"))),
         ("no motor 'air'", lambda: simulation.set_motor(10.0, "air")),
-        ("cannot turn at -1", lambda: simulation.set_motor(-1.0)),
+        ("cannot be -1", lambda: simulation.set_motor(-1.0)),
         ("a step of -1", lambda: simulation.step(-1.0)),
         ("a step of 0", lambda: simulation.step(0.0)),
         ("the scene ends at 0.02 s", lambda: simulation.step(1.0)),
@@ -108,7 +108,7 @@ def test_commands(simulate):
         ("value of 'air' must be a number, not None", lambda: simulation.set_load("air", None)),
         ("no chamber 'None'", lambda: simulation.set_load(None, 1.0)),
         ("frequency of a motor must be a number", lambda: simulation.set_motor([1.0, 2.0])),
-        (r"reset\(-1\): a seed is a whole number", lambda: simulation.reset(-1)),
+        (r"reset\(-1\): the seed must be a whole number", lambda: simulation.reset(-1)),
         (r"reset\('x'\)", lambda: simulation.reset("x")),
         ("of the same simulation", lambda: simulation.restore(None)),
         ("of the same simulation", lambda: simulation.restore(foreign)),
@@ -140,7 +140,7 @@ def test_a_guard_stops_a_simulation_as_a_run(simulate, run, write_scene, tmp_pat
 def test_what_is_no_scene_is_refused():
     from softsim import Simulation
 
-    with pytest.raises(SimulationError, match="a NoneType is no scene"):
+    with pytest.raises(SimulationError, match="a NoneType is not a scene"):
         Simulation(None)
 
 

@@ -127,14 +127,16 @@ def test_resume_keeps_what_is_done_and_begins_a_changed_step_anew(run_steps, tmp
     assert again.told.count("is done") == 3 and last.read_bytes() == before
 
     slower = run_steps(PRESSED_AT_REST, "steps.let_go.loads.motor.frequency=50 Hz", resume=True)
-    told = "step 'let_go' was computed with another loads.motor.frequency: it begins anew"
+    told = "step 'let_go' was computed with another loads.motor.frequency: it is run again"
     assert told in slower.told
     assert "jumps" not in again.told + slower.told
     assert first.stat().st_mtime_ns == written and last.read_bytes() != before
 
     points = "steps.hold.loads.air.profile.points=[[0 s, 5 kPa], [1 s, 5 kPa]]"
     lower = run_steps(PRESSED_AT_REST, points, resume=True)
-    assert "warning: 'air' jumps from 8 to 5 kPa on the facets as the step begins" in lower.told
+    assert (
+        "warning: 'air' jumps from 8 to 5 kPa on the facets at the start of the step" in lower.told
+    )
     whole = json.loads((out / "summary.json").read_text())
     assert [step["status"] for step in whole["steps"]] == ["done"] * 3
     assert first.stat().st_mtime_ns == written
@@ -186,16 +188,16 @@ def test_steps_taken_from_another_run_give_the_bits_of_a_run_made_whole(run_step
         return str(caught.value)
 
     assert "1_press was computed with another time.end" in refused("steps.press.time.end=6 ms")
-    assert "is not the folder of a run in steps" in refused(source=source / "1_press")
-    assert "--resume keeps its steps" in refused(out="source")
-    assert "--resume alone goes on with it" in refused(resume=True)
+    assert "is not the run folder of a scene with steps" in refused(source=source / "1_press")
+    assert "continue it with --resume, or" in refused(out="source")
+    assert "continue it with --resume alone" in refused(resume=True)
     first = load_steps(tmp_path / "steps.yaml")[0]
     for named, device, told in (
         ({"1_press": first}, "cuda", "1_press was computed on cpu, this is cuda"),
-        ({"1_inflate": first}, "cpu", "there is no 1_inflate, but 1_press, 2_hold, 3_let_go"),
+        ({"1_inflate": first}, "cpu", "it has no folder 1_inflate, only 1_press, 2_hold, 3_let_go"),
     ):
         with pytest.raises(OutputError, match=told):
             fitting_steps(source, named, Choice(device, None))
     summary = source / "1_press" / "summary.json"
     summary.write_text(summary.read_text().replace('"done"', '"interrupted"'))
-    assert "1_press is not done there, but interrupted" in refused()
+    assert "1_press is not complete there, but interrupted" in refused()

@@ -111,7 +111,7 @@ def test_more_modes_than_motions_are_refused(block):
 def test_a_body_that_is_held_everywhere_is_none_that_moves(block):
     assert movable_bodies(block) == list(block.bodies)
     held = dataclasses.replace(block, is_free=np.zeros_like(block.is_free))
-    with pytest.raises(ModesError, match="nothing has natural modes"):
+    with pytest.raises(ModesError, match="there are no natural modes"):
         movable_bodies(held)
 
 
@@ -131,7 +131,7 @@ def test_a_region_that_is_held_everywhere_adds_nothing(build, fresh_taichi):
 
 def test_a_body_that_is_too_large_is_refused(block, monkeypatch):
     monkeypatch.setattr(rest_stiffness, "MOST_ENTRIES", 100)
-    with pytest.raises(ModesError, match="body 'b' is too large for its natural frequencies"):
+    with pytest.raises(ModesError, match="body 'b' is too large for natural frequencies"):
         natural_modes(block, block.bodies[0], 1)
 
 
@@ -143,5 +143,5 @@ def test_forces_beyond_the_neighbourhood_are_found_out(block, monkeypatch):
         return near(nodes[::2], node_count)
 
     monkeypatch.setattr(rest_stiffness, "incidence", fewer)
-    with pytest.raises(ModesError, match="no symmetric stiffness at rest"):
+    with pytest.raises(ModesError, match="at rest is not symmetric"):
         natural_modes(block, block.bodies[0], 1)

@@ -43,10 +43,10 @@ def test_depth_is_counted_in_elements(build):
     assert deep(model, floor, 0.2e-3).relative == pytest.approx(0.2)
     assert penetration_warnings(model, deep(model, floor, 0.09e-3)) == {}
     [told] = penetration_warnings(model, deep(model, floor, 0.2e-3)).values()
-    assert "0.2 mm deep into a wall, 20 % of the size" in told
+    assert "penetrated a wall by 0.2 mm, 20 % of the size" in told
     assert penetration_warnings(model, deep(model, fin, 0.049e-3)) == {}
     [told] = penetration_warnings(model, deep(model, fin, 0.051e-3)).values()
-    assert "wall 'fin', which is 0.2 mm thick" in told
+    assert "wall 'fin' by 0.051 mm, and the wall is 0.2 mm thick" in told
 
 
 def test_depth_of_bodies_is_counted_in_their_facets(build):
@@ -59,7 +59,7 @@ def test_depth_of_bodies_is_counted_in_their_facets(build):
     assert (found.relative, found.depth) == (pytest.approx(0.2), 0.2e-3)
     np.testing.assert_allclose(found.place, model.points[data.facets[-1]].mean(axis=0))
     [told] = body_penetration_warnings(found).values()
-    assert "0.2 mm deep into another one, 20 % of the size" in told
+    assert "penetrated another surface by 0.2 mm, 20 % of the size" in told
     assert "contact.allowed_penetration" in told
     assert body_penetration_warnings(None) == {}
 
@@ -69,7 +69,7 @@ def test_a_node_that_can_step_over_a_wall_is_told(build):
     assert (name, thickness) == ("fin", pytest.approx(0.2e-3))
     assert crossing_warnings(name, thickness, 4.9, 10e-6) == {}
     told = crossing_warnings(name, thickness, 20.0, 10e-6)["thickness of fin"]
-    assert "0.2 mm an increment" in told and "at most 2.5 us" in told
+    assert "0.2 mm per increment" in told and "at most 2.5 us" in told
 
 
 def test_thickness_of_polylines():

@@ -33,13 +33,13 @@ time: {end: 1 s}
     "override, kind, told",
     [
         ("bodies.b.mesh.length=20 m", "size of b", "measures 2e+04 x 2 mm"),
-        ("bodies.b.thickness=20 m", "depth of b", "is 2e+04 mm deep across its section"),
+        ("bodies.b.thickness=20 m", "depth of b", "the section of body 'b' is 2e+04 mm thick"),
         ("materials.m.C10=30 mPa", "stiffness of m", "shear modulus of 0.06 Pa"),
         ("materials.m.density=1000 g/cm^3", "density of m", "1e+06 kg/m^3"),
         ("materials.m.C20=-8 kPa", "stability of m", "uniaxial tension at a stretch of"),
         ("loads.air.profile.value=50 MPa", "pressure of air", "reaches 5e+04 kPa"),
         ("loads.air.profile.value=-150 kPa", "pressure of air", "falls to -150 kPa, below vacuum"),
-        ("loads.motor.frequency=20 kHz", "motor 0", "increments a turn"),
+        ("loads.motor.frequency=20 kHz", "motor 0", "increments per turn"),
         ("time.end=1000000000 s", "length", "days at 50 million"),
     ],
 )
@@ -76,7 +76,7 @@ conditions:
                                                [60 us, 1 mm]]}}
 """
     found = doubts(build(SCENE + moved))
-    assert list(found) == ["motion 0"] and "turns back within 20 us" in found["motion 0"]
+    assert list(found) == ["motion 0"] and "reverses within 20 us" in found["motion 0"]
 
 
 def test_swings_of_a_profile():
@@ -101,8 +101,8 @@ time: {end: 1 s}
     ("before", "after", "kind", "told"),
     [
         ("10 ml/s", "50 ml/s", "flow of air", "at 50 ml/s the flow in the tube has a Reynolds"),
-        ("1.2 mm", "0.6 mm", "pump of air", "at 20 kPa the tube lets 1.93 ml/s into an empty"),
-        ("30 ml/s", "0.3 ml/s", "valve of air", "a fall of 10 kPa/s asks for"),
+        ("1.2 mm", "0.6 mm", "pump of air", "at 20 kPa the tube passes 1.93 ml/s into an empty"),
+        ("30 ml/s", "0.3 ml/s", "valve of air", "a fall of 10 kPa/s needs"),
     ],
 )
 def test_air_lines_that_do_not_follow_are_told(build, before, after, kind, told):
@@ -133,7 +133,7 @@ ties: {glue: {nodes: FINER, facets: COARSER}}
     assert doubts(build(right)) == {}
     apart = right.replace("[0 mm, 4 mm]", "[0 mm, 5 mm]")
     apart = apart.replace("lower.top}", "lower.top, tolerance: 2 mm}")
-    assert "up to 1 mm, 100 % of their" in doubts(build(apart))["shifts of ties"]
+    assert "up to 1 mm, 100 % of the size of their" in doubts(build(apart))["shifts of ties"]
     assert "exchange nodes and facets" in doubts(build(wrong))["sides of ties"]
 
 
@@ -151,8 +151,8 @@ time: {end: 1 s}
 
 @pytest.mark.parametrize(
     ("height", "told"),
-    [("8 mm", "start so near that they may meet"), ("6 mm", "start so near that they may meet"),
-     ("1 mm", "overlap at the start, where a node lies 3 mm deep"), ("12 mm", None)],
+    [("8 mm", "start so close that they may pass"), ("6 mm", "start so close that they may pass"),
+     ("1 mm", "overlap at the start, by up to 3 mm"), ("12 mm", None)],
 )  # fmt: skip
 def test_bodies_that_may_meet_without_contact(build, height, told):
     """Two blocks of 6 mm, the upper one beginning at this height: near, touching, inside, far."""
@@ -197,16 +197,31 @@ CYCLES = SCENE.replace(
 @pytest.mark.parametrize(
     ("scene", "override", "kind", "told"),
     [
-        (WATER, "loads.air.profile.value=12 l", "filling of air", "2.26e+03 times what its"),
+        (
+            WATER,
+            "loads.air.profile.value=12 l",
+            "filling of air",
+            "2.26e+03 times the initial content of its",
+        ),
         (GAS, "loads.air.dead_volume=55000 l", "line of air", "5.5e+07 ml of gas"),
         (DRAGGED, "loads.drag.drag=5 MN", "force of drag", "exerts 5e+06 N"),
         (BESIDE, "environment.walls.table.point.1=-8 km", "distance of table", "is 8e+03 m away"),
         (LOOSE, "environment.walls={}", "support", "nothing holds the bodies: they fall by 4.91 m"),
-        (CYCLES, "loads.air.profile.deflation_rate=1.4e-15 kPa/s", "time of air", "ends at 2.86e"),
-        (CYCLES, "loads.air.profile.inflation_rate=4.6e-14 kPa/s", "time of air", "ends at 1.09e"),
-        (BESIDE, "time.end=2 us", "end", "the run is over after 2 us"),
-        (BESIDE, "time.settle=1 h", "settle", "bodies may take 3.6e+03 s to come to rest"),
-        (BESIDE, "rigid_bodies.r.mass=100 kg", "mass of r", "'r' has 100 kg"),
+        (
+            CYCLES,
+            "loads.air.profile.deflation_rate=1.4e-15 kPa/s",
+            "time of air",
+            "changes until 2.86e",
+        ),
+        (
+            CYCLES,
+            "loads.air.profile.inflation_rate=4.6e-14 kPa/s",
+            "time of air",
+            "changes until 1.09e",
+        ),
+        (BESIDE, "time.end=2 us", "end", "the run ends after 2 us"),
+        (BESIDE, "time.settle=1 h", "settle", "time.settle allows 3.6e+03 s of settling"),
+        (BESIDE, "rigid_bodies.r.mass=100 kg", "mass of r", "'r' has a mass of 100 kg"),
     ],
 )
 def test_what_does_not_fit_the_model_is_told(build, scene, override, kind, told):

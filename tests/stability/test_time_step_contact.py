@@ -56,8 +56,8 @@ def test_contact_limits_the_step(build):
     least = expected / np.sqrt(1.0 + 1.8)
     found = stable_step(model, model.points)
     assert least < found.value < expected
-    assert found.limit == "contact that would throw back"
-    both = f"limited by {found.limit}; stable up to {found.stable * 1e6:.3g} us"
+    assert found.limit == "contact stiffness"
+    both = f"limited by {found.limit}; stability limit {found.stable * 1e6:.3g} us"
     assert both in found.describe()
     assert found.value < found.stable < np.sqrt(2.0) * found.value
 

@@ -210,7 +210,7 @@ def test_a_plan_tells_what_is_left_and_its_cost_by_what_is_stored(bisection_file
     study = load_study(bisection_file)
     print_plan(study, tmp_path / "out", "cpu", 4, (), console)
     said = console.file.getvalue()
-    assert "at most 8 cases, 6 of them stored, 1 to run next, at most 2 in all" in said
+    assert "at most 8 cases, 6 of them stored, 1 to run next, at most 2 in total" in said
     told = re.search(r"about (\S+) core hours, (\S+) h with 4 workers: 2 runs of (\S+) s", said)
     hours, with_four, each = map(float, told.groups())
     assert 0.2 <= each < 2.0  # as long as its stand-in takes

@@ -108,7 +108,7 @@ def test_gas_needs_room(refused):
     text = text.replace("kind: added_gas,", "kind: added_gas, excluded_volume: 6 ml,")
     error = refused(text)
     assert "holds 5.301 ml, of which 6 ml are excluded" in error.message  # pi (7.5 mm)^2 30 mm
-    assert "nothing is left for the gas" in error.message
+    assert "no volume is left for the gas" in error.message
 
 
 def test_a_facet_counts_once(refused):
@@ -139,12 +139,12 @@ HELD_TUBE = (
         (
             "end: 10 ms",
             "end: 10 ms, procedure: static",
-            "a static procedure knows no time",
+            "which a static procedure does not have",
             "drive",
         ),
         ("[1 s, 20 kPa]", "[1 s, -2 kPa]", "must not be negative: the pump blows", "profile"),
         ("line_volume: 2 ml", "line_volume: 0 ml", "must be greater than 0 ml", "line_volume"),
-        ("2 ml,", "2 ml, excluded_volume: 7 ml,", "nothing is left for the gas", "drive"),
+        ("2 ml,", "2 ml, excluded_volume: 7 ml,", "no volume is left for the gas", "drive"),
     ],
 )
 def test_air_lines_that_cannot_work(refused, before, after, told, at):

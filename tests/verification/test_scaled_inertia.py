@@ -117,5 +117,5 @@ def test_statics_are_untouched(build, restart):
 
 
 def test_a_distance_that_joins_nothing_is_refused(build, fresh_taichi):
-    with pytest.raises(SceneError, match=r"shortest edge of an element has 0\.5 mm"):
+    with pytest.raises(SceneError, match=r"shortest element edge is 0\.5 mm"):
         build(BLOCK, "solver.mass_scaling={within: 0.4 mm}")

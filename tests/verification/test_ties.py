@@ -218,7 +218,7 @@ def test_one_of_two_tied_bodies_does_not_vibrate_alone(build, fresh_taichi):
     from softsim.solver.natural_modes import natural_modes
 
     model = build(BAR)
-    with pytest.raises(ModesError, match="'tip' is tied to another one"):
+    with pytest.raises(ModesError, match="'tip' is tied to another body"):
         natural_modes(model, model.bodies[1], 1)
 
 
