@@ -98,7 +98,7 @@ def test_a_link_that_is_lost_stops_the_build(link, tmp_path):
     """Without the API, whose modules lie elsewhere."""
     docs = tmp_path / "docs"
     (docs / "site").mkdir(parents=True)
-    for name in ("mkdocs.yml", "hooks.py"):
+    for name in ("mkdocs.yml", "hooks.py", "reference.py"):
         shutil.copy(DOCS / "site" / name, docs / "site")
     for page in [*PAGES[1:], *NOTEBOOKS]:
         copy = docs / page.relative_to(DOCS)

@@ -186,7 +186,17 @@ Inertia = Annotated[
     BeforeValidator(_listed),
     AfterValidator(_one_or_three),
     WithJsonSchema(
-        {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 3, "maxItems": 3}]}
+        {
+            "anyOf": [
+                {"type": "string", "examples": ["0.5 kg*mm^2"]},
+                {
+                    "type": "array",
+                    "items": {"type": "string", "examples": ["0.5 kg*mm^2"]},
+                    "minItems": 3,
+                    "maxItems": 3,
+                },
+            ]
+        }
     ),
 ]
 
