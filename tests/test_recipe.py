@@ -1,4 +1,4 @@
-"""The recipe of docs/developers/architecture.md: a load that nothing but its own file knows.
+"""The recipe of docs/developers/recipes.md: a load that nothing but its own file knows.
 
 Viscous drag -c v on a rigid body. Alone it slows a body down as v0 exp(-c t / m); what it takes is
 dissipated, m v0^2/2 (1 - exp(-2 c t / m)).
