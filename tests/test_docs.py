@@ -185,6 +185,24 @@ def test_the_gallery_has_the_pictures_that_its_command_makes():
         gallery.entries("# Gallery\n\n## Second\n\nnothing\n")
 
 
+def test_the_table_of_materials_has_the_constants_of_the_library():
+    text = (ROOT / "softsim" / "materials" / "library.yaml").read_text()
+    constants = ("C10", "C20", "C30", "density")
+    library = {
+        name: [float(str(entry.get(key, 0)).split()[0]) for key in constants]
+        for name, entry in yaml.safe_load(text).items()
+    }
+    page = (ROOT / "docs" / "reference" / "materials.md").read_text()
+    rows = re.findall(r"^\| `(\w+)` \| (.*)", page, re.MULTILINE)
+    assert {name: [float(c) for c in row.split(" | ")[:4]] for name, row in rows} == library
+
+
+def test_the_page_of_examples_lists_every_scene():
+    page = (ROOT / "docs" / "reference" / "examples.md").read_text()
+    scenes = [str(path.relative_to(ROOT)) for path in (ROOT / "scenes").rglob("*.yaml")]
+    assert [path for path in sorted(scenes) if f"`{path}`" not in page] == []
+
+
 def test_every_page_is_in_the_site():
     docs = ROOT / "docs"
     parts = yaml.safe_load((docs / "site" / "mkdocs.yml").read_text())["nav"]
