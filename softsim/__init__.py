@@ -1,8 +1,11 @@
-"""softsim: explicit finite elements for soft robots.
+"""Explicit finite elements for soft robots.
 
-`load_scene` reads and checks a scene file; `softsim.run.run` runs it and returns `Results`;
-`Simulation` is a run in steps, in one's hands; `Study` runs many. Importing this package imports no
-Taichi: names load when they are asked for.
+`load_scene` reads and checks a scene file, `softsim.run.run` runs it and returns `Results`, a
+`Simulation` is a run under the control of a program, and a `Study` runs many scenes.
+
+Notes
+-----
+Importing this package does not import Taichi: names are loaded at first use.
 """
 
 import os

@@ -1,4 +1,18 @@
-"""Errors that a user meets: each has an exit code and, where there is one, a way out."""
+"""Errors that softsim raises, each with the exit code of the command line.
+
+All of them derive from `SoftsimError`. An error has a `message`, a `hint` with a remedy (or an
+empty string) and an `exit_code`; its text is the message with the hint.
+
+Examples
+--------
+>>> from softsim import load_scene
+>>> from softsim.errors import SceneError
+>>> try:
+...     load_scene("block.yaml", ["time.end=-1 s"])
+... except SceneError as error:
+...     print(error.exit_code, error.location)
+2 --set time.end=-1 s
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,8 +34,21 @@ def shortened(text: str) -> str:
 
 
 class SoftsimError(Exception):
-    """A failure with a message, a hint what to try, and the exit code of the command; element: that
-    of a run which it is about, if there is one.
+    """Base class of all errors of softsim.
+
+    Parameters
+    ----------
+    message : str
+        What is wrong.
+    hint : str
+        A remedy, or an empty string.
+
+    Attributes
+    ----------
+    exit_code : int
+        Exit code of the command line.
+    element : int or None
+        Number of the element at fault in a run, if there is one.
     """
 
     exit_code: int = 1
@@ -32,12 +59,23 @@ class SoftsimError(Exception):
         super().__init__(self.message)
 
     def __str__(self) -> str:
+        """Return the message, with the hint below it."""
         return f"{self.message}\n  {self.hint}" if self.hint else self.message
 
 
 @dataclass(frozen=True)
 class Location:
-    """A place in a text: file, line and column (from 1), and the line itself."""
+    """Place in a file.
+
+    Parameters
+    ----------
+    file : Path or str
+        Path of the file.
+    line, column : int
+        Line and column, from 1.
+    text : str
+        The line itself.
+    """
 
     file: Path | str
     line: int
@@ -45,10 +83,11 @@ class Location:
     text: str
 
     def __str__(self) -> str:
+        """Return the place as file:line:column."""
         return f"{self.file}:{self.line}:{self.column}"
 
     def excerpt(self) -> list[str]:
-        """The line with its number, and a caret below the column."""
+        """Return the line with its number, and a caret below the column."""
         number = f"{self.line:>5} | "
         text, column = self._part_around_column()
         before = "".join(c if c == "\t" else " " for c in text[: column - 1])
@@ -67,23 +106,36 @@ class Location:
 
 @dataclass(frozen=True)
 class Option:
-    """A place on the command line, such as `--set time.end=3 s`."""
+    """Place on the command line, such as `--set time.end=3 s`.
+
+    Parameters
+    ----------
+    text : str
+        The option with its value.
+    """
 
     text: str
 
     def __str__(self) -> str:
+        """Return the option."""
         return shortened(self.text)
 
     def excerpt(self) -> list[str]:
-        """Nothing more than the text itself tells."""
+        """Return no lines: the option itself is the place."""
         return []
 
 
 class SceneError(SoftsimError):
-    """A scene that cannot be run.
+    """A scene, study or chain file that is not valid. Exit code 2.
 
-    `location` is where it says so, if it says so anywhere; `further` are the other problems that
-    the same scene has.
+    Parameters
+    ----------
+    message, hint : str
+        As of `SoftsimError`.
+    location : Location or Option or None
+        Place of the error in the file or on the command line, if it has one.
+    further : sequence of SceneError
+        Other errors found in the same file.
     """
 
     exit_code = 2
@@ -99,6 +151,7 @@ class SceneError(SoftsimError):
         self.location, self.further = location, tuple(further)
 
     def __str__(self) -> str:
+        """Return place, message, line of the file and hint of this and all further errors."""
         lines = [self.message]
         if self.location is not None:
             lines = [f"{self.location}: {self.message}", *self.location.excerpt()]
@@ -108,59 +161,67 @@ class SceneError(SoftsimError):
 
 
 class MeshError(SoftsimError):
-    """A mesh that cannot be computed with."""
+    """A mesh that cannot be used. Exit code 2."""
 
     exit_code = 2
 
 
 class MaterialError(SoftsimError):
-    """A material test that cannot be read or fitted."""
+    """A material test that cannot be read or fitted. Exit code 2."""
 
     exit_code = 2
 
 
 class CalibrationError(SoftsimError):
-    """Two models of which one cannot be calibrated by the other."""
+    """A pair of models of which one cannot be calibrated against the other. Exit code 2."""
 
     exit_code = 2
 
 
 class ModesError(SoftsimError):
-    """A body whose natural frequencies cannot be told."""
+    """A body whose natural frequencies cannot be computed. Exit code 2."""
 
     exit_code = 2
 
 
 class DeviceError(SoftsimError):
-    """A device that is not there."""
+    """A device that is not available or has too little memory. Exit code 2."""
 
     exit_code = 2
 
 
 class ClusterError(SoftsimError):
-    """Workers that do not answer, or cannot do their work."""
+    """Workers of a study that do not respond or cannot run it. Exit code 2."""
 
     exit_code = 2
 
 
 class OutputError(SoftsimError):
-    """A folder or file that cannot be written or read."""
+    """A folder or file that cannot be written or read. Exit code 2."""
 
     exit_code = 2
 
 
 class SimulationError(SoftsimError):
-    """What a simulation in Python is asked and cannot do."""
+    """A request that a `Simulation` cannot fulfil. Exit code 2."""
 
     exit_code = 2
 
 
 class RunError(SoftsimError):
-    """The end of a run, or of a study, that had begun: its folder keeps what it found."""
+    """Base class of errors that end a run or study after its start."""
 
 
 class StabilityError(RunError):
-    """A run stopped by a guard; element: its number among those of all bodies."""
+    """A run stopped by a check of its stability or plausibility. Exit code 3.
+
+    Parameters
+    ----------
+    message, hint : str
+        As of `SoftsimError`.
+    element : int or None
+        Number of the element at fault, counted over all bodies, if there is one.
+    """
 
     exit_code = 3
 
@@ -170,12 +231,12 @@ class StabilityError(RunError):
 
 
 class Interrupted(RunError):  # noqa: N818 - no fault of anybody
-    """A run stopped by a signal; its checkpoint is written."""
+    """A run stopped by SIGINT or SIGTERM after writing its checkpoint. Exit code 4."""
 
     exit_code = 4
 
 
 class ExpectationError(RunError):
-    """A finished run outside what its scene expects."""
+    """A finished run with a result outside the scene's `expect` block. Exit code 5."""
 
     exit_code = 5

@@ -1,6 +1,6 @@
-"""A gymnasium environment: an agent sets a chamber's pressure, a scene tells what becomes of it.
+"""Gymnasium environment in which an agent sets the pressure of a chamber.
 
-It takes the extra `gym` (`pip install 'softsim[gym]'`).
+It requires the extra `gym` (`pip install 'softsim[gym]'`).
 """
 
 from collections.abc import Sequence
@@ -16,21 +16,63 @@ from softsim.scene.reporting import did_you_mean
 
 
 class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
-    """A chamber's pressure as action, columns of the history as observation.
+    """Environment with the pressure of a chamber as action and history columns as observation.
 
-    An action (1,) from -1 to 1 is a pressure between `lowest` and `highest` [Pa], to which the
-    chamber goes linearly within the `interval` [s] of an action. An action beyond this range is
-    clipped to it, as the control range of a MuJoCo actuator clips. What is seen is the latest row
-    of the history, so that the interval should be no shorter than the scene's
-    `output.history_interval`. The reward is what the column `progress` has gained, less
-    `time_price` for each second. An episode is terminated where the scene ends by a condition of
-    its own, as when the robot has passed its pipe, or where a guard stops it (`info["failure"]`
-    says why), and truncated at the scene's end time.
+    Parameters
+    ----------
+    simulation : Simulation
+        Simulation of the scene.
+    chamber : str
+        Name of the chamber whose pressure is set.
+    lowest, highest : float
+        Pressures [Pa] of the actions -1 and 1.
+    interval : float
+        Duration of an action [s], in which the pressure changes linearly. It should not be shorter
+        than `output.history_interval` of the scene.
+    observed : sequence of str
+        History columns of the observation.
+    progress : str
+        History column whose increase is the reward.
+    time_price : float
+        Reward subtracted for each second.
+
+    Attributes
+    ----------
+    action_space : gymnasium.spaces.Box
+        Actions (1,) from -1 to 1. Actions outside are clipped, as MuJoCo clips the controls of
+        actuators.
+    observation_space : gymnasium.spaces.Box
+        Observations (len(observed),), the latest row of the history, in SI units.
 
     Raises
     ------
-    SimulationError: the simulation has no such chamber or column, or `lowest`, `highest` and
-    `interval` are no range and no time; from `step`: an action that is not one finite number.
+    SimulationError
+        The simulation has no such chamber or column, or a number is not valid.
+
+    Notes
+    -----
+    An episode is terminated when a condition of the scene ends the run, for example when the robot
+    has passed its pipe, or when a check stops it (`info["failure"]` holds the reason). It is
+    truncated at the end time of the scene.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from softsim import Simulation
+    >>> from softsim.gym import PressureEnv
+    >>> env = PressureEnv(
+    ...     Simulation("block.yaml"), "air", lowest=0.0, highest=5e3, interval=5e-3,
+    ...     observed=["pressure", "body_y"], progress="body_y",
+    ... )
+    >>> observation, info = env.reset(seed=1)
+    >>> observation, reward, terminated, truncated, info = env.step(np.array([0.0]))
+    >>> round(float(observation[0]), -2)  # [Pa], in the latest row of the history
+    2500.0
+    >>> reward < 0.0  # the block is compressed
+    True
+    >>> observation, reward, terminated, truncated, info = env.step(np.array([1.0]))
+    >>> terminated, truncated
+    (False, True)
     """
 
     def __init__(
@@ -56,13 +98,50 @@ class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode; the seed draws the angle at which motors start."""
+        """Start an episode.
+
+        Parameters
+        ----------
+        seed : int, optional
+            Seed of the start angles of motors.
+        options : dict, optional
+            Not used.
+
+        Returns
+        -------
+        observation : ndarray
+            First observation (len(observed),).
+        info : dict
+            Simulated time [s] under "time".
+        """
         super().reset(seed=seed)
         self.simulation.reset(seed)
         return self._observation(), self._info()
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Let the pressure go where the action says, and see what becomes of it."""
+        """Change the pressure as the action says, for one interval.
+
+        Parameters
+        ----------
+        action : ndarray
+            Action (1,) from -1 to 1.
+
+        Returns
+        -------
+        observation : ndarray
+            Latest row of the history (len(observed),).
+        reward : float
+            Increase of the column `progress`, minus the price of the time.
+        terminated, truncated : bool
+            True if the run has ended by a condition or a check; true at its end time.
+        info : dict
+            Simulated time [s] under "time"; the reason under "failure" if a check stopped the run.
+
+        Raises
+        ------
+        SimulationError
+            The action is not one finite number.
+        """
         simulation, before = self.simulation, self.simulation.row
         began = simulation.time
         share = 0.5 * (1.0 + self._clipped(action))
@@ -101,7 +180,7 @@ class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             )
 
     def _clipped(self, action: np.ndarray) -> float:
-        """Return the number of an action, clipped to the action space. SimulationError: none."""
+        """Return the number of an action, clipped to the action space. Raises SimulationError."""
         given = np.asarray(action)
         if given.dtype.kind not in "iuf" or given.size != 1 or not np.isfinite(given).all():
             raise SimulationError(f"an action is one finite number from -1 to 1, not {action!r}")

@@ -1,4 +1,4 @@
-"""A chain from a file, or one that ships with softsim from its name."""
+"""Chains from files, or by the names of those that ship with softsim."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,7 +18,7 @@ LoadedChain = Loaded[ChainScene]
 
 
 def chain_names() -> list[str]:
-    """Names of the chains that ship with softsim."""
+    """Return the names of the chains that ship with softsim."""
     return sorted(file.stem for file in CHAINS.glob("*.yaml"))
 
 
@@ -29,13 +29,29 @@ def load_chain(
 
     Parameters
     ----------
-    name: of a file, or of a chain that ships with softsim, such as "leafbot5".
-    overrides: "motor.frequency=142 Hz" each, as `load_scene` takes them.
-    options: of a command that has some of its own: name -> keys and value; they win over all.
+    name : Path or str
+        Path of a file, or name of a chain that ships with softsim, such as "leafbot5".
+    overrides : sequence of str
+        Values that override those of the file: "motor.frequency=142 Hz", as for `load_scene`.
+    options : mapping
+        Options of the command line: name -> keys and value. They override everything else.
+
+    Returns
+    -------
+    LoadedChain
+        The validated chain, which `run_chain` accepts.
 
     Raises
     ------
-    SceneError: anything that keeps it from being a chain; it holds every problem found.
+    SceneError
+        The file is not a valid chain. The error holds all problems found.
+
+    Examples
+    --------
+    >>> from softsim.chain.loading import load_chain
+    >>> loaded = load_chain("leafbot5", ["time.end=0.1 s"])
+    >>> loaded.scene.rows.count, loaded.scene.time.end  # [s]
+    (5, 0.1)
     """
     path = _file(Path(name))
     tree = read_scene(path)

@@ -25,7 +25,15 @@ AXES = {2: "xz", 3: "xyz"}
 
 @dataclass(frozen=True, eq=False)
 class ChainResults:
-    """What `run_chain` found; the summary as in summary.json."""
+    """Results of a chain.
+
+    Attributes
+    ----------
+    motion : Motion
+        Times (k,) [s], positions and velocities (k, n, d) [m, m/s] of all nodes.
+    summary : dict
+        Content of summary.json, in SI units.
+    """
 
     motion: Motion
     summary: dict[str, Any]
@@ -34,10 +42,38 @@ class ChainResults:
 def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
     """Simulate a chain, and write scene, history and summary into a folder.
 
+    Parameters
+    ----------
+    loaded : LoadedChain
+        Chain from `load_chain`.
+    folder : Path
+        Folder of the results.
+
+    Returns
+    -------
+    ChainResults
+        Motion and summary.
+
     Raises
     ------
-    SceneError: it cannot be built. StabilityError: it cannot be followed. OutputError: another run
-    works in the folder, or the disk refuses.
+    SceneError
+        The chain cannot be built.
+    StabilityError
+        The motion cannot be computed.
+    OutputError
+        The folder cannot be written, or another run uses it.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from softsim.chain.loading import load_chain
+    >>> from softsim.chain.running import run_chain
+    >>> loaded = load_chain("leafbot5", ["time.end=0.1 s"])
+    >>> results = run_chain(loaded, Path("runs/leafbot5"))
+    >>> results.summary["status"]
+    'done'
+    >>> results.motion.p.shape[1:]  # nodes, x and z [m]
+    (4, 2)
     """
     chain = build_chain(loaded)
     target = RunFolder(folder)
@@ -73,7 +109,7 @@ def run_chain(loaded: LoadedChain, folder: Path) -> ChainResults:
 
 
 def _write_history(motion: Motion, interval: float, path: Path) -> None:
-    """Rows about `interval` [s] apart: places and speeds, energies and works."""
+    """Write history.csv with rows about `interval` [s] apart."""
     stride = max(round(interval / motion.times[1]), 1)
     axes = AXES[motion.p.shape[-1]]
     columns: dict[str, tuple[str, np.ndarray]] = {"time": ("s", motion.times)}

@@ -76,7 +76,29 @@ log = logging.getLogger("softsim")
 
 @dataclass(frozen=True)
 class Results:
-    """A finished run: its folder, its summary, its history (column -> array)."""
+    """Results of a finished run.
+
+    Attributes
+    ----------
+    folder : Path
+        Run folder with all files of the run.
+    summary : dict
+        Content of summary.json: status, measures, warnings, in SI units.
+    history : dict of str to ndarray
+        Content of history.csv: an array (rows,) for each column, in SI units.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from softsim.run import run
+    >>> results = run("block.yaml", out=Path("runs/block"))
+    >>> results.folder
+    PosixPath('runs/block')
+    >>> results.history["time"].shape == results.history["pressure"].shape
+    True
+    >>> results.summary["simulated_time"] >= 0.01  # [s]
+    True
+    """
 
     folder: Path
     summary: dict[str, Any]

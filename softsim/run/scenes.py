@@ -43,21 +43,55 @@ def run(
 
     Parameters
     ----------
-    scene: path of a scene file, or a loaded scene. overrides: "a.b.c=value".
-    out: run folder, `runs/<scene's name>` by default. device: auto, cpu, cuda.
-    resume: continue from the checkpoint in the run folder; without one the run starts anew.
-    threads: CPU threads, a number or auto: one for a small model, else all processors.
-    profile_after: a run whose loop took longer [s] ends with measuring what each pass costs.
-    stop_conditions: each makes, of the model, what sees each row of the history and may end the run
-    early; the summary's `ended_by` names the one that did.
+    scene : Path, str or LoadedScene
+        Path of a scene file, or a scene from `load_scene`.
+    overrides : sequence of str
+        Values that override those of the file: "time.end=3 s". Only for a path.
+    out : Path, optional
+        Run folder. Default: `runs/` and the name of the scene file.
+    device : {"auto", "cpu", "cuda"}
+        Device of the computation.
+    resume : bool
+        Continue from the checkpoint in the run folder; without a checkpoint the run starts anew.
+    console : rich.console.Console, optional
+        Console for progress and warnings. Default: the terminal.
+    threads : int or "auto"
+        Number of CPU threads. "auto": one for a small model, else all processors.
+    profile_after : float
+        A run whose time integration took longer than this [s] ends with a measurement of the cost
+        of each kernel.
+    stop_conditions : sequence of callable
+        Additional conditions that end the run early. Each is called with the model and returns a
+        `softsim.output.stop_conditions.StopCondition`; `ended_by` in the summary names the one
+        that ended the run.
+
+    Returns
+    -------
+    Results
+        Folder, summary and history of the run.
 
     Raises
     ------
-    SceneError, MeshError, OutputError, DeviceError: before anything long starts; OutputError also
-    where another run works in the folder.
-    StabilityError: a guard stopped the run; the folder keeps what was computed, the failed frame
-    too. Interrupted: SIGINT or SIGTERM came; a checkpoint is written.
-    ExpectationError: the run ended outside the scene's `expect` block.
+    SceneError, MeshError, DeviceError
+        The scene cannot be run. Raised before the computation starts.
+    OutputError
+        The run folder cannot be written, or another run uses it.
+    StabilityError
+        A check stopped the run. The folder keeps the results so far, including the failed frame.
+    Interrupted
+        The process received SIGINT or SIGTERM. A checkpoint is written.
+    ExpectationError
+        A result is outside the limits of the scene's `expect` block.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from softsim.run import run
+    >>> results = run("block.yaml", ["time.end=5 ms"], out=Path("runs/block"))
+    >>> results.summary["status"]
+    'done'
+    >>> float(results.history["pressure"][-1])  # [Pa]
+    5000.0
     """
     choice = choose(device, threads)
     console = console or Console()
@@ -77,7 +111,7 @@ def run(
 
 
 def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_THE_START) -> Model:
-    """The model of a scene, or of a step with its beginning, that can be run as is chosen.
+    """Return the model of a scene, or of a step with its beginning, checked for the chosen device.
 
     Raises SceneError, MeshError, DeviceError.
     """
@@ -88,7 +122,7 @@ def ready_model(loaded: LoadedScene, choice: Choice, beginning: Beginning = AT_T
 
 
 def outcome_of(batch: Batch, console: Console, profile_after: float) -> Results:
-    """Run a batch of one to its end; the error that stopped it, if one did, is raised."""
+    """Run a batch of one to its end; raise the error that stopped it, if there is one."""
     [outcome] = batch.run(console)
     batch.add_profile(profile_after)
     if isinstance(outcome, SoftsimError):
@@ -101,9 +135,9 @@ def resumed(
     stop_conditions: Sequence[MakesStopCondition] = (), files: type[RunFiles] = RunFiles,
     make_solver: MakesSolver = new_solver,
 ) -> Batch:  # fmt: skip
-    """A batch of one, resumed from the checkpoint in its folder.
+    """Return a batch of one, resumed from the checkpoint in its folder.
 
-    Raises OutputError where there is none, or it is of another scene or device.
+    Raises OutputError if there is none, or if it is of another scene or device.
     """
     checkpoint = fitting_checkpoint(loaded, target, choice)
     choice = replace(choice, device=checkpoint.device)
@@ -192,7 +226,7 @@ def run_batch(
 
 
 def groups(models: Mapping[int, Model], choice: Choice) -> list[list[int]]:
-    """Groups of numbers of models that are computed together: of one structure, as many as fit."""
+    """Return groups of models that are computed together: of one structure, as many as fit."""
     structures: list[list[int]] = []
     for k, model in models.items():
         same = (group for group in structures if models[group[0]].can_share(model))

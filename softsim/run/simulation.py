@@ -1,8 +1,8 @@
-"""A simulation to hold in Python: the run of a scene, step by step, with loads that are commanded.
+"""`Simulation`: the run of a scene under the control of a program.
 
-It is a batch of one (batch.py) that is recorded in memory (record.py): guards, blocks of increments
-and rows are those of `run`. A step that ends within a block does a part of it, and the next step
-goes on there, so that steps of any length pass through the increments of the run.
+It is a batch of one (batch.py) that is recorded in memory (record.py): checks, blocks of
+increments and rows are those of `run`. A step that ends within a block does a part of it, and the
+next step continues there, so that steps of any length have the increments of the run.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,11 +39,31 @@ from softsim.scene.schema import Scene
 
 @dataclass(frozen=True)
 class State:
-    """A moment of a simulation, `time` [s].
+    """State of a simulation at one time, returned by `Simulation.state`.
 
-    By the name of each body, a row for each of its nodes (n, d): positions [m]; velocities [m/s],
-    half an increment later; forces [N], all but the weight; contact_forces [N], of walls. poses, by
-    the name of each rigid body: place of its centre [m], and orientation.
+    Attributes
+    ----------
+    time : float
+        Simulated time [s].
+    positions : dict of str to ndarray
+        For each body, positions of its nodes (n, d) [m]; d is 2 or 3.
+    velocities : dict of str to ndarray
+        For each body, velocities of its nodes (n, d) [m/s], half a time step later.
+    forces : dict of str to ndarray
+        For each body, nodal forces without the weight (n, d) [N].
+    contact_forces : dict of str to ndarray
+        For each body, forces of the walls on its nodes (n, d) [N].
+    poses : dict of str to Pose
+        For each rigid body, the position of its `centre` (d,) [m] and its orientation.
+
+    Examples
+    --------
+    >>> from softsim import Simulation
+    >>> state = Simulation("block.yaml").state()
+    >>> state.time
+    0.0
+    >>> state.positions["block"].shape == state.velocities["block"].shape
+    True
     """
 
     time: float
@@ -56,9 +76,9 @@ class State:
 
 @dataclass(frozen=True)
 class Saved:
-    """A saved moment of one simulation, from which it continues to the same bits.
+    """Saved state of one simulation, from which it continues bit for bit.
 
-    model: that of the simulation which saved it; no other one can restore it.
+    Only the simulation that returned it from `Simulation.save` can restore it.
     """
 
     model: Model = field(repr=False)
@@ -74,19 +94,50 @@ class Saved:
 
 
 class Simulation:
-    """The run of a scene, in steps. A process has one at a time: the next one ends it.
+    """The run of a scene in steps, with loads that a program sets.
+
+    Without commands, steps of any length give the same results, bit for bit, as `run`. Nothing is
+    written to disk.
 
     Parameters
     ----------
-    scene: path of a scene file, what one says as a dict, an object of the schema
-        (`softsim.scene.schema.Scene`), or a loaded scene. overrides: "a.b.c=value", of a path or
-        a dict only.
-    device: auto, cpu, cuda. threads: CPU threads, a number or auto.
+    scene : Path, str, dict, Scene or LoadedScene
+        Path of a scene file, a dict with the content of one, an object of the schema
+        (`softsim.scene.schema.Scene`), or a scene from `load_scene`.
+    overrides : sequence of str
+        Values that override those of the scene: "time.end=3 s". Only for a path or a dict.
+    device : {"auto", "cpu", "cuda"}
+        Device of the computation.
+    threads : int or "auto"
+        Number of CPU threads. "auto": one for a small model, else all processors.
 
     Raises
     ------
-    SceneError, MeshError, DeviceError: the scene cannot be run. StabilityError: bodies that are to
-    settle find no rest.
+    SceneError, MeshError, DeviceError
+        The scene cannot be run.
+    StabilityError
+        The relaxation of `time.settle` does not reach equilibrium.
+
+    Notes
+    -----
+    A process has one simulation at a time. A new simulation or run ends the previous one.
+
+    Examples
+    --------
+    Halve the pressure after 2 ms, and compare with the scene's own profile:
+
+    >>> from softsim import Simulation
+    >>> simulation = Simulation("block.yaml")
+    >>> simulation.step(2e-3)
+    >>> start = simulation.save()
+    >>> simulation.set_load("air", 1e3, within=1e-3)  # [Pa], [s]
+    >>> simulation.step(3e-3)
+    >>> round(simulation.row["pressure"])  # [Pa]
+    1000
+    >>> simulation.restore(start)
+    >>> simulation.step(simulation.end_time - simulation.time)
+    >>> round(simulation.row["pressure"]), simulation.finished
+    (5000, True)
     """
 
     def __init__(
@@ -123,21 +174,29 @@ class Simulation:
 
     @property
     def finished(self) -> bool:
-        """True at the end of the scene: its time, its cycles, the exit of its pipe."""
+        """True if the run has ended: at its end time, or by a condition of the scene."""
         return self._run.outcome is not None
 
     def step(self, duration: float) -> None:
-        """Go on for `duration` [s]: up to the first increment that ends there or later, or to the
-        end of the scene, if that comes first by a condition of its own.
+        """Advance by a duration, or to the end of the run if that comes first.
 
-        Durations add up, so that many steps do not drift: n of them end with the increment in which
-        one of n times the duration ends.
+        A step ends with the first time step that reaches its end, so it overshoots by less than
+        one time step. Overshoots do not add up: n steps of one duration end where one step of n
+        times that duration does.
+
+        Parameters
+        ----------
+        duration : float
+            Simulated time [s].
 
         Raises
         ------
-        SimulationError: no duration, or one that leads beyond the scene's end time.
-        StabilityError, ExpectationError: as `run`. Interrupted: SIGINT or SIGTERM came; the
-        simulation is whole and can go on.
+        SimulationError
+            The duration is not a positive number, or exceeds the end time of the scene.
+        StabilityError, ExpectationError
+            As from `run`.
+        Interrupted
+            The process received SIGINT or SIGTERM. The simulation is intact and can continue.
         """
         duration = _number(duration, "the duration of a step")
         asked = self._asked + duration
@@ -191,7 +250,7 @@ class Simulation:
             )
 
     def _refuse_stale(self) -> None:
-        """A second solver starts Taichi anew, and the fields of the first are gone."""
+        """Raise SimulationError if a newer solver has ended this one."""
         if backend.device() is not self._device:
             raise SimulationError(
                 "another simulation or run was started in this process, which ended this one",
@@ -201,23 +260,32 @@ class Simulation:
 
     @property
     def end_time(self) -> float:
-        """When the scene ends [s]; a static one may go on, until forces balance."""
+        """End time of the scene [s]; a static run may continue beyond it."""
         return self.model.end_time
 
     # --- what is seen ----------------------------------------------------------------------------
 
     @property
     def history(self) -> dict[str, np.ndarray]:
-        """The rows of the history so far, column -> array, as `Results.history` has them."""
+        """Rows of the history so far: an array (rows,) for each column, in SI units."""
         return self.record.rows()
 
     @property
     def row(self) -> dict[str, float]:
-        """The latest row of the history, column -> number: one each `output.history_interval`."""
+        """Latest row of the history: a number for each column, in SI units.
+
+        A new row is added every `output.history_interval`.
+        """
         return self.record.history.last
 
     def state(self) -> State:
-        """The present state, in arrays of the caller's own."""
+        """Return the present state, in new arrays.
+
+        Returns
+        -------
+        State
+            Positions, velocities and forces of all nodes, and poses of rigid bodies.
+        """
         self._refuse_stale()
         read, terms = self._scenario.read, self._scenario.terms
 
@@ -238,17 +306,30 @@ class Simulation:
 
     @property
     def chambers(self) -> tuple[str, ...]:
-        """Names of the chambers, which `set_load` takes."""
+        """Names of the chambers, which `set_load` accepts."""
         return self._names(FollowerPressure)
 
     def set_load(self, name: str, value: float, within: float = 0.0) -> None:
-        """Let a chamber go to a value from what it has now, linearly `within` a time [s]; it stays
-        there until the next command. The profile of the scene is over for it, events too.
+        """Change the pressure or filling of a chamber linearly, and hold it.
 
-        value: of a pressure, what its gauge shows [Pa]; of a liquid or gas, what was added since
-        the start [m^3, kg].
+        The command replaces the scene's profile of this chamber, and its event control if it has
+        one.
 
-        Raises SimulationError: no such chamber, no number, more gas than the scene ever lets in.
+        Parameters
+        ----------
+        name : str
+            Name of the chamber, one of `chambers`.
+        value : float
+            Gauge pressure [Pa]; for `added_volume` and `added_gas` the volume [m^3] or mass [kg]
+            added since the start.
+        within : float
+            Duration of the change [s].
+
+        Raises
+        ------
+        SimulationError
+            There is no such chamber, a number is not valid, or the mass of gas exceeds the largest
+            one in the scene's profile.
         """
         self._refuse_stale()
         load = self._named(name, FollowerPressure, "chamber")
@@ -278,10 +359,21 @@ class Simulation:
             self._command()
 
     def set_motor(self, frequency: float, name: str | None = None) -> None:
-        """Let a motor turn at another frequency [Hz] from now on, its angle going on where it is;
-        an eccentric mass pulls with the square of it. Without a name: all motors.
+        """Set the frequency of a motor, which keeps its present angle.
 
-        Raises SimulationError: there is none of this name, or the frequency is no number.
+        The force of an eccentric mass grows with the square of the frequency.
+
+        Parameters
+        ----------
+        frequency : float
+            Frequency [Hz].
+        name : str, optional
+            Name of the motor. Default: all motors.
+
+        Raises
+        ------
+        SimulationError
+            There is no such motor, or the frequency is not valid.
         """
         self._refuse_stale()
         frequency = _number(frequency, "the frequency of a motor")
@@ -314,14 +406,20 @@ class Simulation:
         return self.model.of_kind(Rotor)
 
     def _command(self) -> None:
-        """The pressure of the robot's chamber follows no profile and no events any more."""
+        """End the control of the robot's chamber by its profile or by events."""
         self._is_commanded = True
         self._run.loop = OpenLoop(self._scenario, None)
 
     # --- back to an earlier moment ---------------------------------------------------------------
 
     def save(self) -> Saved:
-        """The present moment, to which `restore` leads back."""
+        """Return the present state, which `restore` accepts.
+
+        Returns
+        -------
+        Saved
+            State of this simulation.
+        """
         self._refuse_stale()
         self._run.checkpoint()
         s, term_of = self._scenario.number, self._scenario.term_of
@@ -339,9 +437,17 @@ class Simulation:
         )
 
     def restore(self, saved: Saved) -> None:
-        """Go back to a moment that this simulation saved; what follows has the same bits.
+        """Return to a saved state of this simulation; it continues bit for bit.
 
-        Raises SimulationError: the moment is that of another simulation; nothing changes then.
+        Parameters
+        ----------
+        saved : Saved
+            State from `save` of the same simulation.
+
+        Raises
+        ------
+        SimulationError
+            The state is from another simulation. Nothing is changed.
         """
         self._refuse_stale()
         if not isinstance(saved, Saved) or saved.model is not self.model:
@@ -367,12 +473,17 @@ class Simulation:
             self._command()
 
     def reset(self, seed: int | None = None) -> None:
-        """Go back to the start, without compiling anew.
+        """Return to the start, without compiling again.
 
-        seed: draws the angle at which each motor starts, which nobody knows of a real one; None:
-        those of the scene.
+        Parameters
+        ----------
+        seed : int, optional
+            Seed of random start angles of all motors. Default: the angles of the scene.
 
-        Raises SimulationError: a seed that is no whole number from 0 on.
+        Raises
+        ------
+        SimulationError
+            The seed is not a non-negative integer.
         """
         if seed is not None and not (isinstance(seed, Integral) and seed >= 0):
             raise SimulationError(

@@ -1,8 +1,8 @@
-"""The run of a scene of several steps (scene/steps.py), one after another, each in a folder of its
-own: 1_inflate, 2_shake.
+"""The run of a scene with several steps, each in a folder of its own: 1_inflate, 2_shake.
 
-A step begins with the state in which the one before has ended: places, velocities, what its
-branches, contacts and loads remember. Time goes on, so that the histories can be put together.
+A step starts from the state in which the previous one ended: positions, velocities, and the
+internal variables of materials, contacts and loads. Time continues, so that the histories can be
+joined.
 """
 
 from collections.abc import Sequence
@@ -38,14 +38,49 @@ def run_steps(
     profile_after: float = PROFILE_AFTER,
     source: Path | None = None,
 ) -> dict[str, Results]:
-    """Run the steps of a scene, `load_steps("scene.yaml")`, to the end of the last; returns the
-    results of each by its name.
+    """Run all steps of a scene and return their results.
 
-    out: folder of the steps' folders, `runs/<scene's name>` by default. resume: keep the steps that
-    are done as they are asked for now, go on in the one that was stopped; a step that is asked for
-    otherwise begins anew, and all after it. source: the folder of another run, of which the first
-    steps are copied, as many as are done there as they are asked for now. The rest as `run`, what
-    is raised, too: the folder keeps the steps before.
+    Parameters
+    ----------
+    steps : sequence of Step
+        Steps from `load_steps`.
+    out : Path, optional
+        Folder of the steps' folders. Default: `runs/` and the name of the scene file.
+    device : {"auto", "cpu", "cuda"}
+        Device of the computation.
+    resume : bool
+        Skip finished steps and continue the one that was stopped. A step that was changed, and all
+        steps after it, run anew.
+    console : rich.console.Console, optional
+        Console for progress and warnings. Default: the terminal.
+    threads : int or "auto"
+        Number of CPU threads. "auto": one for a small model, else all processors.
+    profile_after : float
+        As for `run`.
+    source : Path, optional
+        Folder of another run. Its first steps are copied instead of run, as many as are finished
+        and unchanged.
+
+    Returns
+    -------
+    dict of str to Results
+        Results of each step, by its name.
+
+    Raises
+    ------
+    SoftsimError
+        As from `run`. The folder keeps the results of the finished steps.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from softsim.run import run_steps
+    >>> from softsim.scene.steps import load_steps
+    >>> results = run_steps(load_steps("two_steps.yaml"), out=Path("runs/two_steps"))
+    >>> list(results)
+    ['press', 'release']
+    >>> results["press"].folder
+    PosixPath('runs/two_steps/1_press')
     """
     choice, console = choose(device, threads), console or Console()
     foreseen_models(steps, choice)
@@ -68,14 +103,14 @@ def run_steps(
 
 
 def folder_name(number: int, step: Step) -> str:
-    """How the folder of a step is called; numbers count from 1."""
+    """Return the name of the folder of a step; numbers count from 1."""
     return f"{number}_{step.name}"
 
 
 def foreseen_models(steps: Sequence[Step], choice: Choice) -> list[Model]:
-    """The models of all steps, each as if the one before ended at its time.
+    """Return the models of all steps, each as if the previous one ended at its time.
 
-    Raises what `ready_model` does, of any of them.
+    Raises what `ready_model` raises for any of them.
     """
     beginning, models, before = AT_THE_START, [], None
     for step in steps:
@@ -99,7 +134,7 @@ class Work:
     profile_after: float
 
     def path(self, number: int) -> Path:
-        """The folder of a step; numbers count from 1."""
+        """Return the folder of a step; numbers count from 1."""
         return self.folder.path / folder_name(number, self.steps[number - 1])
 
     def take(self, taken: Sequence[Path]) -> None:
@@ -145,9 +180,7 @@ class Work:
             earlier, before = EarlierStep(model, read_checkpoint(path / CHECKPOINT)), scene
 
     def _found(self, step: Step, path: Path) -> Checkpoint | None:
-        """The checkpoint of a step as it is asked for now, on this device; None where there is
-        none.
-        """
+        """Return the checkpoint of an unchanged step on this device, or None if there is none."""
         if not (path / CHECKPOINT).is_file():
             return None
         checkpoint = read_checkpoint(path / CHECKPOINT)
@@ -160,7 +193,7 @@ class Work:
         return None
 
     def _forget_from(self, number: int) -> None:
-        """What is in the folders of this step and of those after it is of another course."""
+        """Delete the outdated checkpoints and summaries of this step and later ones."""
         for later in range(number, len(self.steps) + 1):
             for name in (CHECKPOINT, SUMMARY):
                 (self.path(later) / name).unlink(missing_ok=True)

@@ -43,7 +43,19 @@ Kind = TypeVar("Kind", bound=BaseModel)
 
 @dataclass(frozen=True)
 class Loaded(Generic[Kind]):
-    """A valid scene, of one kind or another, and where it says what; `folder` holds its file."""
+    """A valid scene (or chain) with its source.
+
+    Attributes
+    ----------
+    scene : Scene or ChainScene
+        The validated content, quantities as SI floats.
+    path : Path
+        Path of the file.
+    folder : Path
+        Folder of the file.
+    tree : Tree
+        The content as written, with the place of each value.
+    """
 
     scene: Kind
     path: Path
@@ -51,19 +63,20 @@ class Loaded(Generic[Kind]):
     tree: Tree
 
     def error(self, keys: Keys, message: str, hint: str = "") -> SceneError:
-        """An error at the value of `keys`, or at the nearest value above it that is written."""
+        """Return an error at the value of `keys`, or at the nearest one above it."""
         return SceneError(message, hint, nearest(self.tree, keys)[0].origin)
 
     def resolved(self) -> str:
-        """A scene file with every value, also the defaults, and where each comes from."""
+        """Return the scene as YAML with all values, including defaults, and the source of each."""
         return resolved_text(self.scene, self.tree)
 
     def resolve_file(self, keys: Keys) -> Path:
-        """The file named by the value of `keys`, relative to the scene file that says it.
+        """Return the path of the file named by the value of `keys`.
 
         Raises
         ------
-        SceneError: it does not exist, or lies outside the main scene's folder.
+        SceneError
+            It does not exist, or lies outside the main scene's folder.
         """
         named = nearest(self.tree, keys)[0]
         path = _inside(self.folder, named)
@@ -76,11 +89,13 @@ class Loaded(Generic[Kind]):
 
         Returns
         -------
-        The file's path relative to the scene's folder -> hexadecimal digest of its content.
+        dict of str to str
+            Path relative to the scene's folder -> hexadecimal digest of the content.
 
         Raises
         ------
-        SceneError: as `resolve_file`.
+        SceneError
+            As from `resolve_file`.
         """
         paths = [self.resolve_file(keys) for keys in file_keys(self.scene)]
         return {path.relative_to(self.folder).as_posix(): _content_digest(path) for path in paths}
@@ -119,52 +134,78 @@ def load_scene(path: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
 
     Parameters
     ----------
-    path: the scene file.
-    overrides: "time.end=3 s" each: keys joined by dots, then a YAML value; `points.2.1` or
-        `points[2][1]` is an entry of a list, counted from 0. Later ones win, and all win over
-        files.
+    path : Path or str
+        Path of the scene file.
+    overrides : sequence of str
+        Values that override those of the file, "time.end=3 s" each: keys joined by dots, then a
+        value in YAML. `points.2.1` or `points[2][1]` is an entry of a list, counted from 0. Later
+        overrides win.
+
+    Returns
+    -------
+    LoadedScene
+        The validated scene, which `softsim.run.run` and `softsim.Simulation` accept. Its attribute
+        `scene` holds the values in SI units.
 
     Raises
     ------
-    SceneError: anything that keeps it from being a scene; it holds every problem found.
+    SceneError
+        The file is not a valid scene. The error holds all problems found.
+
+    Examples
+    --------
+    >>> from softsim import load_scene
+    >>> loaded = load_scene("block.yaml", ["time.end=20 ms"])
+    >>> loaded.scene.time.end  # [s]
+    0.02
+    >>> list(loaded.scene.bodies)
+    ['block']
     """
     return validated(read_scene(Path(path)), Path(path), overrides)
 
 
 def scene_of(scene: Scene) -> LoadedScene:
-    """A scene that was made in Python. Files that it names are looked for in the working folder."""
+    """Return the loaded form of a scene made in Python, in the working folder."""
     tree = tree_of(scene.model_dump(exclude_unset=True), IN_PYTHON)  # in SI
     return LoadedScene(scene, Path("scene"), Path(), tree)
 
 
 def scene_said(said: Mapping[str, Any], overrides: Sequence[str] = ()) -> LoadedScene:
-    """The scene of which a mapping says what a file would, in the working folder. SceneError as
-    load_scene.
+    """Return the scene with the content of a mapping, with files relative to the working folder.
+
+    Raises SceneError as `load_scene`.
     """
     tree = _Includes(Path()).merged_over_parts(tree_of(said, IN_PYTHON))
     return validated(tree, Path("scene"), overrides)
 
 
 def read_scene(path: Path) -> Tree:
-    """What a scene file says, merged over the files that it includes. SceneError as load_scene."""
+    """Return the content of a scene file merged with the files that it includes.
+
+    Raises SceneError as `load_scene`.
+    """
     return _Includes(path.parent).read(path)
 
 
 def read_part(folder: Path, named: Tree) -> Tree:
-    """What a part says that a scene in `folder` includes by name. SceneError as load_scene."""
+    """Return the content of a part that a scene in `folder` includes by name.
+
+    Raises SceneError as `load_scene`.
+    """
     return _Includes(folder).part(named)
 
 
 def validated(tree: Tree, path: Path, overrides: Sequence[str]) -> LoadedScene:
-    """The scene that a tree is, once overrides have won. SceneError as load_scene."""
+    """Return the valid scene of a tree with overrides. Raises SceneError as `load_scene`."""
     return validated_as(Scene, tree, path, overrides)
 
 
 def validated_as(
     root: type[Kind], tree: Tree, path: Path, overrides: Sequence[str] = ()
 ) -> Loaded[Kind]:
-    """What a tree is, as the class of its whole file, once overrides have won. SceneError as
-    load_scene.
+    """Return the valid content of a tree with overrides, as the class `root` of the whole file.
+
+    Raises SceneError as `load_scene`.
     """
     refuse_steps(tree)
     for override in overrides:
@@ -173,7 +214,7 @@ def validated_as(
 
 
 def refuse_steps(tree: Tree) -> None:
-    """Several steps (scene/steps.py) where one scene is due."""
+    """Raise SceneError for a scene with several steps (scene/steps.py)."""
     steps = child(tree, STEPS)
     if steps is not None:
         raise SceneError(
@@ -184,7 +225,7 @@ def refuse_steps(tree: Tree) -> None:
 
 
 def valid(root: type[Kind], tree: Tree) -> Kind:
-    """What a tree says, as the class that its whole file is. SceneError: it is none."""
+    """Return the content of a tree as the class of its whole file. Raises SceneError."""
     try:
         return root.model_validate(plain(tree))
     except ValidationError as error:
@@ -200,7 +241,7 @@ class _Includes:
         self.count = 0
 
     def read(self, path: Path) -> Tree:
-        """The file's tree, merged over those of the files under its key `include`."""
+        """Return the content of the file merged over the files under its key `include`."""
         self.count += 1
         if self.count > MOST_FILES:
             raise SceneError(f"{path}: more than {MOST_FILES} files are included")
@@ -210,7 +251,7 @@ class _Includes:
         return tree
 
     def merged_over_parts(self, tree: Tree) -> Tree:
-        """What a file says, merged over the files under its key `include`; so each of its steps."""
+        """Return a tree, and each of its steps, merged over the files it includes."""
         if steps := entries(tree, STEPS):
             for name, step in steps.items():
                 tree = replaced(tree, (STEPS, name), self.merged_over_parts(step))
@@ -224,7 +265,7 @@ class _Includes:
         return result
 
     def part(self, named: Tree) -> Tree:
-        """The tree of a file that is included by its name."""
+        """Return the content of a file that is included by name."""
         if str(named.value).startswith(PREFIX):
             path = part_file(named)
         else:
@@ -238,7 +279,7 @@ class _Includes:
 
 
 def _listed(named: Tree) -> list[Tree]:
-    """The file names under `include`, one or several."""
+    """Return the file names under `include`, one or several."""
     names = named.value if isinstance(named.value, list) else [named]
     for name in names:
         if not isinstance(name.value, str) or not name.value:
@@ -251,7 +292,7 @@ def _listed(named: Tree) -> list[Tree]:
 
 
 def _inside(folder: Path, named: Tree) -> Path:
-    """The path that `named` gives, relative to the file that says so, never outside `folder`."""
+    """Return the path given by `named`, never outside `folder`."""
     name = str(named.value)
     home = folder if isinstance(named.origin, Option) else Path(named.origin.file).parent
     path = home / name
@@ -274,7 +315,7 @@ def _inside(folder: Path, named: Tree) -> Path:
 
 
 def _normal(path: PurePath) -> list[str] | None:
-    """The steps of a relative path without "..", None where it climbs out."""
+    """Return the parts of a relative path without "..", or None if it leaves its folder."""
     steps: list[str] = []
     for step in path.parts:
         if step != "..":
@@ -287,12 +328,21 @@ def _normal(path: PurePath) -> list[str] | None:
 
 
 def overridden(tree: Tree, override: str, root: Model = Scene) -> Tree:
-    """`tree` with one value set from the command line, "time.end=3 s"; `root` is the class of the
-    whole file.
+    """Return a tree with one value set, such as "time.end=3 s".
+
+    Parameters
+    ----------
+    tree : Tree
+        Content of a file.
+    override : str
+        Path and value.
+    root : type
+        Class of the whole file.
 
     Raises
     ------
-    SceneError: no "=", a path that the schema or the scene does not have, a value that is no YAML.
+    SceneError
+        There is no "=", the schema or the scene does not have the path, or the value is not YAML.
     """
     option = Option(f"--set {override}")
     path, equals, text = override.partition("=")
@@ -304,13 +354,23 @@ def overridden(tree: Tree, override: str, root: Model = Scene) -> Tree:
 
 
 def keys_at(tree: Tree, path: str, origin: Origin, root: Model = Scene) -> Keys:
-    """Return the keys of "time.end", or of "points[2][1]", which may be written "points.2.1".
+    """Return the keys of a path such as "time.end", "points[2][1]" or "points.2.1".
 
-    `origin` is where the path is written, `root` the class of the whole file.
+    Parameters
+    ----------
+    tree : Tree
+        Content of a file.
+    path : str
+        The path.
+    origin : Origin
+        Where the path is written.
+    root : type
+        Class of the whole file.
 
     Raises
     ------
-    SceneError: no path, or one that the schema or the scene does not have.
+    SceneError
+        It is not a path, or the schema or the scene does not have it.
     """
     if not PATH.fullmatch(path):
         raise SceneError(f"{path!r} is no path of keys", 'such as "time.end"', origin)
@@ -318,7 +378,7 @@ def keys_at(tree: Tree, path: str, origin: Origin, root: Model = Scene) -> Keys:
 
 
 def _keys(tree: Tree, words: Sequence[str], origin: Origin, root: Model) -> Iterator[Key]:
-    """The words as keys: whole numbers where the scene has a list; each must lead somewhere.
+    """Yield the words as keys, integers where the scene has a list; each must exist.
 
     A section of the schema may be absent from the file, a name before the last word may not: a
     mistyped body would become a new one.

@@ -40,7 +40,15 @@ FROM_REST = (AddedVolume, AddedGas, Pneumatic, Tendon, Tether, PulledCable)
 
 @dataclass(frozen=True)
 class Step:
-    """A step of a scene: its name, and the scene that it is."""
+    """One step of a scene.
+
+    Attributes
+    ----------
+    name : str
+        Name of the step.
+    loaded : LoadedScene
+        The scene of the step.
+    """
 
     name: str
     loaded: LoadedScene
@@ -48,15 +56,17 @@ class Step:
 
 @dataclass(frozen=True)
 class Beginning:
-    """When a step begins, `time` [s] after the start of the first. earlier: by its keys, such as
-    ("loads", "air"), when that began what goes on from a step before [s].
+    """Start time of a step, and of the time histories that continue from earlier steps.
+
+    time: of the step [s] after the start of the first one. earlier: start time [s] of each
+    continued time history by its keys, such as ("loads", "air").
     """
 
     time: float = 0.0
     earlier: Mapping[Keys, float] = field(default_factory=dict)
 
     def of(self, keys: Keys) -> float:
-        """When the time course at these keys, or that which holds them, began [s]."""
+        """Return the start time [s] of the time history at these keys."""
         return self.earlier.get(keys[:2], self.time)
 
 
@@ -64,12 +74,35 @@ AT_THE_START = Beginning()
 
 
 def load_steps(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Step, ...]:
-    """The steps of a scene file in their order; none where it is a single scene.
+    """Read, merge and validate the steps of a scene file.
 
-    overrides: "loads.air.profile.value=8 kPa" holds for all steps, and
-    "steps.shake.loads.motor.frequency=95 Hz" from that one on.
+    Parameters
+    ----------
+    path : Path or str
+        Path of the scene file.
+    overrides : sequence of str
+        Values that override those of the file. "loads.air.profile.value=8 kPa" applies to all
+        steps, "steps.shake.loads.motor.frequency=95 Hz" from this step on.
 
-    Raises SceneError: a step is no scene, or changes what no step can.
+    Returns
+    -------
+    tuple of Step
+        Steps in their order, each with its name and a complete scene; empty if the file has no
+        steps.
+
+    Raises
+    ------
+    SceneError
+        A step is not a valid scene, or changes something that cannot change between steps.
+
+    Examples
+    --------
+    >>> from softsim.scene.steps import load_steps
+    >>> steps = load_steps("two_steps.yaml", ["steps.release.time.end=8 ms"])
+    >>> [(step.name, step.loaded.scene.time.end) for step in steps]  # [s]
+    [('press', 0.005), ('release', 0.008)]
+    >>> load_steps("block.yaml")
+    ()
     """
     path = Path(path)
     tree = read_scene(path)
@@ -92,7 +125,7 @@ def load_steps(path: str | Path, overrides: Sequence[str] = ()) -> tuple[Step, .
 
 
 def steps_said(tree: Tree) -> Mapping[str, Tree]:
-    """What each step says, by its name."""
+    """Return the content of each step by its name."""
     parts = entries(tree, STEPS)
     if not parts:
         held = child(tree, STEPS)
@@ -118,7 +151,7 @@ def steps_said(tree: Tree) -> Mapping[str, Tree]:
 def split_overrides(
     names: Sequence[str], overrides: Sequence[str]
 ) -> tuple[list[str], dict[str, list[str]]]:
-    """Overrides of all steps, and those of each: "time.end=3 s" of "steps.shake.time.end=3 s"."""
+    """Return the overrides of all steps, and those of each step without "steps.NAME."."""
     of_all: list[str] = []
     of_each: dict[str, list[str]] = {name: [] for name in names}
     for override in overrides:
@@ -136,7 +169,7 @@ def split_overrides(
 
 
 def of_file(carried: Tree, base: Tree) -> Tree:
-    """The scene of the step before without what is of that step alone."""
+    """Return the scene of the previous step without the keys that apply to that step alone."""
     assert isinstance(carried.value, dict) and isinstance(base.value, dict)
     own = {key: value for key, value in base.value.items() if key in OF_A_STEP}
     kept = {key: value for key, value in carried.value.items() if key not in OF_A_STEP}
@@ -144,7 +177,7 @@ def of_file(carried: Tree, base: Tree) -> Tree:
 
 
 def ended(tree: Tree) -> Tree:
-    """The scene without loads and conditions for which nothing is written."""
+    """Return the scene without the loads and conditions that are set to nothing."""
     assert isinstance(tree.value, dict)
     result = dict(tree.value)
     for key in ENDED:
@@ -155,7 +188,7 @@ def ended(tree: Tree) -> Tree:
 
 
 def refuse_change(before: Step, step: Step, number: int) -> None:
-    """What no step can change, what has its place before the first one only."""
+    """Raise SceneError for a change between steps that is not possible."""
     loaded, earlier, now = step.loaded, before.loaded.scene, step.loaded.scene
 
     def refused(keys: Keys, problem: str, hint: str) -> SceneError:
@@ -200,15 +233,17 @@ def refuse_change(before: Step, step: Step, number: int) -> None:
 
 
 def following(before: Scene, beginning: Beginning, now: Scene, time: float) -> Beginning:
-    """When the step `now` begins, `time` [s] after the first one did, and what goes on in it of the
-    step `before`, which had this beginning.
+    """Return the beginning of the step `now`, `time` [s] after the start of the first one.
+
+    before: scene of the previous step, which had this `beginning`; its unchanged time histories
+    continue.
     """
     same = [keys for keys in time_courses(now) if _at(before, keys) == _at(now, keys)]
     return Beginning(time, {keys: beginning.of(keys) for keys in same})
 
 
 def time_courses(scene: Scene) -> Iterator[Keys]:
-    """The keys of all that takes its course over time."""
+    """Yield the keys of all parts of a scene that depend on time."""
     yield "environment", "gravity_profile"
     for section in ENDED:
         for name in getattr(scene, section):
@@ -216,7 +251,7 @@ def time_courses(scene: Scene) -> Iterator[Keys]:
 
 
 def _at(scene: Scene, keys: Keys) -> object:
-    """The value at keys; None where a name is not there."""
+    """Return the value at keys, or None if a name does not exist."""
     held: object = scene
     for key in keys:
         held = held.get(key) if isinstance(held, dict) else getattr(held, str(key))

@@ -1,5 +1,6 @@
-"""A study runs: all its cases, those that are stored already left out, or trials until the best is
-found, each a case of which the results so far choose the values. From Python: `softsim.Study`.
+"""Runs of studies: all cases that are not stored yet, or the trials of an optimisation.
+
+In Python they are started from `softsim.Study`.
 """
 
 import sys
@@ -37,18 +38,42 @@ def sweep(
     console: Console | None = None,
     simulate: Simulate = simulate,
 ) -> polars.DataFrame:
-    """Run what is not stored in `folder` yet, and return the table, which is there too.
+    """Run all cases that are not stored in `folder` yet; return and store the table.
 
     Parameters
     ----------
-    pool: `local_pool(workers)` or `remote_pool(address, folder)`; it starts if there is work.
-    device: auto, cpu, cuda. batch: cases that a worker runs at once. again: statuses of stored
-    cases that are run again.
+    study : LoadedStudy
+        The study.
+    folder : Path
+        Folder of the study.
+    pool : context manager of WorkerPool
+        `local_pool(workers)` or `remote_pool(address, folder)`; it starts if there is work.
+    device : {"auto", "cpu", "cuda"}
+        Device of the computation.
+    batch : int
+        Number of cases that a worker runs at once.
+    again : collection of str
+        Statuses of stored cases that are run again.
+    console : rich.console.Console, optional
+        Console for progress.
+    simulate : callable
+        Function that runs cases.
+
+    Returns
+    -------
+    polars.DataFrame
+        One row for each case.
 
     Raises
     ------
-    SceneError: there is no design. ClusterError: workers cannot be worked with. OutputError: a disk
-    refuses. Interrupted: SIGINT or SIGTERM came. After each of them the same call goes on.
+    SceneError
+        The study has no design.
+    ClusterError
+        The workers do not respond.
+    OutputError
+        The folder cannot be written.
+    Interrupted
+        The process received SIGINT or SIGTERM. After each of these the same call continues.
     """
     console = console or Console()
     RunFolder(folder / CASES)  # is made here, or refused
@@ -80,17 +105,34 @@ def optimize(
     console: Console | None = None,
     simulate: Simulate = simulate,
 ) -> polars.DataFrame:
-    """Try values of the factors until there are `count` trials, by default as many as the study
-    says; return their table, which is in `folder` too. Its cases have the numbers of the trials.
+    """Run trials of an optimisation until there are `count`; return their table.
 
-    Parameters are those of `sweep`. A trial whose run fails, or does not find what is sought,
-    teaches nothing; the others go on.
+    The table is also stored in `folder`; its cases have the numbers of the trials. A trial whose
+    run fails, or does not find the measure, is ignored by the optimiser.
+
+    Parameters
+    ----------
+    study, folder, pool, device, console, simulate
+        As for `sweep`.
+    count : int, optional
+        Number of trials. Default: that of the study.
+
+    Returns
+    -------
+    polars.DataFrame
+        One row for each trial.
 
     Raises
     ------
-    SceneError: the study does not say what to seek, or nothing varies in it. OutputError: the
-    folder holds another optimisation, or a disk refuses. ClusterError: workers cannot be worked
-    with. Interrupted: SIGINT or SIGTERM came; the same call goes on with the trials in flight.
+    SceneError
+        The study has no objective, or nothing varies in it.
+    OutputError
+        The folder holds another optimisation, or cannot be written.
+    ClusterError
+        The workers do not respond.
+    Interrupted
+        The process received SIGINT or SIGTERM. The same call continues with the trials in
+        progress.
     """
     from softsim.sweep.trials import TrialJobs, Trials  # imports optuna
 
@@ -136,9 +178,9 @@ def optimize(
 
 
 def asked(study: LoadedStudy, count: int | None) -> tuple[Objective, Goal, int]:
-    """Return what a study wants optimised and the number of trials, `count` if that is given.
+    """Return the objective of a study and the number of trials, `count` if it is given.
 
-    Raises SceneError: it says none of them, or nothing varies in it.
+    Raises SceneError if one of them is missing, or if nothing varies.
     """
     objective, goal = study.study.optimize, study.goal
     if objective is None or goal is None:
@@ -163,16 +205,49 @@ def asked(study: LoadedStudy, count: int | None) -> tuple[Objective, Goal, int]:
 
 
 class Study:
-    """A scene, what varies in it, what is collected of each run.
+    """Parameter study: a scene, factors that vary, and measures that are collected from each run.
 
-    From a file, `Study("scenes/studies/deflation_rate.yaml", ["time.end=3 s"])`, or from the keys
-    of one, `Study(scene="scenes/first_look.yaml", factors={...}, measures={...})`, with scene files
-    relative to the current folder. Quantities are texts with units: "0.4 kPa".
+    Parameters
+    ----------
+    file : Path or str, optional
+        Path of a study file.
+    overrides : sequence of str
+        Values that override those of the scene in all cases: "time.end=3 s". Only for a file.
+    **keys
+        Keys of a study instead of a file: `scene`, `factors`, `measures` and so on. Scene files
+        are relative to the working folder, quantities are texts with units: "0.4 kPa".
 
-    `run` and `optimize` start processes, which read the script that started them: a script calls
-    them under `if __name__ == "__main__":`. A notebook shows their progress too.
+    Attributes
+    ----------
+    loaded : LoadedStudy
+        The validated study.
 
-    Raises SceneError where it is no study, with the place of what is wrong.
+    Raises
+    ------
+    SceneError
+        It is not a valid study. The error holds the place in the file.
+
+    Notes
+    -----
+    `run` and `optimize` start processes that import the script from which they are called. A
+    script therefore has to call them under `if __name__ == "__main__":`. In a notebook this is not
+    needed.
+
+    Examples
+    --------
+    >>> from softsim import Study
+    >>> study = Study(
+    ...     scene="block.yaml",
+    ...     factors={"pressure": {"key": "loads.air.profile.value", "values": ["2 kPa", "4 kPa"]}},
+    ...     measures={"displacement": {"of": "body_displacement_y", "unit": "um"}},
+    ... )
+    >>> [case.values for case in study.cases]
+    [{'pressure': 2.0}, {'pressure': 4.0}]
+    >>> table = study.run("runs/pressures", workers=1)
+    >>> table["status"].to_list()
+    ['done', 'done']
+    >>> bool((table["displacement [um]"] < 0.0).all())  # downwards
+    True
     """
 
     def __init__(
@@ -187,7 +262,7 @@ class Study:
 
     @property
     def cases(self) -> list[Case]:
-        """All cases, in the order of the table; of a bisection those that it begins with."""
+        """All cases in the order of the table; for a bisection the first ones."""
         return self.loaded.cases()
 
     def run(
@@ -198,16 +273,34 @@ class Study:
         device: str = "auto",
         batch: int = 1,
     ) -> polars.DataFrame:
-        """Run what is not stored yet, and return the table, a row a case.
+        """Run all cases that are not stored yet and return the table.
 
-        out: folder, runs/STUDY by default. workers: processes, by default one a core; scheduler:
-        address of a dask scheduler instead, whose workers share the disk. device: auto, cpu, cuda.
-        batch: cases that a worker runs at once.
+        Parameters
+        ----------
+        out : Path or str, optional
+            Folder of the study. Default: `runs/` and the name of the study.
+        workers : int, optional
+            Number of processes. Default: one for each core.
+        scheduler : str, optional
+            Address of a dask scheduler, whose workers share the disk, instead of local processes.
+        device : {"auto", "cpu", "cuda"}
+            Device of the computation.
+        batch : int
+            Number of cases that a worker runs at once.
+
+        Returns
+        -------
+        polars.DataFrame
+            One row for each case: factors, measures, status.
 
         Raises
         ------
-        SceneError: a case is no scene. ClusterError, OutputError, DeviceError: workers, the disk or
-        the device refuse. Interrupted: SIGINT or SIGTERM came; the same call goes on.
+        SceneError
+            A case is not a valid scene.
+        ClusterError, OutputError, DeviceError
+            Workers, folder or device are not available.
+        Interrupted
+            The process received SIGINT or SIGTERM. The same call continues.
         """
         folder = Path(out or Path("runs") / self.loaded.path.stem)
         pool = _pool(folder, device, workers, scheduler)
@@ -221,11 +314,28 @@ class Study:
         device: str = "auto",
         trials: int | None = None,
     ) -> polars.DataFrame:
-        """Seek what the study says under `optimize`, and return the table, a row a trial.
+        """Optimise the objective under the key `optimize` of the study and return the table.
 
-        out: folder, runs/STUDY_optimum by default. trials: how many there are in the end, by
-        default as many as the study says. device: auto is the CPU. The others, and what is raised,
-        as for `run`.
+        Parameters
+        ----------
+        out : Path or str, optional
+            Folder of the optimisation. Default: `runs/STUDY_optimum`.
+        workers, scheduler
+            As for `run`.
+        device : {"auto", "cpu", "cuda"}
+            Device of the computation; "auto" is the CPU.
+        trials : int, optional
+            Total number of trials. Default: that of the study.
+
+        Returns
+        -------
+        polars.DataFrame
+            One row for each trial.
+
+        Raises
+        ------
+        SoftsimError
+            As from `run`.
         """
         folder = Path(out or Path("runs") / f"{self.loaded.path.stem}_optimum")
         taken = device_of_trials(device)
@@ -233,10 +343,22 @@ class Study:
         return optimize(self.loaded, folder, pool, taken, trials)
 
     def report(self, out: Path | str | None = None) -> Path:
-        """Draw the figures, and write report.html, of what is in a folder so far; its path.
+        """Draw the figures and write report.html from the results that a folder holds so far.
 
-        out: folder of `run` or `optimize`, runs/STUDY by default. Raises OutputError: it holds no
-        study.
+        Parameters
+        ----------
+        out : Path or str, optional
+            Folder of `run` or `optimize`. Default: `runs/` and the name of the study.
+
+        Returns
+        -------
+        Path
+            Path of the report.
+
+        Raises
+        ------
+        OutputError
+            The folder holds no study.
         """
         from softsim.report.study.figures import draw_study  # imports matplotlib
         from softsim.report.study.page import write_study_page
@@ -255,8 +377,9 @@ def _pool(
 
 
 def refuse_unguarded_script() -> None:
-    """A process that is started runs the main script once more, all but what is guarded: a study
-    there would start processes in its turn.
+    """Raise ClusterError for a main script that every process would run again.
+
+    A new process runs the main script once more, except what is guarded by `__name__`.
     """
     script = getattr(sys.modules["__main__"], "__file__", None)
     if script is None or not Path(script).is_file():
