@@ -175,8 +175,8 @@ class PressureEnv(gymnasium.Env[np.ndarray, np.ndarray]):
             raise SimulationError("lowest, highest, interval and time_price must be finite numbers")
         if not (self.lowest < self.highest and self.interval > 0.0):
             raise SimulationError(
-                f"pressures from {self.lowest:g} to {self.highest:g} Pa each {self.interval:g} s: "
-                "highest must be above lowest, and interval above zero"
+                f"pressures from {self.lowest:g} to {self.highest:g} Pa every {self.interval:g} "
+                "s: highest must be above lowest, and interval above zero"
             )
 
     def _clipped(self, action: np.ndarray) -> float:

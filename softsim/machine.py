@@ -84,8 +84,8 @@ class Choice:
     def __post_init__(self) -> None:
         if self.device == "cuda" and self.threads not in (None, 1):
             raise DeviceError(
-                f"--threads {self.threads} counts processors, and this run takes the GPU",
-                hint=f"--device cpu --threads {self.threads}, or leave --threads out",
+                f"--threads {self.threads} applies to the CPU, and this run uses the GPU",
+                hint=f"use --device cpu --threads {self.threads}, or leave --threads out",
             )
 
     def device_for(self, corner_count: int) -> str:
@@ -132,9 +132,9 @@ def chosen_device(device: str) -> str:
     if device == "cuda" and cuda_device_count() == 0:
         cpu = processor()
         raise DeviceError(
-            "no CUDA device answers on this machine",
-            hint=f"there is the CPU, {cores(cpu.cores)} of {cpu.name}: --device cpu, or "
-            "--device auto to take what is there",
+            "no CUDA device was found on this machine",
+            hint=f"use the CPU ({cores(cpu.cores)}, {cpu.name}): --device cpu, or let softsim "
+            "choose: --device auto",
         )
     if device == AUTO:
         return "cuda" if cuda_device_count() else "cpu"
@@ -161,20 +161,20 @@ def asked_threads(threads: int | str) -> int | None:
         number = int(threads)
     except ValueError:
         raise DeviceError(
-            f"--threads {threads}: a whole number is due, or auto",
-            hint=f"1 to {processor_count()} fit this machine",
+            f"--threads {threads}: must be a whole number, or auto",
+            hint=f"use 1 to {processor_count()} on this machine",
         ) from None
     available = processor_count()
     if number < 1:
         raise DeviceError(
-            f"--threads {number}: at least one thread does the work",
-            hint=f"1 to {available} fit this machine",
+            f"--threads {number}: at least one thread is needed",
+            hint=f"use 1 to {available} on this machine",
         )
     if number > available:
         there_are = "there is 1" if available == 1 else f"there are {available}"
         raise DeviceError(
-            f"--threads {number} is more than the processors this process may use",
-            hint=f"{there_are}; --threads {available} at most",
+            f"--threads {number} is more than the number of processors available to this process",
+            hint=f"{there_are}; use --threads {available} or less",
         )
     return number
 

@@ -137,7 +137,7 @@ def unit_of(text: str) -> str:
     """The unit in a text that `parse` accepts: "mm" of "36 mm"."""
     match = QUANTITY.fullmatch(text)
     if match is None:
-        raise ValueError(f"{text!r} is no quantity")
+        raise ValueError(f"{text!r} is not a quantity")
     return match["unit"]
 
 
@@ -145,7 +145,7 @@ def number_in(text: str, unit: str, si: str) -> float:
     """The number of a quantity that `parse` accepts as `si`, in `unit`: 0.2 of "200 Pa" in kPa."""
     match = QUANTITY.fullmatch(text)
     if match is None:
-        raise ValueError(f"{text!r} is no quantity")
+        raise ValueError(f"{text!r} is not a quantity")
     return float(Decimal(match["number"]) * _factor(match["unit"], si) / _factor(unit, si))
 
 
@@ -184,7 +184,7 @@ def _factor(expression: str, unit: str) -> Decimal:
         kind = KINDS[unit]
         given = [k.name for other, k in KINDS.items() if _measure(other)[1] == dimension]
         what = f"is {given[0]}, " if given else ""
-        is_due = f"{kind.name} is due"
+        is_due = f"{kind.name} is needed"
         raise ValueError(f'{what or "measures something else: "}{is_due}, such as "{kind.example}"')
     return scale / due_scale
 

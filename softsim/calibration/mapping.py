@@ -56,9 +56,9 @@ def matched(reference: WallCurve, section: WallCurve, thickness_ratio: float = 1
     end = reference.highest if np.isnan(reached) else float(reached)
     if not end > reference.touch:
         raise CalibrationError(
-            f"the section presses with {strongest:.3g} N at most: less than {share:.3g} of what "
-            "the reference does as soon as it touches",
-            "give the section more pressure (--highest) or a greater thickness",
+            f"the wall force of the section is at most {strongest:.3g} N: less than {share:.3g} "
+            "of that of the reference at first contact",
+            "raise the pressure of the section (--highest), or its thickness",
         )
     pressure = np.linspace(reference.touch, end, POINTS)
     due = np.minimum(share * reference.force_at(pressure), strongest)

@@ -40,9 +40,7 @@ def section_specimen(loaded: LoadedScene) -> Specimen:
     ------
     SceneError: it is not plane strain, or has not one follower pressure and one pipe.
     """
-    return _specimen(
-        loaded, ("plane_strain", "ring_section"), "the section that stands for a body in space is"
-    )
+    return _specimen(loaded, ("plane_strain", "ring_section"), "the section must be")
 
 
 def reference_specimen(loaded: LoadedScene) -> Specimen:
@@ -52,7 +50,9 @@ def reference_specimen(loaded: LoadedScene) -> Specimen:
     ------
     SceneError: it is neither solid nor axisymmetric, or has not one follower pressure and one pipe.
     """
-    return _specimen(loaded, ("solid", "axisymmetric"), "the reference is the body in space,")
+    return _specimen(
+        loaded, ("solid", "axisymmetric"), "the reference must be a body of formulation"
+    )
 
 
 def refuse_other_pipe(section: Specimen, reference: Specimen) -> None:
@@ -60,8 +60,8 @@ def refuse_other_pipe(section: Specimen, reference: Specimen) -> None:
     if abs(section.diameter - reference.diameter) > 1e-9 * reference.diameter:
         raise section.loaded.error(
             ("environment", "walls", section.pipe, "diameter"),
-            f"the section's pipe is {section.diameter * 1e3:g} mm wide, the reference's "
-            f"{reference.diameter * 1e3:g} mm",
+            f"the pipe of the section is {section.diameter * 1e3:g} mm wide, that of the "
+            f"reference {reference.diameter * 1e3:g} mm",
             "choose one with --set or --set-reference "
             f"environment.walls.{reference.pipe}.diameter='{section.diameter * 1e3:g} mm'",
         )
@@ -80,15 +80,15 @@ def _specimen(loaded: LoadedScene, formulations: tuple[str, ...], role: str) -> 
     if len(air) != 1:
         raise loaded.error(
             ("loads",),
-            f"has {len(air)} loads of kind follower_pressure: one is due, the air",
-            "give the scene one; its profile does not matter here",
+            f"has {len(air)} loads of kind follower_pressure; one is needed",
+            "give the scene one such load; its profile has no effect here",
         )
     pipes = {n: w for n, w in scene.environment.walls.items() if isinstance(w, PipeWall)}
     others = len(scene.environment.walls) - len(pipes)
     if len(pipes) != 1 or others:
         raise loaded.error(
             ("environment", "walls"),
-            f"has {len(pipes)} pipes and {others} other walls: one pipe is due, nothing else",
+            f"has {len(pipes)} pipes and {others} other walls; exactly one pipe is needed",
             "write environment: {walls: {pipe: {kind: pipe, diameter: 36 mm}}}",
         )
     (pressure, load), (pipe, wall) = next(iter(air.items())), next(iter(pipes.items()))
@@ -97,7 +97,7 @@ def _specimen(loaded: LoadedScene, formulations: tuple[str, ...], role: str) -> 
     if len(frames) > 1:
         raise loaded.error(
             ("rigid_bodies",),
-            f"bodies are tied to {len(frames)} rigid bodies: {', '.join(frames)}; one is due",
-            "leave the others out",
+            f"bodies are tied to {len(frames)} rigid bodies: {', '.join(frames)}; one is needed",
+            "remove the others",
         )
     return Specimen(loaded, pressure, inflated, frames[0] if frames else None, pipe, wall.diameter)

@@ -57,8 +57,8 @@ class Links:
         _, multipliers, failed = dposv(matrix, due)
         if failed and np.isfinite(due).all():
             raise StabilityError(
-                "the chain's links cannot keep their lengths: it has folded or twisted upon itself",
-                "shorten time.increment, or lessen what drives it",
+                "the links of the chain cannot keep their lengths: it has folded or twisted",
+                "reduce time.increment, or reduce the motor force",
             )
         tension = multipliers @ kept
         return free + (bars.T @ (tension[:, None] * u)) * self.inverse_masses[:, None]

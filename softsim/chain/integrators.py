@@ -38,8 +38,8 @@ def fixed_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.ndarra
     if not np.isfinite(states[-1]).all():
         lost = times[np.flatnonzero(~np.isfinite(states).reshape(len(times), -1).all(axis=1))[0]]
         raise StabilityError(
-            f"the chain's motion grew beyond all numbers at {lost:.4g} s",
-            "shorten time.increment, or lessen what drives it",
+            f"the motion of the chain became infinite at {lost:.4g} s",
+            "reduce time.increment, or reduce the motor force",
         )
     return states
 
@@ -61,7 +61,9 @@ def adaptive_steps(rates: Rates, times: np.ndarray, start: np.ndarray) -> np.nda
         rtol=RELATIVE, atol=ABSOLUTE, max_step=10.0 * (times[1] - times[0]),
     )  # fmt: skip
     if not found.success:
-        raise StabilityError(f"the chain's motion ends at {found.t[-1]:.4g} s: {found.message}")
+        raise StabilityError(
+            f"the integration of the chain stopped at {found.t[-1]:.4g} s: {found.message}"
+        )
     return found.y.T.reshape(len(times), *start.shape)
 
 

@@ -70,6 +70,6 @@ def _file(name: Path) -> Path:
     if str(name) in chain_names():
         return shipped
     raise SceneError(
-        f"there is neither a file nor a chain {str(name)!r}",
+        f"there is no file and no built-in chain {str(name)!r}",
         did_you_mean(str(name), chain_names()),
     )

@@ -20,7 +20,7 @@ def refuse_rows(loaded: LoadedChain) -> None:
     if rows.under_head >= rows.count:
         raise loaded.error(
             ("rows", "under_head"),
-            f"under_head: {rows.under_head} of {rows.count} rows leave none behind the head",
+            f"under_head: {rows.under_head} of {rows.count} rows leave no row behind the head",
             f"at most {rows.count - 1}",
         )
     gaps = rows.count - 1
@@ -28,7 +28,7 @@ def refuse_rows(loaded: LoadedChain) -> None:
         taken, given = format_quantity(gaps * rows.pitch, "m"), format_quantity(length, "m")
         raise loaded.error(
             ("rows", "pitch"),
-            f"pitch: {rows.count} rows take {taken}, the backbone has {given}",
+            f"pitch: {rows.count} rows take {taken}, but the backbone is {given} long",
             f"a pitch of at most {format_quantity(length / gaps, 'm')}, or fewer rows",
         )
 
@@ -39,8 +39,8 @@ def refuse_masses(loaded: LoadedChain) -> None:
     if s.motor.eccentric_mass > s.masses.head:
         raise loaded.error(
             ("motor", "eccentric_mass"),
-            f"eccentric_mass: {format_quantity(s.motor.eccentric_mass, 'kg')} are more than the "
-            f"head, {format_quantity(s.masses.head, 'kg')}, which holds it",
+            f"eccentric_mass: {format_quantity(s.motor.eccentric_mass, 'kg')} is more than the "
+            f"mass of the head, {format_quantity(s.masses.head, 'kg')}, which includes it",
         )
     strip = s.backbone
     silicone = strip.density * strip.length * strip.width * strip.thickness
@@ -48,9 +48,9 @@ def refuse_masses(loaded: LoadedChain) -> None:
     if nodes < silicone:
         raise loaded.error(
             ("masses",),
-            f"masses: the nodes weigh {format_quantity(nodes, 'kg')} in all, less than the "
+            f"masses: the nodes have {format_quantity(nodes, 'kg')} in total, less than the "
             f"backbone, {format_quantity(silicone, 'kg')}",
-            "the head's mass is that of motor, housing and the silicone under it",
+            "masses.head includes the motor, its housing and the silicone under it",
         )
 
 
@@ -63,14 +63,14 @@ def refuse_motors(loaded: LoadedChain) -> None:
         others = s.node_count - 1
         raise loaded.error(
             ("motor", "place"),
-            f"place: {others} nodes beside the head leave it no place in the middle",
-            f"rows.under_head: {s.rows.under_head + 1}, or another number of rows",
+            f"place: with {others} nodes beside the head, it has no place in the middle",
+            f"set rows.under_head to {s.rows.under_head + 1}, or change the number of rows",
         )
     if s.motor.further and any(one.frequency is not None for one in s.lines):
         raise loaded.error(
             ("motor", "further"),
-            "further: the sides' motors have frequencies of their own",
-            "leave out motor.further, or frequency in sides",
+            "further: each side has its own motor frequency",
+            "leave out motor.further, or the frequencies of the sides",
         )
 
 
@@ -85,14 +85,14 @@ def refuse_steps(loaded: LoadedChain) -> None:
     if not h < s.time.end <= h * MOST_STEPS:
         raise loaded.error(
             ("time", "end"),
-            f"end: {format_quantity(s.time.end, 's')} are {s.time.end / h:.3g} steps of "
+            f"end: {format_quantity(s.time.end, 's')} is {s.time.end / h:.3g} steps of "
             f"{format_quantity(h, 's')}",
             f"from 2 to {MOST_STEPS:,}",
         )
     if h > turn / LEAST_STEPS:
         raise loaded.error(
             ("time", "increment"),
-            f"increment: {format_quantity(h, 's')} leaves less than {LEAST_STEPS} steps to a turn "
+            f"increment: {format_quantity(h, 's')} gives less than {LEAST_STEPS} steps per turn "
             f"of the motor, {format_quantity(turn, 's')}",
             f"at most {format_quantity(turn / LEAST_STEPS, 's')}",
         )
@@ -100,8 +100,8 @@ def refuse_steps(loaded: LoadedChain) -> None:
     if s.time.integrator == "fixed" and h * rate > REAL_STABILITY:
         raise loaded.error(
             ("time", "increment"),
-            f"increment: {format_quantity(h, 's')} is too long for what changes within "
-            f"{format_quantity(1.0 / rate, 's')}",
+            f"increment: {format_quantity(h, 's')} is too long for a process with a time constant "
+            f"of {format_quantity(1.0 / rate, 's')}",
             f"at most {format_quantity(REAL_STABILITY / rate, 's')}",
         )
 

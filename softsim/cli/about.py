@@ -42,9 +42,7 @@ def schema(
         FileKind, typer.Argument(help="Kind of file that the schema describes.")
     ] = FileKind.scene,
 ) -> None:
-    """Print the JSON schema of scene, study or chain files, which editors use to complete and check
-    keys.
-    """
+    """Print the JSON schema of scene, study or chain files, which editors use to check keys."""
     from softsim.scene.chain import chain_json_schema
     from softsim.scene.schema import scene_json_schema
     from softsim.study.schema import study_json_schema

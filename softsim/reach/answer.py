@@ -46,10 +46,10 @@ class Distance:
         """In words."""
         to = f"of {self.length:.3g} m to the exit '{self.exit}'"
         if self.least >= self.length:
-            return f"it gets all the way {to}"
+            return f"the robot gets all the way {to}"
         if self.most >= self.length:
-            return f"it gets {self.least:.3g} m {to} at least, and perhaps all the way"
-        return f"it gets {self.least:.3g} to {self.most:.3g} m {to}"
+            return f"the robot gets at least {self.least:.3g} m {to}, and possibly all the way"
+        return f"the robot gets {self.least:.3g} to {self.most:.3g} m {to}"
 
 
 def load_of(way: Way, tether: Tether, down: np.ndarray) -> Load:

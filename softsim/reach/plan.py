@@ -51,8 +51,8 @@ def plan_for(loaded: LoadedScene, robot: str, overrides: Sequence[str]) -> Plan:
     if strength == 0.0:
         raise loaded.error(
             ("environment", "gravity"),
-            "without gravity a tether neither weighs nor rubs: nothing limits how far it goes",
-            "leave gravity out, it is 9.81 m/s^2 then",
+            "without gravity a tether has neither weight nor friction: the reach is unlimited",
+            "leave environment.gravity out; its default is 9.81 m/s^2",
         )
     model = build_model(loaded)
     assert model.passage is not None  # the question asks for it
@@ -101,6 +101,6 @@ def wrong_diameter(
     least, most = 1e3 * DIAMETERS[0], 1e3 * DIAMETERS[-1]
     return loaded.error(
         (*keys, *at),
-        f"no pressure cycle is known that serves a pipe of {1e3 * wide:g} mm best",
-        f"the thesis's Table 6.2 goes from {least:g} to {most:g} mm",
+        f"no optimal pressure cycle is known for a pipe of {1e3 * wide:g} mm",
+        f"Table 6.2 of the thesis covers {least:g} to {most:g} mm",
     )

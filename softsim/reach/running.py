@@ -93,7 +93,7 @@ class Search:
             raise StabilityError(
                 f"the trial in {self.pipe.name} with {1e3 * drag:.3g} mN has failed: "
                 f"{outcome.reason}",
-                hint=f"its run: {job.folder}",
+                hint=f"its run folder: {job.folder}",
             )
         way, time = progress(read_history(job.folder / HISTORY))
         self.trials.append(Trial(drag, way, way / time, job.key, outcome.wall_time))
@@ -151,8 +151,8 @@ def seek(
 
 def told(pipe: TrialPipe, trial: Trial, left: int) -> str:
     """A trial in a line."""
-    got_on = "gets on" if trial.got_on else "does not get on"
+    got_on = "advances" if trial.got_on else "does not advance"
     return (
-        f"{pipe.name}, {1e3 * trial.drag:.3g} mN: {got_on}, {1e3 * trial.progress:+.1f} mm a "
+        f"{pipe.name}, {1e3 * trial.drag:.3g} mN: {got_on}, {1e3 * trial.progress:+.1f} mm per "
         f"cycle, {1e3 * trial.speed:+.1f} mm/s; at most {left} trials left"
     )

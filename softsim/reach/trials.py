@@ -89,15 +89,16 @@ class Puller:
         if outline is None or isinstance(outline, BallOutline):
             raise loaded.error(
                 ("rigid_bodies",),
-                "the robot has no frame of a given length, behind which a tether begins",
+                "the robot has no frame with an outline length, from which the start of a tether "
+                "follows",
                 "give its rigid body an outline, such as {length: 33 mm, height: 15 mm}",
             )
         tethers = [n for n, load in loads if isinstance(load, Tether) and load.acts_on == frame]
         if not tethers:
             raise loaded.error(
                 ("loads",),
-                f"nothing trails behind '{frame}': there is no load of kind tether on it",
-                "include robot:pfr/tether, or robot:pfr/solid_tether in space",
+                f"'{frame}' has no tether: there is no load of kind tether on it",
+                "include robot:pfr/tether, or robot:pfr/solid_tether in 3D",
             )
         chambers = [n for n, load in loads if isinstance(load, FollowerPressure | Pneumatic)]
         chamber = scene.robot.chamber or next(iter(chambers), "")
@@ -105,7 +106,8 @@ class Puller:
         if not isinstance(profile, CyclesProfile | EventCyclesProfile):
             raise loaded.error(
                 ("loads", chamber, "profile") if chamber else ("loads",),
-                "a robot's pull is sought at its pressure cycle, and it has none",
+                "the pulling force is searched with the pressure cycle of the robot, and it has "
+                "none",
                 "give its pressure a profile of kind cycles, with rates, or event_cycles",
             )
         relief = [load.share for _, load in loads if isinstance(load, AxialRelief)]
@@ -176,11 +178,11 @@ output: {{history_interval: 5 ms, frame_interval: {longest:.4g} s}}
 
 ADDED = {
     Heading.level: """
-title: How hard the robot pulls against friction
+title: Pulling force of the robot against friction
 time: {{settle: {settle}}}
 """,
     Heading.upright: """
-title: How hard the robot pulls against a weight
+title: Pulling force of the robot against a weight
 environment:
   inclination: 90 deg
   walls:
@@ -215,7 +217,7 @@ def progress(history: Mapping[str, np.ndarray]) -> tuple[float, float]:
     if len(begins) < CYCLES:
         raise StabilityError(
             "the pressure of a trial does not fall twice",
-            hint="its cycle is slower than it says: leave its profile to the robot",
+            hint="the cycle takes longer than its profile states: leave the profile to the robot",
         )
     first, second = begins[:CYCLES]
     x, t = history["frame_x"], history["time"]

@@ -13,10 +13,12 @@ from softsim.reach.trials import TrialPipe
 from softsim.report.reach import ANSWER
 
 ASSUMED = (
-    "what stops the robot stops it with any larger drag too",
-    "between level and upright the pull changes linearly; what bends ask of the robot is left out",
-    "where it enters, nothing holds the tether back",
-    "the tether neither bends stiffly nor stretches: level, it does not draw a robot back",
+    "a drag that stops the robot also stops it when larger",
+    "between level and vertical pipes the pulling force varies linearly; the additional effort "
+    "in bends is neglected",
+    "nothing holds the tether back at the entrance of the layout",
+    "the tether has no bending stiffness and does not stretch; in level pipes it does not pull a "
+    "robot back",
 )
 
 

@@ -28,11 +28,11 @@ def calibration_diagram(found: Calibration) -> Diagram:
     force, rows = section.force_at(inflated[covered]), section.rows_at(inflated[covered])
     line = f"q = {m.factor:.3g} (p - {m.offset * 1e-3:.3g} kPa)"
     forces = [
-        Series(f"reference, {FORCE_SHARE:g} of it", p, FORCE_SHARE * reference.force, BLUE),
+        Series(f"reference, {FORCE_SHARE:g} of the force", p, FORCE_SHARE * reference.force, BLUE),
         Series("section, at factor x (p - offset)", over, force, ORANGE, "--"),
     ]
     pressures = [
-        Series("equal force on a spike", m.pressure * 1e-3, m.section_pressure * 1e-3, INK),
+        Series("equal force per spike", m.pressure * 1e-3, m.section_pressure * 1e-3, INK),
         Series(line, m.pressure * 1e-3, m.line(m.pressure) * 1e-3, ORANGE, "--"),
     ]
     touching = [
@@ -40,11 +40,11 @@ def calibration_diagram(found: Calibration) -> Diagram:
         Series("section", over, rows, ORANGE, STEPS),
     ]
     panels = [
-        Panel(Axis(Scale("force on the wall [N]"), forces)),
-        Panel(Axis(Scale("pressure on the section q [kPa]"), pressures)),
+        Panel(Axis(Scale("wall force [N]"), forces)),
+        Panel(Axis(Scale("pressure of the section q [kPa]"), pressures)),
         Panel(Axis(Scale("rows in contact", whole=True, from_zero=True), touching), height=FLAT),
     ]
-    return Diagram("Calibration", Scale("pressure in space p [kPa]"), panels)
+    return Diagram("Calibration", Scale("pressure of the reference p [kPa]"), panels)
 
 
 def calibration_rows(found: Calibration) -> list[tuple[str, str]]:
@@ -54,36 +54,42 @@ def calibration_rows(found: Calibration) -> list[tuple[str, str]]:
     kinetic = [100 * c.largest_kinetic_share for c in (found.reference, found.section)]
     rows = [
         (
-            "touch",
-            f"{_kpa(found.reference.touch)} in space, {_kpa(found.section.touch)} on the section",
+            "first contact",
+            f"{_kpa(found.reference.touch)} (reference), {_kpa(found.section.touch)} (section)",
         ),
-        ("matched up to", f"{_kpa(m.pressure[-1])}, {_kpa(m.section_pressure[-1])} on the section"),
+        (
+            "matched up to",
+            f"{_kpa(m.pressure[-1])} (reference), {_kpa(m.section_pressure[-1])} (section)",
+        ),
         ("factor", f"{m.factor:.4g}"),
         ("offset", _kpa(m.offset)),
-        ("worst error", f"{_kpa(m.largest_deviation)} on the section"),
+        ("largest error", f"{_kpa(m.largest_deviation)} of the section pressure"),
         (
             "kinetic energy",
-            f"at most {kinetic[0]:.2g} % of the internal in space, {kinetic[1]:.2g} % in the "
-            "section",
+            f"at most {kinetic[0]:.2g} % of the internal energy (reference), {kinetic[1]:.2g} % "
+            "(section)",
         ),
         (
             "thickness",
-            f"{found.thickness * 1e3:.4g} mm a strip, which stands for n/4 = "
+            f"{found.thickness * 1e3:.4g} mm per strip, which represents n/4 = "
             f"{found.spikes_per_strip:g} spikes of {each * 1e3:.3g} mm",
         ),
     ]
-    for s, direction in zip(found.stiffnesses, ("across the pipe", "along it"), strict=False):
+    for s, direction in zip(found.stiffnesses, ("transverse", "along the pipe"), strict=False):
         rows.append(
             (
-                f"stiffness {direction}",
-                f"{s.reference.value:.4g} N/m at {_kpa(found.pushed_at[0])} in space, "
-                f"{s.section.value:.4g} N/m at {_kpa(found.pushed_at[1])} on the section, "
-                f"ratio {s.ratio:.3g}",
+                f"stiffness, {direction}",
+                f"{s.reference.value:.4g} N/m at {_kpa(found.pushed_at[0])} (reference), "
+                f"{s.section.value:.4g} N/m at {_kpa(found.pushed_at[1])} (section), ratio "
+                f"{s.ratio:.3g}",
             )
         )
     if found.equivalent_thickness is not None:
         rows.append(
-            ("equivalent thickness", f"{found.equivalent_thickness * 1e3:.4g} mm, equally stiff")
+            (
+                "equivalent thickness",
+                f"{found.equivalent_thickness * 1e3:.4g} mm, for equal transverse stiffness",
+            )
         )
     return rows
 
@@ -91,8 +97,8 @@ def calibration_rows(found: Calibration) -> list[tuple[str, str]]:
 def sample_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
     """Headings and lines of the comparison at some pressures."""
     samples = found.samples()
-    headings = ["p [kPa]", "q matched [kPa]", "q line [kPa]", "N in space [N]", "N section [N]",
-                "rows in space", "rows section"]  # fmt: skip
+    headings = ["p [kPa]", "q, matched [kPa]", "q, linear fit [kPa]", "force, reference [N]",
+                "force, section [N]", "rows, reference", "rows, section"]  # fmt: skip
     scales = (1e-3, 1e-3, 1e-3, 1.0, 1.0, 1.0, 1.0)
     formats = (".2f", ".2f", ".2f", ".3f", ".3f", ".0f", ".0f")
     columns = [
@@ -104,10 +110,12 @@ def sample_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
 
 def scene_lines(found: Calibration, pressure: str, body: str) -> str:
     """What the section's scene has to say (YAML): as it is, or of the equivalent thickness."""
-    blocks = [_block(pressure, body, found.mapping, found.thickness, "the section as it is")]
+    blocks = [_block(pressure, body, found.mapping, found.thickness, "thickness as in the scene")]
     if found.thick_mapping is not None and found.equivalent_thickness is not None:
         thick = (found.thick_mapping, found.equivalent_thickness)
-        blocks.append(_block(pressure, body, *thick, "or: as stiff across the pipe too"))
+        blocks.append(
+            _block(pressure, body, *thick, "alternative: equal transverse stiffness as well")
+        )
     return "\n\n".join(blocks)
 
 

@@ -85,7 +85,7 @@ def _draw_tracks(axes: Axes, summary: Mapping[str, Any], history: Mapping[str, n
         axes.plot(x[:, head - 1], y[:, head - 1], color=colour, linewidth=0.9,
                   label=f"{name} motor")  # fmt: skip
     centre = np.column_stack([history["centre_x"], history["centre_y"]])
-    axes.plot(*(centre * MILLI).T, color=INK, label="between them")
+    axes.plot(*(centre * MILLI).T, color=INK, label="centre")
     outline = [*range(count // 2), *range(count - 1, count // 2 - 1, -1), 0]
     for row, style in ((0, ":"), (-1, "-")):
         axes.plot(x[row, outline], y[row, outline], style, color=QUIET, linewidth=1.1)
@@ -93,7 +93,7 @@ def _draw_tracks(axes: Axes, summary: Mapping[str, Any], history: Mapping[str, n
     axes.plot(*(arc * MILLI).T, "--", color=GREEN, label=_turning(summary["curvature"]))
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x [mm]")
-    axes.set_ylabel("y [mm], to the left")
+    axes.set_ylabel("y [mm], positive to the left")
     axes.legend(loc="lower left", ncols=4, bbox_to_anchor=(0.0, 1.0), columnspacing=1.0)
 
 
@@ -130,7 +130,7 @@ def _draw_steps(axes: Axes, head: int, shown: Mapping[str, np.ndarray]) -> None:
     axes.tick_params(labelbottom=False)
     speeds = axes.twinx()
     speeds.plot(t, shown["head_velocity_x"] * MILLI, color=ORANGE, linewidth=0.9)
-    speeds.set_ylabel("its speed [mm/s]", color=ORANGE)
+    speeds.set_ylabel("speed of the head [mm/s]", color=ORANGE)
     speeds.grid(visible=False)
 
 
@@ -142,7 +142,7 @@ def _draw_heights(axes: Axes, t: np.ndarray, z: np.ndarray, names: Sequence[str]
     axes.set_xlim(t[0], t[-1])
     axes.margins(y=0.02)
     axes.set_xlabel("time [ms]")
-    axes.set_ylabel("z [mm], limbs\npress below 0")
+    axes.set_ylabel("z [mm]\nbelow 0: limbs pressed")
     axes.legend(loc="upper left", ncols=z.shape[1], bbox_to_anchor=(0.0, 1.22),
                 columnspacing=1.0)  # fmt: skip
 
@@ -155,7 +155,7 @@ def _draw_contact(axes: Axes, summary: Mapping[str, Any]) -> None:
     axes.barh(names, [100.0 * share for share in shares], color=colours, height=0.6)
     axes.invert_yaxis()
     axes.set_xlim(0.0, 100.0)
-    axes.set_xlabel("share of the second half on the ground [%]")
+    axes.set_xlabel("fraction of the second half on the ground [%]")
     axes.grid(visible=False, axis="y")
     axes.tick_params(axis="y", labelcolor=QUIET)
 
@@ -174,7 +174,7 @@ def node_names(summary: Mapping[str, Any]) -> list[str]:
 
 def _turning(curvature: float | None) -> str:
     if curvature is None:
-        return "too short a run for a circle"
+        return "run too short to fit a circle"
     if abs(curvature) < STRAIGHT:
         return "straight"
     side = "left" if curvature > 0.0 else "right"
@@ -195,13 +195,13 @@ def chain_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         return f"{summary[name] * MILLI:.4g} mm"
 
     if math.isnan(summary["speed"]):
-        steady = [("speed", "not told: the run is too short")]
+        steady = [("speed", "not available: the run is too short")]
     else:
         steady = [
             ("speed", f"{mm('speed')}/s, from {mm('least_speed')}/s to {mm('greatest_speed')}/s"),
             ("settled", _settled(summary["settling_time"])),
-            ("on the ground", f"{listed(100.0 * summary['contact_shares'], '.3g')} % of the time"),
-            ("strongest in z", f"{listed(summary['dominant_frequencies'], '.4g')} Hz"),
+            ("ground contact", f"{listed(100.0 * summary['contact_shares'], '.3g')} % of the time"),
+            ("dominant frequency in z", f"{listed(summary['dominant_frequencies'], '.4g')} Hz"),
         ]
     return [
         ("motor", f"{summary['motor_force']:.4g} N"),
@@ -221,5 +221,5 @@ def _track_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     forward, sideways = (summary[f"{way}_displacement"] * MILLI for way in ("forward", "sideways"))
     return [
         ("turns", f"{_turning(summary['curvature'])}, {summary['turning_rate']:.3g} rad/s"),
-        ("came", f"{forward:.4g} mm forward, {sideways:.4g} mm to the left"),
+        ("displacement", f"{forward:.4g} mm forward, {sideways:.4g} mm to the left"),
     ]

@@ -44,7 +44,8 @@ def refuse_missing_field(frames: Frames, field: str) -> None:
     there = sorted(FIELDS.keys() & {**frames.point_data, **frames.cell_data}.keys())
     if field not in there:
         raise OutputError(
-            f"cannot colour the snapshots by {field!r}", hint=f"these are there: {', '.join(there)}"
+            f"cannot colour the snapshots by {field!r}",
+            hint=f"available fields: {', '.join(there)}",
         )
 
 

@@ -8,7 +8,7 @@ from softsim.scene.columns import CHAMBER_PRESSURE
 
 ENERGIES = {
     "internal_energy": ("internal", BLUE, "-"),
-    "hourglass_energy": ("hourglass, part of internal", BLUE, ":"),
+    "hourglass_energy": ("hourglass (part of internal)", BLUE, ":"),
     "kinetic_energy": ("kinetic", SKY, "-"),
     "external_work": ("external work", INK, "--"),  # where nothing is lost, upon the internal one
     "friction_dissipation": ("friction", ORANGE, "-"),
@@ -64,7 +64,7 @@ def contacts_drawn(history: History) -> dict[str, tuple[str, str]]:
 def time_label(history: History) -> str:
     """What the time of a run is called: a static one goes on settling when its loads stand."""
     static = "unbalanced_share" in history
-    return "time of the loads, then of settling [s]" if static else "time [s]"
+    return "time (loads, then settling) [s]" if static else "time [s]"
 
 
 def joules(largest: float) -> tuple[float, str]:

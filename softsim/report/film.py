@@ -44,11 +44,12 @@ def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path
     """
     frames = run.frames
     if frames is None or len(frames) == 0:
-        raise OutputError("the run has stored no frames to make a film of")
+        raise OutputError("the run has no stored frames, so there is no film")
     refuse_missing_field(frames, field)
     if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
         raise OutputError(
-            f"there is no program to write {path.suffix}", hint="install ffmpeg, or write a .gif"
+            f"no program to write {path.suffix} files was found",
+            hint="install ffmpeg, or write a .gif",
         )
     indices = picked(frames, most)
     pressure = single_pressure(run.history)

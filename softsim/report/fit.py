@@ -49,11 +49,11 @@ def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
     curves = [
         Series("measured", 100.0 * strain, factor * stress, QUIET),
         Series(
-            "measured, in the range of the fit",
+            "measured, fit range",
             100.0 * strain[inside], factor * stress[inside], ORANGE, POINTS,
         ),
         Series("fitted", 100.0 * x, factor * fitted, BLUE),
-        Series("fitted, beyond", 100.0 * x, factor * law, BLUE, "--"),
+        Series("fit, extrapolated", 100.0 * x, factor * law, BLUE, "--"),
     ]  # fmt: skip
     errors = [Series("relative error", 100.0 * strain[inside], 100.0 * error, RED)]
     panels = [
@@ -91,11 +91,11 @@ def fit_rows(fit: Fit) -> list[tuple[str, str]]:
             f"{fit.residual / 1e3:.3g} kPa rms, {100 * fit.relative_residual:.2g} % of the stress, "
             f"R^2 = {fit.r_squared:.5f}",
         ),
-        ("worst error", f"{100 * fit.worst_error:.3g} % at a strain of {fit.worst_strain:.3g}"),
+        ("largest error", f"{100 * fit.worst_error:.3g} % at a strain of {fit.worst_strain:.3g}"),
     ]
     for path, stretch in instability_stretch(fit.law).items():
         end = SMALLEST_STRETCH if path == "compression" else LARGEST_STRETCH
-        is_stable = f"stable: the stress rises as far as a stretch of {end:g}"
+        is_stable = f"stable: the stress rises up to a stretch of {end:g}"
         rows.append(
             (path, is_stable if stretch is None else f"UNSTABLE from a stretch of {stretch:.3g}")
         )
@@ -111,7 +111,7 @@ def scene_snippet(test: TensileTest, fit: Fit, law: str) -> str:
         f"  {name}:",
         f"    law: {law}",
         *(f"    {name}: {_in_yaml(fit.law, name)}" for name in _not_zero(fit.law)),
-        f"    density: {ASSUMED_DENSITY} kg/m^3  # assumed, a tensile test does not tell it",
+        f"    density: {ASSUMED_DENSITY} kg/m^3  # assumed; a tensile test does not give it",
         f"    strain_range: {fit.max_strain:.3g}",
         f"    source: {json.dumps(f'fit to {test.source}, uniaxial', ensure_ascii=False)}",
     ]

@@ -58,8 +58,8 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
     """
     if "branch" not in history:
         raise OutputError(
-            f"{path.parent}: a run of a version of softsim that knew no pipes with branches: its "
-            "layout is not drawn. Run the scene again"
+            f"{path.parent}: this run was made by a version of softsim without branched pipes, so "
+            "its layout is not drawn. Run the scene again"
         )
     pipes = pipes_described(frames.described)
     shown = robots(pipes, history, frames, report)
@@ -140,8 +140,8 @@ def draw_weight(axes: Axes, gravity: np.ndarray) -> None:
     strength = float(np.linalg.norm(gravity))
     if strength < LEAST_WEIGHT:
         axes.text(
-            *WEIGHT_AT, "weight acts\nacross", transform=axes.transAxes, ha="center", va="center",
-            fontsize=7.5, color=QUIET,
+            *WEIGHT_AT, "weight acts\ntransversely", transform=axes.transAxes, ha="center",
+            va="center", fontsize=7.5, color=QUIET,
         )  # fmt: skip
         return
     away = -WEIGHT_ARROW * gravity / strength

@@ -57,7 +57,7 @@ def amplitude(found: NaturalModes, mode: NaturalMode) -> float:
 
 
 def _draw_body(part: SubFigure, found: NaturalModes, body: Pictures, grid: Arrangement) -> None:
-    part.suptitle(f"body '{found.body.name}', grey at rest", fontsize=9.0)
+    part.suptitle(f"body '{found.body.name}' (grey: at rest)", fontsize=9.0)
     panels = part.subplots(grid.rows, grid.columns, sharex=True, sharey=True, squeeze=False)
     count = len(found.modes)
     for axes in panels.flat[count:]:

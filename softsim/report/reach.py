@@ -19,7 +19,7 @@ Content = Mapping[str, Any]
 
 def read_reach(folder: Path) -> dict[str, Any]:
     """The answer in a folder of softsim reach. OutputError: it is damaged."""
-    return read_json(folder / ANSWER, "the same command writes it anew")
+    return read_json(folder / ANSWER, "repeat the command to write it again")
 
 
 def draw_reach(folder: Path) -> Path:
@@ -47,8 +47,8 @@ def _draw_trials(axes: Axes, pulls: list[Content]) -> None:
             axes.axvspan(MILLI * pull["low"], MILLI * pull["high"], color=colour, alpha=0.2, lw=0)
     axes.set_xscale("symlog", linthresh=10.0)
     axes.set_xlim(left=0.0)
-    axes.set_title("What it can pull lies in the shaded bracket")
-    axes.set(xlabel="drag on the robot [mN]", ylabel="way of a cycle [mm]")
+    axes.set_title("Pulling force of the robot (between the shaded bounds)")
+    axes.set(xlabel="drag on the robot [mN]", ylabel="displacement per cycle [mm]")
     axes.legend()
 
 
@@ -56,16 +56,16 @@ def _draw_way(axes: Axes, way: Content, is_one_of_several: bool) -> None:
     """Tension of the tether and the robot's pull along a way, and how far it gets."""
     arc = np.array(way["arc_length"])
     pull, tension = (MILLI * np.array(way[name], dtype=float) for name in ("pull", "tension"))
-    axes.fill_between(arc, *pull, color=INK, alpha=0.15, lw=0, label="the robot's pull")
+    axes.fill_between(arc, *pull, color=INK, alpha=0.15, lw=0, label="pulling force of the robot")
     axes.plot(arc, pull[0], color=INK, linewidth=0.8)
-    axes.fill_between(arc, *tension, color=ORANGE, alpha=0.3, lw=0, label="tension of its tether")
+    axes.fill_between(arc, *tension, color=ORANGE, alpha=0.3, lw=0, label="tension of the tether")
     axes.plot(arc, tension[1], color=ORANGE, linewidth=1.0)
     for at in (way["least"], way["most"]):
         axes.axvline(at, color=QUIET, linewidth=0.9, linestyle="--")
     largest = max(np.nanmax(pull[np.isfinite(pull)], initial=0.0), MILLI * 1e-3)
     axes.set_ylim(0.0, MARGIN * largest)
     to = f" to '{way['exit']}'" if is_one_of_several else ""
-    axes.set_title(f"Way{to}: {way['sentence']}")
+    axes.set_title(f"Path{to}: {way['sentence']}")
     axes.set(xlabel="arc length of the layout [m]", ylabel="force [mN]")
     axes.legend(loc="upper left")
 
@@ -86,7 +86,7 @@ def in_words(band: list[float | None], factor: float, unit: str) -> str:
     """A band of numbers; one that is missing is infinite."""
     low, high = band
     if low is None:
-        return "without end"
+        return "unlimited"
     if high is None:
         return f"at least {factor * low:.3g} {unit}"
     return f"{factor * low:.3g} to {factor * high:.3g} {unit}"

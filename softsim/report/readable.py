@@ -36,12 +36,12 @@ def each(values: Sequence[float | None], factor: float, unit: str) -> str:
 def track(told: Mapping[str, float | None]) -> str:
     """How fast and how tightly a robot turns over the ground."""
     if told["speed"] is None or told["turning_rate"] is None:
-        return "too short a run to tell"
+        return "run too short to measure"
     side = "left" if told["turning_rate"] > 0.0 else "right"
     bent = told["curvature"]
     circle = "" if bent is None else f", curvature {1e-3 * abs(bent):.3g} 1/mm"
     turning = f"{abs(told['turning_rate']):.3g} rad/s to the {side}"
-    return f"{1e3 * told['speed']:.3g} mm/s ahead, {turning}{circle}"
+    return f"{1e3 * told['speed']:.3g} mm/s forward, {turning}{circle}"
 
 
 def millimetres(length: float) -> str:
@@ -71,8 +71,8 @@ MOVED = {
     "displacement_per_cycle": Entry(lambda v: each(v, 1e3, "mm")),
     "mean_speed": Entry(
         lambda v: f"{v * 1e3:.3g} mm/s",
-        "Displacement of the frame over time, in the whole pressure cycles; without any, in the "
-        "whole run.",
+        "Displacement of the frame divided by time, over the complete pressure cycles; without "
+        "cycles, over the whole run.",
     ),
     "track": Entry(track),
 }
@@ -85,34 +85,35 @@ FOUND = {
     "deflation_end_pressure": Entry(lambda v: each(v, 1e-3, "kPa")),
     "onset_pressure": Entry(
         lambda v: each(v, 1e-3, "kPa"),
-        "Pressure in each deflation at which 5 % of the forward motion was done.",
+        "Pressure in each deflation at which 5 % of the forward motion had occurred.",
     ),
     "end_pressure": Entry(
         lambda v: each(v, 1e-3, "kPa"),
-        "Pressure in each deflation at which 95 % of the forward motion was done.",
+        "Pressure in each deflation at which 95 % of the forward motion had occurred.",
     ),
     "rows_in_contact": Entry(
         lambda v: f"at most {v:g}",
-        "Largest number of rows of spikes that touched a wall at the same time.",
+        "Largest number of rows of spikes in contact with a wall at the same time.",
     ),
     "row_contact_shares": Entry(
         lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
-        "Part of the time in which each row of spikes, or limb, touched a wall, in their order.",
-        label="each row touched a wall",
+        "Fraction of the time in which each row of spikes, or limb, was in contact with a wall, "
+        "in order.",
+        label="contact time of each row",
     ),
     "mean_contact_area": Entry(
         lambda v: f"{v * 1e6:.3g} mm^2",
-        "Area that touched walls, measured on the undeformed mesh, mean over the run.",
+        "Area in contact with walls, measured on the undeformed mesh, averaged over the run.",
     ),
     "slip_share": Entry(
         lambda v: f"{100.0 * v:.0f} % of the normal impulse",
-        "Part of the walls' normal force, summed over time, on nodes that were sliding; the rest "
-        "was on nodes that stuck.",
+        "Fraction of the normal impulse of the walls that acted on sliding nodes; the rest acted "
+        "on sticking nodes.",
         label="sliding contact",
     ),
     "dominant_frequency": Entry(
         lambda v: f"{v:.4g} Hz",
-        "Strongest frequency of the frame across its direction of travel, in the last second.",
+        "Dominant frequency of the frame normal to its direction of travel, in the last second.",
         label="transverse vibration of the frame",
     ),
     "peak_pull": Entry(lambda v: f"{v:.3g} N", "Largest tension of the first tendon."),
@@ -128,20 +129,20 @@ COMPUTED = {
     "element_updates_per_second": Entry(lambda v: f"{v / 1e6:.1f} M"),
     "phases": Entry(
         lambda v: ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in v.items()),
-        "Parts of the time of an increment.",
+        "Fractions of the time of an increment.",
     ),
     "energy_error": Entry(
         lambda v: f"{100.0 * v:.3f} %",
         "Largest error of the energy balance, relative to the largest energy.",
     ),
     "largest_penetration": Entry(
-        lambda v: f"{100.0 * v:.2g} % of an element",
-        "Largest depth of a node in a wall, over the size of the elements there.",
+        lambda v: f"{100.0 * v:.2g} % of the element size",
+        "Largest penetration of a node into a wall, relative to the element size there.",
         label="penetration of walls",
     ),
     "largest_body_penetration": Entry(
-        lambda v: f"{100.0 * v:.2g} % of an element",
-        "Largest depth of a body in another one, over the size of the elements there.",
+        lambda v: f"{100.0 * v:.2g} % of the element size",
+        "Largest penetration of a body into another body, relative to the element size there.",
         label="penetration of bodies",
     ),
 }
@@ -204,7 +205,9 @@ def displacements(summary: Mapping[str, Any]) -> Iterator[Line]:
             words.append(f"{millimetres(other)} {other_direction}")
     of = "the frame" if name == "frame" else "the centre of mass of all meshed bodies"
     yield Line(
-        f"{name} displacement", ", ".join(words), f"From the start to the end of the run, of {of}."
+        f"{name} displacement",
+        ", ".join(words),
+        f"Displacement of {of} from the start to the end of the run.",
     )
     speed = summary.get("body_speed")
     if name == "body" and speed is not None and abs(value) > STANDSTILL:

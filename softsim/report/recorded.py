@@ -41,8 +41,9 @@ def recorded(folder: Path) -> Recorded:
     history, units = dict(read_history(folder / HISTORY)), read_units(folder / HISTORY)
     if len(history["time"]) == 0:
         raise OutputError(
-            f"{folder / HISTORY} has no rows yet, there is nothing to draw",
-            hint="the run was stopped before its first sample: run longer or sample more often",
+            f"{folder / HISTORY} has no rows yet, so there is nothing to draw",
+            hint="the run was stopped before its first sample: run longer, or reduce "
+            "output.history_interval",
         )
     frames = read_frames(folder / RESULTS) if (folder / RESULTS).exists() else None
     if frames is not None and is_axisymmetric(frames):

@@ -25,11 +25,11 @@ TITLES = {
     "displacement_pressure": "Displacement and pressure",
     "energies": "Energies",
     "contact_rows": "Contact with walls",
-    "deflation": "While the pressure falls",
+    "deflation": "Last deflation",
     "gait": "Gait",
     "pull": "Pull",
     "probes": "Probes",
-    "pressure_probe": "Pressure over the probes",
+    "pressure_probe": "Pressure versus probes",
 }
 """Name of a figure, as its file has it -> its title."""
 
@@ -126,7 +126,7 @@ def deflation(history: History) -> dict[str, Diagram]:
 
     kilo = smooth(history["pressure"]) / 1e3
     panels = []
-    for prefix, title in ((ROW_FORCE, "force on a row [N]"), (SIDE_FORCE, "force on a side [N]")):
+    for prefix, title in ((ROW_FORCE, "force per row [N]"), (SIDE_FORCE, "force per side [N]")):
         names = [name for name in pressed if name.startswith(prefix)]
         lines = [
             Series(name.removeprefix(prefix), kilo, smooth(history[name]), colour)
@@ -159,8 +159,8 @@ def gait(history: History) -> dict[str, Diagram]:
         touched = history[name][-ROWS_OF_A_GAIT:] > 0.0
         bar = np.where(touched, float(number), np.nan)
         touching.append(Series(row, time * MILLI, bar, colour))
-    panels = [Panel(Axis(Scale("height of a row [mm]"), heights))] if heights else []
-    panels.append(Panel(Axis(Scale("rows that touch", whole=True), touching)))
+    panels = [Panel(Axis(Scale("height of row [mm]"), heights))] if heights else []
+    panels.append(Panel(Axis(Scale("rows in contact", whole=True), touching)))
     return {"gait": Diagram(TITLES["gait"], Scale("time [ms]"), panels)}
 
 
@@ -185,7 +185,7 @@ def pull(history: History) -> Iterator[Panel]:
     """Tension of the tendon that holds the robot, and the pressure."""
     if has(history, "pull"):
         line = Series("pull", history["time"], history["pull"], BLUE)
-        scale = Scale("pull of the tendon [N]", from_zero=True)
+        scale = Scale("tendon tension [N]", from_zero=True)
         yield Panel(Axis(scale, [line]), pressure(history))
 
 

@@ -70,7 +70,7 @@ def draw_snapshots(
     have, for results without a frame, or if the disk refuses.
     """
     if len(frames) == 0:
-        raise OutputError("the results hold no frame to draw: the run stopped before the first")
+        raise OutputError("the results contain no frame to draw: the run stopped before the first")
     refuse_missing_field(frames, field)
     shown = {
         index: names

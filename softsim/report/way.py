@@ -46,11 +46,11 @@ def way(history: History, report: Report) -> Diagram:
     panels = [Panel(Axis(Scale("centre along the pipe [mm]"), series), stripes=stripes)]
     if pressurised(history):
         air = Series("air", time, history["pressure"] / 1e3, ORANGE)
-        panels.append(Panel(Axis(Scale("air [kPa]", from_zero=True), [air]), height=FLAT))
+        panels.append(Panel(Axis(Scale("pressure [kPa]", from_zero=True), [air]), height=FLAT))
     rows = Series("rows", time, history["rows_in_contact"], BLUE)
     touching = Axis(Scale("rows in contact", whole=True, from_zero=True), [rows])
     panels.append(Panel(touching, height=FLAT))
-    return Diagram("Way through the layout", Scale(time_label(history)), panels, over_time=True)
+    return Diagram("Path through the layout", Scale(time_label(history)), panels, over_time=True)
 
 
 def way_taken(report: Report) -> list[Report]:

@@ -45,7 +45,7 @@ class Region(Part):
     @model_validator(mode="after")
     def _differs(self) -> "Region":
         if self.material is None and self.thickness is None:
-            raise ValueError("a region has a material or a thickness of its own: give either")
+            raise ValueError("a region needs its own material or thickness")
         return self
 
 

@@ -72,7 +72,7 @@ class FollowerPressure(Part):
         cls, scale: tuple[tuple[float, float], ...]
     ) -> tuple[tuple[float, float], ...]:
         if scale and (len(scale) < 2 or scale[0] != (0.0, 0.0)):
-            raise ValueError("begins with [0 Pa, 0 Pa] and has one more pair at least")
+            raise ValueError("must start with [0 Pa, 0 Pa] and have at least one more pair")
         for number, (one, following) in enumerate(pairwise(scale), start=2):
             if not (following[0] > one[0] and following[1] > one[1]):
                 raise ValueError(f"pair {number} must be above pair {number - 1} in both values")
@@ -85,11 +85,11 @@ class FollowerPressure(Part):
         if profile is None or value == AS_GIVEN[info.field_name or ""]:
             return value
         if isinstance(profile, EventCyclesProfile):
-            raise ValueError("does not go with event_cycles: its pressures are those on the skin")
+            raise ValueError("does not go with event_cycles, whose pressures are those on the skin")
         if is_ever_negative(profile):
             raise ValueError(
-                "does not go with a negative pressure, which acts on the facets as given: "
-                "what on_skin, factor and offset say holds for overpressure"
+                "does not go with a negative pressure, which acts on the facets as given; "
+                "on_skin, factor and offset apply to overpressure only"
             )
         return value
 

@@ -48,7 +48,7 @@ class _Moved(Part):
     @model_validator(mode="after")
     def _is_moved_once(self) -> "_Moved":
         if (self.displacement is None) == (self.velocity is None):
-            raise ValueError("is moved by a displacement or a velocity: give one of them")
+            raise ValueError("needs either a displacement or a velocity: give one of them")
         return self
 
 
@@ -112,7 +112,7 @@ class InitialVelocity(Part):
         cls, about: tuple[float, ...] | None, info: ValidationInfo
     ) -> tuple[float, ...] | None:
         if about is not None and info.data.get("angular_velocity", 0.0) is None:
-            raise ValueError("means nothing without angular_velocity")
+            raise ValueError("has no effect without angular_velocity")
         return about
 
     @model_validator(mode="after")

@@ -76,5 +76,5 @@ class Fibre(Part):
     @model_validator(mode="after")
     def _has_one_line(self) -> "Fibre":
         if (self.points is None) == (self.helix is None):
-            raise ValueError("lies along either points or a helix: give one of them")
+            raise ValueError("needs either points or a helix: give one of them")
         return self

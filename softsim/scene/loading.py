@@ -218,8 +218,8 @@ def refuse_steps(tree: Tree) -> None:
     steps = child(tree, STEPS)
     if steps is not None:
         raise SceneError(
-            "steps: here one scene is due, without steps",
-            "softsim run and softsim check take a scene of several steps",
+            "steps: this command needs a scene without steps",
+            "softsim run and softsim check accept a scene with steps",
             steps.key_origin,
         )
 
@@ -284,7 +284,7 @@ def _listed(named: Tree) -> list[Tree]:
     for name in names:
         if not isinstance(name.value, str) or not name.value:
             raise SceneError(
-                "include: a file name is due, or a list of them",
+                "include: must be a file name or a list of file names",
                 "include: parts/skin.yaml",
                 name.origin,
             )
@@ -299,15 +299,16 @@ def _inside(folder: Path, named: Tree) -> Path:
     steps = _normal(path.relative_to(folder)) if not PurePath(name).is_absolute() else None
     if steps is None or "\0" in name:
         raise SceneError(
-            f"{name!r} leaves the scene's folder",
-            f"put the file into {folder} or below and name it relative to this one",
+            f"{name!r} is outside the folder of the scene",
+            f"put the file into {folder} or a folder below, and give its path relative to this "
+            "file",
             named.origin,
         )
     inside = folder.joinpath(*steps)
     target = os.path.realpath(inside)
     if not Path(target).is_relative_to(os.path.realpath(folder)):
         raise SceneError(
-            f"{name!r} leaves the scene's folder by a symbolic link, to {target}",
+            f"{name!r} is a symbolic link to a file outside the folder of the scene, {target}",
             f"copy the file into {folder} or below",
             named.origin,
         )
@@ -373,7 +374,7 @@ def keys_at(tree: Tree, path: str, origin: Origin, root: Model = Scene) -> Keys:
         It is not a path, or the schema or the scene does not have it.
     """
     if not PATH.fullmatch(path):
-        raise SceneError(f"{path!r} is no path of keys", 'such as "time.end"', origin)
+        raise SceneError(f"{path!r} is not a path of keys", 'such as "time.end"', origin)
     return tuple(_keys(tree, ENTRY.sub(r".\1", path).split("."), origin, root))
 
 
@@ -392,14 +393,14 @@ def _keys(tree: Tree, words: Sequence[str], origin: Origin, root: Model) -> Iter
         else:
             key = word
             if held is not None and held.value is not None and not isinstance(held.value, dict):
-                raise SceneError(f"{words[position - 1]} holds no keys", location=origin)
+                raise SceneError(f"{words[position - 1]} has no keys below it", location=origin)
         place = place.variant(plain(held) if held else {}) if place else None
         following = child(held, key) if held else None
         if place and following is None:
             known = list(place.models[0].model_fields) if len(place.models) == 1 else []
             names = list(held.value) if held and isinstance(held.value, dict) else []
             if (known and word not in known) or (not place.models and not is_last):
-                hint = f"nothing is written there: give '{'.'.join(words[:position])}' whole"
+                hint = f"nothing is set there: give '{'.'.join(words[:position])}' as a whole"
                 if known or names:
                     hint = did_you_mean(word, known or names)
                 raise SceneError(f"there is no '{'.'.join(words[: position + 1])}'", hint, origin)
@@ -412,7 +413,7 @@ def _index(held: Tree, word: str, origin: Origin) -> int:
     count = len(held.value) if isinstance(held.value, list) else 0
     if not re.fullmatch(r"[0-9]{1,6}", word) or int(word) >= count:
         raise SceneError(
-            f"'{word}' is no entry of this list",
+            f"'{word}' is not an entry of this list",
             f"entries 0 to {count - 1}" if count else "",
             origin,
         )

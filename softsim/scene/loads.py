@@ -111,7 +111,7 @@ class OverTime(Part):
     @classmethod
     def _one_of_both(cls, profile: Any, info: ValidationInfo) -> Any:
         if profile is not None and info.data.get("ramp", 0.0) != 0.0:
-            raise ValueError("does not go with ramp: both say how the load rises")
+            raise ValueError("does not go with ramp: both define how the load rises")
         return profile
 
 
@@ -310,16 +310,11 @@ class PulledCable(OverTime):
         drives = ("pull", "pull_profile", "tension", "tension_profile")
         given = [key for key in drives if getattr(self, key) is not None]
         if len(given) != 1:
-            raise ValueError(
-                "is driven by either a pull or a tension: give one of " + ", ".join(drives)
-            )
+            raise ValueError("needs either a pull or a tension: give one of " + ", ".join(drives))
         if given[0].startswith("pull") != (self.stiffness is not None):
-            raise ValueError("needs a stiffness where it is drawn in by a pull, and only there")
+            raise ValueError("needs a stiffness with a pull, and only then")
         if given[0].endswith("_profile") and (self.profile is not None or self.ramp != 0.0):
-            raise ValueError(
-                f"{given[0]} has the values over time: leave out profile and ramp, which are of a "
-                "pull or a tension of full value"
-            )
+            raise ValueError(f"{given[0]} gives the values over time: leave out profile and ramp")
         return self
 
 

@@ -69,7 +69,7 @@ class _Rubber(Part):
     def _one_compressibility(cls, value: float | None, info: ValidationInfo) -> float | None:
         earlier = [n for n in ("bulk_modulus", "D1") if info.data.get(n) is not None]
         if value is not None and earlier:
-            raise ValueError(f"says the same thing as {earlier[0]}: give one of them")
+            raise ValueError(f"defines the same property as {earlier[0]}: give one of them")
         return value
 
     @field_validator("prony")
@@ -77,14 +77,14 @@ class _Rubber(Part):
     def _something_remains(cls, prony: tuple[PronyTerm, ...]) -> tuple[PronyTerm, ...]:
         total = sum(term.g for term in prony)
         if total >= 1.0:
-            raise ValueError(f"the g of all terms add up to {total:g}: must stay below 1")
+            raise ValueError(f"the g of all terms add up to {total:g}; the sum must be less than 1")
         return prony
 
     @field_validator("spectrum")
     @classmethod
     def _one_viscoelasticity(cls, value: Spectrum | None, info: ValidationInfo) -> Spectrum | None:
         if value is not None and info.data.get("prony"):
-            raise ValueError("says the same thing as prony: give one of them")
+            raise ValueError("defines the same property as prony: give one of them")
         return value
 
 

@@ -41,9 +41,9 @@ class BendItem(Part):
     @classmethod
     def _less_than_a_turn(cls, bend: float) -> float:
         if bend == 0.0:
-            raise ValueError("a bend must not be 0: write straight: instead")
+            raise ValueError("a bend must not be 0: use straight instead")
         if abs(bend) >= 2.0 * math.pi:
-            raise ValueError("a bend must be less than 360 deg: it would run into itself")
+            raise ValueError("a bend must be less than 360 deg, or it would cross itself")
         return bend
 
 

@@ -39,7 +39,7 @@ class PolylineWall(Part):
     def _points_or_file(cls, file: str | None, info: ValidationInfo) -> str | None:
         points = info.data.get("points", ())
         if points is None and file is None:
-            raise ValueError("a polyline needs points, or a file that has them")
+            raise ValueError("a polyline needs points, or a file with points")
         if points and file is not None:
-            raise ValueError("has its points already: give points or a file")
+            raise ValueError("already has points: give points or a file")
         return file

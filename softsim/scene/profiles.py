@@ -135,7 +135,7 @@ class Table(Profile[Q]):
     def _times_rise(cls, points: tuple[tuple[float, Q], ...]) -> tuple[tuple[float, Q], ...]:
         for number, (one, following) in enumerate(pairwise(points)):
             if following[0] <= one[0]:
-                raise ValueError(f"point {number + 1} must come later than point {number}")
+                raise ValueError(f"point {number + 1} must be later than point {number}")
         return points
 
     @property

@@ -51,7 +51,7 @@ class Quantity:
         if self.word is not None and value == self.word:
             return self.word
         if isinstance(value, bool) or not isinstance(value, str | int | float):
-            raise self._refusal("must be one text with a number and a unit")
+            raise self._refusal("must be a text with a number and a unit")
         try:
             number = units.parse(str(value), self.unit)
         except ValueError as error:
@@ -62,10 +62,10 @@ class Quantity:
         if self.bound == "not negative" and number < 0.0:
             raise self._refusal(f"{value!r} must not be less than {zero}")
         if self.bound == "within a turn" and abs(number) > TURN:
-            raise self._refusal(f"{value!r} is more than a whole turn")
+            raise self._refusal(f"{value!r} is more than one turn")
         if (self.bound == "positive" and number < IN_RANGE[0]) or abs(number) > IN_RANGE[1]:
             size = "small" if abs(number) < 1.0 else "large"
-            raise self._refusal(f"{value!r} is too {size} to compute with")
+            raise self._refusal(f"{value!r} is too {size} to be represented")
         return number
 
     def _refusal(self, problem: str) -> PydanticCustomError:
@@ -223,7 +223,9 @@ def _axis_vector(value: Any) -> Any:
     if not isinstance(value, str):
         return value
     if value not in AXES:
-        raise ValueError(f"{value!r} is no axis: write x, y, z or three numbers, such as [1, 0, 1]")
+        raise ValueError(
+            f"{value!r} is not an axis: write x, y, z or three numbers, such as [1, 0, 1]"
+        )
     return AXES[value]
 
 

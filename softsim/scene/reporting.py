@@ -82,8 +82,8 @@ class _Stray:
         """Return the error that says where the key belongs."""
         key = _printable(str(self.keys[-1]))
         return SceneError(
-            f"'{key}' stands one level too far out: it belongs to '{_printable(self.owner)}'",
-            f"indent it, and what is below it, as deep as the other keys of '{self.owner}'",
+            f"'{key}' is one level too far out: it belongs to '{_printable(self.owner)}'",
+            f"indent it, and everything below it, as deep as the other keys of '{self.owner}'",
             nearest(tree, self.keys)[0].key_origin,
         )
 
@@ -151,7 +151,7 @@ def _problem(
     if kind.startswith("union_tag"):
         return _unknown_variant(place, tree)
     if loc[-1:] == ("[key]",):
-        message = f"{item['input']!r} is no name: letters, digits, _ and - make one"
+        message = f"{item['input']!r} is not a name: use letters, digits, _ and - only"
         return SceneError(
             message, location=nearest(tree, (*place.keys, item["input"]))[0].key_origin
         )
@@ -207,8 +207,10 @@ def _unknown_variant(place: Place, tree: Tree) -> SceneError:
     others = [first_key(model) for model in place.models if not discriminators(model)]
     if not tags:
         words = [key for key in held.value if difflib.get_close_matches(key, others)]
-        hint = did_you_mean(words[0], others) if words else f"begin with {', '.join(others)}"
-        return SceneError(f"{name}: says not what it is", hint, held.origin)
+        hint = (
+            did_you_mean(words[0], others) if words else (f"start with one of {', '.join(others)}")
+        )
+        return SceneError(f"{name}: does not state its kind", hint, held.origin)
     key, allowed = tags[0][0], [tag for _, tag in tags]
     choice = " or ".join([f"{key}: {' | '.join(allowed)}", *(f"{other}: ..." for other in others)])
     if key not in held.value:

@@ -16,7 +16,8 @@ def _rises(band: tuple[float, float]) -> tuple[float, float]:
         raise ValueError(f"must rise, from the lowest to the highest: {band[0]:g}, {band[1]:g} Hz")
     if band[1] > WIDEST_BAND * band[0]:
         raise ValueError(
-            f"{band[0]:g} to {band[1]:g} Hz is too wide to fit: at most a factor of {WIDEST_BAND:g}"
+            f"{band[0]:g} to {band[1]:g} Hz is too wide to fit: the limit is a factor of "
+            f"{WIDEST_BAND:g}"
         )
     return band
 

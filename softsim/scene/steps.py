@@ -130,20 +130,20 @@ def steps_said(tree: Tree) -> Mapping[str, Tree]:
     if not parts:
         held = child(tree, STEPS)
         raise SceneError(
-            "steps: names of steps are due, and what each says",
+            "steps: must be a mapping of step names to their keys",
             "steps: {inflate: {time: {end: 1 s}}, shake: {time: {end: 2 s}}}",
             held.origin if held else None,
         )
     for name, part in parts.items():
         if not re.fullmatch(NAME, name):
             raise SceneError(
-                f"a step cannot be called '{name}': its folder is",
-                "letters, digits, _ and -, a letter or _ first",
+                f"'{name}' is not a valid name of a step, which is also the name of its folder",
+                "use letters, digits, _ and -, starting with a letter or _",
                 part.key_origin,
             )
         if not isinstance(part.value, dict):
             raise SceneError(
-                f"steps.{name}: a mapping of keys to values is due", location=part.origin
+                f"steps.{name}: must be a mapping of keys to values", location=part.origin
             )
     return parts
 
@@ -198,37 +198,38 @@ def refuse_change(before: Step, step: Step, number: int) -> None:
         if _at(earlier, keys) != _at(now, keys):
             raise refused(
                 keys, f"{'.'.join(keys)} cannot change between steps",
-                "steps change loads, conditions, friction, gravity, time, solver and output",
+                "steps can change loads, conditions, friction, gravity, time, solver and output",
             )  # fmt: skip
     if now.time.procedure == "dynamic" and now.time.settle is not None:
         raise refused(
-            ("time", "settle"), "bodies settle before the first step",
-            "write settle into that one, or give this step procedure: static",
+            ("time", "settle"), "bodies settle before the first step only",
+            "write settle into the first step, or give this step procedure: static",
         )  # fmt: skip
     for name, condition in now.conditions.items():
         if condition == earlier.conditions.get(name):
             continue
         if isinstance(condition, InitialVelocity):
             raise refused(
-                ("conditions", name), "bodies have the velocity of the step before",
+                ("conditions", name), "bodies keep the velocity of the previous step",
                 "write an initial velocity into the first step",
             )  # fmt: skip
         if isinstance(earlier.conditions.get(name), WallMotion):
             raise refused(
-                ("conditions", name), f"'{name}' moves a wall already, which would jump back",
-                "let the table of the step before say all of its way",
+                ("conditions", name), f"'{name}' already moves a wall, which would jump back",
+                "let the table of the previous step contain the whole motion",
             )  # fmt: skip
     for name, condition in earlier.conditions.items():
         if isinstance(condition, WallMotion) and name not in now.conditions:
             raise refused(
                 ("conditions",), f"without '{name}' the wall that it moves would jump back",
-                "leave it: a wall stays where its table ends",
+                "keep it: a wall stays at the end of its table",
             )  # fmt: skip
     for name, load in now.loads.items():
         if isinstance(load, FROM_REST) and type(load) is not type(earlier.loads.get(name)):
             raise refused(
-                ("loads", name), f"what '{name}' holds counts from the rest shape and place on",
-                f"write it, of kind {load.kind}, into the first step",
+                ("loads", name), f"'{name}' starts from the shape at rest, so a later step cannot "
+                    "add it",
+                f"define it in the first step, with kind {load.kind}",
             )  # fmt: skip
 
 

@@ -24,7 +24,9 @@ from softsim.scene.quantities import (
 
 def _up_to_upright(slope: float) -> float:
     if not 0.0 < slope <= math.radians(90.0) * (1.0 + 1e-12):
-        raise ValueError(f"{math.degrees(slope):.6g} deg: a slope is above 0 and up to 90 deg")
+        raise ValueError(
+            f"{math.degrees(slope):.6g} deg: a slope must be greater than 0 and at most 90 deg"
+        )
     return slope
 
 

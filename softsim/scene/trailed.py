@@ -10,7 +10,7 @@ from softsim.scene.quantities import Number, PositiveLineDensity, written
 
 def _rising(limits: tuple[float, float]) -> tuple[float, float]:
     if limits[0] > limits[1]:
-        raise ValueError(f"the lower limit comes first: [{limits[1]:g}, {limits[0]:g}]")
+        raise ValueError(f"the lower limit must come first: [{limits[1]:g}, {limits[0]:g}]")
     return limits
 
 

@@ -22,10 +22,10 @@ INT = re.compile(r"[-+]?[0-9]+")
 FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
 
 HINTS = {
-    "mapping values are not allowed here": 'a text with ": " in it needs quotes',
+    "mapping values are not allowed here": 'put a text that contains ": " in quotes',
     "'\\t' that cannot start any token": "indent with spaces, not with tabs",
-    "could not find expected ':'": 'a key is followed by ": ", and its parts by a deeper indent',
-    "expected <block end>": "keys of one mapping stand below each other, equally far in",
+    "could not find expected ':'": 'write ": " after a key, and indent the keys below it',
+    "expected <block end>": "keys of one mapping must have the same indentation",
     "expected a single document": "one file holds one scene: remove the --- between them",
     "undefined alias": "an anchor (&name) must come before its alias (*name)",
 }
@@ -90,15 +90,15 @@ def read_file(path: Path, kind: str = "scene") -> Tree:
         raise SceneError(f"{str(path)!r} cannot be read: {error}") from None
     if len(content) > LARGEST_FILE:
         raise SceneError(
-            f"{path}: larger than {LARGEST_FILE // 1_000_000} MB, which no {kind} is",
+            f"{path}: is larger than {LARGEST_FILE // 1000000} MB, too large for a {kind}",
             hint="give a mesh by name: file: mesh.msh",
         )
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise SceneError(
-            f"{path}: is no UTF-8 text",
-            hint=f"a {kind} is a YAML file; a mesh goes under mesh: file: of a scene",
+            f"{path}: is not UTF-8 text",
+            hint=f"a {kind} is a YAML file; give a mesh as mesh: file: in a scene",
         ) from None
     lines = LINE_BREAK.split(text)
 
@@ -129,13 +129,13 @@ def read_text(text: str, place: Place) -> Tree | None:
         message = f"has a character that YAML does not allow: {chr(int(error.character))!r}"
         raise SceneError(message, location=place(*_line_and_column(text, error.position))) from None
     except yaml.MarkedYAMLError as error:
-        problem = error.problem or error.context or "no valid YAML"
+        problem = error.problem or error.context or "not valid YAML"
         hint = next((h for part, h in HINTS.items() if part in f"{error.context} {problem}"), "")
         mark = error.problem_mark or error.context_mark
         where = (mark.line, mark.column) if mark else (0, 0)
         raise SceneError(problem, hint, place(*where)) from None
     except (ValueError, OverflowError) as error:  # an escape such as "\UFFFFFFFF"
-        raise SceneError(f"no valid YAML: {error}", location=place(0, 0)) from None
+        raise SceneError(f"not valid YAML: {error}", location=place(0, 0)) from None
     if node is None:
         return None
     builder = _TreeBuilder(place)
@@ -162,9 +162,9 @@ class _TreeBuilder:
         origin = self.origin(node)
         self.count += 1
         if self.count > MOST_NODES:
-            raise SceneError(f"more than {MOST_NODES} values", "aliases count", origin)
+            raise SceneError(f"more than {MOST_NODES} values", "aliases are counted too", origin)
         if id(node) in self.open:
-            raise SceneError("an anchor holds its own alias", location=origin)
+            raise SceneError("an anchor contains its own alias", location=origin)
         self.open.add(id(node))
         value, text = self._value(node, origin)
         self.open.remove(id(node))
@@ -179,14 +179,14 @@ class _TreeBuilder:
             return [self.build(entry, self.origin(entry)) for entry in node.value], ""
         if isinstance(node, yaml.ScalarNode):
             return scalar(node, origin), node.value
-        raise SceneError(f"the tag {node.tag!r} is not read here", "write plain values", origin)
+        raise SceneError(f"the tag {node.tag!r} is not supported", "write plain values", origin)
 
     def _mapping(self, node: yaml.MappingNode) -> dict[str, Tree]:
         entries: dict[str, Tree] = {}
         for key_node, value_node in node.value:
             origin = self.origin(key_node)
             if not isinstance(key_node, yaml.ScalarNode):
-                raise SceneError("a key must be a word, not a list or mapping", location=origin)
+                raise SceneError("a key must be a word, not a list or a mapping", location=origin)
             key = key_node.value
             if key in entries:
                 first = entries[key].key_origin
@@ -206,8 +206,8 @@ def scalar(node: yaml.ScalarNode, origin: Origin) -> Scalar:
     }
     name = node.tag.removeprefix(TAG)
     if name not in read:
-        raise SceneError(f"the tag {node.tag!r} is not read here", "write plain values", origin)
+        raise SceneError(f"the tag {node.tag!r} is not supported", "write plain values", origin)
     try:
         return read[name](node.value)
     except ValueError:  # `!!int x`, or thousands of digits
-        raise SceneError("not readable as a number", location=origin) from None
+        raise SceneError("cannot be read as a number", location=origin) from None

@@ -62,8 +62,8 @@ def repeated_assessment(
     factors = _factors(loaded, spread)
     if not factors:
         raise SceneError(
-            "nothing varies: the scene has no friction, no written start of its pipe and no motor",
-            "give a range of friction or of the start above zero",
+            "nothing varies: the scene has no friction, no explicit start of its pipe and no motor",
+            "set a range of friction or of the start greater than zero",
             Option(f"--repeats {spread.count}"),
         )
     varied = {factor["key"] for factor in factors.values()}
@@ -108,6 +108,6 @@ def _factors(loaded: LoadedScene, spread: Spread) -> dict[str, dict[str, Any]]:
             found[f"phase_of_{name}"] = {
                 "key": f"loads.{name}.phase",
                 "range": ["0 deg", "360 deg"],
-                "about": f"angle at which {name} starts",
+                "about": f"phase angle of {name} at the start",
             }
     return found

@@ -71,7 +71,7 @@ class Bisection:
         while high - low > self.tolerance:
             middle = self.middle(low, high)
             if not low < middle < high:
-                raise ValueError(f"nothing of six digits lies between {low:g} and {high:g}")
+                raise ValueError(f"no number of six digits lies between {low:g} and {high:g}")
             low, high = max((low, middle), (middle, high), key=lambda part: part[1] - part[0])
             count += 1
         return count
@@ -191,8 +191,8 @@ def bisection_of(
         known = [one.name for one in columns if one.of in produced and produced[one.of].is_share]
         known = known or [name for name, measure in produced.items() if measure.is_share]
         raise SceneError(
-            f"{column.name} is no share from 0 to 1, which could cross {design.share:g}",
-            f"such as {', '.join(known)}" if known else "", at["measure"].origin,
+            f"{column.name} is not between 0 and 1, so it cannot cross {design.share:g}",
+            f"possible: {', '.join(known)}" if known else "", at["measure"].origin,
         )  # fmt: skip
     tolerance = _tolerance(factor, interval, at["tolerance"])
     sought = Bisection(
@@ -215,12 +215,12 @@ def _bisected(name: str, factors: Sequence[Factor], named: Tree, tree: Tree) -> 
     places = {factor: nearest(tree, ("factors", factor))[0].key_origin for factor in known}
     if not isinstance(found, NumberFactor) or not isinstance(found.space, Interval):
         raise SceneError(
-            f"{name} is bisected: it takes any value between two ends",
+            f"{name} is bisected, so it needs a continuous range",
             "give it range or log_range, without a count", places[name],
         )  # fmt: skip
     for other, factor in known.items():
         if other != name and isinstance(factor.space, Interval):
-            message = f"{other}: a bisection needs the number of its values"
+            message = f"{other}: with a bisection, this factor needs a number of values"
             raise SceneError(message, "give a count, or values", places[other])
     return found
 
@@ -235,7 +235,7 @@ def _tolerance(factor: NumberFactor, interval: Interval, written: Tree) -> float
         raise SceneError("a tolerance must be greater than 0", "", written.origin)
     if tolerance >= width:
         raise SceneError(
-            f"a tolerance of {reading.text(tolerance)} leaves nothing to bisect",
+            f"with a tolerance of {reading.text(tolerance)} there is nothing to bisect",
             f"the range is {reading.text(width)} wide", written.origin,
         )  # fmt: skip
     return tolerance

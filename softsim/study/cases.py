@@ -180,7 +180,7 @@ def refuse_overwriting(settings: Sequence[Setting], earlier: Sequence[Setting] =
         for other in known:
             if _is_at_or_below(other.path, one.path):
                 hint = f"{other.path}, at {other.path_origin}"
-                raise SceneError(f"{one.path} is set already", hint, one.path_origin)
+                raise SceneError(f"{one.path} is already set", hint, one.path_origin)
         known.append(one)
 
 

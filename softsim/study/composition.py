@@ -118,11 +118,11 @@ def refuse_what_chains_lack(tree: Tree) -> None:
     """SceneError at a robot that a chain is to take, or at trials of it that are to be stopped."""
     robot, objective = child(tree, "robot"), child(tree, "optimize")
     if robot is not None and robot.value is not None:
-        raise SceneError("a chain is a robot already", "leave robot out", robot.key_origin)
+        raise SceneError("a chain already is a robot", "leave robot out", robot.key_origin)
     prune = None if objective is None else child(objective, "prune")
     if prune is not None and prune.value is not None:
         hint = "leave prune out: a chain takes seconds"
-        raise SceneError("trials of a chain are not stopped early", hint, prune.key_origin)
+        raise SceneError("the trials of a chain cannot be stopped early", hint, prune.key_origin)
 
 
 def refuse_other_than_one_scene(study: Study, tree: Tree) -> None:
@@ -137,7 +137,7 @@ def refuse_other_than_one_scene(study: Study, tree: Tree) -> None:
         raise SceneError("the study names no scene", hint, tree.origin)
     if len(places) > 1:
         hint = "give one: scene, or a factor with scenes"
-        raise SceneError("the scene is chosen twice", hint, places[-1])
+        raise SceneError("the scene is given twice", hint, places[-1])
 
 
 def checked_scenes(
@@ -187,7 +187,7 @@ def refuse_wrong_repeat(
         scene_with(type(loaded.scene), loaded.tree, loaded.path, settings)
     except SceneError as error:
         message = f"in repeat {repeat}: {error.message}"
-        hint = "a smaller deviation keeps within limits"
+        hint = "use a smaller deviation to stay within the limits"
         raise SceneError(message, hint, error.location) from None
 
 
@@ -200,5 +200,5 @@ def brought_about(error: SceneError, factor: Factor, value: Value) -> SceneError
     if not settings or error.location in own:
         return error
     shown = value if isinstance(value, str) else f"{value:.6g} {factor.axis.unit}".rstrip()
-    message = f"{factor.axis.name} = {shown} does not go with the rest"
+    message = f"{factor.axis.name} = {shown} does not fit the other settings"
     return SceneError(message, "", settings[0].origin, [error])

@@ -45,9 +45,9 @@ def settings(study: LoadedStudy) -> list[tuple[str, str]]:
 
 def space_text(axis: Axis, space: Space) -> str:
     """The values of a factor."""
-    spacing = ", in equal ratios" if axis.logarithmic else ""
+    spacing = ", logarithmic" if axis.logarithmic else ""
     if isinstance(space, Interval):
-        return f"any from {space.low:g} to {space.high:g}{spacing}"
+        return f"{space.low:g} to {space.high:g}, continuous{spacing}"
     shown = [value if isinstance(value, str) else f"{value:g}" for value in space]
     if len(shown) > MOST_SHOWN:
         return f"{len(shown)} values, {', '.join(shown[:3])} ... {shown[-1]}{spacing}"
@@ -59,10 +59,10 @@ def sought_text(study: LoadedStudy, sought: Bisection) -> str:
     axis = next(axis for axis in study.factors if axis.name == sought.factor)
     cell_count = study.case_count // sought.most_runs
     return (
-        f"bisection: where {sought.measure} crosses {sought.share:g} as {axis.name} rises, to "
+        f"bisection: where {sought.measure} crosses {sought.share:g} as {axis.name} increases, to "
         f"within {sought.tolerance:g} {axis.unit}".rstrip()
-        + ", assumed to be once; in "
-        f"{count_text(cell_count, 'cell')} at most {count_text(study.case_count, 'case')}"
+        + f", assumed to happen once; in {count_text(cell_count, 'cell')} at most "
+        f"{count_text(study.case_count, 'case')}"
     )
 
 

@@ -93,14 +93,14 @@ def refuse_misfit(design: PointDesign, factors: Sequence[Factor], tree: Tree) ->
             if isinstance(factor.space, Interval):
                 place = nearest(tree, ("factors", factor.axis.name))[0]
                 raise SceneError(
-                    f"{factor.axis.name}: a grid needs the number of its values",
+                    f"{factor.axis.name}: a grid needs a number of values",
                     "give a count, or another design", place.key_origin,
                 )  # fmt: skip
     elif isinstance(design, SobolDesign) and design.count & (design.count - 1):
         below = 1 << (design.count.bit_length() - 1)
         raise SceneError(
-            f"count: {design.count} is no power of two, so the sequence would not be even",
-            f"take {below} or {2 * below}", nearest(tree, ("design", "count"))[0].origin,
+            f"count: {design.count} is not a power of two, so the sequence would not be uniform",
+            f"use {below} or {2 * below}", nearest(tree, ("design", "count"))[0].origin,
         )  # fmt: skip
 
 
@@ -138,7 +138,7 @@ class Perturbation:
         place = place_in(root, loaded.tree, keys)
         value = value_at(loaded.scene, keys)
         if place is None or place.is_whole or not isinstance(value, float):
-            hint = "a key with a quantity or a number can be, once it has one"
+            hint = "only keys with a number or a quantity can be perturbed; set a value first"
             raise self._refusal(f"{self.path} is {value!r}, which cannot be perturbed", hint)
         number = value + float(self.draws[repeat - 1]) * self._deviation(value, place)
         unit = place.quantity.unit if place.quantity is not None else ""
@@ -153,7 +153,7 @@ class Perturbation:
         if place.quantity is not None:
             return float(quantity_of(self.written, place.quantity))
         if isinstance(self.written.value, bool) or not isinstance(self.written.value, int | float):
-            raise self._refusal("a deviation is a number here, or a share such as 10 %", "")
+            raise self._refusal("the deviation must be a number, or a percentage such as 10 %", "")
         return float(self.written.value)
 
     def _refusal(self, message: str, hint: str) -> SceneError:

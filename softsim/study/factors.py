@@ -255,7 +255,7 @@ def written_values(
     if in_list is not None:
         for key, held in [*given.items(), ("count", count)]:
             if held is not None:
-                message = f"{key}: the cases of the list give its values"
+                message = f"{key}: the cases of the list already give its values"
                 raise SceneError(message, "leave it out", held.key_origin)
         return in_list
     if not given:
@@ -263,16 +263,18 @@ def written_values(
         raise SceneError(f"{name} has no values", hint, tree.key_origin)
     (first, _), *others = given.items()
     for key, held in others:
-        raise SceneError(f"{key}: {first} has its values already", "give one", held.key_origin)
+        raise SceneError(
+            f"{key}: the values are already given by {first}", "give one", held.key_origin
+        )
     if count is not None and part.values is not None:
-        raise SceneError("count: means nothing beside values", "leave it out", count.key_origin)
+        raise SceneError("count: has no effect with values", "leave it out", count.key_origin)
     return listed(tree, first)
 
 
 def labels_of_key(name: str, part: KeyFactor, path: Tree, written: Sequence[Tree]) -> LabelFactor:
     """A key whose values are texts. SceneError: a range of them."""
     if part.range or part.log_range:
-        raise SceneError("a range has two numbers", "give values", written[0].origin)
+        raise SceneError("a range needs two numbers", "give values", written[0].origin)
     if part.values is not None:
         _refuse_twice([one.text for one in written], written)
     choices = {
@@ -302,9 +304,11 @@ def _between(
     """The interval of a range, or its levels where it has a count."""
     low, high = ends
     if not low < high:
-        raise SceneError("a range rises: its second end is above its first", "", written[1].origin)
+        raise SceneError(
+            "a range must rise: its second end must be above its first", "", written[1].origin
+        )
     if part.log_range is not None and not (low > 0.0 and not reading.is_whole):
-        hint = "equal ratios begin above 0, and whole numbers do not have them"
+        hint = "a log_range must start above 0, and is not possible for whole numbers"
         raise SceneError("no value for log_range", hint, written[0].origin)
     interval = Interval(low, high, part.log_range is not None, reading.is_whole)
     if part.count is None:
@@ -312,7 +316,7 @@ def _between(
     levels = interval.levels(part.count)
     broken = [level for level in levels if reading.is_whole and not float(level).is_integer()]
     if broken:
-        message = f"{part.count} values of it are not whole: {broken[0]:g}"
+        message = f"{part.count} of its values are not whole numbers: {broken[0]:g}"
         raise SceneError(message, "give values, or another count", written[1].origin)
     return levels
 

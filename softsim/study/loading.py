@@ -153,8 +153,10 @@ class LoadedStudy:
     def _design(self) -> PointDesign:
         if self.design is None:
             place = nearest(self.tree, ("optimize",))[0].key_origin
-            hint = "softsim optimize runs it; or give it a design: {kind: grid}"
-            raise SceneError("the study only says what to optimise, not what to run", hint, place)
+            hint = "use softsim optimize, or give it a design: {kind: grid}"
+            raise SceneError(
+                "the study defines an optimization and no design to sweep", hint, place
+            )
         return self.design
 
 
@@ -234,7 +236,7 @@ def refuse_taken_names(study: Study, tree: Tree) -> None:
     names = [("factors", name) for name in study.factors if name in TAKEN]
     names += [("measures", name) for name in study.measures if name in (*TAKEN, *study.factors)]
     for keys in names:
-        message, place = f"a table has a column {keys[1]} already", nearest(tree, keys)[0]
+        message, place = f"a table already has a column {keys[1]}", nearest(tree, keys)[0]
         raise SceneError(message, "give it another name", place.key_origin)
 
 
@@ -263,5 +265,5 @@ def _scalar(value: Any, origin: Option) -> Scalar:
         return str(value)
     if value is None or isinstance(value, str | int | float):
         return value
-    hint = "numbers, texts, lists and mappings of them can"
+    hint = "only numbers, texts, lists and mappings can"
     raise SceneError(f"a {type(value).__name__} cannot be part of a study", hint, origin)

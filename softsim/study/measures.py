@@ -126,26 +126,24 @@ def measure_column(
         return _history_column(name, part, tree, recorded[part.of])
     if part.of not in produced:
         known = [*produced, *recorded]
-        message = f"no run of this scene tells {part.of!r}"
+        message = f"no run of this scene has the result {part.of!r}"
         hint = did_you_mean(part.of, known)
         if part.of in recorded:
             message, hint = f"{part.of} is a column of the history", f"give take: {TAKES}"
         raise _refusal(tree, "of", message, hint)
     for key, given in (("from", part.begin), ("to", part.to)):
         if given is not None:
-            hint = (
-                f"the columns of the history have rows: {', '.join(recorded)}; and say what to take"
-            )
-            raise _refusal(tree, key, f"{part.of} has no rows over time", hint)
+            hint = f"columns of the history: {', '.join(recorded)}; they need the key take"
+            raise _refusal(tree, key, f"{part.of} has no values over time", hint)
     measure = produced[part.of]
     if part.take == SLOPE:
-        hint = f"columns of the history have one: {', '.join(recorded)}"
+        hint = f"columns of the history have: {', '.join(recorded)}"
         raise _refusal(tree, "take", f"{part.of} has no slope over time", hint)
     if measure.listed and part.take is None:
         hint = "give take: first, last, mean, min or max"
-        raise _refusal(tree, "of", f"{part.of} has a number a {measure.listed}", hint)
+        raise _refusal(tree, "of", f"{part.of} has one number per {measure.listed}", hint)
     if part.take is not None and not measure.listed:
-        raise _refusal(tree, "take", f"{part.of} is one value, no list", "leave take out")
+        raise _refusal(tree, "take", f"{part.of} is a single value, not a list", "leave take out")
     unit, size = _unit_of(part, tree, measure.unit)
     return MeasureColumn(
         name, unit, measure.is_label, about=part.about, of=part.of, take=part.take, size=size
@@ -158,14 +156,14 @@ def _history_column(name: str, part: MeasurePart, tree: Tree, measure: Measure) 
     if part.take == SLOPE:
         si = f"{si}/s"
         if si not in KINDS:
-            raise _refusal(tree, "take", f"a slope of {part.of} has no unit", "take another value")
+            raise _refusal(tree, "take", f"a slope of {part.of} has no unit", "use another `take`")
     window = [-math.inf, math.inf]
     for k, key in enumerate(("from", "to")):
         held = child(tree, key)
         if held is not None:
             window[k] = Reading(Quantity("s"), "s").number(held)
     if not window[0] < window[1]:
-        raise _refusal(tree, "to", "the window ends before it begins", "give a later time")
+        raise _refusal(tree, "to", "the window ends before it starts", "give a later time")
     unit, size = _unit_of(part, tree, si)
     begin, end = window
     return HistoryColumn(
@@ -262,8 +260,8 @@ def _mismatch(
 ) -> Mismatch:
     """The distance to what `match` says of the measures that are called `references`."""
     if MISMATCH in [column.name for column in columns]:
-        message = f"the column {MISMATCH} is the optimisation's own"
-        raise SceneError(message, "give the measure of this name another one", tree.key_origin)
+        message = f"the column {MISMATCH} is reserved for the optimization"
+        raise SceneError(message, "give the measure another name", tree.key_origin)
     scales, targets = child(tree, "scale"), []
     for name in references:
         written = nearest(tree, ("match", name))[0]
@@ -275,14 +273,14 @@ def _mismatch(
         scale = abs(reference) if spread is None else reading.number(spread)
         if not scale > 0.0:
             raise SceneError(
-                f"a deviation of {name} that counts as 1 must be greater than 0",
-                f"write one: scale: {{{name}: ...}}",
+                f"the scale of {name} must be greater than 0",
+                f"give one: scale: {{{name}: ...}}",
                 (spread or written).origin,
             )
         targets.append(Target(column, reference, scale))
     return Mismatch(
         MISMATCH,
-        about="distance to the reference values, 0 where all are met",
+        about="distance to the reference values; 0 if all are met",
         targets=tuple(targets),
     )
 
@@ -295,5 +293,7 @@ def number_column(name: str, columns: Sequence[MeasureColumn], written: Tree) ->
             f"there is no measure {name!r}", did_you_mean(name, list(known)), written.origin
         )
     if known[name].is_label:
-        raise SceneError(f"{name} is a text: nothing is larger or smaller", "", written.origin)
+        raise SceneError(
+            f"{name} is a text and cannot be minimized or maximized", "", written.origin
+        )
     return known[name]

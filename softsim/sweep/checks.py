@@ -45,8 +45,8 @@ def refusals(jobs: Sequence[Job], device: str, longest: float = LONGEST) -> Iter
                 yield f"case {job.case.number} cannot run ({values}): {reason}"
     if refused or checked < len(jobs):
         yield (
-            f"{refused} of {checked} cases checked cannot run"
-            + f"; {len(jobs) - checked} were not checked, it takes too long" * (checked < len(jobs))
+            f"{refused} of the {checked} cases checked cannot run"
+            + f"; {len(jobs) - checked} were not checked, to save time" * (checked < len(jobs))
         )
 
 

@@ -32,7 +32,7 @@ def told_cost(each: Cost, runs: int, device: str, workers: int | None) -> str:
     """What runs cost together, in a line."""
     alone = chosen_device(device) == "cuda"
     count = workers or (1 if alone else processor_count())
-    most, place = "at most " * each.is_bound, "hours of a graphics card" if alone else "core hours"
+    most, place = "at most " * each.is_bound, "GPU hours" if alone else "core hours"
     hours = runs * each.seconds / 3600.0
     return (
         f"cost {most or 'about '}{hours:.3g} {place}, {hours / count:.3g} h with "
@@ -47,7 +47,9 @@ def stored_cost(frame: polars.DataFrame) -> Cost | None:
     if not times:
         return None
     span = f"{duration(min(times))} to {duration(max(times))}"
-    basis = f"the mean of {count_text(len(times), 'case')} stored, {span}; others may take longer"
+    basis = (
+        f"the mean of {count_text(len(times), 'case')} stored, {span}; other cases may take longer"
+    )
     return Cost(mean(times), basis, False)
 
 
@@ -64,9 +66,9 @@ def cost_in_pilot(job: Job, device: str) -> Cost:
     built_in = time.perf_counter() - began
     found = predicted_duration(loaded, model, choice)
     basis = (
-        f"{found.increment_count:.3g} increments each, by a pilot of case {job.case.number} that "
-        f"saw {100.0 * found.covered:.0f} % of it, alone on this machine and with its steps; less "
-        "where a verdict ends a run"
+        f"{found.increment_count:.3g} increments each, estimated from a short trial run of case "
+        f"{job.case.number} over {100.0 * found.covered:.0f} % of its load history, alone on "
+        "this machine and with its steps; less if a verdict ends a run early"
     )
     return Cost(built_in + found.prepared + found.loop, basis, True)
 
@@ -79,7 +81,7 @@ def cost_of_chain(job: Job, device: str) -> Cost:
         began = time.perf_counter()
         run_chain(resolved(job.case), Path(folder))
         seconds = time.perf_counter() - began
-    return Cost(seconds, f"as case {job.case.number} took, which was run", False)
+    return Cost(seconds, f"measured by running case {job.case.number}", False)
 
 
 COSTS: dict[type[Source], Callable[[Job, str], Cost]] = {

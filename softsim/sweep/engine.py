@@ -89,8 +89,9 @@ def pool_for(
     if scheduler is not None:
         if workers is not None:
             raise ClusterError(
-                f"the scheduler at {scheduler} has workers already: {workers} cannot be asked for",
-                hint="leave the number of workers out",
+                f"the scheduler at {scheduler} already has workers, so {workers} workers cannot "
+                "be requested",
+                hint="leave --workers out",
             )
         return remote_pool(scheduler, folder)
     alone = chosen_device(device) == "cuda"
@@ -142,8 +143,8 @@ def remote_pool(address: str, folder: Path) -> Iterator[WorkerPool]:
         client = Client(address, timeout=ANSWER_WITHIN)
     except Exception as error:  # what answers may be anything, and no dask is read as any error
         raise ClusterError(
-            f"no dask scheduler answers at {address}: {error}",
-            hint="name it as `dask scheduler` prints it, such as tcp://10.0.0.5:8786",
+            f"no dask scheduler responds at {address}: {error}",
+            hint="give the address printed by `dask scheduler`, such as tcp://10.0.0.5:8786",
         ) from error
     with client:
         _refuse_strangers(client, folder)
@@ -169,8 +170,8 @@ def _refuse_strangers(client: Client, folder: Path) -> None:
             raise ClusterError(f"worker {worker} cannot run softsim: {answer}")
         if not answer:
             raise ClusterError(
-                f"worker {worker} does not see {folder.resolve()}",
-                hint="choose a folder on a disk that all workers share, with --out",
+                f"worker {worker} cannot access {folder.resolve()}",
+                hint="choose a folder on a disk shared by all workers, with --out",
             )
 
 
@@ -220,7 +221,7 @@ def completed(
         if asked:
             yield from flights.ended_early()
             name = signal.Signals(asked[0]).name
-            raise Interrupted(f"stopped by {name}", hint="the same command goes on")
+            raise Interrupted(f"stopped by {name}", hint="repeat the command to continue")
 
 
 class _InFlight:
@@ -294,7 +295,7 @@ class _InFlight:
             return self._after_death(unit)
         except FutureCancelledError as error:
             raise ClusterError(
-                f"the workers are gone: {error}", hint="the same command goes on where it was"
+                f"the workers have stopped: {error}", hint="repeat the command to continue"
             ) from error
 
     def _after_death(self, unit: Sequence[Job]) -> Iterator[Outcome]:
@@ -321,7 +322,7 @@ class _InFlight:
 
 def _lost(job: Job) -> Outcome:
     """The outcome of a job that brings its workers down."""
-    reason = f"its process died {starts(job)} times, as if killed or out of memory"
+    reason = f"its process ended unexpectedly {starts(job)} times (killed, or out of memory)"
     outcome = Outcome(job.key, LOST, reason)
     write_outcome(job, outcome)
     return outcome

@@ -130,8 +130,8 @@ def stored_outcome(folder: Path) -> Outcome | None:
         first = error.errors()[0]
         place = "".join(f"{key}: " for key in first["loc"])
         raise OutputError(
-            f"{file} is not what softsim wrote: {place}{first['msg']}",
-            hint=f"remove the folder {folder}: its case runs anew",
+            f"{file} is not a file written by softsim: {place}{first['msg']}",
+            hint=f"remove the folder {folder} to run its case again",
         ) from error
     return Outcome(found.key, found.status, found.reason, found.wall_time, read_summary(folder))
 
@@ -204,8 +204,8 @@ def _prepare(job: Job) -> None:
     """Make the folder; an attempt that ended leaves nothing to go on from."""
     if not job.folder.parent.is_dir():
         raise ClusterError(
-            f"a worker cannot see {job.folder.parent}",
-            hint="the study's folder must be on a disk that all workers share",
+            f"a worker cannot access {job.folder.parent}",
+            hint="the folder of the study must be on a disk shared by all workers",
         )
     before = stored_outcome(job.folder)
     if before is not None and before.status != LOST:
@@ -345,8 +345,8 @@ def scene_of(job: Job) -> Loaded[Any]:
     loaded = load_source(job.case.source, job.case.overrides)
     if case_key(loaded) != job.key:
         raise SceneError(
-            f"{job.case.source.scene}, or softsim itself, changed while the study ran",
-            hint="start the study again: it runs what changed",
+            f"{job.case.source.scene}, or softsim itself, was changed while the study was running",
+            hint="start the study again: it runs the cases that changed",
         )
     return loaded
 

@@ -180,12 +180,12 @@ class StudyProgress:
 
     def _state(self, in_flight: int) -> str:
         """The same, what runs now, and when the last case should end."""
-        text = f"{self.told}, {in_flight} in flight"
+        text = f"{self.told}, {in_flight} running"
         ended = self.ended.total()
         if not ended:
             return text
         left = (time.monotonic() - self.began) * (self.count - ended) / ended
-        end = "end at the latest" if self.at_most else "expected end"
+        end = "ends at the latest at" if self.at_most else "expected end"
         return f"{text}, {end} {_moment(datetime.now(), timedelta(seconds=left))}"
 
     def close(self) -> None:

@@ -185,19 +185,19 @@ def asked(study: LoadedStudy, count: int | None) -> tuple[Objective, Goal, int]:
     objective, goal = study.study.optimize, study.goal
     if objective is None or goal is None:
         raise SceneError(
-            f"{study.path}: the study does not say what to seek",
+            f"{study.path}: the study has no objective",
             f"add optimize: {{maximize: {study.measures[0].name}, trials: 40}}",
         )
     if all(isinstance(space, tuple) and len(space) == 1 for space in study.search_space.values()):
         raise SceneError(
-            "no factor has more than one value: there is nothing to choose",
+            "no factor has more than one value: there is nothing to optimize",
             "give a factor a range, or several values",
             nearest(study.tree, ("factors",))[0].key_origin,
         )
     count = count or objective.trials
     if count is None:
         raise SceneError(
-            "the number of trials is not given",
+            "the number of trials is missing",
             "write trials: 40 under optimize, or add --trials 40",
             nearest(study.tree, ("optimize",))[0].key_origin,
         )
@@ -255,8 +255,8 @@ class Study:
     ) -> None:
         if (file is None) == (not keys) or (keys and overrides):
             raise TypeError(
-                "a study comes from a file and overrides, or from keys: scene, set, factors, "
-                "measures ..."
+                "give either a study file with overrides, or keys: scene, set, factors, measures "
+                "..."
             )
         self.loaded = study_from(keys, Path()) if file is None else load_study(file, overrides)
 
@@ -386,6 +386,6 @@ def refuse_unguarded_script() -> None:
         return
     if "__main__" not in Path(script).read_text(encoding="utf-8", errors="replace"):
         raise ClusterError(
-            f"{script} would start this study again in each of its processes",
+            f"{script} would start this study again in each of its worker processes",
             hint='call it under  if __name__ == "__main__":',
         )

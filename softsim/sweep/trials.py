@@ -155,10 +155,10 @@ class Trials:
         differing = [key for key, value in wanted.items() if stored[key] != value]
         if differing:
             raise OutputError(
-                f"{folder / JOURNAL} was begun with other {' and '.join(differing)}: its trials "
-                "tell nothing here",
-                hint="choose another folder with --out, or remove the journal: the runs in the "
-                "folder are kept, and used again where they fit",
+                f"{folder / JOURNAL} was started with other {' and '.join(differing)}: its trials "
+                "do not apply to this study",
+                hint="choose another folder with --out, or remove the journal: the stored runs "
+                "are kept, and reused if they fit",
             )
 
     def _refuse_another_optuna(self, folder: Path) -> None:
@@ -170,8 +170,8 @@ class Trials:
             self.study.set_user_attr(OPTUNA, optuna.__version__)
         elif began.split(".")[0] != optuna.__version__.split(".")[0]:
             raise OutputError(
-                f"{folder / JOURNAL} was begun with optuna {began}, this is optuna "
-                f"{optuna.__version__}: its trials would go on with other values",
+                f"{folder / JOURNAL} was started with optuna {began}, and this is optuna "
+                f"{optuna.__version__}: the remaining trials would use other values",
                 hint=f'install "optuna=={began.split(".")[0]}.*", or choose another folder with '
                 "--out",
             )
@@ -257,7 +257,8 @@ class TrialJobs:
         if outcome is None:
             raise OutputError(
                 f"trial {case.number} in {self.folder / JOURNAL} belongs to a run that is not in "
-                f"{self.folder / CASES}: since then the scene, its overrides or softsim changed",
+                f"{self.folder / CASES}: the scene, its overrides or softsim changed since "
+                "then",
                 hint="choose another folder with --out, or remove the journal",
             )
         return job, outcome

@@ -156,8 +156,8 @@ SECOND = SECOND.replace("thickness: 10 mm", "thickness: 20 mm")
          "the time step 1e+03 us is above the stable step", 'write "auto", or at most'),
         # files
         (CUBE.replace(MESH, "{file: none.msh}"), "none.msh}", "there is no file", ""),
-        (CUBE.replace(MESH, "{file: ../x.msh}"), "../x.msh}", "leaves the scene's folder", ""),
-        (CUBE.replace(MESH, "{file: /etc/hostname}"), "/etc/", "leaves the scene's folder", ""),
+        (CUBE.replace(MESH, "{file: ../x.msh}"), "../x.msh}", "is outside the folder", ""),
+        (CUBE.replace(MESH, "{file: /etc/hostname}"), "/etc/", "is outside the folder", ""),
         (CUBE.replace(MESH, "{file: scene.yaml}"), "{file", "format is not supported", "formats"),
         (CUBE.replace("element_size: 2.5 mm", "element_size: 5 nm"), "5 nm",
          "is more than 10000 times the element_size", "too many cells"),

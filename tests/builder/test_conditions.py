@@ -139,11 +139,11 @@ def test_nodes_on_the_axis_stay_on_it(build):
         (SECTION + START % ("top", "angular_velocity: 1 rad/s, about: [0 mm, 0 mm, 0 mm]"),
          "has 3 components; this model has 2", "solid"),
         (SECTION + START % ("top", "velocity: [1 m/s, 0 m/s], about: [0 mm, 0 mm]"),
-         "about: means nothing without angular_velocity", "centre of mass"),
+         "about: has no effect without angular_velocity", "centre of mass"),
         (SECTION + "  a: {kind: initial_velocity, nodes: b.top}\n",
          "gives no motion: give velocity, angular_velocity", ""),
         (SECTION + START % ("top", "angular_velocity: 1 Hz"),
-         "an angular velocity is due", "20 rad/s"),
+         "an angular velocity is needed", "20 rad/s"),
         (RING.replace("axisymmetric", "solid"), "solid needs tetrahedra", "linear tetrahedra"),
         (BODY.replace("conditions:\n", "").replace("end: 1 s", "end: 1 s, procedure: static")
          + "rigid_bodies: {r: {mass: 1 g, inertia: 1 kg*mm^2}}\n"

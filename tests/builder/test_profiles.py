@@ -167,7 +167,7 @@ def test_a_factor_has_every_kind_of_the_family(build, kind):
         ("kind: follower_pressure, facets: [b.top], profile: {kind: cycles, highest: 1 kPa, "
          "deflation_rate: 1 kPa/s}", "profile: the key 'inflation_rate' is missing"),
         ("kind: pulled_cable, eyelets: [[1 mm, 2 mm], [3 mm, 2 mm]], ramp: 1 s, tension_profile: "
-         "{kind: ramp, value: 1 N, duration: 1 s}", "tension_profile has the values over time"),
+         "{kind: ramp, value: 1 N, duration: 1 s}", "tension_profile gives the values over time"),
     ],
 )  # fmt: skip
 def test_a_profile_of_the_wrong_kind_is_refused(build, load, problem):

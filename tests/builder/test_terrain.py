@@ -114,7 +114,7 @@ def test_fields_are_as_rough_as_they_say(rugosity, mean):
 @pytest.mark.parametrize(
     ("override", "message"),
     [
-        ("environment.walls.ground.slope=95 deg", "above 0 and up to 90 deg"),
+        ("environment.walls.ground.slope=95 deg", "greater than 0 and at most 90 deg"),
         ("environment.walls.ground.plateau=4 mm", "4 mm is less than the height of the ramp, 5 mm"),
         ("environment.walls.ground.foot=[0 mm, 0 mm]", "inside the body"),
         (

@@ -65,5 +65,5 @@ def test_as_printed_it_goes_as_an_independent_program_does(frequency, speed):
 
 def test_a_motion_beyond_all_numbers_is_told():
     loaded = load_chain("leafbot5", ["motor.eccentricity=1e39 m", "time.end=0.1 s"])
-    with pytest.raises(StabilityError, match="beyond all numbers at"):
+    with pytest.raises(StabilityError, match="became infinite at"):
         simulate(build_chain(loaded), loaded.scene.time)

@@ -31,7 +31,7 @@ def calibrate(folder, section, reference, *arguments, seconds=120):
         (SECTION, SECTION, [], "'skin' is ring_section"),
         (
             SECTION, SOLID, ["--set", "environment.walls.pipe.diameter=41 mm"],
-            "the section's pipe is 41 mm wide, the reference's 36 mm",
+            "the pipe of the section is 41 mm wide, that of the reference 36 mm",
         ),
         (
             SECTION, SOLID,

@@ -53,7 +53,7 @@ def test_an_axis_or_a_sense_that_is_none_is_refused(build):
     from softsim.errors import SceneError
 
     for key, value, problem in (
-        ("rotation_axis", "q", "'q' is no axis"),
+        ("rotation_axis", "q", "'q' is not an axis"),
         ("rotation_axis", "[0, 0, 0]", "must not be"),
         ("sense", "2", "the number 2 is not one of: 1, -1"),
     ):

@@ -39,7 +39,7 @@ def pool():
 
 
 class _Kept:
-    """A pool that several calls take without ending it."""
+    """A pool that several calls take unlimiteding it."""
 
     def __init__(self, pool):
         self.pool = pool
@@ -131,7 +131,7 @@ def test_progress_is_that_of_a_whole_cycle():
 
 def test_a_robot_that_trails_nothing_is_refused():
     loaded = load_scene(LAYOUT.parents[1] / "pfr_vertical_hold.yaml")
-    with pytest.raises(Exception, match="nothing trails behind 'frame'"):
+    with pytest.raises(Exception, match="'frame' has no tether"):
         Puller.of(loaded)
 
 
@@ -139,7 +139,7 @@ def test_a_robot_that_trails_nothing_is_refused():
     ("override", "said"),
     [
         ("environment.walls.pipe={kind: pipe, diameter: 36 mm}", "needs a wall of kind pipe_path"),
-        ("environment.walls.pipe.diameter=60 mm", "no pressure cycle is known that serves a pipe"),
+        ("environment.walls.pipe.diameter=60 mm", "no optimal pressure cycle is known for a pipe"),
         ("environment.gravity=0 m/s^2", "without gravity"),
     ],
 )
@@ -151,4 +151,4 @@ def test_layouts_that_say_too_little_are_refused(override, said):
 def test_bands_in_words():
     assert in_words([0.1, 0.12], 1e3, "mN") == "100 to 120 mN"
     assert in_words([0.1, None], 1e3, "mN") == "at least 100 mN"
-    assert in_words([None, None], 1.0, "m") == "without end"
+    assert in_words([None, None], 1.0, "m") == "unlimited"

@@ -211,7 +211,7 @@ def test_cables_move_with_the_body(tmp_path: Path) -> None:
 
 def test_a_run_that_lost_everything_says_so(tmp_path: Path) -> None:
     write_frames(tmp_path / RESULTS, [np.full((3, 2), np.nan)])
-    with pytest.raises(OutputError, match="no frame in which a node still has a place"):
+    with pytest.raises(OutputError, match="no frame with valid node positions"):
         animation(read_frames(tmp_path / RESULTS), "stretch")
 
 

@@ -50,7 +50,7 @@ def test_the_lines_are_what_a_scene_reads(found):
 def test_the_numbers_tell_spikes_stiffness_and_thickness(found):
     rows = dict(calibration_rows(found))
     assert "n/4 = 3.5 spikes of 2 mm" in rows["thickness"]
-    assert "ratio 2" in rows["stiffness across the pipe"]
+    assert "ratio 2" in rows["stiffness, transverse"]
     assert "ratio 2.5" in rows["stiffness along it"]
     assert rows["equivalent thickness"].startswith("14 mm")
 

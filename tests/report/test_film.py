@@ -29,7 +29,7 @@ def test_what_makes_no_film_is_told(strip_run: Path, tmp_path: Path) -> None:
     run = recorded(strip_run)
     with pytest.raises(OutputError, match="cannot colour"):
         draw_film(run, "heat", 10, 3, tmp_path / "film.gif")
-    with pytest.raises(OutputError, match="no frames to make a film of"):
+    with pytest.raises(OutputError, match="no stored frames"):
         draw_film(type(run)(run.history, run.units, None, {}), "stretch", 10, 3, tmp_path / "f.gif")
     refused = CliRunner().invoke(app, ["render", str(strip_run), "--out", "film.avi"])
     assert refused.exit_code == 2 and "must end in .gif or .mp4" in refused.output

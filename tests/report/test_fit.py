@@ -48,7 +48,7 @@ def test_the_rows_say_constants_and_instability(test_and_fit):
     assert rows["C10"] == "21.60 kPa"
     assert rows["mu0"] == "43.20 kPa"
     assert rows["equibiaxial tension"] == "UNSTABLE from a stretch of 2.7"
-    assert rows["compression"] == "stable: the stress rises as far as a stretch of 0.2"
+    assert rows["compression"] == "stable: the stress rises up to a stretch of 0.2"
 
 
 def test_the_snippet_is_a_material_of_a_scene(test_and_fit):

@@ -132,7 +132,7 @@ def test_a_run_from_before_branches_is_refused(tmp_path: Path):
     history = read_history(tmp_path / HISTORY)
     del history["branch"]
     frames = read_frames(tmp_path / RESULTS)
-    with pytest.raises(OutputError, match="knew no pipes with branches"):
+    with pytest.raises(OutputError, match="without branched pipes"):
         draw_layout(history, frames, {}, tmp_path / "layout.png")
 
 

@@ -63,12 +63,12 @@ def test_displacements_and_probes_come_first_and_bookkeeping_is_folded(folder: P
         ("body displacement", "-3.5 mm in y, 0.05 mm in the mean radius"),
         ("body speed at the end", "-2 mm/s in y"),
         ("frame x", "8 mm at the end, from 0 to 9"),
-        ("each row touched a wall", "100, 24 % of the time"),
+        ("contact time of each row", "100, 24 % of the time"),
         ("sliding contact", "3 % of the normal impulse"),
     ]
     found, _, folded = write_run_page(folder).read_text("utf-8").partition("<details")
     assert "energy error" not in found and "energy error" in folded
-    assert "on nodes that were sliding" in found  # what the name means
+    assert "acted on sliding nodes" in found  # what the name means
 
 
 def test_charts_are_those_that_the_history_has_something_for(folder: Path) -> None:
@@ -109,7 +109,7 @@ def test_a_layout_has_its_verdict_its_segments_and_its_way(tmp_path: Path) -> No
     report = json.loads((tmp_path / "summary.json").read_text())["layout"]
     assert report["sentence"] in [verdict.words for verdict in context["verdicts"]]
     assert len(context["segments"].rows) == len(report["segments"])
-    assert "Way through the layout" in [chart.title for chart in context["charts"]]
+    assert "Path through the layout" in [chart.title for chart in context["charts"]]
 
 
 def test_a_run_without_frames_has_no_animation(folder: Path) -> None:
@@ -189,11 +189,11 @@ EXPECT = {"expect": {"passes": None, "mean_speed": {"min": "1 mm/s", "max": None
     ("summary", "scene", "kinds", "said"),
     [
         (DONE, {}, [GOOD], "4 s in 1 min 40 s"),
-        (DONE, EXPECT, [GOOD, GOOD], "as the scene expects: mean speed min 1 mm/s"),
+        (DONE, EXPECT, [GOOD, GOOD], "expectations of the scene met: mean speed min 1 mm/s"),
         (DONE | {"failure": "not as expected"}, EXPECT, [GOOD, BAD], "not as expected"),
         ({"status": "aborted", "failure": "element 7 inverted"}, {}, [BAD], "element 7 inverted"),
         (DONE | {"warnings": ["a", "b"]}, {}, [OPEN], "done, with 2 warnings: simulated"),
-        (DONE | {"warnings": ["a"]}, EXPECT, [OPEN, OPEN], "as the scene expects"),
+        (DONE | {"warnings": ["a"]}, EXPECT, [OPEN, OPEN], "expectations of the scene met"),
         (
             DONE | {"warnings": ["a"], "layout": {"verdict": "passed", "sentence": "passed: 9 mm"}},
             {},

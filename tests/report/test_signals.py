@@ -46,7 +46,7 @@ def test_forces_of_rows_and_sides_over_the_last_fall_of_the_pressure(history) ->
 def test_pull_is_shown_where_a_tendon_holds_the_robot(history) -> None:
     (panel,) = signals(history, UNITS)["pull"].panels
     assert [axis.scale.title for axis in panel.axes] == [
-        "pull of the tendon [N]", "air pressure [kPa]",
+        "tendon tension [N]", "air pressure [kPa]",
     ]  # fmt: skip
     del history["pull"]
     assert "pull" not in signals(history, UNITS)

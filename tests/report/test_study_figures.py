@@ -92,7 +92,7 @@ def test_what_failed_beside_the_best_is_said(tmp_path):
     )  # fmt: skip
     assert best_in_words(found).startswith("best case 4: speed 0.6 mm/s (2 more failed) at rate 1")
     x, y = found.scale("rate"), found.scale("friction")
-    assert remark_on_cells(found, x, y) == "mean over repeats, without 2 that failed"
+    assert remark_on_cells(found, x, y) == "mean over repeats, without 2 failed cases"
 
 
 def test_there_is_no_best_without_a_case_or_a_goal(tmp_path):
@@ -149,7 +149,7 @@ def test_a_share_lies_in_its_interval(tmp_path):
     assert line.y == pytest.approx([0.75, 0.0])
     assert line.band == pytest.approx(np.array([[0.3006, 0.0], [0.9544, 0.4899]]), abs=1e-4)
     said = remark(found, found.axis("rate"), found.axis("speed"), None)
-    assert said == "share and its 95 % interval (Wilson) of n = 4 repeats"
+    assert said == "fraction with its 95 % interval (Wilson) of n = 4 repeats"
 
 
 @given(
@@ -267,7 +267,7 @@ def test_titles_of_panels_side_by_side_do_not_overlap(tmp_path):
 def test_a_plot_of_an_unknown_axis_is_refused(tmp_path):
     write_made_up(tmp_path, [RATE], grid(rate=RATES), plots=[Plot("curve", "rate", "sped")])
     with pytest.raises(
-        OutputError, match=r"no measure 'sped' to draw\s+it has rate, speed, travel"
+        OutputError, match=r"no factor or measure 'sped' to draw\s+available: rate, speed, travel"
     ):
         draw_study(tmp_path)
 
@@ -316,7 +316,10 @@ def test_the_table_of_boundaries_tells_where_each_lies(bisected):
 def test_boundaries_are_told_in_words(bisected, bisection_folder):
     three, five, nine, *_ = boundaries_in_words(bisected)
     assert three.startswith("slope 30 deg, pattern 3 rows: not monotone: ")
-    assert "passed is at least 0.5 up to 13 mm (0.667 in 3 runs), below it from 16 mm (0 in" in five
+    assert (
+        "passed is at least 0.5 up to 13 mm (0.667 in 3 runs), and below it from 16 mm (0 in"
+        in five
+    )
     assert "at all of 1 mm (1 in 2 runs), 13 mm (1 in 2 runs), 25 mm (1 in 2 runs): no" in nine
     assert page_context(bisected, bisection_folder)["boundaries"][1] == five
 
@@ -339,4 +342,4 @@ def test_the_map_of_a_bisection_alone_is_drawn(tmp_path):
     folder = write_bisection(tmp_path, lambda height, repeat: float(height > 7.0))
     assert [path.name for path in draw_study(folder)] == ["boundary_map.png"]
     (row,) = polars.read_csv(folder / "boundaries.csv").to_dicts()
-    assert row["in words"].startswith("passed is below 0.5 up to 7 mm (0 in 3 runs), not below")
+    assert row["in words"].startswith("passed is below 0.5 up to 7 mm (0 in 3 runs), and not below")

@@ -57,7 +57,7 @@ def test_the_pass_rate_of_drawn_cases_has_its_interval():
     record = StudyRecord("pass rate", "layout.yaml", (FRICTION,), (), sampled=True)
     assert pass_rate_in_words(Findings(record, table)) == (
         "passed: 8 of 10 cases, 80 % (95 % interval, Wilson: 49 to 94 %), 2 stuck; "
-        "1 more without a verdict are not counted"
+        "1 more without a verdict (not counted)"
     )
     assert pass_rate_in_words(Findings(record, table[10:])) == "no case has a verdict"
     of_grid = StudyRecord("pass rate", "layout.yaml", (FRICTION,), ())
@@ -106,7 +106,7 @@ def test_what_the_page_tells(tmp_path):
     assert ("scene", "pfr_36mm.yaml") in context["settings"]
     assert [chart.title.split(" over ")[0] for chart in context["charts"]] == [
         *["mean speed [mm/s]"] * 4,
-        "all factors, a line a case, coloured by speed; drag along an axis to select",
+        "all factors, one line per case, coloured by speed; drag along an axis to select",
     ]  # fmt: skip
 
 

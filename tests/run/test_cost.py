@@ -21,7 +21,7 @@ def test_a_device_that_fails_says_why():
     """The reason comes back from the other process."""
     if cuda_device_count():
         pytest.skip("this machine has a CUDA device")
-    with pytest.raises(DeviceError, match="no CUDA device answers"):
+    with pytest.raises(DeviceError, match="no CUDA device was found"):
         measured_rate("cuda", 1, SECTION, 0.1)
 
 

@@ -22,14 +22,14 @@ def problems(path):
 @pytest.mark.parametrize(
     ("old", "new", "first", "hint"),
     [
-        ("end: 24 s", "end: 1e-300 s", "a.yaml:8:8: end: '1e-300 s' is too small to compute with",
+        ("end: 24 s", "end: 1e-300 s", "a.yaml:8:8: end: '1e-300 s' is too small to be represented",
          "a duration such as"),
-        ("end: 24 s", "end: 1e300 s", "a.yaml:8:8: end: '1e300 s' is too large to compute with",
+        ("end: 24 s", "end: 1e300 s", "a.yaml:8:8: end: '1e300 s' is too large to be represented",
          "a duration such as"),
         ("end: 24 s", "end: -1 s", "a.yaml:8:8: end: '-1 s' must be greater than 0 s",
          'a duration such as "24 s"'),
         ("end: 24 s", "end: 24", 'a.yaml:8:8: end: a duration needs a unit: write "24 s"', ""),
-        ("end: 24 s", "end: 3 kPa", "end: '3 kPa' is a pressure, a duration is due", ""),
+        ("end: 24 s", "end: 3 kPa", "end: '3 kPa' is a pressure, a duration is needed", ""),
         ("thickness", "thicknes", "thickness: a plane_strain body needs a thickness", ""),
         ("plane_strain", "axisymmetric",
          "a.yaml:5:16: thickness: has no meaning for a body that is axisymmetric: leave it", ""),
@@ -70,7 +70,7 @@ def problems(path):
          "a.yaml:6:15: position: must have at least 2, not 1", ""),
         ("    material", "    position: [1 mm, 1 mm, 1 mm, 1 mm]\n    material",
          "a.yaml:6:15: position: must have at most 3, not 4", ""),
-        ("block:\n", "b.c:\n", "a.yaml:2:3: 'b.c' is no name: letters, digits, _ and - make one",
+        ("block:\n", "b.c:\n", "a.yaml:2:3: 'b.c' is not a name: use letters, digits, _ and - only",
          ""),
     ],
 )  # fmt: skip
@@ -232,7 +232,7 @@ time:
 
 
 NEEDS_THICKNESS = "a.yaml:3:5: thickness: a plane_strain body needs a thickness"
-TOO_FAR_OUT = "stands one level too far out: it belongs to"
+TOO_FAR_OUT = "is one level too far out: it belongs to"
 
 
 @pytest.mark.parametrize(

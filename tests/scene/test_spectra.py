@@ -41,11 +41,11 @@ def test_the_resolved_scene_keeps_what_was_asked(scene_with, write):
     ("lines", "says"),
     [
         (["prony: [{g: 0.1, relaxation_time: 1 ms}]", f"spectrum: {FRACTIONAL}"],
-         "a.yaml:7:15: spectrum: says the same thing as prony"),
+         "a.yaml:7:15: spectrum: defines the same property as prony"),
         (["spectrum: {kind: loss_factor, loss_factor: 0.2, band: [2 kHz, 5 Hz]}"],
          "a.yaml:6:59: band: must rise"),
         (["spectrum: {kind: loss_factor, loss_factor: 0.2, band: [2 Hz, 3 GHz]}"],
-         "a.yaml:6:59: band: 2 to 3e+09 Hz is too wide to fit: at most a factor of 1e+09"),
+         "a.yaml:6:59: band: 2 to 3e+09 Hz is too wide to fit: the limit is a factor of 1e+09"),
         (["spectrum: {kind: loss_factor, loss_factor: 0, band: [2 Hz, 5 Hz]}"],
          "a.yaml:6:48: loss_factor: 0 must be greater than 0"),
         (["spectrum: {kind: table, points: [[1 Hz, 60 kPa, 0.1], [1 Hz, 70 kPa, 0.1]]}"],

@@ -242,5 +242,5 @@ def test_intervals_that_leave_no_rows(build):
 @pytest.mark.parametrize("angle", ["4.5e16 rad", "-361 deg"])
 def test_slopes_are_within_a_turn(build, angle):
     build(SCENE, "environment.inclination=-360 deg")
-    with pytest.raises(SceneError, match="is more than a whole turn"):
+    with pytest.raises(SceneError, match="is more than one turn"):
         build(SCENE, f"environment.inclination={angle}")

@@ -157,17 +157,17 @@ def test_a_study_asks_round_by_round(load):
     ("old", "new", "place", "message"),
     [
         ("factor: thick", "factor: thik", "5:35", "there is no factor 'thik' to bisect"),
-        ("range: [5 mm, 25 mm]", "values: [5 mm, 25 mm]", "4:3", "any value between two ends"),
-        ("25 mm]}", "25 mm], count: 5}", "4:3", "any value between two ends"),
+        ("range: [5 mm, 25 mm]", "values: [5 mm, 25 mm]", "4:3", "needs a continuous range"),
+        ("25 mm]}", "25 mm], count: 5}", "4:3", "needs a continuous range"),
         ("range: [5 mm, 25 mm]", "range: [5 mm]", "4:47", "range"),
         ("key: bodies.block.thickness, range: [5 mm, 25 mm]", "variants: {a: {title: x}}",
-         "4:3", "any value between two ends"),
-        ("values: [0.2, 0.4, 0.6]", "range: [0.2, 0.6]", "3:3", "friction: a bisection needs"),
+         "4:3", "needs a continuous range"),
+        ("values: [0.2, 0.4, 0.6]", "range: [0.2, 0.6]", "3:3", "friction: with a bisection"),
         ("measure: slips", "measure: slps", "5:51", "there is no measure 'slps'"),
-        ("measure: slips", "measure: moved", "5:51", "moved is no share from 0 to 1"),
+        ("measure: slips", "measure: moved", "5:51", "moved is not between 0 and 1"),
         ("tolerance: 2 mm", "tolerance: 0 mm", "5:69", "must be greater than 0"),
         ("tolerance: 2 mm", "tolerance: -2 mm", "5:69", "must be greater than 0"),
-        ("tolerance: 2 mm", "tolerance: 2 cm", "5:69", "leaves nothing to bisect"),
+        ("tolerance: 2 mm", "tolerance: 2 cm", "5:69", "there is nothing to bisect"),
         ("tolerance: 2 mm", "tolerance: 2", "5:69", "unit"),
         ("tolerance: 2 mm", "tolerance: 2 s", "5:69", "'2 s'"),
         ("tolerance: 2 mm", "tolerance: 1e-7 mm", "5:69", "too fine a tolerance"),
@@ -184,8 +184,8 @@ def test_what_cannot_be_bisected_is_refused(load, old, new, place, message):
 
 def test_a_preview_says_what_is_sought_and_assumed(load):
     told = dict(describe(load()))
-    assert told["thick [mm]"] == "any from 5 to 25"
+    assert told["thick [mm]"] == "5 to 25, continuous"
     assert told["design"] == (
-        "bisection: where slips crosses 0.5 as thick rises, to within 2 mm, assumed to be once; in "
-        "3 cells at most 18 cases"
+        "bisection: where slips crosses 0.5 as thick increases, to within 2 mm, assumed to happen "
+        "once; in 3 cells at most 18 cases"
     )

@@ -120,63 +120,63 @@ def test_a_layout_takes_its_robot():
         # the scene
         ("block.yaml", "blok.yaml", "1:8", "there is no file blok.yaml"),
         ("scene: block.yaml", "title: x", "1:1", "the study names no scene"),
-        ("factors:", "factors:\n  s: {scenes: {a: block.yaml}}", "1:1", "scene is chosen twice"),
+        ("factors:", "factors:\n  s: {scenes: {a: block.yaml}}", "1:1", "scene is given twice"),
         ("factors:", "robot: pfx\nfactors:", "3:8", "no robot 'pfx'\n  did you mean 'pfr'?"),
         # what is set
         ("time.end", "time.and", "2:7", "there is no 'time.and'\n  did you mean 'end'?"),
-        ("1 s", "1 mm", "2:17", "end: '1 mm' is a length, a duration is due"),
-        ("time.end: 1 s", "contact.friction_coefficient: 1", "5:19", "is set already\n"),
-        (THICK, THICK + "\n  b: {key: bodies.block, values: [a]}", "5:12", "is set already\n"),
+        ("1 s", "1 mm", "2:17", "end: '1 mm' is a length, a duration is needed"),
+        ("time.end: 1 s", "contact.friction_coefficient: 1", "5:19", "is already set\n"),
+        (THICK, THICK + "\n  b: {key: bodies.block, values: [a]}", "5:12", "is already set\n"),
         # factors
         ("block.thickness", "blok.thickness", "4:16", "'bodies.blok'\n  did you mean 'block'?"),
-        ("5 mm", "5 kPa", "4:49", "'5 kPa' is a pressure, a length is due"),
+        ("5 mm", "5 kPa", "4:49", "'5 kPa' is a pressure, a length is needed"),
         ("1 cm", "5", "4:55", 'a length needs a unit: write "5 mm"'),
         ("5 mm", "-5 mm", "4:49", "'-5 mm' must be greater than 0 mm"),
         ("values: [5 mm, 1 cm]", "about: x", "4:3", "thick has no values\n  give one of"),
         ("[5 mm, 1 cm]", "[]", "4:48", "must have at least 1"),
         ("1 cm", "0.5 cm", "4:55", "0.5 cm is given twice"),
         ("1 cm", "[1 mm]", "4:55", "must be a number, a quantity"),
-        ("thick: {key", "thick: {keys", "4:10", "says not what it is\n  did you mean 'key'?"),
-        ("thick:", "t t:", "4:3", "'t t' is no name"),
-        ("thick:", "repeat:", "4:3", "a table has a column repeat already"),
-        ("1 cm]", "1 cm], count: 3", "4:62", "count: means nothing beside values"),
-        ("1 cm]", "1 cm], range: [1 mm, 2 mm]", "4:62", "range: values has its values already"),
-        ("0.2, 0.8", "0.8, 0.2", "5:62", "a range rises"),
-        ("0.2, 0.8", "0.2, 0.8 mm", "5:57", "a range has two numbers"),
+        ("thick: {key", "thick: {keys", "4:10", "does not state its kind\n  did you mean 'key'?"),
+        ("thick:", "t t:", "4:3", "'t t' is not a name"),
+        ("thick:", "repeat:", "4:3", "a table already has a column repeat"),
+        ("1 cm]", "1 cm], count: 3", "4:62", "count: has no effect with values"),
+        ("1 cm]", "1 cm], range: [1 mm, 2 mm]", "4:62", "the values are already given by values"),
+        ("0.2, 0.8", "0.8, 0.2", "5:62", "a range must rise"),
+        ("0.2, 0.8", "0.2, 0.8 mm", "5:57", "a range needs two numbers"),
         ("[0.2", "[-0.2", "5:57", "friction_coefficient: -0.2 must be at least 0"),
         ("range: [0.2", "log_range: [0", "5:61", "no value for log_range"),
-        (", count: 3", "", "5:3", "friction: a grid needs the number of its values"),
+        (", count: 3", "", "5:3", "friction: a grid needs a number of values"),
         (THICK, "form: {key: bodies.block.formulation, values: [plane_strain, solid]}", "4:64",
-         "form = solid does not go with the rest\n"),
+         "form = solid does not fit the other settings\n"),
         (THICK, "kind: {variants: {a: {time.settle: 1 s}, b: {time.settle: 1 Pa}}}", "4:61",
          "settle: '1 Pa' is a pressure"),
         # measures
-        ("body_d", "boddy_d", "7:15", "tells 'boddy_displacement'\n  did you mean 'body_disp"),
-        ("of: body_displacement", "of: mean_speed", "7:15", "no run of this scene tells"),
-        ("unit: mm", "unit: kPa", "7:40", "'kPa' is a pressure, a length is due"),
+        ("body_d", "boddy_d", "7:15", "result 'boddy_displacement'\n  did you mean 'body_disp"),
+        ("of: body_displacement", "of: mean_speed", "7:15", "no run of this scene has the result"),
+        ("unit: mm", "unit: kPa", "7:40", "'kPa' is a pressure, a length is needed"),
         ("unit: mm", "unit: mn", "7:40", "unknown unit 'mn'"),
-        ("unit: mm", "take: first", "7:40", "is one value, no list"),
+        ("unit: mm", "take: first", "7:40", "is a single value, not a list"),
         ("of: body_displacement", "of: slip_share", "7:33", "slip_share has no unit"),
-        ("moved:", "thick:", "7:3", "a table has a column thick already"),
+        ("moved:", "thick:", "7:3", "a table already has a column thick"),
         # plots, designs
         (MEASURES, "plots: [{kind: curve, x: thik, y: moved}]\nmeasures:", "6:26",
          "no factor or measure 'thik'\n  did you mean 'thick'?"),
         (MEASURES, "plots: [{kind: heat_map, x: thick, y: moved, colour: moved}]\nmeasures:",
          "6:39", "y: there is no factor 'moved'"),
         (MEASURES, "design: {kind: sobol, count: 12}\nmeasures:", "6:30",
-         "12 is no power of two, so the sequence would not be even\n  take 8 or 16"),
+         "12 is not a power of two, so the sequence would not be uniform\n  use 8 or 16"),
         (MEASURES, "design: {kind: grit}\nmeasures:", "6:16", "did you mean 'grid'?"),
         (MEASURES, "design: {kind: list, cases: [{thick: 3 mm}]}\nmeasures:", "6:30",
          "the case has no value of friction"),
         (MEASURES, "design: {kind: list, cases: [{thik: 3 mm}]}\nmeasures:", "6:31",
          "there is no factor 'thik'\n  did you mean 'thick'?"),
         (MEASURES, "design: {kind: list, cases: [{thick: 3 mm, friction: 1}]}\nmeasures:", "4:40",
-         "values: the cases of the list give its values\n  leave it out"),
+         "values: the cases of the list already give its values\n  leave it out"),
         # repeats
         (MEASURES, "repeats: {count: 2, perturb: {time.and: 1 %}}\nmeasures:", "6:31",
          "did you mean 'end'?"),
         (MEASURES, "repeats: {count: 2, perturb: {time.end: 1 mm}}\nmeasures:", "6:41",
-         "'1 mm' is a length, a duration is due"),
+         "'1 mm' is a length, a duration is needed"),
         (MEASURES, "repeats: {count: 2, perturb: {time.end: 1}}\nmeasures:", "6:41",
          "a duration needs a unit"),
         (MEASURES, "repeats: {count: 2, perturb: {time.increment: 1 %}}\nmeasures:", "6:47",
@@ -202,7 +202,7 @@ def test_what_is_wrong_is_named_at_its_place(load, old, new, place, message):
 
 
 def test_a_factor_may_not_set_what_an_option_sets(load):
-    with pytest.raises(SceneError, match="is set already\n"):
+    with pytest.raises(SceneError, match="is already set\n"):
         load("", "", "bodies.block.thickness=3 mm")
     with pytest.raises(SceneError, match=r"^--set time\.end: must read PATH=VALUE"):
         load("", "", "time.end")
@@ -227,7 +227,7 @@ def test_a_study_that_only_says_what_to_optimise_has_no_cases(load):
     study = load(", count: 3}\n", "}\noptimize: {maximize: moved, trials: 3}\n")
     assert (study.goal.measure, study.goal.sense) == ("moved", "maximize")
     assert study.search_space == {"thick": (5.0, 10.0), "friction": Interval(0.2, 0.8)}
-    with pytest.raises(SceneError, match="only says what to optimise"):
+    with pytest.raises(SceneError, match="defines an optimization and no design"):
         _ = study.case_count
     case = study.case(7, {"thick": 7.5, "friction": 0.3})
     assert case.number == 7 and case.overrides[1] == "bodies.block.thickness=7.5 mm"
@@ -268,7 +268,7 @@ def test_numbers_of_numpy_and_paths_are_taken(folder):
     ("changed", "message"),
     [
         ({"scene": "none.yaml"}, "^scene: there is no file "),
-        ({"measures": {"m": {"of": "bodi"}}}, r"^measures\.m\.of: no run of this scene tells"),
+        ({"measures": {"m": {"of": "bodi"}}}, r"^measures\.m\.of: no run of this scene has"),
         ({"factors": {"t": {"key": "bodies.block.thickness", "values": ["5 mm", 3]}}},
          r"^factors\.t\.values\[1\]: a length needs a unit"),
         ({"set": {"time.end": object()}}, r"^set\.time\.end: a object cannot be part of a study"),
@@ -298,9 +298,9 @@ def test_a_study_in_words(folder):
         folder,
     )
     assert describe(study) == [
-        ("end [ms]", "7 values, 1, 3.16228, 10 ... 1000, in equal ratios"),
+        ("end [ms]", "7 values, 1, 3.16228, 10 ... 1000, logarithmic"),
         ("thick [mm]", "5, 10"),
-        ("friction", "any from 0 to 1"),
+        ("friction", "0 to 1, continuous"),
         ("scene", "block.yaml"),
         ("in all cases", "environment.inclination: 35 deg, time: {end: 1 s}"),
         ("design", "latin hypercube, 4,000 cases"),

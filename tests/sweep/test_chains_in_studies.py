@@ -81,11 +81,14 @@ def test_two_sides_are_swept_and_scattered(here):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"robot": "pfr"}, "a chain is a robot already"),
-        ({"measures": {"way": {"of": "frame_displacement"}}}, "no run of this scene tells"),
-        ({"measures": {"head": {"of": "contact_shares"}}}, "has a number a node"),
+        ({"robot": "pfr"}, "a chain already is a robot"),
+        (
+            {"measures": {"way": {"of": "frame_displacement"}}},
+            "no run of this scene has the result",
+        ),
+        ({"measures": {"head": {"of": "contact_shares"}}}, "has one number per node"),
         ({"set": {"time.cycles": 3}}, "there is no 'time.cycles'"),
-        ({"optimize": {"maximize": "speed", "trials": 2, "prune": {}}}, "not stopped early"),
+        ({"optimize": {"maximize": "speed", "trials": 2, "prune": {}}}, "cannot be stopped early"),
     ],
 )
 def test_what_chains_have_not_is_refused(changes, message):

@@ -100,7 +100,7 @@ def test_units_of_several_jobs(pool, jobs, keys):
 def test_a_case_that_kills_its_process_is_lost_and_the_others_go_on(pool, jobs):
     found = outcomes(completed(jobs(4), pool, simulate=stand_ins.deadly))
     assert [found[n].status for n in (1, 2, 3, 4)] == [LOST, DONE, DONE, DONE]
-    assert "died 2 times" in found[1].reason
+    assert "ended unexpectedly 2 times" in found[1].reason
     case = json.loads((jobs(1)[0].folder / "case.json").read_text())
     assert case["status"] == LOST and case["values"] == {"rate": 0}
 

@@ -50,9 +50,11 @@ def test_a_stop_and_a_full_disk_concern_all(jobs, monkeypatch, error):
 )  # fmt: skip
 def test_a_damaged_outcome_is_refused_by_name(tmp_path, content):
     (tmp_path / job.CASE).write_text(content)
-    with pytest.raises(OutputError, match=r"case\.json is not what softsim wrote: .") as refused:
+    with pytest.raises(
+        OutputError, match=r"case\.json is not a file written by softsim: ."
+    ) as refused:
         job.stored_outcome(tmp_path)
-    assert "its case runs anew" in refused.value.hint
+    assert "to run its case again" in refused.value.hint
 
 
 def test_an_outcome_comes_back_as_it_was_written(jobs):

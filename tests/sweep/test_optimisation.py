@@ -39,7 +39,7 @@ def test_trials_come_from_the_command_or_the_file(search_file, tmp_path):
     search_file.write_text(STUDY.replace(", trials: 10", ""))
     table, _ = optimized(search_file, tmp_path / "out", count=2)
     assert len(table) == 2
-    with pytest.raises(SceneError, match="number of trials is not given"):
+    with pytest.raises(SceneError, match="number of trials is missing"):
         optimized(search_file, tmp_path / "out", count=None)
 
 
@@ -99,8 +99,8 @@ def test_references_are_matched(search_file, tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("20 m/s^2", "30 m/s^2", "trials.journal was begun with other factors"),
-        ("minimize", "maximize", "was begun with other goal"),
+        ("20 m/s^2", "30 m/s^2", "trials.journal was started with other factors"),
+        ("minimize", "maximize", "was started with other goal"),
         ("scene:", "set: {time.end: 9 ms}\nscene:", "trial 1 in"),
     ],
 )
@@ -134,7 +134,7 @@ def test_what_makes_no_optimisation_is_refused(search_file, tmp_path, old, new, 
 def test_a_study_that_seeks_nothing_is_refused(search_file, tmp_path):
     text = STUDY.replace("m/s^2]", "m/s^2], count: 3")
     search_file.write_text(text.replace("optimize: {minimize: away, trials: 10}", ""))
-    with pytest.raises(SceneError, match="does not say what to seek") as caught:
+    with pytest.raises(SceneError, match="has no objective") as caught:
         optimized(search_file, tmp_path / "out")
     assert "maximize: away" in caught.value.hint
 
@@ -143,5 +143,5 @@ def test_nothing_to_choose_is_refused(search_file, tmp_path):
     text = STUDY.replace("range: [0 m/s^2, 20 m/s^2]", "values: [3 m/s^2]")
     text = text.replace("range: [0 deg, 80 deg], count: 41", "values: [3 deg]")
     search_file.write_text(text)
-    with pytest.raises(SceneError, match="nothing to choose"):
+    with pytest.raises(SceneError, match="nothing to optimize"):
         optimized(search_file, tmp_path / "out")

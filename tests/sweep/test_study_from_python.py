@@ -56,7 +56,7 @@ def test_a_place_is_named_by_its_keys(here):
     ("arguments", "keys"), [([], {}), (["a.yaml"], KEYS), ([None, ["a=b"]], KEYS)]
 )
 def test_a_study_comes_from_one_place(arguments, keys):
-    with pytest.raises(TypeError, match="from a file and overrides, or from keys"):
+    with pytest.raises(TypeError, match="either a study file with overrides, or keys"):
         softsim.Study(*arguments, **keys)
 
 
@@ -79,7 +79,7 @@ def test_a_script_without_a_guard_starts_nothing(here, monkeypatch):
     main.__file__ = str(script)
     monkeypatch.setitem(sys.modules, "__main__", main)
     script.write_text("run()")
-    with pytest.raises(ClusterError, match="in each of its processes") as caught:
+    with pytest.raises(ClusterError, match="in each of its worker processes") as caught:
         softsim.Study(**KEYS).run()
     assert "__main__" in caught.value.hint
     script.write_text('if __name__ == "__main__":\n    run()')

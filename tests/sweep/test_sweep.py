@@ -71,10 +71,10 @@ def test_cases_that_cannot_run_are_named_before_any_runs(study_file):
     waiting, _ = next(StudyTable.of(study).open_rounds(study, study_file.parent / "out", "cpu", ()))
     one, both = refusals(waiting, "cpu")
     assert one.startswith("case 2 cannot run (size coarse): ")
-    assert both == "1 of 2 cases checked cannot run"
+    assert both == "1 of the 2 cases checked cannot run"
     assert list(refusals(waiting[:1], "cpu")) == []
     assert list(refusals(waiting, "cpu", 0.0)) == [
-        "0 of 1 cases checked cannot run; 1 were not checked, it takes too long"
+        "0 of the 1 cases checked cannot run; 1 were not checked, to save time"
     ]
 
 
@@ -234,7 +234,7 @@ def test_a_bisection_ends_where_all_runs_fail(bisection_file, tmp_path, pool):
     table, _ = swept(bisection_file, tmp_path / "out", pool, stand_ins.faulty)
     assert table["status"].to_list() == [FAILED, FAILED]
     (told,) = boundaries_in_words(Findings.read(tmp_path / "out"))
-    assert told.startswith("not told, as all runs at a level have failed")
+    assert told.startswith("not determined, because all runs at one level failed")
 
 
 def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, pool):
@@ -243,7 +243,7 @@ def test_ctrl_c_leaves_checkpoints_and_no_processes(study_file, tmp_path, pool):
     os.killpg(process.pid, signal.SIGINT)  # all processes of a terminal get it
     _, said = process.communicate(timeout=60.0)
     assert process.returncode == 4
-    assert "stopped by SIGINT, 2 of 6 cases\n  the same command goes on" in said
+    assert "stopped by SIGINT, 2 of 6 cases\n  repeat the command to continue" in said
     assert "Traceback" not in said
     assert not psutil.wait_procs(workers, timeout=10.0)[1]
     assert read_study(folder).status == "interrupted"
@@ -277,7 +277,7 @@ def test_what_an_optimisation_stopped_early_runs_to_its_end(study_file, tmp_path
 
 @pytest.mark.physics
 def test_a_scheduler_has_its_own_workers(tmp_path):
-    with pytest.raises(ClusterError, match="has workers already"):
+    with pytest.raises(ClusterError, match="already has workers"):
         pool_for(tmp_path, "cpu", 2, "tcp://127.0.0.1:9")
 
 
@@ -285,7 +285,7 @@ def test_a_scheduler_has_its_own_workers(tmp_path):
 def test_a_scheduler_that_does_not_answer(tmp_path):
     nobody = remote_pool("tcp://127.0.0.1:9", tmp_path)
     with (
-        pytest.raises(ClusterError, match=r"no dask scheduler answers at tcp://127.0.0.1:9"),
+        pytest.raises(ClusterError, match=r"no dask scheduler responds at tcp://127.0.0.1:9"),
         nobody,
     ):
         pytest.fail("somebody answered")

@@ -63,7 +63,7 @@ def test_trials_in_flight_are_taken_up(trials, tmp_path):
 def test_another_major_version_of_optuna_is_refused(trials, tmp_path, monkeypatch):
     assert trials.study.user_attrs["optuna"] == optuna.__version__
     monkeypatch.setattr(optuna, "__version__", "99.0.0")
-    with pytest.raises(OutputError, match=r"begun with optuna .* this is optuna 99\.0\.0"):
+    with pytest.raises(OutputError, match=r"started with optuna .* this is optuna 99\.0\.0"):
         Trials(tmp_path, SPACE, MeasureColumn("speed", of="speed"), "maximize", seed=1)
 
 

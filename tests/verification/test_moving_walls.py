@@ -126,7 +126,7 @@ BALL = PLATE.replace(",\n             free: [x, y]", "").replace(
             "conditions:\n",
             "conditions:\n  twice: {kind: wall_motion, wall: plate, direction: y, displacement: "
             "{kind: ramp, value: 1 mm, duration: 1 s}}\n",
-            "is moved by conditions.twice already",
+            "is already moved by conditions.twice",
         ),
         (BALL, "plane_strain, thickness: 10 mm", "axisymmetric", "would leave the axis"),
     ],

@@ -78,7 +78,7 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
     places = every[:, skin.nodes]
     kept = np.isfinite(places).all(axis=2).any(axis=1)
     if not kept.any():
-        raise OutputError("the results hold no frame in which a node still has a place")
+        raise OutputError("the results contain no frame with valid node positions")
     chosen, places, every = chosen[kept], places[kept], every[kept]
     origins = np.nanmean(places, axis=1) * ([0.0, 1.0] if mirrored else 1.0)
     values = shown_values(frames, chosen, field, skin.faces, skin.owners)

@@ -74,7 +74,7 @@ def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
         reason = " ".join(str(error).split())
         raise OutputError(f"{file} is damaged: {reason}", WRITTEN_ANEW) from error
     if not isinstance(scene, dict):
-        raise OutputError(f"{file} is damaged: it is no scene", WRITTEN_ANEW)
+        raise OutputError(f"{file} is damaged: it is not a scene", WRITTEN_ANEW)
     return text, scene
 
 

@@ -46,9 +46,9 @@ def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[V
     elif status == "aborted":
         yield Verdict(BAD, f"aborted: {failure or 'by an error that is in run.log'}")
     elif status == "interrupted":
-        yield Verdict(OPEN, "interrupted: what follows is what there is; --resume goes on with it")
+        yield Verdict(OPEN, "interrupted: results up to the interruption; continue with --resume")
     else:
-        yield Verdict(OPEN, "not finished: the run still goes on, or was killed")
+        yield Verdict(OPEN, "not finished: the run is still active, or was killed")
     if "layout" in summary:
         kind = ENDS[summary["layout"]["verdict"]]
         yield Verdict(good if kind == GOOD else kind, summary["layout"]["sentence"])
@@ -56,7 +56,7 @@ def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[V
     if status == "done" and failure is not None:
         yield Verdict(BAD, failure)
     elif status == "done" and expected:
-        yield Verdict(good, f"as the scene expects: {'; '.join(expected)}")
+        yield Verdict(good, f"expectations of the scene met: {'; '.join(expected)}")
 
 
 def expectations(expect: Mapping[str, Any]) -> Iterator[str]:
@@ -66,6 +66,6 @@ def expectations(expect: Mapping[str, Any]) -> Iterator[str]:
             limits = [f"{word} {value}" for word, value in wanted.items() if value is not None]
             yield f"{name.replace('_', ' ')} {', '.join(limits)}"
         elif name == "exit" and wanted is not None:
-            yield f"the robot leaves by the exit '{wanted}'"
+            yield f"the robot leaves through the exit '{wanted}'"
         elif wanted is not None:
             yield "the robot passes" if wanted else "the robot gets stuck"

@@ -132,19 +132,21 @@ def in_words(findings: Findings, sought: Bisection, cell: CellBoundary) -> str:
     begins = sought.reached(cell.answers.get(found.low, ()))
     if found.state == FOUND:
         if begins:
-            return f"{what} up to {low}, below it from {high} on"
-        return f"{sought.measure} is below {sought.share:g} up to {low}, not below from {high} on"
+            return f"{what} up to {low}, and below it from {high}"
+        return (
+            f"{sought.measure} is below {sought.share:g} up to {low}, and not below it from {high}"
+        )
     if found.state == OUTSIDE:
         levels = "at all" if begins else "at none"
-        return f"{what} {levels} of {low}, {middle}, {high}: no boundary within, if there is one"
+        return f"{what} {levels} of {low}, {middle}, {high}: no boundary was found in this range"
     if found.state == NOT_MONOTONE:
         if begins:
             return f"not monotone: {what} at both {low} and {high}, but not at {middle}"
         return f"not monotone: {what} at neither {low} nor {high}, but at {middle}"
-    between = f"between {low} and {high}, if anywhere"
+    between = f"between {low} and {high}, if there is a boundary"
     if found.state == UNDECIDED:
-        return f"not told, as all runs at a level have failed: {between}"
-    return f"not known yet: {between}"
+        return f"not determined, because all runs at one level failed: {between}"
+    return f"not determined yet: {between}"
 
 
 def boundary_maps(findings: Findings, sought: Bisection) -> list[Diagram]:
@@ -193,7 +195,7 @@ def _line(sought: Bisection, cells: list[CellBoundary], places: np.ndarray) -> S
     middle = np.array([sought.middle(*ends) if np.isfinite(ends[0]) else np.nan for ends in band.T])
     cases = np.array([cell.cases[cell.found.low] for cell in cells])
     return Series(
-        "boundary and its bracket", places, middle, INK, "-", band, cases=cases,
+        "boundary with its bracket", places, middle, INK, "-", band, cases=cases,
         mean=sought.repeats > 1,
     )  # fmt: skip
 
@@ -206,7 +208,7 @@ def _levels(
     kinds = {
         True: (f"{name} at least {sought.share:g}", BLUE),
         False: (f"{name} below {sought.share:g}", ORANGE),
-        None: ("not told", QUIET),
+        None: ("not determined", QUIET),
     }
     found = []
     for answer, (words, colour) in kinds.items():

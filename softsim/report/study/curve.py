@@ -93,7 +93,7 @@ def pass_rate_in_words(findings: Findings) -> str:
     others = verdicts.filter(verdicts != Verdict.PASSED.value).value_counts(sort=True)
     rest = "".join(f", {number} {verdict}" for verdict, number in others.iter_rows())
     uncounted = findings.table.height - count
-    without = f"; {uncounted} more without a verdict are not counted" if uncounted else ""
+    without = f"; {uncounted} more without a verdict (not counted)" if uncounted else ""
     return (
         f"passed: {passed} of {count} cases, {100.0 * passed / count:.0f} % "
         f"({100.0 * CONFIDENCE:g} % interval, Wilson: {100.0 * low:.0f} to {100.0 * high:.0f} %)"
@@ -110,11 +110,11 @@ def remark(findings: Findings, x: Axis, y: Axis, by: Axis | None) -> str:
         n = f"{high}" if low == high else f"{low} to {high}"
         about = f"mean and {BAND:g} standard deviations"
         if is_share(findings, y):
-            about = f"share and its {100.0 * CONFIDENCE:g} % interval (Wilson)"
+            about = f"fraction with its {100.0 * CONFIDENCE:g} % interval (Wilson)"
         said.append(f"{about} of n = {n} repeats")
     apart = [axis.name for axis in findings.varied if axis not in (x, by)]
     if apart:
-        said.append(f"a line each of {', '.join(apart)}")
+        said.append(f"one line for each {', '.join(apart)}")
     return "; ".join(said)
 
 

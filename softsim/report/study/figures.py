@@ -97,6 +97,7 @@ def parallel_chart(findings: Findings) -> Chart:
     shown = colour_axis(colour, values) | {"showscale": False}  # the last axis says it
     layout = {"coloraxis": shown, "margin": {"l": 70, "r": 70, "t": 60, "b": 24}}
     title = (
-        f"all factors, a line a case, coloured by {colour.axis.name}; drag along an axis to select"
+        f"all factors, one line per case, coloured by {colour.axis.name}; drag along an axis to "
+        "select"
     )
     return Chart(title, [trace], layout, 420, width=PARALLEL_WIDTH * len(scales))

@@ -113,8 +113,8 @@ class Findings:
         """Raises OutputError unless a factor or measure is called `name`."""
         if name not in self.axes:
             raise OutputError(
-                f"the study has no factor and no measure {name!r} to draw",
-                hint=f"it has {', '.join(self.axes)}",
+                f"the study has no factor or measure {name!r} to draw",
+                hint=f"available: {', '.join(self.axes)}",
             )
         return self.axes[name]
 

@@ -67,7 +67,7 @@ def state_of(findings: Findings) -> tuple[str, str]:
     said += [f"{counts[s]} {s}" for s in (FAILED, LOST, PRUNED, WAITING) if counts.get(s)]
     doubtful = warned_count(findings)
     if doubtful:
-        said.append(f"{doubtful} with warnings, which summary.json of each case lists")
+        said.append(f"{doubtful} with warnings, listed in summary.json of each case")
     words = f"{findings.record.status}: {', '.join(said)}"
     if findings.record.status != "done" or counts.get(WAITING):
         return "open", words
@@ -113,5 +113,5 @@ def reasons_of(findings: Findings) -> list[tuple[str, int, str]]:
     for reason, cases in groups.iter_rows():
         named = ", ".join(map(str, cases[:MOST_NAMED]))
         more = " ..." if len(cases) > MOST_NAMED else ""
-        found.append((reason or "no reason given", len(cases), named + more))
+        found.append((reason or "no reason recorded", len(cases), named + more))
     return sorted(found, key=lambda group: -group[1])

@@ -92,7 +92,7 @@ def progress(findings: Findings, goal: Goal) -> Diagram:
     y, done = findings.scale(goal.measure), findings.done.sort("case")
     trials, objective = TRIAL.places(done["case"]), y.places(done[y.axis.column])
     cases, so_far = done["case"].to_numpy(), best_so_far(objective, goal.sense)
-    each = Series("a trial", trials, objective, SKY, POINTS, cases=cases)
+    each = Series("trial", trials, objective, SKY, POINTS, cases=cases)
     best = Series("best so far", trials, so_far, ORANGE, STEPS, cases=cases)
     return _marked(findings, TRIAL, y, (each, best))
 
@@ -174,7 +174,7 @@ def remark_on_cells(findings: Findings, x: AxisScale, y: AxisScale) -> str:
     said = [f"mean over {', '.join(others)}"] if others else []
     failed = findings.design_points[FAILED_COUNT].sum()
     if others and failed:
-        said.append(f"without {failed} that failed")
+        said.append(f"without {failed} failed cases")
     return ", ".join(said)
 
 
