@@ -26,14 +26,14 @@ from softsim.machine import (
 def test_threads_that_are_no_number_of_workers_are_refused(asked):
     with pytest.raises(DeviceError, match=f"--threads {asked}") as caught:
         asked_threads(asked)
-    assert f"1 to {processor_count()} fit" in caught.value.hint
+    assert f"1 to {processor_count()} on this machine" in caught.value.hint
 
 
 def test_more_threads_than_processors_are_refused_with_what_fits():
     there = processor_count()
     with pytest.raises(DeviceError) as caught:
         asked_threads(there + 1)
-    assert f"--threads {there} at most" in caught.value.hint
+    assert f"use --threads {there} or less" in caught.value.hint
     assert asked_threads(str(there)) == there
 
 

@@ -110,7 +110,7 @@ def sample_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
 
 def scene_lines(found: Calibration, pressure: str, body: str) -> str:
     """What the section's scene has to say (YAML): as it is, or of the equivalent thickness."""
-    blocks = [_block(pressure, body, found.mapping, found.thickness, "thickness as in the scene")]
+    blocks = [_block(pressure, body, found.mapping, found.thickness, "section as in the scene")]
     if found.thick_mapping is not None and found.equivalent_thickness is not None:
         thick = (found.thick_mapping, found.equivalent_thickness)
         blocks.append(

@@ -51,7 +51,7 @@ def test_the_numbers_tell_spikes_stiffness_and_thickness(found):
     rows = dict(calibration_rows(found))
     assert "n/4 = 3.5 spikes of 2 mm" in rows["thickness"]
     assert "ratio 2" in rows["stiffness, transverse"]
-    assert "ratio 2.5" in rows["stiffness along it"]
+    assert "ratio 2.5" in rows["stiffness, along the pipe"]
     assert rows["equivalent thickness"].startswith("14 mm")
 
 
