@@ -197,6 +197,12 @@ def test_the_table_of_materials_has_the_constants_of_the_library():
     assert {name: [float(c) for c in row.split(" | ")[:4]] for name, row in rows} == library
 
 
+def test_the_page_of_examples_lists_every_scene():
+    page = (ROOT / "docs" / "reference" / "examples.md").read_text()
+    scenes = sorted(str(path.relative_to(ROOT)) for path in (ROOT / "scenes").rglob("*.yaml"))
+    assert [path for path in scenes if f"`{path}`" not in page] == []
+
+
 def test_every_page_is_in_the_site():
     docs = ROOT / "docs"
     parts = yaml.safe_load((docs / "site" / "mkdocs.yml").read_text())["nav"]
