@@ -71,7 +71,7 @@ def refuse_verdict(names: Names) -> None:
             raise names.loaded.error(
                 ("expect", key),
                 f"{key} needs a layout, which this scene does not have",
-                "add layout: {}, beside a wall of kind pipe_path",
+                "add layout: {} and a wall of kind pipe_path",
             )
 
 

@@ -278,7 +278,7 @@ def read_rigid_surface(
             mesh = read_mesh(path, data.length_unit, reduce_order=True).mesh
             points, faces = mesh.points, simplex_facets(mesh.facet_sets[SURFACE])[0]
     if points.shape[1] != names.dimension:
-        needed = {2: "a section, such as a polygon by its points", 3: "a surface in space"}
+        needed = {2: "a section, such as a polygon by its points", 3: "a 3D surface"}
         raise MeshError(
             f"{data.file} has {points.shape[1]} dimensions, the model has {names.dimension}",
             hint=f"give {needed[names.dimension]}",

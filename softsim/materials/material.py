@@ -69,7 +69,7 @@ class Material:
         text = f"{self.name}, {len(times)} Maxwell branches of {span}"
         if self.spectrum_error is None:
             return text
-        return f"{text}, at most {100.0 * self.spectrum_error:.2g} % away from its spectrum"
+        return f"{text}, fitted to the spectrum within {100.0 * self.spectrum_error:.2g} %"
 
 
 def bulk_modulus_from_poisson_ratio(shear_modulus: float, poisson_ratio: float) -> float:

@@ -99,7 +99,7 @@ def _contact(loaded: LoadedScene) -> Iterator[Row]:
     contact, touching = scene.contact, scene.contact.self_contact
     outlines = [name for name, rigid in scene.rigid_bodies.items() if rigid.supports]
     pairs = ["bodies with walls"] if scene.environment.walls else []
-    pairs += [f"outline of '{name}' with walls" for name in outlines]
+    pairs += [f"outline of '{name}' with its supports" for name in outlines]
     if touching:
         pairs.append(f"{', '.join(touching)} with themselves and each other")
     pairs += [" with ".join(pair.between) for pair in contact.pairs]

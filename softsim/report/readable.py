@@ -99,7 +99,7 @@ FOUND = {
         lambda v: ", ".join(f"{100.0 * s:.0f}" for s in v) + " % of the time",
         "Fraction of the time in which each row of spikes, or limb, was in contact with a wall, "
         "in order.",
-        label="contact time of each row",
+        label="time in contact, each row",
     ),
     "mean_contact_area": Entry(
         lambda v: f"{v * 1e6:.3g} mm^2",

@@ -38,7 +38,7 @@ MEASURES = {
     "standstill": {"of": "layout.longest_standstill.duration", "about": "longest standstill"},
     "patience_used": {
         "of": "layout.patience_used",
-        "about": "share of the patience used, 1 if stuck",
+        "about": "fraction of the patience used, 1 if stuck",
     },
 }
 

@@ -40,7 +40,7 @@ def test_a_silicone_of_the_library(build):
         target = storage * (1.0 + 1j * loss_factor)
         error = abs(complex_modulus(material, frequency) / target - 1.0)
         assert error < material.spectrum_error
-    says = "4 Maxwell branches of 21.8 us to 119 ms, at most 3.4 % away from its spectrum"
+    says = "4 Maxwell branches of 21.8 us to 119 ms, fitted to the spectrum within 3.4 %"
     assert material.describe() == f"dragon_skin_10, {says}"
 
 

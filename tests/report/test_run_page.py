@@ -63,7 +63,7 @@ def test_displacements_and_probes_come_first_and_bookkeeping_is_folded(folder: P
         ("body displacement", "-3.5 mm in y, 0.05 mm in the mean radius"),
         ("body speed at the end", "-2 mm/s in y"),
         ("frame x", "8 mm at the end, from 0 to 9"),
-        ("contact time of each row", "100, 24 % of the time"),
+        ("time in contact, each row", "100, 24 % of the time"),
         ("sliding contact", "3 % of the normal impulse"),
     ]
     found, _, folded = write_run_page(folder).read_text("utf-8").partition("<details")
