@@ -23,16 +23,10 @@ MARK = "<!-- generated -->"
 # A profile exists for each quantity and for factors; the page describes that of a pressure.
 SHAPES = "Constant|Ramp|SmoothStep|Sine|Table|PeriodicCycles"
 OF_QUANTITY = re.compile(rf"^(Length|Velocity|Force|ForceDensity|Mass|Volume|Factor)(?={SHAPES}$)")
-OF_FACTOR = {"Constant": "Constant", "Ramped": "Ramp", "Smooth": "SmoothStep", "Sine": "Sine",
-             "Periodic": "PeriodicCycles"}  # fmt: skip
 # Examples in a text: {a: {b: c}}, [[a, b], [c, d]], [a, b]; what stands in backquotes stays.
 NESTED = r"\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\}"
 EXAMPLE = re.compile(rf"`[^`]*`|{NESTED}|\[\[.*?\]\]|\[[^\]]*\]")
 BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
-PROFILES = """Values over time. The tables show the profiles of a pressure. Those of other
-quantities have the same keys, with values in their own units; those of factors have plain numbers,
-by default 1. Cycles with rates, natural deflation and event cycles exist for pressures only."""
-STYLE = "<style>td:first-child code, td:nth-child(2) code { white-space: nowrap; }</style>"
 
 
 def on_page_markdown(markdown: str, page: Page, **_: object) -> str:
@@ -56,22 +50,19 @@ def commands() -> str:
 
 def target(reference: str) -> str:
     """Return the name of the class that a reference leads to; of a profile that of a pressure."""
-    name = reference.rpartition("/")[2]
-    shape = OF_FACTOR.get(name.removesuffix("Factor"))
-    return f"Pressure{shape}" if shape else OF_QUANTITY.sub("Pressure", name)
+    return OF_QUANTITY.sub("Pressure", reference.rpartition("/")[2])
 
 
 def named(part: Any) -> Iterator[str]:
     """Yield the names of the classes that a part of the schema refers to."""
+    if isinstance(part, list):
+        part = dict(enumerate(part))
     if isinstance(part, dict):
         for key, value in part.items():
             if key == "$ref":
                 yield target(value)
             elif key != "discriminator":
                 yield from named(value)
-    elif isinstance(part, list):
-        for value in part:
-            yield from named(value)
 
 
 def coded(text: str) -> str:
@@ -107,13 +98,13 @@ class SceneReference:
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the page."""
-        yield from (STYLE, "", "## Top-level keys", "", *self.table(self.scene))
+        yield from ("## Top-level keys", "", *self.table(self.scene))
         for key in [key for key in self.keys if key in self.sections]:
             yield from ("", f"## {key}", "", coded(self.meaning(self.keys[key])), "")
             yield f"Value: {self.kind(self.keys[key])}."
             for name in self.sections[key]:
                 yield from self.described(name)
-        yield from ("", "## Profiles", "", PROFILES)
+        yield from ("", "## Profiles")
         for name in self.sections["profiles"]:
             yield from self.described(name)
 

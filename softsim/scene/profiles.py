@@ -198,19 +198,19 @@ PLAIN = (
 )
 
 
-class ConstantFactor(Constant[Number]):
+class FactorConstant(Constant[Number]):
     """Constant factor, reached at once or by a linear ramp from zero."""
 
     value: Number = Field(default=1.0, description=f"Factor, {PLAIN}")
 
 
-class RampedFactor(Ramp[Number]):
+class FactorRamp(Ramp[Number]):
     """Factor with a linear ramp from zero, constant afterwards."""
 
     value: Number = Field(default=1.0, description=f"Final factor, {PLAIN}")
 
 
-class SmoothFactor(SmoothStep[Number]):
+class FactorSmoothStep(SmoothStep[Number]):
     """Factor with a smooth step from zero, value times u^2 (3 - 2 u) with u = time
     / duration, constant afterwards.
     """
@@ -218,13 +218,13 @@ class SmoothFactor(SmoothStep[Number]):
     value: Number = Field(default=1.0, description=f"Final factor, {PLAIN}")
 
 
-class SineFactor(Sine[Number]):
+class FactorSine(Sine[Number]):
     """Factor as a sine wave: mean + amplitude sin(2 pi frequency t + phase)."""
 
     amplitude: Number = Field(default=1.0, description=f"Amplitude of the factor, {PLAIN}")
 
 
-class PeriodicFactor(PeriodicCycles[Number]):
+class FactorPeriodicCycles(PeriodicCycles[Number]):
     """Factor with periodic trapezoids: rise, hold, fall, rest."""
 
     highest: Number = Field(default=1.0, description=f"Highest factor, {PLAIN}")
@@ -459,7 +459,12 @@ ForceDensityProfile = Annotated[
     Field(discriminator="kind"),
 ]
 FactorProfile = Annotated[
-    ConstantFactor | RampedFactor | SmoothFactor | SineFactor | Table[Number] | PeriodicFactor,
+    FactorConstant
+    | FactorRamp
+    | FactorSmoothStep
+    | FactorSine
+    | Table[Number]
+    | FactorPeriodicCycles,
     Field(discriminator="kind"),
 ]
 
