@@ -141,7 +141,7 @@ class Motor(Part):
     weight: Literal["in_head", "added"] = Field(
         default="in_head",
         description="Weight of the eccentric mass. in_head: included in the head's mass. added: "
-        "added to it, as in equation 3.2 of the thesis.",
+        "added to it, as in 3.2 of the thesis.",
     )
 
 

@@ -19,9 +19,10 @@ Limits = Annotated[tuple[FrictionCoefficient, FrictionCoefficient], AfterValidat
 
 
 class Trailed(Part):
-    """Tether for `softsim reach`, which computes the length of tether that a robot can trail
-    through a layout. The defaults are the PufferFace Robot's air line, a polyurethane tube of 2 mm
-    with a bore of 1.2 mm and wires of 0.6 g/m (assumed), on acrylic (thesis, 6.5).
+    """Tether for `softsim reach`, which computes how far a robot gets through a layout with it.
+
+    The defaults are the PufferFace Robot's air line, a polyurethane tube of 2 mm with a bore of
+    1.2 mm and wires of 0.6 g/m (assumed), on acrylic (thesis, 6.5).
     """
 
     mass_per_length: PositiveLineDensity = Field(
