@@ -80,14 +80,20 @@ def spectra_rows(material: DrawnSpectrum) -> list[tuple[str, str]]:
     ends = series.modulus(np.array(material.band)).real
     rows = [
         ("long-term", f"{material.long_term_modulus / 1e3:.4g} kPa, shear"),
-        ("band", f"{low} to {high}: storage {ends[0]:.3g} to {ends[1]:.3g} times the long-term"),
+        (
+            "band",
+            f"{low} to {high}: storage modulus {ends[0]:.3g} to {ends[1]:.3g} times the "
+            "long-term modulus",
+        ),
     ]
     if material.fit is not None:
         error = 100.0 * material.fit.largest_error
-        rows.append(("error", f"{error:.2g} % of the complex modulus at most"))
+        rows.append(("error", f"at most {error:.2g} % of the complex modulus"))
     for time, modulus, share in zip(
         series.relaxation_times, series.moduli, series.shares, strict=True
     ):
         shown = format_quantity(float(f"{time:.4g}"), "s")
-        rows.append(("branch", f"{shown}, {modulus:.4g} times the long-term, g = {share:.4g}"))
+        rows.append(
+            ("branch", f"{shown}, {modulus:.4g} times the long-term modulus, g = {share:.4g}")
+        )
     return rows
