@@ -43,15 +43,15 @@ COLUMNS = {
     "centre enters [s]": ("entered", 1.0, ".2f"),
     "centre leaves [s]": ("left", 1.0, ".2f"),
     "mean speed [mm/s]": ("mean_speed", 1e3, ".1f"),
-    "rows in contact": ("most_rows_in_contact", 1.0, ".0f"),
-    "least clearance [mm]": ("least_clearance", 1e3, ".2f"),
+    "most rows": ("most_rows_in_contact", 1.0, ".0f"),
+    "least gap [mm]": ("least_clearance", 1e3, ".2f"),
 }
 """Heading -> name in the report, factor to the heading's unit, how it is written. from, to:
 arc lengths of the centre line; speed: mean; rows: of spikes; gap: between frame and wall."""
 
 CAPTION = (
-    "Path of the centre of the robot through the layout. Rows in contact: largest number of rows "
-    "of spikes that touch at once. Least clearance: smallest distance between frame and wall"
+    "Path of the centre of the robot through the layout. Most rows: largest number of rows "
+    "of spikes in contact at once. Least gap: smallest distance between frame and wall"
 )
 
 

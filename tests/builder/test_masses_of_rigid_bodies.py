@@ -25,7 +25,7 @@ def test_a_total_mass_holds_that_of_the_bodies_tied_to_it(build):
 
 
 def test_a_total_mass_below_that_is_refused(build):
-    with pytest.raises(SceneError, match=r"2 g are given.*'hand' have 2 g") as caught:
+    with pytest.raises(SceneError, match=r"total_mass is 2 g.*'hand' have 2 g") as caught:
         build(FREE, "rigid_bodies.hand.total_mass=2 g")
     assert "rigid_bodies.hand.total_mass" in str(caught.value.location)
 

@@ -110,7 +110,7 @@ HALVES = (
         (scene("sector: 90 deg\n    rings: skin\n    regions: {skin: {thickness: 3 mm}}",
                ("plane_strain", "ring_section")), "3 mm",
          "all cells of 'skin' are rings around the axis", "are not rings"),
-        (scene("regions: {spikes: {}}"), "{}", "give either", ""),
+        (scene("regions: {spikes: {}}"), "{}", "needs its own material or thickness", ""),
         (scene(SPIKES) + PUSH, "[skin.surface]", "regions", "a separate load"),
     ],
 )  # fmt: skip

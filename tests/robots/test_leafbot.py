@@ -72,7 +72,7 @@ def test_a_straight_limb():
         ({"root_thickness": 15e-3}, "limb_pitch is 14 mm and the limbs overlap"),
         ({"rows_under_head": 6}, "rows_under_head is 6; it may be 1 to 5, all rows"),
         ({"thickness": 0.0}, "thickness is 0 mm; it must be positive"),
-        ({"cells": "simplex", "limb_columns": 2}, "limb_columns is 2; triangles"),
+        ({"cells": "simplex", "limb_columns": 2}, "limb_columns is 2; for triangles"),
         ({"cells": "simplex", "tip_thickness": 0.5e-3}, "the limb is .* thick"),
     ],
 )

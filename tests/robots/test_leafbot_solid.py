@@ -106,7 +106,7 @@ def test_the_top_faces_upward(cells):
         ({"side_distance": 15e-3}, "side_distance is 15 mm .* more than 15 mm is needed"),
         ({"limb_width": 0.0}, "limb_width is 0 mm; it must be positive"),
         ({"lean": -1e-3}, "lean is -1 mm"),
-        ({"cells": "simplex", "limb_layers": 2}, "limb_layers is 2; triangles and tetrahedra"),
+        ({"cells": "simplex", "limb_layers": 2}, "limb_layers is 2; for triangles and tetrahedra"),
     ],
 )
 def test_parameters_out_of_range_are_named_with_their_limit(change, said):

@@ -86,7 +86,10 @@ def test_sides(cells):
         ({"spike_pitch": 3e-3}, "spike_pitch is 3 mm and the spikes overlap; .* 3.7 mm"),
         ({"column_pitch": 2.5e-3}, "column_pitch is 2.5 mm and the columns overlap; .* 2.7 mm"),
         ({"front_radius": 3e-3}, "front_radius is 3 mm; .* at least 3.725 mm"),
-        ({"cells": "simplex", "spike_layers": 2}, "spike_layers is 2; triangles and tetrahedra"),
+        (
+            {"cells": "simplex", "spike_layers": 2},
+            "spike_layers is 2; for triangles and tetrahedra",
+        ),
     ],
 )
 def test_parameters_out_of_range_are_named_with_their_limit(change, said):

@@ -67,7 +67,7 @@ def test_goes_on_to_the_same_bits(build, fresh_taichi):
     [
         ("body: slider", "body: far", "no rigid body 'far'"),
         ("direction: x", "direction: z", "no direction z"),
-        ("direction: x", "direction: y", "held or moved along y already"),
+        ("direction: x", "direction: y", "already held or moved along y"),
         ("value: 6 mm", "value: 6 N", "a length"),
         (
             "kind: smooth_step, value: 6 mm, duration: 20 ms",

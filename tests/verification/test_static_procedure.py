@@ -199,7 +199,7 @@ def test_a_steady_probe_ends_it(run):
     "override, message",
     [
         ("time.until={probe: tap, within: 0.1}", "there is no probe 'tap'"),
-        ("time={end: 1 s, until: {probe: tip, within: 0.1}}", "does not come to rest"),
+        ("time={end: 1 s, until: {probe: tip, within: 0.1}}", "only a static run can end"),
     ],
 )
 def test_a_probe_that_cannot_end_it(build, override, message):

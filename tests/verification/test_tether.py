@@ -216,7 +216,7 @@ def test_the_stable_step_knows_it(build):
         "loads.tail.pitch_stiffness=300 N*m/rad",
     )  # fmt: skip
     limit = stable_step(model, model.points)
-    assert limit.limit == "the tether of a rigid body"
+    assert limit.limit == "tether of a rigid body"
     omega = 1e7 / MASS + (1e7 * ARM**2 + 300.0) / INERTIA
     assert limit.value == pytest.approx(2.0 / np.sqrt(omega / 0.75), rel=1e-3)
 
