@@ -26,7 +26,7 @@ from softsim.study.cases import (
 from softsim.study.description import describe
 from softsim.study.loading import LoadedStudy
 from softsim.sweep.checks import refusals
-from softsim.sweep.cost import foretold_cost, stored_cost, told_cost
+from softsim.sweep.cost import estimated_cost, stored_cost, cost_line
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
 
 MANY = 10_000
@@ -86,8 +86,8 @@ def print_plan(
     for line in refusals(waiting, device):
         console.print(line, highlight=False, markup=False, soft_wrap=True)
     if waiting:
-        each = stored_cost(frame) or foretold_cost(waiting[0], device)
-        console.print(told_cost(each, left, device, workers), highlight=False, soft_wrap=True)
+        each = stored_cost(frame) or estimated_cost(waiting[0], device)
+        console.print(cost_line(each, left, device, workers), highlight=False, soft_wrap=True)
 
 
 def print_results(

@@ -32,7 +32,7 @@ def _model(model: BaseModel, tree: Tree | None) -> Iterator[str]:
 
 
 def _entry(head: str, value: Any, given: Tree | None, default: Any) -> Iterator[str]:
-    """A key, or the dash of a list entry, with its value."""
+    """Yield the lines of a key, or of the dash of a list entry, with its value."""
     if isinstance(value, BaseModel):
         yield head
         yield from (INDENT + line for line in _model(value, given))
@@ -64,7 +64,7 @@ def _dashed(entry: Any, given: Tree | None) -> Iterator[str]:
 
 
 def flow_text(value: Any) -> str:
-    """A scalar, list or mapping, plain or a Tree, as YAML on one line."""
+    """Return a scalar, list or mapping, plain or a Tree, as YAML on one line."""
     if isinstance(value, Tree):
         if isinstance(value.value, list | dict | str | bool) or value.value is None:
             return flow_text(value.value)
@@ -101,7 +101,7 @@ def phrase(tree: Tree) -> str:
 
 
 def _text(text: str) -> str:
-    """A text, plain where it is read as the same text plain, in quotes otherwise."""
+    """Return a text as YAML, in quotes only where they are needed."""
     safe = text and text.isascii() and all(c.isalnum() or c in " ./*^+-_" for c in text)
     if safe and _reads_back(text):
         return text
@@ -120,7 +120,7 @@ def _reads_back(text: str) -> bool:
 
 
 def _origin(given: Tree | None) -> str:
-    """The places that the scalars of `given` come from, each once."""
+    """Return the places in files that the scalars of `given` come from, each once."""
     if given is None:
         return DEFAULT
     if isinstance(given.value, list) and given.value:

@@ -26,7 +26,7 @@ def part_names() -> list[str]:
 
 
 def part_file(named: Tree) -> Path:
-    """The file of the robot or part that an include names.
+    """Return the file of the robot or part that an include names.
 
     Raises
     ------

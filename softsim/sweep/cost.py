@@ -19,8 +19,10 @@ from softsim.sweep.ledger import WALL_TIME
 
 @dataclass(frozen=True)
 class Cost:
-    """What a case takes of one core, or of a graphics card: `seconds`. basis: on what that stands;
-    is_bound: it takes no more.
+    """Estimated cost of a case.
+
+    seconds: time on one core or one graphics card. basis: what the estimate rests on. is_bound:
+    True for an upper bound.
     """
 
     seconds: float
@@ -28,8 +30,8 @@ class Cost:
     is_bound: bool
 
 
-def told_cost(each: Cost, runs: int, device: str, workers: int | None) -> str:
-    """What runs cost together, in a line."""
+def cost_line(each: Cost, runs: int, device: str, workers: int | None) -> str:
+    """Return a line with the total cost of the runs."""
     alone = chosen_device(device) == "cuda"
     count = workers or (1 if alone else processor_count())
     most, place = "at most " * each.is_bound, "GPU hours" if alone else "core hours"
@@ -42,7 +44,7 @@ def told_cost(each: Cost, runs: int, device: str, workers: int | None) -> str:
 
 
 def stored_cost(frame: polars.DataFrame) -> Cost | None:
-    """The mean of the cases that are stored; None where there are none."""
+    """Return the mean cost of the stored cases; None where there are none."""
     times = frame.filter(polars.col("status") == DONE)[WALL_TIME].drop_nulls().to_list()
     if not times:
         return None
@@ -54,8 +56,9 @@ def stored_cost(frame: polars.DataFrame) -> Cost | None:
 
 
 def cost_in_pilot(job: Job, device: str) -> Cost:
-    """What a case of finite elements costs, foretold by a pilot. SoftsimError: its scene is none,
-    or a guard stops its first increments.
+    """Return the cost of a finite element case, estimated by a short trial run.
+
+    Raises SoftsimError where the scene is invalid or a guard stops the trial.
     """
     from softsim.run.pilot import predicted_duration  # Taichi is imported from here on
     from softsim.run.scenes import ready_model
@@ -74,7 +77,7 @@ def cost_in_pilot(job: Job, device: str) -> Cost:
 
 
 def cost_of_chain(job: Job, device: str) -> Cost:
-    """What a case of a chain costs, which takes seconds: it is run. SoftsimError: it cannot be."""
+    """Return the cost of a case of a chain, which is run; SoftsimError where it cannot run."""
     from softsim.chain.running import run_chain
 
     with TemporaryDirectory() as folder:
@@ -90,6 +93,6 @@ COSTS: dict[type[Source], Callable[[Job, str], Cost]] = {
 """How the cost of a case is foretold."""
 
 
-def foretold_cost(job: Job, device: str) -> Cost:
-    """What a case costs, before any has run. SoftsimError: it cannot be run."""
+def forecost_line(job: Job, device: str) -> Cost:
+    """Return the estimated cost of a case; SoftsimError where it cannot run."""
     return COSTS[type(job.case.source)](job, device)
