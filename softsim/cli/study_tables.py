@@ -26,7 +26,7 @@ from softsim.study.cases import (
 from softsim.study.description import describe
 from softsim.study.loading import LoadedStudy
 from softsim.sweep.checks import refusals
-from softsim.sweep.cost import estimated_cost, stored_cost, cost_line
+from softsim.sweep.cost import cost_line, estimated_cost, stored_cost
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
 
 MANY = 10_000
