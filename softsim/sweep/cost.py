@@ -93,6 +93,6 @@ COSTS: dict[type[Source], Callable[[Job, str], Cost]] = {
 """How the cost of a case is foretold."""
 
 
-def forecost_line(job: Job, device: str) -> Cost:
+def estimated_cost(job: Job, device: str) -> Cost:
     """Return the estimated cost of a case; SoftsimError where it cannot run."""
     return COSTS[type(job.case.source)](job, device)
