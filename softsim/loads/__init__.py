@@ -1,1 +1,1 @@
-"""Loads: one file a load."""
+"""Loads on nodes, facets and rigid bodies: one module for each kind."""

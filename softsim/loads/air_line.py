@@ -1,6 +1,6 @@
-"""A chamber at the end of a tube: pump and valve, a sensor beside them, the tube, the robot.
+"""Chamber fed through a tube by a pump, with a valve and a pressure sensor at the pump's end.
 
-Two volumes of an ideal gas at one temperature, with absolute pressures p:
+The model has two volumes of an ideal gas at one temperature, with absolute pressures p:
 
     p_1 V_1 = m_1 R T     pump, valve, sensor, half of the tube; V_1 is constant
     p_2 V_2 = m_2 R T     the chamber, half of the tube; V_2 follows the mesh
@@ -8,20 +8,22 @@ Two volumes of an ideal gas at one temperature, with absolute pressures p:
 
     q     = K (p_1^2 - p_2^2),  K = pi d^4 / (256 mu L R T)
     valve = G (p_1^2 - p_a^2) while it is open
-    pump  = m_0 (1 - (p_1 - p_a) / p_stall) while it runs, nothing backward
+    pump  = m_0 (1 - (p_1 - p_a) / p_stall) while it runs, never backwards
 
-q is the laminar flow of a gas that expands on its way at one temperature: the law of Hagen and
-Poiseuille on each piece of the tube, -dp/dx = 128 mu q R T / (pi d^4 p), taken along it.
+q is the laminar flow of a gas that expands isothermally along the tube: the law of Hagen and
+Poiseuille for each piece of the tube, -dp/dx = 128 mu q R T / (pi d^4 p), integrated over its
+length.
 
-Pump and valve are either on or off. While the wanted pressure rises, and stays after a rise, the
-pump keeps the sensor, p_1, within `band` about it; while that falls, and stays after a fall, the
-valve does. Before t = 0 the valve is open, and the gas at ambient pressure.
+Pump and valve are either on or off. While the wanted pressure rises, and after a rise, the pump
+keeps the sensor pressure p_1 within `band` of it; while it falls, and after a fall, the valve does.
+Before t = 0 the valve is open and the gas is at ambient pressure.
 
-A short tube is stiff: it evens p_1 and p_2 out within microseconds. So each of the three flows is
-solved exactly over an increment, one after another: half the tube's with the chamber as it was,
-then the pump's or the valve's, then the other half of the tube's with the chamber as it is (Strang
-1968). That is stable for any tube, and of second order in the increment (of first where the tube
-evens out within one); what leaves one volume enters the other.
+A short tube is stiff: it equalises p_1 and p_2 within microseconds. Each of the three flows is
+therefore solved exactly over an increment, in a symmetric splitting: half of the tube's flow with
+the previous volume of the chamber, then the flow of the pump or the valve, then the other half of
+the tube's flow with the present volume (Strang 1968). The scheme is stable for any tube and of
+second order in the increment (of first order where the tube equalises within one increment); mass
+is conserved.
 """
 
 import math
@@ -49,33 +51,34 @@ LAMINAR = 2300.0
 
 @dataclass(frozen=True)
 class Tube:
-    """length, bore [m], viscosity of the gas [Pa s]."""
+    """Tube with its length and bore [m] and the viscosity of the gas [Pa s]."""
 
     length: float
     bore: float
     viscosity: float
 
     def conductance(self, specific_energy: float) -> float:
-        """K [kg/(s Pa^2)] for a gas of R T = `specific_energy` [J/kg]."""
+        """Return K [kg/(s Pa^2)] for a gas of R T = `specific_energy` [J/kg]."""
         return math.pi * self.bore**4 / (256.0 * self.viscosity * self.length * specific_energy)
 
     @property
     def volume(self) -> float:
-        """Of the gas in it [m^3]."""
+        """Volume of the gas in the tube [m^3]."""
         return 0.25 * math.pi * self.bore**2 * self.length
 
     def reynolds_number(self, flow: float) -> float:
-        """4 m / (pi d mu) of a flow [kg/s]."""
+        """Return the Reynolds number 4 m / (pi d mu) of a mass flow m [kg/s]."""
         return 4.0 * flow / (math.pi * self.bore * self.viscosity)
 
 
 @dataclass(frozen=True)
 class AirLine:
-    """What feeds a chamber through a tube; see above.
+    """Air supply of a chamber through a tube; the module docstring states the equations.
 
-    course: what the sensor is to show. initial_volume [m^3]: of the model's chamber at the start;
-    the gas has `volume_ratio` times as much room, and `side_volume` beside. line_volume: V_1.
-    specific_energy: R T [J/kg]. valve: G [kg/(s Pa^2)]. pump_flow: m_0 [kg/s]. stall, band [Pa].
+    course: time history of the pressure that the sensor should show. initial_volume [m^3]: volume
+    of the model's chamber at the start; the gas fills `volume_ratio` times the chamber volume plus
+    `side_volume` [m^3]. line_volume: V_1 [m^3]. specific_energy: R T [J/kg]. valve: G [kg/(s
+    Pa^2)]. pump_flow: m_0 [kg/s]. stall, band [Pa].
     """
 
     course: Course
@@ -105,59 +108,64 @@ class AirLine:
 
     @property
     def peak(self) -> str:
-        """The highest pressure that the sensor is to show, and the volume of the chamber."""
+        """Highest pressure that the sensor should show, and the volume of the chamber, as text."""
         return f"{self.course.peak} at the sensor, chamber of {1e6 * self.initial_volume:.4g} ml"
 
     @property
     def tube_conductance(self) -> float:
-        """K [kg/(s Pa^2)]."""
+        """Conductance K of the tube [kg/(s Pa^2)]."""
         return self.tube.conductance(self.specific_energy)
 
     @property
     def ambient_density(self) -> float:
-        """Of the gas [kg/m^3]."""
+        """Density of the gas at ambient pressure [kg/m^3]."""
         return self.ambient_pressure / self.specific_energy
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which the time course that is wanted ends."""
+        """Time [s] at which the time history of the wanted pressure ends."""
         return self.course.last_change
 
     @property
     def cycle_count(self) -> float:
-        """Cycles that are wanted."""
+        """Number of cycles of the wanted pressure."""
         return self.course.cycle_count
 
     def cycle_end(self, number: int) -> float:
-        """When a wanted cycle ends [s]; number: from 1 to `cycle_count`."""
+        """Return the time [s] at which a cycle of the wanted pressure ends.
+
+        number: from 1 to `cycle_count`.
+        """
         return self.course.cycle_end(number)
 
     def room(self, volume: float) -> float:
-        """V_2 [m^3] of the gas where the model's chamber has `volume` [m^3]."""
+        """Return the gas volume V_2 [m^3] for a `volume` [m^3] of the model's chamber."""
         return self.volume_ratio * volume + self.side_volume
 
     def through_tube(self, inside: float, outside: float) -> float:
-        """Flow [kg/s] from one overpressure [Pa] to another."""
+        """Return the flow [kg/s] through the tube from one overpressure [Pa] to another."""
         absolute = inside + self.ambient_pressure, outside + self.ambient_pressure
         return self.tube_conductance * (absolute[0] ** 2 - absolute[1] ** 2)
 
     def pumped(self, against: float) -> float:
-        """Flow [kg/s] of the running pump against an overpressure [Pa]."""
+        """Return the flow [kg/s] of the running pump against an overpressure [Pa]."""
         return self.pump_flow * max(1.0 - against / self.stall, 0.0)
 
     def released(self, inside: float) -> float:
-        """Flow [kg/s] out of a chamber of this overpressure [Pa] through tube and open valve: K G /
-        (K + G) (p^2 - p_a^2), for the squares of pressures are lost one after another.
+        """Return the flow [kg/s] out of a chamber of this overpressure [Pa].
+
+        It passes the tube and the open valve and is K G / (K + G) (p^2 - p_a^2): the differences of
+        squared pressures across tube and valve add up.
         """
         return self.through_tube(inside, 0.0) * self.valve / (self.valve + self.tube_conductance)
 
     def stiffness(self, volume: float) -> float:
-        """-dp/dV [Pa/m^3] of gas at the highest pressure that the pump can give."""
+        """Return -dp/dV [Pa/m^3] of the gas at the highest pressure that the pump can reach."""
         highest = self.ambient_pressure + self.stall
         return self.volume_ratio * highest / self.room(volume)
 
     def time_scaled(self, factor: float) -> "AirLine":
-        """Everything that flows `factor` times as fast, as through a thinner gas."""
+        """Return the line with all flows `factor` times as fast, as with a less viscous gas."""
         thinner = replace(self.tube, viscosity=self.tube.viscosity / factor)
         return replace(
             self, course=self.course.time_scaled(factor), tube=thinner,
@@ -165,12 +173,15 @@ class AirLine:
         )  # fmt: skip
 
     def source(self, alike: Sequence["AirLine"]) -> "AirLineSource":
-        """In kernels; alike: this drive in every scenario, this one first."""
+        """Return the pressure source for kernels.
+
+        alike: this line in every scenario, this one first.
+        """
         return AirLineSource(alike)
 
 
 class AirLineSource:
-    """The pressure in the chamber, after what has flowed since it was last asked for."""
+    """Pressure source for kernels: it integrates the flows since its last evaluation."""
 
     asks_volume = True
 
@@ -197,7 +208,7 @@ class AirLineSource:
         self.supply = real_field(rest)
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         own = {
             "line_mass": self.line_mass, "chamber_mass": self.chamber_mass,
             "chamber_room": self.chamber_room, "air_time": self.time, "wanted": self.wanted,
@@ -206,18 +217,18 @@ class AirLineSource:
         return own | self.course.state_fields()
 
     def follow(self, scenario: int, drive: AirLine) -> None:
-        """Take another course in a scenario."""
+        """Replace the time history of the wanted pressure in a scenario."""
         self.course.follow(scenario, drive.course)
 
     def obey(self, scenario: int, command: Command) -> None:
-        """Take a new command for the sensor in a scenario, whose course is controlled."""
+        """Apply a new command to the wanted pressure of a scenario that is controlled by events."""
         self.course.obey(scenario, command)
 
     @ti.func
     def pressure(self, s, t, volume):
-        """Pressure [Pa] over ambient in the chamber at time t; its surface encloses `volume` [m^3].
+        """Return the pressure [Pa] above ambient in a chamber of `volume` [m^3] at time t.
 
-        A moment that comes twice passes once.
+        A second evaluation at the same time does not integrate the flows again.
         """
         room = self.volume_ratio[s] * volume + self.side_volume[s]
         wanted = self.course.pressure(s, t, volume)
@@ -237,12 +248,12 @@ class AirLineSource:
 
     @ti.func
     def line_pressure(self, s):
-        """p_1 [Pa], absolute."""
+        """Return the absolute pressure p_1 [Pa]."""
         return self.line_mass[s] * self.specific_energy[s] / self.line_volume[s]
 
     @ti.func
     def switch(self, s, wanted):
-        """Pump and valve, on and off at the bounds about the wanted pressure."""
+        """Switch pump and valve on or off at the bounds around the wanted pressure."""
         if wanted > self.wanted[s]:
             self.falls[s] = 0.0
         if wanted < self.wanted[s]:
@@ -264,7 +275,7 @@ class AirLineSource:
 
     @ti.func
     def pass_tube(self, s, room, h):
-        """What flows from the line into the chamber within h [s]."""
+        """Move the mass that flows from the line into the chamber within h [s]."""
         energy = self.specific_energy[s]
         line, chamber = energy / self.line_volume[s], energy / room
         inside = self.chamber_mass[s] * chamber
@@ -274,9 +285,9 @@ class AirLineSource:
 
     @ti.func
     def pump_or_vent(self, s, h):
-        """What pump and valve change in the line within h [s].
+        """Update the mass in the line by the flow of the pump or the valve within h [s].
 
-        The pump alone: y = p_stall + p_a - p_1 decays as dy/dt = -(R T / V_1) m_0 y / p_stall.
+        With the pump alone y = p_stall + p_a - p_1 decays as dy/dt = -(R T / V_1) m_0 y / p_stall.
         """
         line = self.specific_energy[s] / self.line_volume[s]
         if self.supply[s] == PUMP:
@@ -289,10 +300,11 @@ class AirLineSource:
             self.line_mass[s] -= released
 
     def readings(self, scenario: int, section_pressure: float) -> dict[str, float]:
-        """Columns of the history now: what the sensor shows, while `section_pressure` [Pa] acts on
-        the skin, and what flows.
+        """Return the history columns of the line.
 
-        Raises StabilityError where the gas has no room left.
+        These are the sensor and the wanted pressure, the air flow, and the state of pump and valve,
+        while `section_pressure` [Pa] acts on the skin. Raises StabilityError if no volume is left
+        for the gas.
         """
         drive = self.drives[scenario]
         if not section_pressure > -drive.ambient_pressure:
@@ -317,11 +329,11 @@ class AirLineSource:
 
 @ti.func
 def exchanged(conductance, p_1, p_2, a_1, a_2, h):
-    """Mass [kg] that flows from 1 to 2 within h [s] at C (p_1^2 - p_2^2), exactly.
+    """Return the exact mass [kg] that flows from 1 to 2 within h [s] at the rate C (p_1^2 - p_2^2).
 
-    a = R T / V [Pa/kg], 0 of the outside. The difference D of the pressures follows Bernoulli's
+    a = R T / V [Pa/kg], 0 for the surroundings. The pressure difference D follows Bernoulli's
     equation dD/dt = -D (l + k D) with l = 2 C P (a_1 + a_2), k = C (a_1 - a_2), where P is the
-    pressure at which both end; so D(h) = D e / (1 + (k/l) D (1 - e)) with e = exp(-l h).
+    final common pressure; so D(h) = D e / (1 + (k/l) D (1 - e)) with e = exp(-l h).
     """
     both = a_1 + a_2
     difference = p_1 - p_2

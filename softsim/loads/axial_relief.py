@@ -1,10 +1,10 @@
-"""What takes a share of a robot's weight along its own axis off a rigid body.
+"""Force that takes a fraction of the robot's weight along its own axis off a rigid body.
 
-A plane section stands for another part of a round robot along the axis than across it: of 14 spikes
-around, 7 carry across the axis (sum of cos^2), and the section has these, but all 14 hold along it.
-So the section has half of the grip there, and for the same balance it may carry half of the weight.
-The force -share (W.e) e follows the body: e is its axis, W = m g the present weight of the whole
-robot.
+A plane section represents a different fraction of a round robot along the axis than across it. Of
+14 spikes around the circumference, the equivalent of 7 carries load across the axis (sum of cos^2),
+and the section has these; along the axis all 14 hold. The section therefore has half of the grip
+along the axis and, for the same balance, may carry half of the weight. The force -share (W.e) e
+follows the body: e is its axis, W = m g the present weight of the whole robot.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,9 +24,7 @@ from softsim.term import Term
 
 @dataclass(frozen=True, eq=False)
 class AxialRelief(Load):
-    """Takes the weight of `mass` [kg], as far as it lies along x of rigid body number `body`, off
-    it.
-    """
+    """Relief of rigid body number `body` from the weight of `mass` [kg] along its own x axis."""
 
     body: int
     mass: Own[float]
@@ -34,13 +32,13 @@ class AxialRelief(Load):
     def term(
         self, alike: Sequence["AxialRelief"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "AxialReliefTerm":
-        """Its force on the body."""
         return AxialReliefTerm(rigid_bodies, self.body, np.array([relief.mass for relief in alike]))
 
 
 class AxialReliefTerm(Term):
-    """On rigid body number `body`, whose axis is its own x. masses: share times the robot's mass
-    (scenarios,) [kg].
+    """Kernel class of the axial relief on rigid body number `body`, whose axis is its own x.
+
+    masses: relieved fraction of the robot's mass (scenarios,) [kg].
     """
 
     def __init__(self, rigid_bodies: RigidBodies, body: int, masses: np.ndarray) -> None:
@@ -48,12 +46,11 @@ class AxialReliefTerm(Term):
         self.mass = real_field(masses)
 
     def pulls(self) -> list[Callable[..., None]]:
-        """On the body."""
         return [self.pull]
 
     @ti.func
     def pull(self, s, i, t, dt):
-        """Apply it as the body is turned now."""
+        """Apply the force along the body's present axis."""
         along_x = ti.Vector.zero(backend.real, self.rigid_bodies.dimension)
         along_x[0] = 1.0
         axis = self.rigid_bodies.to_space(s, self.body, along_x)

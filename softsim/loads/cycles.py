@@ -1,4 +1,4 @@
-"""The cycles of a profile.
+"""Cycles of a profile.
 
 A cycle ends where the value has fallen and is about to rise again: a rest at the lowest value
 belongs to the cycle before it.
@@ -22,12 +22,12 @@ class Cycle:
     end: float
 
     def has_ended(self, time: float) -> bool:
-        """Whether it is over at `time` [s]."""
+        """Return True if the cycle has ended at `time` [s]."""
         return self.end <= time * (1.0 + ROUND_OFF)
 
 
 def cycles_of(profile: Profile) -> list[Cycle]:
-    """The cycles of a profile, one a fall."""
+    """Return the cycles of a profile, one for each fall."""
     slope = np.diff(profile.values)
     edges = np.diff(np.concatenate([[False], slope < 0.0, [False]]).astype(int))
     cycles = []

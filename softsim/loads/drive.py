@@ -1,10 +1,11 @@
-"""What drives a chamber at once: a given pressure, one that is controlled, an added volume of
-liquid, or an added mass of gas. Air through a tube: loads/air_line.py.
+"""Pressure sources without a tube: given or controlled pressure, added volume or added gas.
 
-Under a given pressure an inflated skin runs away where its pressure curve falls with the volume.
-A chamber driven by volume or by mass stays stable there: its pressure falls as the skin gives way.
+Air through a tube is in loads/air_line.py. Under a given pressure an inflated skin is unstable
+where its pressure-volume curve falls. A chamber driven by volume or by mass stays stable there: its
+pressure falls as the skin yields.
 
-Of each kind the data, `AddedGas`, and the source of pressure that kernels ask, `AddedGasSource`.
+Each kind has a data class, such as `AddedGas`, and a class that kernels evaluate, such as
+`AddedGasSource`.
 """
 
 import dataclasses
@@ -32,7 +33,7 @@ AIR_GAS_CONSTANT = 287.05  # J/(kg K), dry air
 
 
 ATMOSPHERE = 101_325.0
-"""Absolute pressure [Pa] around a chamber where nothing else is given."""
+"""Absolute ambient pressure [Pa] of a chamber where the scene gives none."""
 BALLOONING = (
     "under a prescribed pressure above its limit point a wall balloons and becomes thinner: "
     "lower the pressure, or drive the chamber by added_volume"
@@ -40,57 +41,61 @@ BALLOONING = (
 
 
 class _Immediate:
-    """A drive without a line between gauge and chamber."""
+    """Pressure source without a tube between gauge and chamber."""
 
     columns: ClassVar[dict[str, str]] = {}
-    """Further columns of the history -> unit."""
+    """Additional columns of the history -> unit."""
 
     @property
     def course(self: C) -> C:
-        """What the gauge is to show, which tells the cycles: the drive itself."""
+        """Time history at the gauge, which defines the cycles: the source itself."""
         return self
 
 
 @dataclass(frozen=True)
 class _Scheduled(_Immediate):
-    """A drive of which all is known beforehand."""
+    """Pressure source whose time history is known in advance."""
 
     profile: Own[Profile]
 
     stiffens: ClassVar[bool] = False
-    """Whether the chamber is the stiffer, the higher its profile."""
+    """True if the stiffness of the chamber increases with the value of its profile."""
 
     @cached_property
     def cycles(self) -> list[Cycle]:
-        """The cycles of the profile; none of one that never falls."""
+        """Cycles of the profile; empty for a profile that never falls."""
         return cycles_of(self.profile)
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which its profile ends."""
+        """Time [s] at which the profile ends."""
         return float(self.profile.times[-1])
 
     @property
     def cycle_count(self) -> int:
-        """Cycles of the profile."""
+        """Number of cycles of the profile."""
         return len(self.cycles)
 
     def cycle_end(self, number: int) -> float:
-        """When a cycle of the profile ends [s]; number: from 1 to `cycle_count`."""
+        """Return the time [s] at which a cycle ends; number: from 1 to `cycle_count`."""
         return self.cycles[number - 1].end
 
     def cycles_done(self, time: float) -> int:
-        """Cycles of the profile that have ended at `time` [s]."""
+        """Return the number of cycles of the profile that have ended at `time` [s]."""
         return sum(cycle.has_ended(time) for cycle in self.cycles)
 
     def time_scaled(self: S, factor: float) -> S:
-        """The drive played `factor` times as fast."""
+        """Return the pressure source with its profile `factor` times as fast."""
         return replace(self, profile=self.profile.time_scaled(factor))
 
 
 @dataclass(frozen=True)
 class GivenPressure(_Scheduled):
-    """profile: what a gauge shows; section_profile: what acts on the plane model [Pa over s]."""
+    """Prescribed pressure.
+
+    profile: pressure that a gauge shows. section_profile: pressure on the facets of the plane model
+    [Pa over s].
+    """
 
     section_profile: Own[Profile]
 
@@ -99,16 +104,15 @@ class GivenPressure(_Scheduled):
 
     @property
     def peak(self) -> str:
-        """The highest and, where it is suction, the lowest pressure that a gauge shows."""
+        """Highest and, if it is negative, lowest pressure that a gauge shows, as text."""
         low, high = 1e-3 * self.profile.values.min(), 1e-3 * self.profile.values.max()
         return f"{low:.4g} to {high:.4g} kPa" if low < 0.0 else f"up to {high:.4g} kPa"
 
     def stiffness(self, volume: float) -> float:
-        """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
+        """Return -dp/dV [Pa/m^3]: 0, because the pressure does not depend on the volume."""
         return 0.0
 
     def time_scaled(self, factor: float) -> "GivenPressure":
-        """The drive played `factor` times as fast."""
         return replace(
             self,
             profile=self.profile.time_scaled(factor),
@@ -116,12 +120,15 @@ class GivenPressure(_Scheduled):
         )
 
     def source(self, alike: Sequence["GivenPressure"]) -> "GivenPressureSource":
-        """In kernels; alike: this drive in every scenario, this one first."""
+        """Return the pressure source for kernels.
+
+        alike: this source in every scenario, this one first.
+        """
         return GivenPressureSource(alike)
 
 
 class GivenPressureSource:
-    """The pressure on the facets is given."""
+    """Pressure source for kernels: a given pressure on the facets."""
 
     asks_volume = False
 
@@ -129,25 +136,25 @@ class GivenPressureSource:
         self.table = ProfileTable([d.section_profile for d in drives])
 
     def follow(self, scenario: int, drive: GivenPressure) -> None:
-        """Take another course in a scenario."""
+        """Replace the time history of a scenario."""
         self.table.follow(scenario, drive.section_profile)
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: none, the course is the drive's."""
+        """Return no fields: the time history is not part of a checkpoint."""
         return {}
 
     @ti.func
     def pressure(self, s, t, volume):
-        """Pressure [Pa] at time t."""
+        """Return the pressure [Pa] at time t."""
         return self.table.at(s, t)
 
 
 @dataclass(frozen=True)
 class AddedVolume(_Scheduled):
-    """A liquid of which `profile` [m^3 over s] is pumped into the chamber.
+    """Liquid of which `profile` [m^3 over s] is pumped into the chamber.
 
-    p = bulk_modulus (V_0 + added - V) / V_0, as a hydrostatic fluid cavity: the liquid is so stiff
-    that V follows the pump, but not so stiff that it shortens the time step.
+    p = bulk_modulus (V_0 + added - V) / V_0, as in a hydrostatic fluid cavity: the bulk modulus is
+    so large that V follows the pump, but not so large that it shortens the time step.
     initial_volume: V_0 [m^3].
     """
 
@@ -165,21 +172,24 @@ class AddedVolume(_Scheduled):
 
     @property
     def peak(self) -> str:
-        """The largest volume that is added, and that of the chamber."""
+        """Largest added volume, and the volume of the chamber, as text."""
         added, volume = 1e6 * self.profile.values.max(), 1e6 * self.initial_volume
         return f"up to {added:.4g} ml into a chamber of {volume:.4g} ml"
 
     def stiffness(self, volume: float) -> float:
-        """-dp/dV [Pa/m^3]."""
+        """Return -dp/dV [Pa/m^3]."""
         return self.bulk_modulus / self.initial_volume
 
     def source(self, alike: Sequence["AddedVolume"]) -> "AddedVolumeSource":
-        """In kernels; alike: this drive in every scenario, this one first."""
+        """Return the pressure source for kernels.
+
+        alike: this source in every scenario, this one first.
+        """
         return AddedVolumeSource(alike)
 
 
 class AddedVolumeSource:
-    """p = kappa_f (V_0 + added - V) / V_0."""
+    """Pressure source for kernels: p = kappa_f (V_0 + added - V) / V_0."""
 
     asks_volume = True
 
@@ -189,27 +199,28 @@ class AddedVolumeSource:
         self.bulk_modulus = real_field(np.array([d.bulk_modulus for d in drives]))
 
     def follow(self, scenario: int, drive: AddedVolume) -> None:
-        """Take another course in a scenario."""
+        """Replace the time history of a scenario."""
         self.table.follow(scenario, drive.profile)
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: none, the course is the drive's."""
+        """Return no fields: the time history is not part of a checkpoint."""
         return {}
 
     @ti.func
     def pressure(self, s, t, volume):
-        """Pressure [Pa] at time t of a chamber of `volume` [m^3]."""
+        """Return the pressure [Pa] at time t in a chamber of `volume` [m^3]."""
         missing = self.initial_volume[s] + self.table.at(s, t) - volume
         return self.bulk_modulus[s] * missing / self.initial_volume[s]
 
 
 @dataclass(frozen=True)
 class AddedGas(_Scheduled):
-    """A gas of which `profile` [kg over s] is let into the chamber, ideal and isothermal.
+    """Ideal, isothermal gas of which `profile` [kg over s] is let into the chamber.
 
     p + p_a = (m_0 + added) R T / (V + V_s); m_0 fills the chamber at ambient pressure p_a.
-    initial_volume: V of the chamber's surface at the start. side_volume: V_s, of the line, less
-    what stands inside the chamber [m^3]. specific_energy: R T [J/kg]. ambient_pressure [Pa].
+    initial_volume: V of the chamber's surface at the start [m^3]. side_volume: V_s [m^3], the
+    volume of the line minus that of parts inside the chamber. specific_energy: R T [J/kg].
+    ambient_pressure [Pa].
     """
 
     initial_volume: Own[float]
@@ -228,29 +239,32 @@ class AddedGas(_Scheduled):
 
     @property
     def peak(self) -> str:
-        """The largest mass that is added, and the volume of the chamber."""
+        """Largest added mass, and the volume of the chamber, as text."""
         added, volume = 1e6 * self.profile.values.max(), 1e6 * self.initial_volume
         return f"up to {added:.4g} mg into a chamber of {volume:.4g} ml"
 
     @property
     def initial_mass(self) -> float:
-        """m_0 [kg]."""
+        """Mass m_0 [kg] at ambient pressure."""
         return (
             self.ambient_pressure * (self.initial_volume + self.side_volume) / self.specific_energy
         )
 
     def stiffness(self, volume: float) -> float:
-        """-dp/dV [Pa/m^3], with as much gas in the chamber as there ever is."""
+        """Return -dp/dV [Pa/m^3] at `volume` [m^3] for the largest mass of gas in the run."""
         mass = self.initial_mass + float(self.profile.values.max())
         return mass * self.specific_energy / (volume + self.side_volume) ** 2
 
     def source(self, alike: Sequence["AddedGas"]) -> "AddedGasSource":
-        """In kernels; alike: this drive in every scenario, this one first."""
+        """Return the pressure source for kernels.
+
+        alike: this source in every scenario, this one first.
+        """
         return AddedGasSource(alike)
 
 
 class AddedGasSource:
-    """p = m R T / (V + V_s) - p_a."""
+    """Pressure source for kernels: p = m R T / (V + V_s) - p_a."""
 
     asks_volume = True
 
@@ -262,23 +276,23 @@ class AddedGasSource:
         self.ambient = real_field(np.array([d.ambient_pressure for d in drives]))
 
     def follow(self, scenario: int, drive: AddedGas) -> None:
-        """Take another course in a scenario."""
+        """Replace the time history of a scenario."""
         self.table.follow(scenario, drive.profile)
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: none, the course is the drive's."""
+        """Return no fields: the time history is not part of a checkpoint."""
         return {}
 
     @ti.func
     def pressure(self, s, t, volume):
-        """Pressure [Pa] over ambient at time t of a chamber of `volume` [m^3]."""
+        """Return the pressure [Pa] above ambient at time t in a chamber of `volume` [m^3]."""
         mass = self.initial_mass[s] + self.table.at(s, t)
         return mass * self.specific_energy[s] / (volume + self.side_volume[s]) - self.ambient[s]
 
 
 @dataclass(frozen=True)
 class ControlledPressure(_Immediate):
-    """The pressure on the facets follows commands; see loads/pressure_control.py."""
+    """Pressure on the facets that follows commands; see loads/pressure_control.py."""
 
     settings: Own[EventCycles]
 
@@ -287,7 +301,7 @@ class ControlledPressure(_Immediate):
 
     @property
     def peak(self) -> str:
-        """The highest pressure that the control asks for."""
+        """Highest pressure of the control, as text."""
         return f"up to {1e-3 * self.settings.highest:.4g} kPa"
 
     @property
@@ -300,30 +314,35 @@ class ControlledPressure(_Immediate):
 
     @property
     def cycle_count(self) -> float:
-        """Most cycles that it makes; infinite where it goes on as long as the run."""
+        """Largest number of cycles; infinite if the control continues as long as the run."""
         return math.inf if self.settings.count is None else self.settings.count
 
     def cycle_end(self, number: int) -> float:
-        """Infinite: nobody knows beforehand when the robot ends its cycles."""
+        """Return infinity: the end of a cycle is not known in advance."""
         return math.inf
 
     def time_scaled(self, factor: float) -> "ControlledPressure":
-        """The drive played `factor` times as fast."""
+        """Return the control `factor` times as fast."""
         return ControlledPressure(self.settings.time_scaled(factor))
 
     def stiffness(self, volume: float) -> float:
-        """-dp/dV [Pa/m^3]: none, the pressure does not ask for the volume."""
+        """Return -dp/dV [Pa/m^3]: 0, because the pressure does not depend on the volume."""
         return 0.0
 
     def source(self, alike: Sequence["ControlledPressure"]) -> "ControlledPressureSource":
-        """In kernels; alike: this drive in every scenario, this one first."""
+        """Return the pressure source for kernels.
+
+        alike: this source in every scenario, this one first.
+        """
         return ControlledPressureSource(alike)
 
 
 class ControlledPressureSource:
-    """p(t) = p_0 + r (t - t_0), between p_0 and where the command ends.
+    """Pressure source for kernels that follows commands.
 
-    One command a scenario; the host exchanges them between two blocks of increments.
+    p(t) = p_0 + r (t - t_0), between p_0 and the target of the command.
+
+    Each scenario has one command; the host replaces it between two blocks of increments.
     """
 
     asks_volume = False
@@ -335,24 +354,24 @@ class ControlledPressureSource:
         self.rate, self.target = self.in_force["rate"], self.in_force["target"]
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps: the commands in force, beside the chamber's own."""
+        """Return the fields that a checkpoint stores: the commands in force."""
         return {f"command_{name}": field for name, field in self.in_force.items()}
 
     def obey(self, scenario: int, command: Command) -> None:
-        """Take a new command in a scenario."""
+        """Replace the command of a scenario."""
         for name, value in dataclasses.asdict(command).items():
             fields.write_row(self.in_force[name], scenario, value)
 
     @ti.func
     def pressure(self, s, t, volume):
-        """Pressure [Pa] at time t."""
+        """Return the pressure [Pa] at time t."""
         begin, target = self.begin_pressure[s], self.target[s]
         value = begin + self.rate[s] * (t - self.begin_time[s])
         return ti.min(ti.max(value, ti.min(begin, target)), ti.max(begin, target))
 
 
 def columns(commands: list[Command]) -> dict[str, np.ndarray]:
-    """What the commands say (scenarios,), by name."""
+    """Return the values (scenarios,) of each field of the commands, by the name of the field."""
     names = [f.name for f in dataclasses.fields(Command)]
     return {name: np.array([getattr(c, name) for c in commands]) for name in names}
 

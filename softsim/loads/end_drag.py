@@ -1,8 +1,8 @@
-"""What goes on beyond the end of a cable, and is not simulated: it drags along the cable.
+"""Drag of the part of a cable beyond its simulated end, along the direction of the cable.
 
-Friction is that of loads/sliding.py, the line being the last segment's direction; across it the end
-is free. The spring's energy is stored (ALLSE), sliding is dissipated by friction (ALLFD). Nothing
-depends on time: before t = 0 it acts as after.
+Friction is that of loads/sliding.py along the direction of the last segment; across it the end is
+free. The spring's energy is stored (ALLSE), sliding is dissipated by friction (ALLFD). The drag
+does not depend on time: it acts before t = 0 as well.
 """
 
 from collections.abc import Sequence
@@ -23,8 +23,10 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True, eq=False)
 class EndDrag(Load):
-    """A spring of `stiffness` [N/m] at node `end` slides at `drag` [N] along the way to it from the
-    node `before`. place, axis: (d,), of the end and of that way at rest [m, -].
+    """Spring of `stiffness` [N/m] at node `end` that slides at the force `drag` [N].
+
+    It acts along the line from node `before` to node `end`. place (d,) [m]: position of the end;
+    axis (d,): unit vector along the line, both at rest.
     """
 
     before: int
@@ -36,18 +38,18 @@ class EndDrag(Load):
 
     @property
     def largest_force(self) -> float:
-        """Its drag [N]."""
         return self.drag
 
     def term(
         self, alike: Sequence["EndDrag"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "EndDragTerm":
-        """The drag on the node."""
         return EndDragTerm(nodes, alike)
 
 
 class EndDragTerm(Term):
-    """Fields, (scenarios,), of the last increment's end: place (d) [m] of the node, axis (d),
+    """Kernel class of the drag on the end of a cable.
+
+    Fields (scenarios,) at the end of the last increment: place (d) [m] of the node, axis (d),
     stretch [m]; dissipation [J] since the start.
     """
 
@@ -65,21 +67,18 @@ class EndDragTerm(Term):
         self.stretch, self.dissipation = (real_field(np.zeros(len(drags))) for _ in range(2))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {Stage.MOVE: [Pass("cables", 1, (self.pull,))]}
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         names = ("place", "axis", "stretch", "dissipation")
         return {name: getattr(self, name) for name in names}
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew in a scenario."""
         fields.write_row(self.dissipation, scenario, 0.0)
 
     @ti.func
     def pull(self, s, i, t, dt):
-        """Follow the end to where it is now, and hold it there."""
+        """Update the stretch for the motion of the end and apply the drag to it."""
         k, before, axis_before = self.stiffness[s], self.stretch[s], self.axis[s]
         now = self.nodes.position[s, self.end.read()]
         along = now - self.nodes.position[s, self.before.read()]
@@ -93,10 +92,10 @@ class EndDragTerm(Term):
 
     @ti.func
     def stored_energy(self, s, part):
-        """k s^2 / 2 [J]."""
+        """Return k s^2 / 2 [J]."""
         return once(part) * 0.5 * self.stiffness[s] * self.stretch[s] * self.stretch[s]
 
     @ti.func
     def dissipated_energy(self, s, part):
-        """Dissipated so far by friction, and nothing else [J]."""
+        """Return the energy [J] dissipated so far by friction, and 0 for viscosity and damping."""
         return once(part) * ti.Vector([self.dissipation[s], 0.0])

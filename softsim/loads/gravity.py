@@ -1,10 +1,10 @@
-"""Gravity that rises over a profile, and the work of weights while it does.
+"""Gravity that follows a profile, and the work of the weights while it changes.
 
-The weight of a mass m that has moved by u since the start did the work m g.u where g is constant.
-Where g changes, the trapezoidal rule sums m (g_0 + g_1)/2 . (u_1 - u_0) over the increments, and
-summation by parts makes that m g.u with the present g, less the sum of m (g_1 - g_0) . (u_0 +
-u_1)/2. The last sum is the work that the present gravity would have done had it been there from the
-start; it grows only while gravity changes.
+The weight of a mass m that has moved by u since the start has done the work m g.u if g is constant.
+If g changes, the trapezoidal rule sums m (g_0 + g_1)/2 . (u_1 - u_0) over the increments. Summation
+by parts turns that into m g.u with the present g, minus the sum of m (g_1 - g_0) . (u_0 + u_1)/2.
+This sum is the difference between the work of a constant gravity equal to the present one and the
+actual work; it grows only while gravity changes.
 """
 
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True, eq=False)
 class RisingGravity(Load):
-    """Gravity `full` (d,) [m/s^2] times `share` over time."""
+    """Gravity `full` (d,) [m/s^2] times the factor `share` over time."""
 
     full: Own[np.ndarray]
     share: Own[Profile]
@@ -34,22 +34,21 @@ class RisingGravity(Load):
     def term(
         self, alike: Sequence["RisingGravity"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RisingGravityTerm":
-        """What changes the gravity of everything."""
         full = np.stack([gravity.full for gravity in alike])
         table = ProfileTable([gravity.share for gravity in alike])
         return RisingGravityTerm(nodes, rigid_bodies, full, table)
 
     def time_scaled(self, factor: float) -> "RisingGravity":
-        """Gravity rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))
 
 
 class RisingGravityTerm(Term):
-    """Sets the gravity of all nodes and rigid bodies to `table` times `full` (scenarios, d)
-    [m/s^2]; before the table's first time to its first value.
+    """Kernel class that sets the gravity of all nodes and rigid bodies to `table` times `full`.
+
+    full: (scenarios, d) [m/s^2]. Before its first time the table has its first value.
 
     Fields: increase (scenarios, d) [m/s^2] within the last increment; missed_by_nodes (scenarios,
-    nodes) and missed_by_bodies (scenarios, bodies) [J], the work that came too late.
+    nodes) and missed_by_bodies (scenarios, bodies) [J], the sums of m (g_1 - g_0) . (u_0 + u_1)/2.
     """
 
     def __init__(
@@ -62,7 +61,6 @@ class RisingGravityTerm(Term):
         self.missed_by_bodies = real_field(np.zeros((nodes.scenarios, rigid_bodies.count)))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {
             Stage.MEASURE: [Pass("loads", 1, (self.follow,))],
             Stage.MOVE: [
@@ -72,7 +70,6 @@ class RisingGravityTerm(Term):
         }
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return {
             "gravity": self.nodes.gravity,
             "missed_by_nodes": self.missed_by_nodes,
@@ -81,14 +78,14 @@ class RisingGravityTerm(Term):
 
     @ti.func
     def follow(self, s, i, t, dt):
-        """Gravity of time t, before anything has a weight in this increment."""
+        """Set gravity to that of time t, before any weight of this increment is computed."""
         now = self.table.at(s, t) * self.full[s]
         self.increase[s] = now - self.nodes.gravity[s]
         self.nodes.gravity[s] = now
 
     @ti.func
     def miss_nodes(self, s, a, t, dt):
-        """Book m (g_1 - g_0) . (u_0 + u_1)/2 of the free components of a node."""
+        """Add m (g_1 - g_0) . (u_0 + u_1)/2 of the free components of a node."""
         middle = self.nodes.position[s, a] - 0.5 * dt * self.nodes.velocity[s, a]
         moved = middle - self.nodes.rest[a]
         work = ti.cast(0.0, backend.real)
@@ -99,14 +96,14 @@ class RisingGravityTerm(Term):
 
     @ti.func
     def miss_bodies(self, s, r, t, dt):
-        """Book m (g_1 - g_0) . (u_0 + u_1)/2 of a rigid body."""
+        """Add m (g_1 - g_0) . (u_0 + u_1)/2 of a rigid body."""
         moved = self.rigid_bodies.displacement(s, r) - 0.5 * dt * self.rigid_bodies.velocity[s, r]
         work = self.rigid_bodies.mass[r] * self.increase[s].dot(moved)
         self.missed_by_bodies[s, r] = self.missed_by_bodies[s, r] + work
 
     @ti.func
     def work_done(self, s, dt, part):
-        """Work of all weights so far, less what it would be under the present gravity [J]."""
+        """Return the work of all weights so far minus that under a constant present gravity [J]."""
         work = ti.cast(0.0, backend.real)
         for a in range(self.nodes.count.first(part), self.nodes.count.first(part + 1)):
             work -= self.missed_by_nodes[s, a]

@@ -1,4 +1,4 @@
-"""A load as a model has it: what acts on bodies from outside, in numbers."""
+"""Base class of the loads of a model."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
@@ -16,9 +16,10 @@ L = TypeVar("L", bound="Load")
 
 @dataclass(frozen=True)
 class RigidSpring:
-    """What a load adds to the stiffness of rigid body number `body` at most: `stiffness` [N/m]
-    along a line, `turning` [N m/rad]. kind: of the load, for people. goes_taut: at once, after a
-    slack.
+    """Largest stiffness that a load adds to rigid body number `body`.
+
+    stiffness [N/m]: along a line. turning [N m/rad]: against rotation. kind: the kind of load, for
+    messages. goes_taut: True if the stiffness sets in suddenly, after a slack.
     """
 
     kind: str
@@ -30,48 +31,56 @@ class RigidSpring:
 
 @dataclass(frozen=True, eq=False)
 class Load(ABC):
-    """Of one scenario. Fields that are not the scenario's own (softsim/sharing.py) are alike in all
-    scenarios of a solver. A load without a spring or a time course says nothing of them.
+    """Load of one scenario.
+
+    Fields that are not marked `Own` (softsim/sharing.py) are equal in all scenarios of a solver. A
+    load without a spring or a time history keeps the default methods.
     """
 
     @property
     def columns(self) -> dict[str, str]:
-        """Columns that its term adds to the history -> unit; of several loads with the same ones
-        the first tells them.
+        """Columns that its term adds to the history -> unit.
+
+        If several loads have the same columns, the first one writes them.
         """
         return {}
 
     @abstractmethod
     def term(self, alike: Sequence[Any], nodes: Nodes, rigid_bodies: RigidBodies) -> Term:
-        """What the solver computes it with; alike: this load in every scenario, this one first."""
+        """Return the kernel class of the load.
+
+        alike: this load in every scenario, this one first.
+        """
 
     def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
-        """How it stiffens rigid bodies, their centres of mass being at `centres` (bodies, d) [m] at
-        rest, under `gravity` [m/s^2].
+        """Return the stiffness that the load adds to rigid bodies under `gravity` [m/s^2].
+
+        centres: centres of mass of the rigid bodies at rest (bodies, d) [m].
         """
         return []
 
     def remark(self, points: np.ndarray) -> str:
-        """Return what the built load adds to the words of the scene, such as the area that it acts
-        on; the nodes being at `points` (n, d) [m] at rest.
+        """Return text on the built load, such as the area that it acts on, for its description.
+
+        points: all nodes at rest (n, d) [m].
         """
         return ""
 
     @property
     def largest_force(self) -> float:
-        """Largest force [N] that it exerts of itself; 0 where that follows from what it acts on."""
+        """Largest force [N] that the load prescribes; 0 if the force depends on what it acts on."""
         return 0.0
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which its time course ends; 0 of one that has none."""
+        """Time [s] at which the time history of the load ends; 0 without one."""
         return 0.0
 
     def time_scaled(self, factor: float) -> "Load":
-        """The load with its time course played `factor` times as fast."""
+        """Return the load with its time history `factor` times as fast."""
         return self
 
 
 def of_kind(loads: Iterable[Load], kind: type[L]) -> tuple[L, ...]:
-    """Those of a kind, in their order."""
+    """Return the loads of a kind, in their order."""
     return tuple(load for load in loads if isinstance(load, kind))

@@ -1,4 +1,4 @@
-"""Forces on nodes, fixed in direction, over time a profile: single, per area or per volume."""
+"""Nodal forces of fixed direction that follow a profile: single, per area or per volume."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from softsim.term import Pass, Stage, WorkingTerm
 
 @dataclass(frozen=True, eq=False)
 class NodalForce(Load):
-    """`forces` (k, d) [N] on `nodes` (k,), times `share` over time."""
+    """Forces `forces` (k, d) [N] on `nodes` (k,), times the factor `share` over time."""
 
     nodes: np.ndarray
     forces: Own[np.ndarray]
@@ -27,35 +27,32 @@ class NodalForce(Load):
     def term(
         self, alike: Sequence["NodalForce"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "NodalForceTerm":
-        """Its force on the nodes."""
         forces = np.stack([load.forces for load in alike])
         return NodalForceTerm(
             nodes, self.nodes, forces, ProfileTable([load.share for load in alike])
         )
 
     def remark(self, points: np.ndarray) -> str:
-        """Return the largest resultant, and the number of nodes."""
+        """Return the largest resultant and the number of nodes."""
         resultant = np.linalg.norm(self.forces.sum(axis=0)) * np.abs(self.share.values).max()
         return f"resultant of at most {resultant:.4g} N, on {len(self.nodes)} nodes"
 
     @property
     def largest_force(self) -> float:
-        """Largest sum [N] of the sizes of its forces."""
+        """Largest sum over time of the magnitudes of the forces [N]."""
         sizes = np.linalg.norm(self.forces, axis=1)
         return float(sizes.sum() * np.abs(self.share.values).max())
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which its time course ends."""
         return float(self.share.times[-1])
 
     def time_scaled(self, factor: float) -> "NodalForce":
-        """The force rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))
 
 
 class NodalForceTerm(WorkingTerm):
-    """`forces` (scenarios, k, d) [N] times `table` on `loaded` nodes (k,)."""
+    """Kernel class of `forces` (scenarios, k, d) [N] times `table` on `loaded` nodes (k,)."""
 
     def __init__(
         self, nodes: Nodes, loaded: np.ndarray, forces: np.ndarray, table: ProfileTable
@@ -67,12 +64,11 @@ class NodalForceTerm(WorkingTerm):
         self.first_slot = nodes.corner_forces.reserve(loaded)
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {Stage.MOVE: [Pass("loads", int(self.count), (self.push,))]}
 
     @ti.func
     def push(self, s, i, t, dt):
-        """The force on the node at time t."""
+        """Write the force on the node at time t and add its work."""
         force = self.table.at(s, t) * self.force[s, i]
         # The slot still holds the force of the last increment: work by the trapezoidal rule.
         before = self.nodes.corner_forces.read(s, self.first_slot + i)

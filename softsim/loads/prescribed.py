@@ -19,7 +19,7 @@ from softsim.term import Pass, Stage, WorkingTerm
 
 @dataclass(frozen=True, eq=False)
 class PrescribedMotion(Load):
-    """Component `axis` of `nodes` is displaced by `profile` [m over s]."""
+    """Prescribed displacement `profile` [m over s] of component `axis` of `nodes`."""
 
     nodes: np.ndarray
     axis: int
@@ -28,25 +28,23 @@ class PrescribedMotion(Load):
     def term(
         self, alike: Sequence["PrescribedMotion"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "PrescribedMotionTerm":
-        """The motion of the nodes."""
         profiles = [motion.profile for motion in alike]
         return PrescribedMotionTerm(nodes, self.nodes, self.axis, ProfileTable(profiles))
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which its time course ends."""
         return float(self.profile.times[-1])
 
     def time_scaled(self, factor: float) -> "PrescribedMotion":
-        """The motion, `factor` times as fast."""
         return replace(self, profile=self.profile.time_scaled(factor))
 
 
 class PrescribedMotionTerm(WorkingTerm):
-    """Component `axis` of the `moved` nodes (k,) is displaced by `table` [m over s].
+    """Kernel class that displaces component `axis` of the `moved` nodes (k,) by `table` [m over s].
 
     The velocity of a step is (u(t) - u(t - dt)) / dt, so positions follow the profile exactly. The
-    work of the support is booked by the trapezoidal rule: minus the nodal force times the way.
+    work of the support is summed by the trapezoidal rule: minus the nodal force times the
+    displacement.
     """
 
     def __init__(self, nodes: Nodes, moved: np.ndarray, axis: int, table: ProfileTable) -> None:
@@ -55,12 +53,11 @@ class PrescribedMotionTerm(WorkingTerm):
         self.node = index_field(moved)
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {Stage.STEER: [Pass("loads", int(self.count), (self.steer,))]}
 
     @ti.func
     def steer(self, s, i, t, dt):
-        """Velocity of the step that ends at t, before the nodes drift."""
+        """Set the velocity of the step that ends at t, before positions are updated."""
         a = self.node[i]
         speed = (self.table.at(s, t) - self.table.at(s, t - dt)) / dt
         way = (self.nodes.velocity[s, a][self.axis] + speed) * dt
@@ -69,7 +66,7 @@ class PrescribedMotionTerm(WorkingTerm):
 
     @ti.func
     def work_done(self, s, dt, part):
-        """Work so far [J], the last half step with the force of now."""
+        """Return the work so far [J], with the present force for the last half step."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
             a = self.node[i]

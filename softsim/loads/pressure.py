@@ -1,8 +1,8 @@
 """Follower pressure on facets, and its reaction on the rigid body that closes the chamber.
 
 Corner forces are p times the gradient of the enclosed volume (elements/facets.py). On a closed
-chamber force and moment add up to nothing; the body that closes it feels the opposite of what the
-facets feel.
+chamber the resultant force and moment vanish; a body that closes the chamber receives the opposite
+of the forces on the facets.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ from softsim.sharing import Own
 from softsim.term import Pass, Stage, WorkingTerm
 
 Filling = AddedVolume | AddedGas | AirLine
-"""Drives that measure the volume of their chamber."""
+"""Pressure sources that depend on the volume of their chamber."""
 Drive = Scheduled | ControlledPressure | AirLine
 
 OPEN = -1
@@ -33,9 +33,10 @@ OPEN = -1
 
 @dataclass(frozen=True, eq=False)
 class FollowerPressure(Load):
-    """Follower pressure on `facets` (k, corners); `lids`: further facets that close the surface,
-    without pressure of their own. `body` closes the chamber, or is None. geometry: of the facets.
-    area: of the facets at rest [m^2].
+    """Follower pressure on `facets` (k, corners).
+
+    lids: further facets, without pressure, that close the surface. body: number of the rigid body
+    that closes the chamber, or None. geometry: of the facets. area: of the facets at rest [m^2].
     """
 
     name: Own[str]
@@ -49,7 +50,6 @@ class FollowerPressure(Load):
     def term(
         self, alike: Sequence["FollowerPressure"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "FollowerPressureTerm":
-        """The pressure on the facets."""
         facets, lids = (self.geometry.facets(nodes, f) for f in (self.facets, self.lids))
         drives: list[Any] = [load.drive for load in alike]
         body = OPEN if self.body is None else self.body
@@ -57,30 +57,26 @@ class FollowerPressure(Load):
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which the time course of its drive ends."""
         return self.drive.last_change
 
     def time_scaled(self, factor: float) -> "FollowerPressure":
-        """The pressure, or what drives it, `factor` times as fast."""
         return replace(self, drive=self.drive.time_scaled(factor))
 
     def remark(self, points: np.ndarray) -> str:
-        """Return the highest value that it is driven to, and the area that it acts on at rest."""
+        """Return the highest value of the pressure source and the area at rest on which it acts."""
         return f"{self.drive.peak}, on {1e6 * self.area:.4g} mm^2 at rest"
 
     def volume(self, x: np.ndarray) -> float:
-        """Enclosed volume [m^3] with all nodes at x (n, d)."""
+        """Return the enclosed volume [m^3] with all nodes at x (n, d)."""
         return self.geometry.enclosed_volume(x, np.concatenate([self.facets, self.lids]))
 
 
 class FollowerPressureTerm(WorkingTerm):
-    """Pressure on facets.
+    """Kernel class that applies a follower pressure to facets.
 
-    Parameters
-    ----------
-    facets: of elements/facets.py. lids: further facets that close the surface to a volume without
-        carrying pressure themselves. drives: of each scenario, now.
-    body: number of the rigid body that closes the chamber, or `OPEN`.
+    facets: of elements/facets.py. lids: further facets, without pressure, that close the surface to
+    a volume. drives: pressure source of each scenario. body: number of the rigid body that closes
+    the chamber, or `OPEN`.
     """
 
     def __init__(
@@ -107,12 +103,11 @@ class FollowerPressureTerm(WorkingTerm):
             rigid_bodies.react(body, self.first_slot, facets.corner_nodes.ravel())
 
     def follow(self, scenario: int, drive: Any) -> None:
-        """Take another drive of the same kind in a scenario."""
+        """Replace the pressure source of a scenario by another of the same kind."""
         self.source.follow(scenario, drive)
         self.drives[scenario] = drive
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         parts = PARTS if self.source.asks_volume else 0
         return {
             Stage.MOVE: [Pass("loads", parts, (self.measure_volume,))],
@@ -121,13 +116,12 @@ class FollowerPressureTerm(WorkingTerm):
         }
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         of_chamber = {"pressure": self.pressure, "volume": self.volume}
         return super().state_fields() | of_chamber | self.source.state_fields()
 
     @ti.func
     def measure_volume(self, s, part, t, dt):
-        """Volume enclosed by a part of the facets and the lids."""
+        """Compute the volume enclosed by a part of the facets and the lids."""
         volume = ti.cast(0.0, backend.real)
         for k in range(self.facet_part[part], self.facet_part[part + 1]):
             volume += self.facets.volume(s, k)
@@ -137,7 +131,7 @@ class FollowerPressureTerm(WorkingTerm):
 
     @ti.func
     def follow_source(self, s, i, t, dt):
-        """Pressure now, which may depend on the enclosed volume."""
+        """Update the pressure, which may depend on the enclosed volume."""
         if ti.static(self.source.asks_volume):
             volume = ti.cast(0.0, backend.real)
             for part in range(PARTS):
@@ -147,7 +141,7 @@ class FollowerPressureTerm(WorkingTerm):
 
     @ti.func
     def push_facets(self, s, i, t, dt):
-        """p dV/dx on each corner of facet i, and the work it does in this increment."""
+        """Write p dV/dx on each corner of facet i and add the work of this increment."""
         forces = self.pressure[s] * self.facets.unit_forces(s, i)
         for c in ti.static(range(self.corners)):
             a = self.facets.node[i, c]

@@ -1,29 +1,30 @@
-"""A pressure cycle that follows events, as the robot's closed loop does.
+"""Pressure cycle controlled by events, like the closed loop of the robot.
 
 A robot in a pipe stands still while it is pressed against the wall, walks while the pressure falls
 from P_M3^B to P_M3^S, and stops there, where the next inflation begins (thesis 4.2.1, 6.3). Both
-pressures depend on the pipe, so no fixed profile serves a path whose diameter changes. Here
+pressures depend on the pipe, so no fixed profile serves a path whose diameter changes. The phases
+are
 
-    inflation  goes on until the wall presses back (at least `contact_rows` rows of spikes touch and
-               the walls' normal force is at least `contact_force`), at most up to `highest`;
-    hold       lasts for a given time;
-    deflation  goes on until motion has stopped (forward faster than `motion_speed` before, slower
-               now), or the robot slips back at `slip_speed`, or contact is lost (`least_rows` rows
+    inflation  until the wall presses back (at least `contact_rows` rows of spikes touch and the
+               walls' normal force is at least `contact_force`), at most up to `highest`;
+    hold       for a given time;
+    deflation  until motion has stopped (forward faster than `motion_speed` before, slower now),
+               or the robot slips back at `slip_speed`, or contact is lost (`least_rows` rows
                touched before, fewer do now), at most down to `lowest`.
 
-Standing still at the beginning of a deflation ends nothing, nor does contact that never was: only
-what has been can stop. A robot that never moves is inflated anew at `lowest`. Contact counts above
-`lowest` only, so that every deflation has somewhere to go. Forward is where the frame's own axis
-points: in a bend that turns with the robot.
+A deflation ends when motion or contact that existed earlier in the same deflation is lost; a robot
+that stands still at its beginning, or never had contact, does not end it. A robot that never moves
+is inflated again at `lowest`. Contact ends an inflation only above `lowest`, so that the deflation
+after it has a range. Forward is the direction of the frame's own axis, which turns with the robot
+in a bend.
 
-A motor shakes the robot 100 to 200 times a second, so nothing is judged by a moment: force and rows
-are taken over `contact_window`, in which the force is averaged and the most rows count; the
-velocity over `motion_window`, as the slope of the straight line that fits the places best,
+A motor shakes the robot 100 to 200 times a second, so no decision depends on a single instant. Over
+`contact_window` the force is averaged and the largest number of rows counts. The velocity is taken
+over `motion_window` as the slope of a straight line fitted to the positions,
 
     v = sum (t - mean t) x / sum (t - mean t)^2,
 
-which vibration hardly enters; of it the part along the axis counts. Windows begin anew with each
-phase.
+which averages the vibration; its component along the axis counts. Windows restart with each phase.
 """
 
 from collections.abc import Sequence
@@ -33,7 +34,7 @@ from typing import Any
 
 
 class Phase(IntEnum):
-    """What the pressure does, with the number that the history shows for it."""
+    """Phase of the pressure cycle; the value is the number in the history."""
 
     REST = 0  # before the first inflation, and after the last cycle
     INFLATION = 1
@@ -43,9 +44,10 @@ class Phase(IntEnum):
 
 @dataclass(frozen=True)
 class Command:
-    """p(t) = pressure + rate (t - time), constant before `time` and once it is at `target`.
+    """Pressure ramp p(t) = pressure + rate (t - time).
 
-    pressure, target [Pa], time [s], rate [Pa/s].
+    It is constant before `time` and after reaching `target`. Units: pressure, target [Pa], time
+    [s], rate [Pa/s].
     """
 
     pressure: float
@@ -58,7 +60,7 @@ class Command:
 class EventCycles:
     """Settings: pressures [Pa], rates [Pa/s], times and windows [s], force [N], speed [m/s].
 
-    count: of cycles, after which the pressure stays where it is; None: no end.
+    count: number of cycles, after which the pressure stays constant; None: no limit.
     """
 
     highest: float
@@ -77,11 +79,14 @@ class EventCycles:
     count: int | None
 
     def first_command(self) -> Command:
-        """The first inflation, from 0 Pa."""
+        """Return the command of the first inflation, from 0 Pa."""
         return Command(0.0, self.start, self.inflation_rate, self.highest)
 
     def time_scaled(self, factor: float) -> "EventCycles":
-        """Everything `factor` times as fast, but for the robot: it walks as it can."""
+        """Return the settings `factor` times as fast.
+
+        The speeds of the robot are unchanged.
+        """
         return replace(
             self,
             inflation_rate=self.inflation_rate * factor,
@@ -95,9 +100,11 @@ class EventCycles:
 
 @dataclass(frozen=True)
 class Sensed:
-    """What the robot feels at `time` [s]: the pressure [Pa] now; rows of spikes that touched, and
-    the normal force of the walls [N], mean, both since the last time; where its frame is [m], and
-    the unit vector along its axis, forward.
+    """Measured state of the robot at `time` [s].
+
+    pressure [Pa]: present value. rows: number of rows of spikes that touched, and wall_force [N]:
+    mean normal force of the walls, both since the last measurement. place [m]: position of the
+    frame. axis: unit vector along its axis, forward.
     """
 
     time: float
@@ -110,7 +117,7 @@ class Sensed:
 
 @dataclass(frozen=True)
 class Decision:
-    """A new command, and why, in words."""
+    """New command and the reason for it, as text."""
 
     command: Command
     reason: str
@@ -118,11 +125,11 @@ class Decision:
 
 @dataclass
 class ControlState:
-    """All that a control remembers.
+    """State of a pressure control.
 
     phase: INFLATION, DEFLATION or, after the last cycle, REST; it begins at `since` [s], which may
-    be still to come. felt: what was sensed in this phase, over the longest window.
-    has_moved, has_touched: in this deflation.
+    be in the future. felt: measurements of this phase, over the longest window. has_moved,
+    has_touched: in this deflation.
     """
 
     phase: Phase
@@ -134,7 +141,7 @@ class ControlState:
 
     @classmethod
     def written(cls, numbers: dict[str, Any]) -> "ControlState":
-        """As `dataclasses.asdict` wrote it, by way of JSON."""
+        """Return the state from the dictionary that `dataclasses.asdict` and JSON made of it."""
         felt = [
             Sensed(**{**s, "place": tuple(s["place"]), "axis": tuple(s["axis"])})
             for s in numbers["felt"]
@@ -143,25 +150,28 @@ class ControlState:
 
 
 class PressureControl:
-    """Decides what the pressure does next. state: changed in place; by default, of the start."""
+    """Controller that decides on the next phase of the pressure.
+
+    state: changed in place; by default the state at the start.
+    """
 
     def __init__(self, settings: EventCycles, state: ControlState | None = None) -> None:
         self.settings = settings
         self.state = state or ControlState(Phase.INFLATION, settings.start)
 
     def phase_at(self, time: float) -> Phase:
-        """The phase at `time` [s], not before the last decision."""
+        """Return the phase at `time` [s], which is not before the last decision."""
         if time >= self.state.since:
             return self.state.phase
         return Phase.HOLD if self.state.phase is Phase.DEFLATION else Phase.REST
 
     @property
     def cycle(self) -> int:
-        """Number of the present cycle, from 1; of the last one once all are done."""
+        """Number of the present cycle, from 1; that of the last one once all are done."""
         return self.state.cycles_done + (self.state.phase is not Phase.REST)
 
     def sense(self, now: Sensed) -> Decision | None:
-        """Take in what is felt now; a decision where that changes the course of the pressure."""
+        """Record a measurement; return a decision if it changes the pressure command, else None."""
         if now.time < self.state.since:
             return None
         self._remember(now)
@@ -205,7 +215,7 @@ class PressureControl:
         return self.state.has_touched and bool(felt) and max(s.rows for s in felt) < least
 
     def _forward_speed(self) -> float:
-        """Over the motion window [m/s]; 0 while the phase is younger."""
+        """Return the forward speed over the motion window [m/s]; 0 while the phase is younger."""
         felt = self._since(self.settings.motion_window)
         return forward_speed(felt) if felt else 0.0
 
@@ -236,7 +246,10 @@ class PressureControl:
         state.felt.clear()
 
     def _remember(self, now: Sensed) -> None:
-        """Keep what the longest window needs: what lies in it, and the last before."""
+        """Store the measurement, and drop those that the longest window does not need.
+
+        The last one before the window is kept.
+        """
         felt = self.state.felt
         felt.append(now)
         begin = now.time - max(self.settings.contact_window, self.settings.motion_window)
@@ -244,8 +257,9 @@ class PressureControl:
             felt.pop(0)
 
     def _since(self, window: float) -> list[Sensed]:
-        """What was felt in the last `window` [s], with the last before as its begin; nothing while
-        the phase is younger.
+        """Return the measurements of the last `window` [s], preceded by the last one before it.
+
+        The list is empty while the phase is younger than the window.
         """
         felt = self.state.felt
         before = [k for k, s in enumerate(felt) if s.time <= felt[-1].time - window]
@@ -253,7 +267,10 @@ class PressureControl:
 
 
 def forward_speed(felt: Sequence[Sensed]) -> float:
-    """Mean velocity [m/s], by least squares over two moments or more, along the last one's axis."""
+    """Return the mean velocity [m/s] along the axis of the last measurement, by least squares.
+
+    felt: two measurements or more.
+    """
     middle = sum(s.time for s in felt) / len(felt)
     spread = sum((s.time - middle) ** 2 for s in felt)
     moments = (

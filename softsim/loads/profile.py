@@ -1,4 +1,4 @@
-"""A value over time as a table of points, linear in between, constant after the last."""
+"""Value over time as a table of points, linear in between and constant after the last."""
 
 from dataclasses import dataclass
 
@@ -20,21 +20,21 @@ CHORD_ERROR = 1e-5
 
 @dataclass(frozen=True)
 class Profile:
-    """times [s], increasing, and the values there."""
+    """Piecewise linear function of time: increasing times [s] and the values there."""
 
     times: Own[np.ndarray]
     values: Own[np.ndarray]
 
     def at(self, t: float | np.ndarray) -> np.ndarray:
-        """Value at time t [s]."""
+        """Return the value at time t [s]."""
         return np.interp(t, self.times, self.values)
 
     def time_scaled(self, factor: float) -> "Profile":
-        """The same values, each at a `factor`-th of its time."""
+        """Return the same values, with all times divided by `factor`."""
         return Profile(self.times / factor, self.values)
 
     def delayed(self, by: float) -> "Profile":
-        """The same values, each later `by` a time [s]."""
+        """Return the same values, later `by` a time [s]."""
         return Profile(self.times + by, self.values)
 
     def times_factor(self, factor: float) -> "Profile":
@@ -67,8 +67,10 @@ class Profile:
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def translated(self, scale: np.ndarray) -> "Profile":
-        """Each value read off a scale (k, 2): value here -> value there, rising, linear in between
-        and beyond its last two points. Times at which a point of the scale is passed are added.
+        """Return the profile with its values mapped by a piecewise linear scale (k, 2).
+
+        The scale is a rising table of value and mapped value, extrapolated beyond its last two
+        points. Times at which a point of the scale is passed are added.
         """
         here, there = scale.T
         times = [self.times]
@@ -84,7 +86,7 @@ class Profile:
         return Profile(at, np.interp(values, here, there) + slope * beyond)
 
     def reduced(self, factor: float, offset: float) -> "Profile":
-        """factor times (value - offset), never below zero; the points where it starts are added."""
+        """Return factor times (value - offset), not below zero; adds the points where it starts."""
         excess = self.values - offset
         before, after = excess[:-1], excess[1:]
         crossed = before * after < 0.0
@@ -105,15 +107,19 @@ def sine(
 
 
 def constant(value: float, ramp: float) -> Profile:
-    """`value`, reached linearly within `ramp` [s]; a ramp of zero is a jump at t = 0."""
+    """Return the constant `value`, reached linearly within `ramp` [s].
+
+    A ramp of zero is a jump at t = 0.
+    """
     if ramp == 0.0:
         return Profile(np.array([0.0]), np.array([value]))
     return Profile(np.array([0.0, ramp]), np.array([0.0, value]))
 
 
 def ramp(begin: float, start: float, duration: float, target: float) -> Profile:
-    """`start` until `begin` [s], then linearly to `target` within `duration` [s]; a duration of
-    zero: `target` at all times.
+    """Return `start` until `begin` [s], then a linear change to `target` within `duration` [s].
+
+    With a duration of zero the value is `target` at all times.
     """
     if duration == 0.0:
         return Profile(np.array([begin]), np.array([target]))
@@ -121,7 +127,10 @@ def ramp(begin: float, start: float, duration: float, target: float) -> Profile:
 
 
 def smooth_rise(ramp: float) -> Profile:
-    """From 0 to 1 within `ramp` [s] as u^2 (3 - 2 u), u = t / ramp; a ramp of zero is a jump."""
+    """Return a rise from 0 to 1 within `ramp` [s] as u^2 (3 - 2 u), u = t / ramp.
+
+    A ramp of zero is a jump.
+    """
     if ramp == 0.0:
         return Profile(np.array([0.0]), np.array([1.0]))
     u = np.linspace(0.0, 1.0, RISE_POINTS)
@@ -138,9 +147,10 @@ def cycles(
     count: int,
     start: float,
 ) -> Profile:
-    """`count` times: inflate to `highest`, hold, deflate at the average rate Df_r^a, rest.
+    """Return `count` pressure cycles: inflate to `highest`, hold, deflate, rest.
 
-    Pressures [Pa], rates [Pa/s], times [s]. The first inflation begins at 0 Pa at `start`.
+    Pressures [Pa], times [s], rates [Pa/s]; `deflation_rate` is the average rate Df_r^a. The first
+    inflation begins at 0 Pa at `start`.
     """
     points = [(0.0, 0.0), (start, 0.0)] if start > 0.0 else [(0.0, 0.0)]
     t, p = points[-1]
@@ -168,7 +178,10 @@ def natural_deflation(
     count: int,
     start: float,
 ) -> Profile:
-    """As `cycles`, but each fall is p = highest exp(-t / time_constant), down to `lowest`."""
+    """Return pressure cycles whose falls are p = highest exp(-t / time_constant), down to `lowest`.
+
+    The other parameters are those of `cycles`.
+    """
     points = [(0.0, 0.0), (start, 0.0)] if start > 0.0 else [(0.0, 0.0)]
     t, p = points[-1]
     fall_time = time_constant * np.log(highest / lowest)
@@ -199,8 +212,8 @@ def periodic_cycles(
 ) -> Profile:
     """Return trapezoids that repeat, up to `end` [s] or for `count` periods.
 
-    Times [s]; phase [rad]: a cycle begins at t = -phase / (2 pi) period, the first of them there
-    where that is not before t = 0 or a `count` is given. No lowest value: 0.
+    Times [s]; phase [rad]. A cycle begins at t = -phase / (2 pi) period; this is the first cycle if
+    it is not before t = 0 or if `count` is given. A lowest value of None is 0.
     """
     low = lowest or 0.0
     begin = -phase / (2.0 * np.pi) * period

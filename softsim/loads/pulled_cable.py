@@ -1,14 +1,21 @@
 """Cables that run through eyelets in bodies and are pulled: tendon-driven fingers, grippers.
 
-The cable has no mass and slides through its eyelets without friction, so its tension T is the same
-all along. An eyelet lies in an element and follows its corners with the shape functions N_aj,
+The cable has no mass and slides through its eyelets without friction, so its tension T is constant
+along its length. An eyelet lies in an element and follows its corners with the shape functions
+N_aj,
+
     x_a = sum_j N_aj x_j,
+
 or is fixed in space. With the length L = sum_a |x_(a+1) - x_a| and the unit vectors t_a from one
-eyelet to the next, each is pulled with
+eyelet to the next, the force on each eyelet is
+
     f_a = T (t_a - t_(a-1)) = -T dL/dx_a,    f_j = sum_a N_aj f_a,
-so that neither force nor moment is lost (SOFA's CableConstraint acts so). A winch draws p of it in,
-against which it stretches by e, or keeps a tension S whatever the length:
+
+which preserves force and moment (as in SOFA's CableConstraint). A winch draws in the length p,
+against which the cable stretches by e, or applies a tension S that does not depend on the length:
+
     T = k e + S,    e = max(0, L - L_0 + p).
+
 The energy k e^2 / 2 is stored (ALLSE), the winch's work is int k e dp - int S dL. A cable never
 pushes.
 """
@@ -32,12 +39,12 @@ from softsim.term import Pass, Stage, WorkingTerm
 
 @dataclass(frozen=True, eq=False)
 class PulledCable(Load):
-    """A cable through k eyelets.
+    """Cable through k eyelets.
 
-    corners (k, c): of the element around each, numbered in the model; weights (k, c): its shape
-    functions there, zero for an eyelet that is fixed in space, at its row of anchors (k, d) [m],
-    which is zero for the others. rest_length: L_0 [m]. stiffness: k [N/m]. pull: p [m over s],
-    tension: S [N over s]; one of them is zero.
+    corners (k, c): corners of the element around each eyelet, numbered in the model. weights (k,
+    c): shape functions there; zero for an eyelet that is fixed in space, whose position is its row
+    of anchors (k, d) [m], which is zero for the others. rest_length: L_0 [m]. stiffness: k [N/m].
+    pull: p [m over s], tension: S [N over s]; one of the two is zero.
     """
 
     name: str
@@ -51,36 +58,33 @@ class PulledCable(Load):
 
     @property
     def columns(self) -> dict[str, str]:
-        """Columns that its term adds to the history -> unit."""
         return {f"{self.name}_tension": "N", f"{self.name}_drawn_in": "m"}
 
     def term(
         self, alike: Sequence["PulledCable"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "PulledCableTerm":
-        """The cable in kernels."""
         return PulledCableTerm(nodes, alike)
 
     @property
     def largest_force(self) -> float:
-        """Largest tension [N] that it is given."""
+        """Largest prescribed tension [N]."""
         return float(self.tension.values.max())
 
     def time_scaled(self, factor: float) -> "PulledCable":
-        """The winch `factor` times as fast."""
         pull, tension = (course.time_scaled(factor) for course in (self.pull, self.tension))
         return replace(self, pull=pull, tension=tension)
 
     def largest_tension(self, length: float) -> float:
-        """T [N] at this length [m] at most, at any time."""
+        """Return the largest tension T [N] at any time for this length [m]."""
         elongation = max(0.0, length - self.rest_length + float(self.pull.values.max()))
         return self.stiffness * elongation + float(self.tension.values.max())
 
     def places(self, x: np.ndarray) -> np.ndarray:
-        """Of its eyelets (k, d) [m], with the model's nodes at x (n, d) [m]."""
+        """Return the positions of the eyelets (k, d) [m] with all nodes at x (n, d) [m]."""
         return self.anchors + np.einsum("kc,kcd->kd", self.weights, x[self.corners])
 
     def length_gradient(self, x: np.ndarray) -> np.ndarray:
-        """dL/dx (n, d) [-]."""
+        """Return dL/dx (n, d) [-]."""
         ways = np.diff(self.places(x), axis=0)
         t = ways / np.linalg.norm(ways, axis=1)[:, None]
         nothing = np.zeros((1, t.shape[1]))
@@ -91,11 +95,11 @@ class PulledCable(Load):
 
 
 class PulledCableTerm(WorkingTerm):
-    """A cable in its eyelets.
+    """Kernel class of a cable in its eyelets.
 
-    Fields, (scenarios,), of the last increment: elongation e and drawn_in, L_0 + e - L, by which
-    less of the unstretched cable lies between its ends [m]; held, the tension S [N]; impulse [N s]
-    of T since last cleared.
+    Fields (scenarios,) of the last increment: elongation e [m]; drawn_in, L_0 + e - L [m], by which
+    the unstretched length between the ends has decreased; held, the tension S [N]; impulse [N s] of
+    T since last cleared.
     """
 
     def __init__(self, nodes: Nodes, cables: Sequence[PulledCable]) -> None:
@@ -116,20 +120,17 @@ class PulledCableTerm(WorkingTerm):
         )
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {Stage.MOVE: [Pass("cables", 1, (self.pull,))]}
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         names = ("elongation", "drawn_in", "held", "impulse")
         return super().state_fields() | {name: getattr(self, name) for name in names}
 
     def impulses(self) -> list[ti.Field]:
-        """Of the tension."""
         return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean tension [N], and what is drawn in now [m]."""
+        """Return the mean tension [N] and the present drawn-in length [m]."""
         impulse, drawn_in = (
             float(fields.read_row(field, scenario)) for field in (self.impulse, self.drawn_in)
         )
@@ -138,7 +139,7 @@ class PulledCableTerm(WorkingTerm):
 
     @ti.func
     def place(self, s, a):
-        """Of eyelet a."""
+        """Return the position of eyelet a (d) [m]."""
         place = self.anchor[s, a]
         for c in range(self.corner_count):
             place += self.weight[a, c] * self.nodes.position[s, self.node[a, c]]
@@ -146,7 +147,7 @@ class PulledCableTerm(WorkingTerm):
 
     @ti.func
     def pull(self, s, i, t, dt):
-        """Forces of the cable on the nodes that its eyelets follow."""
+        """Write the forces of the cable on the nodes of its eyelets."""
         longer = -self.rest_length[s]  # L - L_0
         for a in range(self.eyelets.read() - 1):
             longer += (self.place(s, a + 1) - self.place(s, a)).norm()
@@ -170,8 +171,9 @@ class PulledCableTerm(WorkingTerm):
 
     @ti.func
     def _book(self, s, stretched, drawn_in, held):
-        """Work of the winch by the trapezoidal rule, as central differences do it. Of the spring
-        k e it is k e dp = k e d(drawn in): where these differ, the cable is slack.
+        """Add the work of the winch by the trapezoidal rule, consistent with central differences.
+
+        For the spring k e it is k e dp = k e d(drawn in): where these differ, the cable is slack.
         """
         spring = 0.5 * self.stiffness[s] * (self.elongation[s] + stretched)
         way = drawn_in - self.drawn_in[s]
@@ -181,5 +183,5 @@ class PulledCableTerm(WorkingTerm):
 
     @ti.func
     def stored_energy(self, s, part):
-        """k e^2 / 2 [J]."""
+        """Return k e^2 / 2 [J]."""
         return once(part) * 0.5 * self.stiffness[s] * self.elongation[s] * self.elongation[s]

@@ -1,4 +1,4 @@
-"""A force at the centre of mass of a rigid body, fixed in direction, over time a profile."""
+"""Force of fixed direction at the centre of mass of a rigid body that follows a profile."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from softsim.term import Term
 
 @dataclass(frozen=True, eq=False)
 class RigidForce(Load):
-    """`force` (d,) [N] at the centre of mass of rigid body number `body`, times `share`."""
+    """Force (d,) [N] times `share` at the centre of mass of rigid body number `body`."""
 
     body: int
     force: Own[np.ndarray]
@@ -27,28 +27,25 @@ class RigidForce(Load):
     def term(
         self, alike: Sequence["RigidForce"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RigidForceTerm":
-        """Its force on the body."""
         forces = np.stack([load.force for load in alike])
         table = ProfileTable([load.share for load in alike])
         return RigidForceTerm(rigid_bodies, self.body, forces, table)
 
     @property
     def largest_force(self) -> float:
-        """Largest size [N] of its force."""
+        """Largest magnitude of the force [N]."""
         return float(np.linalg.norm(self.force) * np.abs(self.share.values).max())
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which its time course ends."""
         return float(self.share.times[-1])
 
     def time_scaled(self, factor: float) -> "RigidForce":
-        """The force rising `factor` times as fast."""
         return replace(self, share=self.share.time_scaled(factor))
 
 
 class RigidForceTerm(Term):
-    """`forces` (scenarios, d) [N] times `table` on rigid body number `body`."""
+    """Kernel class of `forces` (scenarios, d) [N] times `table` on rigid body number `body`."""
 
     def __init__(
         self, rigid_bodies: RigidBodies, body: int, forces: np.ndarray, table: ProfileTable
@@ -57,7 +54,6 @@ class RigidForceTerm(Term):
         self.force = vector_field(forces)
 
     def pulls(self) -> list[Callable[..., None]]:
-        """On the body."""
         return [self.pull]
 
     @ti.func

@@ -19,9 +19,10 @@ from softsim.term import Pass, Stage, Term
 
 @dataclass(frozen=True, eq=False)
 class RigidMotion(Load):
-    """Component `axis` of rigid body number `body`, which is not free, is displaced by `profile`
-    [m over s]. The history gets the force that moves it as `drive_force`, the mean over the
-    interval.
+    """Prescribed displacement `profile` [m over s] of component `axis` of rigid body number `body`.
+
+    The body is not free along this axis. The history records the force that moves it as
+    `drive_force`, averaged over the interval.
     """
 
     body: int
@@ -30,32 +31,28 @@ class RigidMotion(Load):
 
     @property
     def columns(self) -> dict[str, str]:
-        """The force that moves the body."""
         return {"drive_force": "N"}
 
     def term(
         self, alike: Sequence["RigidMotion"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RigidMotionTerm":
-        """The motion of the body."""
         table = ProfileTable([motion.profile for motion in alike])
         return RigidMotionTerm(rigid_bodies, self.body, self.axis, table)
 
     @property
     def last_change(self) -> float:
-        """Time [s] at which its time course ends."""
         return float(self.profile.times[-1])
 
     def time_scaled(self, factor: float) -> "RigidMotion":
-        """The motion, `factor` times as fast."""
         return replace(self, profile=self.profile.time_scaled(factor))
 
 
 class RigidMotionTerm(Term):
-    """Component `axis` of rigid body number `body` is displaced by `table` [m over s].
+    """Kernel class that displaces rigid body number `body` along `axis` by `table` [m over s].
 
-    As of nodes (loads/prescribed.py): the velocity of a step is (u(t) - u(t - dt)) / dt, and the
-    drive's force is the opposite of what all others do to the body along it. Fields, (scenarios,):
-    its `work` [J], trapezoidal, and its `impulse` [N s] since it was last cleared.
+    As for nodes (loads/prescribed.py), the velocity of a step is (u(t) - u(t - dt)) / dt, and the
+    driving force is the opposite of the sum of all other forces on the body along the axis. Fields
+    (scenarios,): `work` [J] by the trapezoidal rule, and `impulse` [N s] since last cleared.
     """
 
     def __init__(
@@ -66,29 +63,25 @@ class RigidMotionTerm(Term):
         self.work, self.impulse = real_field(nothing), real_field(nothing)
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
         return {Stage.STEER: [Pass("loads", 1, (self.steer,))]}
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return {"work": self.work, "impulse": self.impulse}
 
     def forget_work(self) -> None:
-        """No work is done before the first increment."""
         fields.write(self.work, 0.0)
 
     def impulses(self) -> list[ti.Field]:
-        """Of the force."""
         return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean force of the drive [N]."""
+        """Return the mean driving force [N]."""
         impulse = float(fields.read_row(self.impulse, scenario))
         return {"drive_force": impulse / interval if interval > 0.0 else 0.0}
 
     @ti.func
     def steer(self, s, i, t, dt):
-        """Velocity of the step that ends at t, before the body drifts."""
+        """Set the velocity of the step that ends at t, before the position is updated."""
         speed = (self.table.at(s, t) - self.table.at(s, t - dt)) / dt
         way = (self.rigid_bodies.velocity[s, self.body][self.axis] + speed) * dt
         force = self.rigid_bodies.held_force[s, self.body][self.axis]
@@ -98,7 +91,7 @@ class RigidMotionTerm(Term):
 
     @ti.func
     def work_done(self, s, dt, part):
-        """Work so far [J], the last half step with the force of now."""
+        """Return the work so far [J], with the present force for the last half step."""
         way = self.rigid_bodies.velocity[s, self.body][self.axis] * dt
         force = self.rigid_bodies.held_force[s, self.body][self.axis]
         return once(part) * (self.work[s] - 0.5 * force * way)

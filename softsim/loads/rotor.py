@@ -1,17 +1,17 @@
 """Forces of a vibration motor: an eccentric mass, or a sinusoid of given amplitude.
 
-An eccentric mass m_e at radius r_e pulls with m_e r_e omega^2 towards where it is. A motor that
-turns about the section's normal z shows its whole rotating vector, one that turns about the
-pipe's axis x (in the plane across the section) shows its y part only; in space all show all of
-it. Its weight m_e g belongs to the mass of the body.
+An eccentric mass m_e at radius r_e exerts the centrifugal force m_e r_e omega^2 in its direction. A
+motor that turns about the section's normal z exerts its whole rotating vector in the section; one
+that turns about the pipe's axis x (in the plane across the section) exerts only its y component; in
+space all components act. The weight m_e g belongs to the mass of the body.
 
-The force m_e r_e omega^2 (a cos(angle) + b sin(angle)), a and b across the axis, turns from a to b.
-About x, y and z, turning positively, a is y, z and x, and b is z, x and y. These are axes of the
-body that carries the motor: where it pitches or goes around a bend, they turn with it. A sinusoidal
+The force m_e r_e omega^2 (a cos(angle) + b sin(angle)), with a and b normal to the axis, turns from
+a to b. For positive rotation about x, y and z, a is y, z and x, and b is z, x and y. These are axes
+of the body that carries the motor and turn with it where it pitches or follows a bend. A sinusoidal
 force keeps its direction in space.
 
 The speed rises smoothly: omega(t) = 2 pi f (3 u^2 - 2 u^3) with u = t / spin_up, whose integral
-gives the angle in closed form, and the force rises with omega^2.
+gives the angle in closed form; the force rises with omega^2.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,7 +33,7 @@ from softsim.term import Term
 class RotorForce:
     """Force cos(angle) `cosine` + sin(angle) `sine`, both (d,) [N] at full speed.
 
-    frequency [Hz], spin_up [s]; phase: the angle [rad] at `start` [s], where it begins to turn.
+    frequency [Hz], spin_up [s]; phase: the angle [rad] at `start` [s], where the rotation begins.
     """
 
     cosine: Own[np.ndarray]
@@ -44,7 +44,7 @@ class RotorForce:
     start: Own[float] = 0.0
 
     def turned(self, t: float) -> float:
-        """Time [s] at full speed in which it turns as far as it has at t [s]."""
+        """Return the time [s] at full speed that gives the rotation reached at t [s]."""
         since = t - self.start
         if since >= self.spin_up:
             return since - 0.5 * self.spin_up
@@ -52,11 +52,14 @@ class RotorForce:
         return self.spin_up * u**3 * (1.0 - 0.5 * u)
 
     def at_phase(self, phase: float) -> "RotorForce":
-        """Starting at another angle [rad]."""
+        """Return the rotor with another initial angle [rad]."""
         return replace(self, phase=phase)
 
     def at_frequency(self, frequency: float, t: float) -> "RotorForce":
-        """As large, at another frequency [Hz] from t [s] on, where its angle goes on."""
+        """Return the rotor at another frequency [Hz] from t [s] on, with the same force.
+
+        The angle is continuous at t.
+        """
         skipped = 2.0 * np.pi * (self.frequency - frequency) * self.turned(t)
         return replace(self, frequency=frequency, phase=self.phase + skipped)
 
@@ -71,10 +74,10 @@ def eccentric_mass(
     phase: float,
     dimension: int,
 ) -> RotorForce:
-    """The rotor of an eccentric mass [kg] at a radius [m] that turns about `axis` (3,), positively
-    where `sense` is 1, the other way where it is -1.
+    """Return the rotor of an eccentric mass [kg] at a radius [m] that turns about `axis` (3,).
 
-    A model of two dimensions sees the x and y parts of its force.
+    sense: 1 for positive rotation, -1 for negative. A model of two dimensions has the x and y
+    components of its force.
     """
     amplitude = mass * radius * (2.0 * np.pi * frequency) ** 2
     cosine, sine = amplitude * across(axis)[:, :dimension]
@@ -82,8 +85,10 @@ def eccentric_mass(
 
 
 def across(axis: np.ndarray) -> np.ndarray:
-    """Two unit vectors (2, 3) a, b across an axis (3,), right-handed with it: a lies towards the
-    coordinate axis that follows, of x, y, z, x, the one which the axis is nearest to.
+    """Return two unit vectors (2, 3) a, b normal to an axis (3,) and right-handed with it.
+
+    a is the projection of the coordinate axis that follows, in the order x, y, z, x, the one
+    nearest to the given axis.
     """
     unit = axis / np.linalg.norm(axis)
     following = np.roll(np.eye(3), -1, axis=0)[np.abs(unit).argmax()]
@@ -95,14 +100,14 @@ def across(axis: np.ndarray) -> np.ndarray:
 def sinusoidal_force(
     amplitude: float, direction: np.ndarray, frequency: float, spin_up: float, phase: float
 ) -> RotorForce:
-    """amplitude [N] along `direction` times the sine of the angle."""
+    """Return the force `amplitude` [N] along `direction` times the sine of the angle."""
     unit = np.asarray(direction) / np.linalg.norm(direction)
     return RotorForce(np.zeros_like(unit), amplitude * unit, frequency, spin_up, phase)
 
 
 @dataclass(frozen=True, eq=False)
 class Rotor(Load):
-    """What shakes rigid body number `body`, along directions in space."""
+    """Vibration force on rigid body number `body`, along directions fixed in space."""
 
     body: int
     rotor: RotorForce
@@ -110,35 +115,31 @@ class Rotor(Load):
     def term(
         self, alike: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "RotorTerm":
-        """Its force on the body."""
         return RotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
 
     def at_frequency(self, now: RotorForce, frequency: float, t: float) -> RotorForce:
-        """What turns as `now` does, at another frequency [Hz] from t [s] on: a sinusoid keeps its
-        amplitude.
-        """
+        """Return `now` at another frequency [Hz] from t [s] on; a sinusoid keeps its amplitude."""
         return now.at_frequency(frequency, t)
 
 
 @dataclass(frozen=True, eq=False)
 class CarriedRotor(Rotor):
-    """A motor on rigid body number `body`, along directions of the body."""
+    """Motor on rigid body number `body`, with force directions that turn with the body."""
 
     def term(
         self, alike: Sequence["Rotor"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "CarriedRotorTerm":
-        """Its force on the body."""
         return CarriedRotorTerm(rigid_bodies, self.body, [load.rotor for load in alike])
 
     def at_frequency(self, now: RotorForce, frequency: float, t: float) -> RotorForce:
-        """An eccentric mass pulls with the square of its frequency."""
+        """Return `now` at another frequency f [Hz] from t [s] on, its force rising as f^2."""
         share = (frequency / self.rotor.frequency) ** 2
         cosine, sine = share * self.rotor.cosine, share * self.rotor.sine
         return replace(now.at_frequency(frequency, t), cosine=cosine, sine=sine)
 
 
 class RotorTerm(Term):
-    """What shakes rigid body number `body`; one RotorForce a scenario."""
+    """Kernel class of vibration on rigid body number `body`, with one RotorForce per scenario."""
 
     def __init__(self, rigid_bodies: RigidBodies, body: int, rotors: list[RotorForce]) -> None:
         self.rigid_bodies, self.body = rigid_bodies, body
@@ -151,7 +152,7 @@ class RotorTerm(Term):
         self.rotors = rotors
 
     def follow(self, scenario: int, rotor: RotorForce) -> None:
-        """Take another rotor in a scenario."""
+        """Replace the rotor of a scenario."""
         self.rotors[scenario] = rotor
         write_row(self.cosine, scenario, rotor.cosine)
         write_row(self.sine, scenario, rotor.sine)
@@ -161,7 +162,6 @@ class RotorTerm(Term):
         write_row(self.start, scenario, rotor.start)
 
     def pulls(self) -> list[Callable[..., None]]:
-        """On the body."""
         return [self.pull]
 
     @ti.func
@@ -182,14 +182,14 @@ class RotorTerm(Term):
 
     @ti.func
     def in_space(self, s, force):
-        """The force (d) [N] in space."""
+        """Return the force (d) [N] in space."""
         return force
 
 
 class CarriedRotorTerm(RotorTerm):
-    """A motor whose axis turns with rigid body number `body`."""
+    """Kernel class of a motor whose force directions turn with rigid body number `body`."""
 
     @ti.func
     def in_space(self, s, force):
-        """The force (d) [N], given in the body's axes, in space."""
+        """Return the force (d) [N] in space of a force in the body's axes."""
         return self.rigid_bodies.to_space(s, self.body, force)

@@ -1,4 +1,4 @@
-"""Profiles as Taichi reads them: the value of a table of points at a time."""
+"""Profiles in Taichi fields: values of a table of points over time."""
 
 import numpy as np
 import taichi as ti
@@ -8,12 +8,14 @@ from softsim.fields import index_field, real_field, shape_of, write_row
 from softsim.loads.profile import Profile
 
 LEAST_ROOM = 8
-"""Points that fit into a table at least, so that a command fits, read off a gauge's scale."""
+"""Minimum capacity of a table in points, enough for a command mapped by the scale of a gauge."""
 
 
 class ProfileTable:
-    """One profile a scenario; linear between points, constant after the last, zero before t = 0,
-    when bodies settle without loads.
+    """Profiles in fields, one per scenario.
+
+    They are linear between points, constant after the last, and zero before t = 0, when bodies
+    settle without loads.
     """
 
     def __init__(self, profiles: list[Profile]) -> None:
@@ -23,7 +25,10 @@ class ProfileTable:
         self.value = real_field(np.array([padded(p.values, longest) for p in profiles]))
 
     def follow(self, scenario: int, profile: Profile) -> None:
-        """Take another profile in a scenario; SimulationError where it has more points than fit."""
+        """Replace the profile of a scenario.
+
+        Raises SimulationError if it has more points than fit.
+        """
         room = shape_of(self.time)[1]
         if len(profile.times) > room:
             raise SimulationError(
@@ -37,7 +42,7 @@ class ProfileTable:
 
     @ti.func
     def at(self, s, t):
-        """Value at time t, by bisection."""
+        """Return the value at time t, by bisection."""
         low = 0
         high = self.points[s] - 1
         while high - low > 1:
@@ -56,5 +61,5 @@ class ProfileTable:
 
 
 def padded(values: np.ndarray, length: int) -> np.ndarray:
-    """`values` with the last one repeated up to `length`."""
+    """Return `values` with the last one repeated up to `length`."""
     return np.concatenate([values, np.full(length - len(values), values[-1])])

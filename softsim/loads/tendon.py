@@ -1,9 +1,9 @@
-"""A tendon from a rigid body to a force gauge far away: a spring that pulls and never pushes.
+"""Tendon from a rigid body to a force gauge far away: a spring that pulls and never pushes.
 
 With u the displacement of the body's centre of mass, d the unit vector towards the gauge and s the
-slack, the elongation is e = -u.d - s (the gauge is so far away that d does not turn). Where e > 0
-the tendon pulls the body with T = k e along d, else it hangs loose. Its energy k e^2/2 is stored,
-as ABAQUS counts that of springs: in the internal energy (ALLSE), not in the external work.
+slack, the elongation is e = -u.d - s (the gauge is so far away that d does not turn). If e > 0, the
+tendon pulls the body with T = k e along d, otherwise it is slack. Its energy k e^2/2 is stored, as
+that of springs in ABAQUS: in the internal energy (ALLSE), not in the external work.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,10 +23,10 @@ from softsim.term import Term
 
 @dataclass(frozen=True, eq=False)
 class Tendon(Load):
-    """A tendon on rigid body number `body` towards the unit vector `direction` (d,), which pulls
-    with `stiffness` [N/m] once `slack` [m] is used up.
+    """Tendon on rigid body number `body` towards the unit vector `direction` (d,).
 
-    The history gets its tension as `pull`, the mean over the interval: what the gauge shows.
+    It pulls with `stiffness` [N/m] once `slack` [m] is used up. The history records its tension as
+    `pull`, averaged over the interval, as a gauge would show it.
     """
 
     body: int
@@ -36,13 +36,11 @@ class Tendon(Load):
 
     @property
     def columns(self) -> dict[str, str]:
-        """Its tension."""
         return {"pull": "N"}
 
     def term(
         self, alike: Sequence["Tendon"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "TendonTerm":
-        """The tendon on its body."""
         return TendonTerm(
             rigid_bodies, self.body, np.array([tendon.stiffness for tendon in alike]),
             np.stack([tendon.direction for tendon in alike]),
@@ -50,12 +48,12 @@ class Tendon(Load):
         )  # fmt: skip
 
     def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
-        """Taut, it holds the centre of mass along a line, which adds nothing to turning."""
+        """Return the stiffness of the taut tendon along a line; it adds none against rotation."""
         return [RigidSpring("tendon", self.body, self.stiffness, goes_taut=True)]
 
 
 class TendonTerm(Term):
-    """A tendon on rigid body number `body`.
+    """Kernel class of a tendon on rigid body number `body`.
 
     stiffness: k (scenarios,) [N/m]. directions: d (scenarios, dimension). slack: s (scenarios,)
     [m]. Its `impulse` (scenarios,) [N s] is the integral of T since it was last cleared.
@@ -75,25 +73,22 @@ class TendonTerm(Term):
         self.impulse = real_field(np.zeros(len(stiffness)))
 
     def pulls(self) -> list[Callable[..., None]]:
-        """On the body."""
         return [self.pull]
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return {"impulse": self.impulse}
 
     def impulses(self) -> list[ti.Field]:
-        """Of the tension."""
         return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean tension [N]."""
+        """Return the mean tension [N]."""
         impulse = float(fields.read_row(self.impulse, scenario))
         return {"pull": impulse / interval if interval > 0.0 else 0.0}
 
     @ti.func
     def elongation(self, s):
-        """e [m] where the tendon is taut, else zero."""
+        """Return e [m] of a taut tendon, else zero."""
         u = self.rigid_bodies.displacement(s, self.body)
         return ti.max(-u.dot(self.direction[s]) - self.slack[s], ti.cast(0.0, backend.real))
 
@@ -106,6 +101,6 @@ class TendonTerm(Term):
 
     @ti.func
     def stored_energy(self, s, part):
-        """k e^2 / 2 [J]."""
+        """Return k e^2 / 2 [J]."""
         e = self.elongation(s)
         return once(part) * 0.5 * self.stiffness[s] * e * e

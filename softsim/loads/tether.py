@@ -1,17 +1,17 @@
-"""A tether that a rigid body trails behind it along its own axis x: drag, weight, stiffness.
+"""Tether that a rigid body trails behind it along its own axis x: drag, weight, stiffness.
 
 Drag: Coulomb friction with memory along the body's axis e (loads/sliding.py). Across e the tether
-is limp, so that it does not damp what shakes the body across.
+has no stiffness, so it does not damp transverse vibration of the body.
 
-Weight: what of the tether hangs on the point, m g with the present gravity.
+Weight: the weight m g of the part that hangs on the attachment point, with the present gravity.
 
 Stiffness against turning: the energy 2 sum K_i q_i^2 of the vector part q of the body's
 orientation, a unit quaternion (w, q), with the torque -2 (w K q + q x K q) that follows from it.
-About one axis that is -K sin(angle): K for small angles. With K_y = K_z it tells how far the body's
-axis is turned from where it was at rest, however often the body has rolled about it.
+About one axis that is -K sin(angle): K for small angles. With K_y = K_z it measures how far the
+body's axis has turned from rest, regardless of how often the body has rolled about it.
 
-Spring and turning energies are stored (ALLSE), sliding is dissipated by friction (ALLFD), the
-weight's is external work (ALLWK). Nothing depends on time: before t = 0 the tether acts as after.
+Spring and turning energies are stored (ALLSE), sliding is dissipated by friction (ALLFD), the work
+of the weight is external (ALLWK). The tether does not depend on time: it acts before t = 0 as well.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,11 +32,12 @@ from softsim.term import Term
 
 @dataclass(frozen=True, eq=False)
 class Tether(Load):
-    """A tether on rigid body number `body`, attached at `point` (d,) [m], in space at rest.
+    """Tether on rigid body number `body`, attached at `point` (d,) [m], in space at rest.
 
     Along the body's own x a spring of `stiffness` [N/m] slides at `drag` [N]; `carried_mass` [kg]
-    hangs on the point; turning_stiffness (3,) [N m/rad] resists turning about x, y and z.
-    The history gets its drag against the way forward as `tether_drag`, the mean over the interval.
+    hangs on the point; turning_stiffness (3,) [N m/rad] resists turning about x, y and z. The
+    history records the drag against the forward direction as `tether_drag`, averaged over the
+    interval.
     """
 
     body: int
@@ -48,18 +49,15 @@ class Tether(Load):
 
     @property
     def columns(self) -> dict[str, str]:
-        """Its drag."""
         return {"tether_drag": "N"}
 
     @property
     def largest_force(self) -> float:
-        """Its drag [N]."""
         return self.drag
 
     def term(
         self, alike: Sequence["Tether"], nodes: Nodes, rigid_bodies: RigidBodies
     ) -> "TetherTerm":
-        """The tether on its body."""
         return TetherTerm(
             rigid_bodies, self.body,
             np.stack([tether.point for tether in alike]) - rigid_bodies.rest_centre[self.body],
@@ -70,8 +68,10 @@ class Tether(Load):
         )  # fmt: skip
 
     def springs(self, centres: np.ndarray, gravity: float) -> list[RigidSpring]:
-        """Sticking, it holds a point at the arm r along a line, and resists turning about its
-        stiffest axis with K; W being the weight that hangs on it, k r^2 + K + W r against turning.
+        """Return the stiffness of a sticking tether along a line and against turning.
+
+        It holds a point at the arm r and resists turning about its stiffest axis with K; with the
+        weight W that hangs on it, the stiffness against turning is k r^2 + K + W r.
         """
         arm = float(np.linalg.norm(self.point - centres[self.body]))
         turning = self.stiffness * arm**2 + float(self.turning_stiffness.max())
@@ -80,13 +80,13 @@ class Tether(Load):
 
 
 class TetherTerm(Term):
-    """A tether on rigid body number `body`.
+    """Kernel class of a tether on rigid body number `body`.
 
-    arms: of the attachment point from the centre of mass, in the body's axes (scenarios, d) [m].
+    arms: attachment point relative to the centre of mass, in the body's axes (scenarios, d) [m].
     stiffness: k (scenarios,) [N/m]. drag: (scenarios,) [N]. carried_mass: m (scenarios,) [kg].
     turning_stiffness: K about x, y, z (scenarios, 3) [N m/rad].
 
-    Fields, (scenarios,), of the last increment's end: place (d) [m] of the point, axis (d),
+    Fields (scenarios,) at the end of the last increment: place (d) [m] of the point, axis (d),
     stretch [m], weight (d) [N]; since the start: work of the weight and dissipation [J]; `impulse`
     [N s] is the integral of k s since it was last cleared.
     """
@@ -117,34 +117,29 @@ class TetherTerm(Term):
         )
 
     def pulls(self) -> list[Callable[..., None]]:
-        """On the body."""
         return [self.pull]
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         names = ("place", "axis", "weight", "stretch", "work", "dissipation", "impulse")
         return {name: getattr(self, name) for name in names}
 
     def impulses(self) -> list[ti.Field]:
-        """Of the drag."""
         return [self.impulse]
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean drag against the way forward [N]."""
+        """Return the mean drag against the forward direction [N]."""
         impulse = float(fields.read_row(self.impulse, scenario))
         return {"tether_drag": impulse / interval if interval > 0.0 else 0.0}
 
     def forget_work(self) -> None:
-        """No work is done before the first increment."""
         fields.write(self.work, 0.0)
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew in a scenario."""
         fields.write_row(self.dissipation, scenario, 0.0)
 
     @ti.func
     def pull(self, s, i, t, dt):
-        """Follow the body to where it is now, book what that took, hold it there."""
+        """Update the tether for the motion of the body and apply its forces to it."""
         arm = self.rigid_bodies.to_space(s, self.body, self.arm[s])
         way = self.rigid_bodies.centre[s, self.body] + arm - self.place[s]
         self.place[s] = self.place[s] + way
@@ -158,8 +153,9 @@ class TetherTerm(Term):
 
     @ti.func
     def slide(self, s, way):
-        """Stretch by the way (d) [m] of the point along the axis, slide beyond the limit; the drag
-        (d) [N].
+        """Update the stretch for the displacement (d) [m] of the point and return the drag (d) [N].
+
+        Beyond the limit of the stretch the tether slides.
         """
         k, before, axis_before = self.stiffness[s], self.stretch[s], self.axis[s]
         along_x = ti.Vector.zero(backend.real, self.rigid_bodies.dimension)
@@ -174,30 +170,30 @@ class TetherTerm(Term):
 
     @ti.func
     def turn(self, s):
-        """Vector part q (3) of the body's orientation."""
+        """Return the vector part q (3) of the body's orientation."""
         orientation = self.rigid_bodies.orientation[s, self.body]
         return ti.Vector([orientation[1], orientation[2], orientation[3]])
 
     @ti.func
     def righting_torque(self, s):
-        """-2 (w K q + q x K q) (3) [N m]."""
+        """Return -2 (w K q + q x K q) (3) [N m]."""
         w, q = self.rigid_bodies.orientation[s, self.body][0], self.turn(s)
         resisting = self.turning_stiffness[s] * q
         return -2.0 * (w * resisting + q.cross(resisting))
 
     @ti.func
     def stored_energy(self, s, part):
-        """k s^2 / 2 + 2 sum K_i q_i^2 [J]."""
+        """Return k s^2 / 2 + 2 sum K_i q_i^2 [J]."""
         stretch, q = self.stretch[s], self.turn(s)
         turned = 2.0 * (self.turning_stiffness[s] * q).dot(q)
         return once(part) * (0.5 * self.stiffness[s] * stretch * stretch + turned)
 
     @ti.func
     def dissipated_energy(self, s, part):
-        """Dissipated so far by friction, and nothing else [J]."""
+        """Return the energy [J] dissipated so far by friction, and 0 for viscosity and damping."""
         return once(part) * ti.Vector([self.dissipation[s], 0.0])
 
     @ti.func
     def work_done(self, s, dt, part):
-        """Work of the weight so far [J]."""
+        """Return the work of the weight so far [J]."""
         return once(part) * self.work[s]

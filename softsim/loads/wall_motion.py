@@ -1,4 +1,4 @@
-"""Walls that move: a wall of any kind, displaced along one axis over time."""
+"""Moving walls: a wall of any kind, displaced along one axis over time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -19,8 +19,9 @@ from softsim.term import Pass, Stage
 
 @dataclass(frozen=True, eq=False)
 class MovingWall(Wall):
-    """`wall`, displaced along coordinate number `axis` by `displacement` [m over s] from where it
-    is at rest. The history gets the force that moves it, the mean over the interval.
+    """Wall `wall`, displaced along coordinate number `axis` by `displacement` [m over s] from rest.
+
+    The history records the force that moves it, averaged over the interval.
     """
 
     wall: Wall
@@ -29,74 +30,69 @@ class MovingWall(Wall):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the surfaces."""
         return self.wall.names
 
     @property
     def columns(self) -> dict[str, str]:
-        """The force that moves it."""
+        """Column of the force that moves the wall -> unit."""
         return {force_column(self.names[0]): "N"}
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, d) to each surface at rest, by its name."""
+        """Return the signed gaps (n,) [m] of x (n, d) to the surfaces at rest, by name."""
         return self.wall.gaps(x)
 
     def least_gap(self, x: np.ndarray) -> np.ndarray:
-        """Lower bound (n,) [m] of the gap at any time: a gap changes by no more than the way, or
-        `steepest` times it.
+        """Return a lower bound (n,) [m] of the gap at any time.
+
+        A gap changes by at most `steepest` times the displacement.
         """
         farthest = float(np.abs(self.displacement.values).max())
         return self.wall.least_gap(x) - self.steepest() * farthest
 
     def steepest(self) -> float:
-        """Largest slope |grad g| of the gap."""
         return self.wall.steepest()
 
     def thickness(self) -> float:
-        """As of the wall at rest."""
         return self.wall.thickness()
 
     def obstacle(self, alike: Sequence["MovingWall"], places: np.ndarray) -> Obstacle:
-        """What kernels meet, in the axes of the wall."""
+        """Return the kernel class of the wall, in the axes of the moving frame."""
         return self.wall.obstacle([moving.wall for moving in alike], places)
 
     def frame(self, alike: Sequence["MovingWall"]) -> "MovingFrame":
-        """The axes that move with it."""
+        """Return the axes that move with the wall."""
         table = ProfileTable([moving.displacement for moving in alike])
         return MovingFrame(force_column(self.names[0]), self.axis, table, len(alike))
 
     def offset(self, time: float) -> np.ndarray:
-        """The displacement (3,) [m] at a time [s]; none before t = 0."""
+        """Return the displacement (3,) [m] at a time [s]; zero before t = 0."""
         return np.eye(3)[self.axis] * float(self.displacement.at(max(time, 0.0)))
 
     def time_scaled(self, factor: float) -> "MovingWall":
-        """The wall, moved `factor` times as fast."""
         return replace(self, displacement=self.displacement.time_scaled(factor))
 
     def touched_at_once(self) -> tuple[float, float]:
-        """As of the wall at rest."""
         return self.wall.touched_at_once()
 
     def corners(self) -> np.ndarray:
-        """As of the wall at rest."""
         return self.wall.corners()
 
     def drawn(self) -> dict[str, np.ndarray]:
-        """As of the wall at rest."""
         return self.wall.drawn()
 
 
 def force_column(surface: str) -> str:
-    """Name of the column with the force that moves the wall of a surface."""
+    """Return the name of the column with the force that moves the wall of a surface."""
     return f"{surface.partition('.')[0]}_drive_force"
 
 
 class MovingFrame(FixedFrame):
-    """Axes whose origin is displaced along `axis` by `table` [m over s], without turning.
+    """Axes whose origin is displaced along `axis` by `table` [m over s], without rotation.
 
-    With the forces F of its surfaces on what touches them, the motion does the work F . u, by the
-    trapezoidal rule, as the contact's own books do. Fields, (scenarios,): offset now [m], way of
-    the last step [m], speed in it [m/s], work [J] up to its middle.
+    With the forces F of its surfaces on the bodies in contact, the motion does the work F . u,
+    summed by the trapezoidal rule as in the energy balance of the contact. Fields (scenarios,):
+    present offset [m], displacement of the last step [m], speed in it [m/s], work [J] up to its
+    middle.
     """
 
     def __init__(self, column: str, axis: int, table: ProfileTable, scenarios: int) -> None:
@@ -106,15 +102,13 @@ class MovingFrame(FixedFrame):
         self.contacts: list[NodalForces] = []
 
     def carry(self, contact: NodalForces) -> None:
-        """Note a contact of the surfaces."""
+        """Register a contact of the surfaces."""
         self.contacts.append(contact)
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Moves the frame before everything drifts."""
         return {Stage.STEER: [Pass("loads", 1, (self.steer,))]}
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
         return {
             "wall_offset": self.offset,
             "wall_way": self.way,
@@ -123,18 +117,17 @@ class MovingFrame(FixedFrame):
         }
 
     def forget_work(self) -> None:
-        """No work is done before the first increment."""
         fields.write(self.work, 0.0)
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """The mean force that moves the wall [N]: what the wall does to others."""
+        """Return the mean force that moves the wall [N]: the force of the wall on the bodies."""
         rows = [fields.read_row(contact.impulse, scenario) for contact in self.contacts]
         impulse = sum(row[:, self.axis].sum() for row in rows)
         return {self.column: float(impulse) / interval if interval > 0.0 else 0.0}
 
     @ti.func
     def steer(self, s, i, t, dt):
-        """Where the frame is at the end t of the step, before everything drifts."""
+        """Move the frame to its position at the end t of the step, before nodes and bodies move."""
         offset = self.table.at(s, t)
         way = offset - self.offset[s]
         force = self._force(s)
@@ -143,7 +136,7 @@ class MovingFrame(FixedFrame):
 
     @ti.func
     def work_done(self, s, part):
-        """Work of the motion so far [J], the last half step with the force of now."""
+        """Return the work of the motion so far [J]; its last half step has the present force."""
         work = ti.cast(0.0, backend.real)
         if part == 0:
             work = self.work[s] + 0.5 * self._force(s) * self.way[s]
@@ -151,7 +144,7 @@ class MovingFrame(FixedFrame):
 
     @ti.func
     def _force(self, s):
-        """Of all contacts along the axis now [N]."""
+        """Return the present force of all contacts along the axis [N]."""
         force = ti.cast(0.0, backend.real)
         for contact in ti.static(self.contacts):
             force += contact.total_force(s)[self.axis]
@@ -159,14 +152,14 @@ class MovingFrame(FixedFrame):
 
     @ti.func
     def local_position(self, s, x):
-        """A place x (d) in the frame's axes [m]."""
+        """Return a place x (d) in the frame's axes [m]."""
         q = x
         q[self.axis] -= self.offset[s]
         return q
 
     @ti.func
     def relative_velocity(self, s, x, v):
-        """Velocity relative to the frame [m/s]."""
+        """Return the velocity relative to the frame [m/s]."""
         u = v
         u[self.axis] -= self.speed[s]
         return u
