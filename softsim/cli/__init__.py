@@ -1,4 +1,4 @@
-"""The command line: what `softsim` offers, in the order of `softsim --help`."""
+"""Command-line interface: the commands of `softsim` in the order of `softsim --help`."""
 
 from typing import Annotated
 

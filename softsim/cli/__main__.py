@@ -1,4 +1,4 @@
-"""`python -m softsim.cli`: the command where no script is installed."""
+"""Entry point of `python -m softsim.cli`, for systems without the installed script."""
 
 from softsim.cli import main
 

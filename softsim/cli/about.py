@@ -1,4 +1,4 @@
-"""What there is: the version, keys of scenes and studies, devices and how fast they are."""
+"""Commands that print the version, the schema of input files, and the available devices."""
 
 import json
 from enum import Enum
@@ -23,7 +23,7 @@ from softsim.machine import (
 
 
 class FileKind(str, Enum):
-    """What a file describes."""
+    """Kind of an input file."""
 
     scene = "scene"
     study = "study"
@@ -31,7 +31,7 @@ class FileKind(str, Enum):
 
 
 def print_version(asked: bool) -> None:
-    """Print softsim's version and end, if it is asked for."""
+    """Print the version of softsim and exit if `asked` is true."""
     if asked:
         print(f"softsim {__version__}")
         raise typer.Exit
@@ -67,7 +67,10 @@ def devices(
 
 
 def print_devices(console: Console, seconds: float) -> None:
-    """The table of devices; rates measured for `seconds` in all, 0 leaves them out."""
+    """Print the table of devices.
+
+    Rates are measured for `seconds` in total; 0 omits them.
+    """
     faults: list[str] = []
     described = {"cpu": _cpu()}
     if cuda_device_count():
@@ -115,7 +118,7 @@ def _cuda(faults: list[str]) -> list[str]:
 
 
 def _why_there_is_none() -> str:
-    """Why no CUDA device answers, as far as the driver tells."""
+    """Return the reason, as reported by the driver, why no CUDA device is available."""
     try:
         card = graphics_card()
     except DeviceError as fault:
@@ -126,7 +129,10 @@ def _why_there_is_none() -> str:
 
 
 def _rates(devices: list[str], seconds: float, faults: list[str]) -> dict[str, dict[str, str]]:
-    """Heading -> device -> rate, of a small mesh on one thread and a large one on all."""
+    """Return the rate by heading and device, for a small mesh on one thread and a large one on all.
+
+    Failures are appended to `faults`.
+    """
     from softsim.run.cost import LARGE, SECTION, measured_rate  # Taichi is imported here
 
     everything = processor().cores

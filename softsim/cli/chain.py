@@ -1,4 +1,4 @@
-"""The analytical model: a robot as a chain of masses on springs."""
+"""Command of the analytical model, which represents a robot by masses connected by springs."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The scenes, layouts and studies that come with softsim: listed, and copied to run and change."""
+"""Command that lists and copies the example scenes, layouts and studies of softsim."""
 
 import shutil
 from collections.abc import Iterator
@@ -36,24 +36,27 @@ def examples(
 
 
 def examples_folder() -> Path:
-    """The folder of the examples: of the installed package, in a checkout its `scenes`."""
+    """Return the folder of the examples: that of the installed package, in a checkout `scenes`."""
     package = Path(str(resources.files("softsim"))).resolve()
     installed = package / "examples"
     return installed if installed.is_dir() else package.parent / "scenes"
 
 
 def example_files(root: Path) -> list[Path]:
-    """All examples: scenes first, then those in folders."""
+    """Return all examples: first the scenes, then the files in subfolders."""
     return sorted(root.rglob("*.yaml"), key=lambda path: (path.parent, path.name))
 
 
 def example_line(path: Path) -> str:
-    """The command that takes an example, its name, its title."""
+    """Return the command that runs an example, the name of the example, and its title."""
     return f"{command_for(path, path).split()[1]:10}{path.stem:30}{example_title(path)}"
 
 
 def example_title(path: Path) -> str:
-    """The title that the file gives itself; SceneError where it has none."""
+    """Return the title given in the file.
+
+    Raises SceneError if the file has none.
+    """
     from softsim.scene.tree import entries
     from softsim.scene.yaml_reading import read_file
 
@@ -65,7 +68,10 @@ def example_title(path: Path) -> str:
 
 
 def find_example(root: Path, name: str) -> Path:
-    """The file of the example `name`; SceneError where there is none."""
+    """Return the file of the example `name`.
+
+    Raises SceneError if no example has this name.
+    """
     from softsim.scene.reporting import did_you_mean
 
     found = {path.stem: path for path in example_files(root)}
@@ -75,7 +81,7 @@ def find_example(root: Path, name: str) -> Path:
 
 
 def command_for(example: Path, target: Path) -> str:
-    """The command that takes an example, were its file at `target`."""
+    """Return the command that runs an example whose file is at `target`."""
     from softsim.scene.tree import entries
     from softsim.scene.yaml_reading import read_file
 
@@ -92,12 +98,13 @@ def command_for(example: Path, target: Path) -> str:
 
 
 def copy_example(example: Path, root: Path, folder: Path) -> list[Path]:
-    """Copy an example and the files it names into `folder`, where they lie to each other as below
-    `root`; return the copies, the example first.
+    """Copy an example and the files that it names into `folder`; return the copies.
+
+    The example is first. The copies keep their positions relative to `root`.
 
     Raises
     ------
-    OutputError: a file of that name is there and says something else, or cannot be written.
+    OutputError: a file of that name exists with other content, or cannot be written.
     """
     sources = needed_files(example)
     targets = [folder / source.relative_to(root) for source in sources]
@@ -117,8 +124,9 @@ def copy_example(example: Path, root: Path, folder: Path) -> list[Path]:
 
 
 def needed_files(example: Path) -> list[Path]:
-    """The example and every file that it names, or that a scene file among these names; of a mesh
-    the script that makes it too.
+    """Return the example and all files that it names, directly or through scene files.
+
+    For a mesh, the script that generates it is included.
     """
     from softsim.scene.yaml_reading import is_file, read_file
 
@@ -134,7 +142,7 @@ def needed_files(example: Path) -> list[Path]:
 
 
 def _texts(tree: "Tree") -> Iterator[str]:
-    """Every text value below `tree`."""
+    """Yield every text value below `tree`."""
     if isinstance(tree.value, dict):
         for child in tree.value.values():
             yield from _texts(child)

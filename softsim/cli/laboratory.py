@@ -1,8 +1,8 @@
-"""What `softsim calibrate-section` does: four runs, one after the other, and what follows of them.
+"""Experiments of `softsim calibrate-section`: four runs in sequence and their evaluation.
 
 1. The reference is inflated slowly to the highest pressure.
-2. So is the section, with factor 1 and offset 0, as far as it takes to press each spike as hard.
-3., 4. Both are inflated to a pressure in between, and their frames pushed.
+2. The section is inflated with factor 1 and offset 0 until it presses each spike as hard.
+3., 4. Both are inflated to an intermediate pressure, and their frames are pushed.
 """
 
 import time
@@ -36,24 +36,31 @@ from softsim.run import run
 from softsim.scene.loading import LoadedScene
 
 SECTION_TIME = 4.0
-"""Duration of the section's inflation over the reference's: without hoop tension it swings more
-slowly, and it costs little."""
+"""Ratio of the duration of the section's inflation to that of the reference.
+
+Without hoop tension the section oscillates more slowly, and its run costs little.
+"""
 
 FARTHEST = 8.0
-"""The section's pressure is raised to this many times the highest one at most."""
+"""Largest ratio of the pressure in the section to the highest pressure of the reference."""
 
 QUASI_STATIC = 0.05
-"""Largest kinetic over internal energy of a slow loading (ABAQUS, guidelines for quasi-static
-analysis: 5 to 10 %)."""
+"""Largest ratio of kinetic to internal energy in a slow loading.
+
+The ABAQUS guidelines for quasi-static analysis give 5 to 10 %.
+"""
 
 CALIBRATION, FIGURE = "calibration.json", "calibration.png"
 
 
 @dataclass(frozen=True)
 class Settings:
-    """highest: pressure [Pa] up to which the reference is inflated, within `ramp` [s]. push_at:
-    pressure [Pa] in space at which frames are pushed; None: halfway from touch to the highest
-    matched. spikes: around a row. out: folder of all runs. device, threads: as `run` takes them.
+    """Settings of the experiments.
+
+    highest: pressure [Pa] up to which the reference is inflated, within `ramp` [s]. push_at:
+    pressure [Pa] of the reference at which the frames are pushed; None selects the middle of
+    the range from first contact to the highest matched pressure. spikes: number of spikes
+    around a row. out: folder of all runs. device, threads: as for `run`.
     """
 
     highest: float
@@ -68,12 +75,12 @@ class Settings:
 def calibrate(
     section: Specimen, reference: Specimen, settings: Settings, console: Console
 ) -> Calibration:
-    """Run the experiments and print, draw and write what they say.
+    """Run the experiments; print, draw and write their results.
 
     Raises
     ------
-    CalibrationError: nothing touches the pipe, or pressures out of range. Everything that `run`
-    raises; but a body that breaks while it is inflated counts as far as it came.
+    CalibrationError: nothing touches the pipe, or pressures are out of range. Everything that
+    `run` raises, except that a body that fails during its inflation is used up to that pressure.
     """
     laboratory = Laboratory(settings, console)
     in_space = laboratory.inflated(reference, "reference", settings.highest, settings.ramp)
@@ -101,7 +108,7 @@ def calibrate(
 
 
 class Laboratory:
-    """Runs the experiments, each in a folder of its own, and keeps what went wrong."""
+    """Runner of the experiments, each in its own folder; stores the warnings."""
 
     def __init__(self, settings: Settings, console: Console) -> None:
         self.settings, self.console = settings, console
@@ -109,12 +116,12 @@ class Laboratory:
         self.paces: dict[str, float] = {}  # wall time over simulated time, of bodies that ran
 
     def remark(self, text: str) -> None:
-        """Tell now, and keep for the end."""
+        """Print a warning and store it."""
         self.console.print(f"warning: {text}", highlight=False)
         self.remarks.append(text)
 
     def inflated(self, specimen: Specimen, name: str, highest: float, ramp: float) -> WallCurve:
-        """The wall's force over the pressure, as far as the body bears it."""
+        """Return the wall force over the pressure, up to the pressure at which the body fails."""
         scene = inflation(specimen, highest, ramp)
         what = f"{name}: inflate to {highest * 1e-3:.4g} kPa"
         folder = self.settings.out / name
@@ -130,8 +137,10 @@ class Laboratory:
         return wall_curve(read_history(folder / HISTORY))
 
     def section_pressed(self, section: Specimen, due: float) -> WallCurve:
-        """The section's curve, inflated until its walls feel the force that is due [N], it breaks,
-        or FARTHEST is reached.
+        """Return the wall curve of the section.
+
+        Its pressure is raised until the wall force is `due` [N], the body fails, or
+        FARTHEST is reached.
         """
         highest, ramp = self.settings.highest, SECTION_TIME * self.settings.ramp
         farthest = FARTHEST * highest
@@ -152,7 +161,7 @@ class Laboratory:
     def pushed(
         self, section: Specimen, reference: Specimen, pressures: tuple[float, float]
     ) -> tuple[Stiffnesses, ...]:
-        """Stiffness of both across the pipe and along it."""
+        """Return the stiffnesses of both models, transverse to the pipe and along it."""
         measured = []
         for specimen, name, pressure, slower in (
             (reference, "reference", pressures[0], 1.0),
@@ -166,7 +175,7 @@ class Laboratory:
         return tuple(Stiffnesses(*three) for three in zip(axes, *measured, strict=True))
 
     def _run(self, scene: LoadedScene, name: str, what: str) -> dict[str, np.ndarray]:
-        """Run a scene in the folder `name`, draw its figures, return its history."""
+        """Run a scene in the folder `name`, draw its figures and return its history."""
         end, body = scene.scene.time.end, name.partition("_")[0]
         outlook = ""
         if body in self.paces:  # the second run of a body is as costly a second as its first
@@ -191,7 +200,7 @@ class Laboratory:
 
 
 def _push_pressures(m: Mapping, wanted: float | None) -> tuple[float, float]:
-    """Where to push, in space and on the section [Pa]."""
+    """Return the pressures [Pa] at which the frames are pushed, of the reference and the section."""
     pressure = m.pressure
     at = 0.5 * (pressure[0] + pressure[-1]) if wanted is None else wanted
     if not pressure[0] < at <= pressure[-1]:
@@ -204,14 +213,14 @@ def _push_pressures(m: Mapping, wanted: float | None) -> tuple[float, float]:
 
 
 def _with_stiffness(found: Calibration, stiffnesses: tuple[Stiffnesses, ...]) -> Calibration:
-    """The calibration with its stiffnesses, and the mapping at the thickness that follows."""
+    """Return the calibration with its stiffnesses and the mapping at the resulting thickness."""
     across = stiffnesses[0]
     thick = matched(found.reference, found.section, across.ratio)
     return replace(found, stiffnesses=stiffnesses, thick_mapping=thick)
 
 
 def _tell(found: Calibration, section: Specimen, out: Path, console: Console) -> None:
-    """Numbers, comparison, figure and the lines for the scene."""
+    """Write and draw the calibration; print its numbers, comparison, figure and scene lines."""
     RunFolder(out).write_json_atomic(CALIBRATION, found.as_json())
     draw_calibration(found, out / FIGURE)
     console.print(unheaded(calibration_rows(found)))

@@ -1,4 +1,4 @@
-"""Materials: constants from a tensile test, and what they do over frequency."""
+"""Commands on materials: fit constants to a tensile test, plot spectra over frequency."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -82,13 +82,14 @@ def spectrum(
 
 
 def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[DrawnSpectrum]":
-    """The viscoelastic materials among those that `names` mean: materials of the library, or scene
-    files, which `overrides` change.
+    """Return the viscoelastic materials among `names`.
+
+    A name is that of a material of the library or of a scene file, to which `overrides` apply.
 
     Raises
     ------
-    MaterialError: a name that means nothing, a spectrum that branches do not meet, or nothing to
-    draw. SceneError: a scene that is none.
+    MaterialError: an unknown name, a spectrum that the branches do not fit, or nothing to draw.
+    SceneError: an invalid scene.
     """
     from softsim.builder.viscoelasticity import viscoelasticity
     from softsim.materials.laws import LAWS
@@ -114,7 +115,7 @@ def named_spectra(names: Sequence[str], overrides: Sequence[str]) -> "list[Drawn
 
 
 def _meant(name: str, overrides: Sequence[str]) -> "dict[str, Material]":
-    """Name -> material, of the library or of a scene file."""
+    """Return the materials by name, from the library or from a scene file."""
     from softsim.builder import library_material, library_names
     from softsim.builder.materials import materials_of
     from softsim.builder.names import close_names

@@ -1,4 +1,4 @@
-"""What commands share: options, where they print, how they end when their user meets an error."""
+"""Options, console and error handling shared by the commands."""
 
 import sys
 from collections.abc import Iterable, Iterator, Sequence
@@ -43,7 +43,7 @@ Scheduler = Annotated[
 
 
 class DeviceName(str, Enum):
-    """Where to run."""
+    """Device of a computation."""
 
     auto = "auto"
     cpu = "cpu"
@@ -58,7 +58,7 @@ class Precision(str, Enum):
 
 @contextmanager
 def explained() -> Iterator[Console]:
-    """A console for the command; an error for the user ends it with its exit code."""
+    """Yield the console of a command; a user error ends the command with its exit code."""
     console = Console()
     try:
         yield console
@@ -71,7 +71,7 @@ def explained() -> Iterator[Console]:
 
 
 def unheaded(rows: Iterable[Sequence[str]]) -> Table:
-    """A table of rows of text without headings."""
+    """Return a table of rows of text without headings."""
     table = Table(show_header=False, box=None)
     for row in rows:
         table.add_row(*row)

@@ -1,4 +1,4 @@
-"""How far a robot gets through a layout, trailing its tether."""
+"""Command that computes how far a robot that trails a tether gets through a layout."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -79,7 +79,7 @@ def reach(
 
 
 def _tell_plan(asked: "list[Search]", console: Console) -> None:
-    """The pipes in which the robot's pull is sought, and how many trials that takes."""
+    """Print the pipes in which the pull of the robot is measured and the number of trials."""
     table = Table("pipe", "stored trials", "remaining, at most", box=None)
     for search in asked:
         table.add_row(search.pipe.name, str(len(search.trials)), str(search.left))
@@ -87,9 +87,10 @@ def _tell_plan(asked: "list[Search]", console: Console) -> None:
 
 
 def _tell_cost(plan: "Plan", asked: "list[Search]", device: str, console: Console) -> None:
-    """How long what is left takes at most, foretold by a pilot of one trial of each pipe.
+    """Print the longest remaining time, estimated with a short trial run in each pipe.
 
-    At most, because a trial ends with its last pressure cycle, which most end before their time.
+    The time is an upper bound: a trial ends with its last pressure cycle, usually before its
+    time.
     """
     from softsim.machine import choose
     from softsim.report.readable import duration
@@ -107,7 +108,7 @@ def _tell_cost(plan: "Plan", asked: "list[Search]", device: str, console: Consol
 
 
 def _tell_answer(folder: Path, console: Console) -> None:
-    """Pulls, lengths of straight pipes, and how far it gets."""
+    """Print the pulling forces, the lengths of straight pipe and the reach."""
     from softsim.report.reach import pull_rows, read_reach
 
     found = read_reach(folder)

@@ -1,4 +1,4 @@
-"""The figures and the page of a folder."""
+"""Commands that draw the figures, the page and the film of a folder."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -76,7 +76,7 @@ def render(
 
 @contextmanager
 def ended_by(show: Callable[[], None]) -> Iterator[None]:
-    """Call `show` after a run, one that was stopped too; a refusal leaves the folder as it is."""
+    """Call `show` after a run, including an aborted one, but not after a rejected input."""
     try:
         yield
     except RunError:
@@ -87,8 +87,10 @@ def ended_by(show: Callable[[], None]) -> Iterator[None]:
 
 @contextmanager
 def drawing_can_stop(folder: Path, command: str = "report") -> Iterator[None]:
-    """Turn Ctrl-C and SIGTERM while pictures are drawn into Interrupted, which names the command
-    that draws what is missing."""
+    """Turn Ctrl-C and SIGTERM during drawing into Interrupted.
+
+    Its hint names the command that draws the missing pictures.
+    """
     with interrupted_by_sigterm():
         try:
             yield
@@ -109,7 +111,7 @@ def report_what_there_is(folder: Path, console: Console) -> None:
 
 
 def report_runs(folder: Path, console: Console) -> None:
-    """The report of a run, or of each of its steps and of all together."""
+    """Draw the report of a run, or of each of its steps and of all steps together."""
     with drawing_can_stop(folder):
         for of_run in run_folders(folder):
             report_what_there_is(of_run, console)
@@ -117,7 +119,7 @@ def report_runs(folder: Path, console: Console) -> None:
 
 
 def report_steps(folder: Path, console: Console) -> None:
-    """The figure and the page of all steps in a folder, if it has any."""
+    """Draw the figure and the page of all steps, if the folder has steps."""
     from softsim.report.page.steps import write_steps_page
     from softsim.report.steps import draw_steps
 
@@ -128,13 +130,13 @@ def report_steps(folder: Path, console: Console) -> None:
 
 
 def put_off_reports(folder: Path, console: Console) -> None:
-    """Say of a run, or of each of its steps, how figures and page are drawn later."""
+    """Print, for a run or each of its steps, how to draw figures and page later."""
     for of_run in run_folders(folder):
         put_off_report(of_run, console)
 
 
 def put_off_report(folder: Path, console: Console) -> None:
-    """Say on the console and in the log how figures and page of a run are drawn later."""
+    """Print, and append to the log, how to draw figures and page of a run later."""
     from softsim.output.folder import LOG
 
     if has_run(folder):
@@ -145,7 +147,7 @@ def put_off_report(folder: Path, console: Console) -> None:
 
 
 def run_folders(folder: Path) -> list[Path]:
-    """The folder of a run, or those of its steps."""
+    """Return the folder of a run, or those of its steps."""
     from softsim.output.folder import read_summary
 
     if not is_of_steps(folder):
@@ -154,19 +156,19 @@ def run_folders(folder: Path) -> list[Path]:
 
 
 def is_of_steps(folder: Path) -> bool:
-    """Whether `folder` has the folders of a run's steps."""
+    """Return True if `folder` has one folder per step of a run."""
     from softsim.output.folder import read_summary
 
     return "steps" in read_summary(folder)
 
 
 def has_run(folder: Path) -> bool:
-    """Whether `folder` has a run's history."""
+    """Return True if `folder` has the history of a run."""
     return (folder / "history.csv").is_file()
 
 
 def is_chain(folder: Path) -> bool:
-    """Whether `folder` holds what `softsim chain` has found."""
+    """Return True if `folder` has results of `softsim chain`."""
     from softsim.chain.running import MODEL
     from softsim.output.folder import read_summary
 
@@ -174,14 +176,14 @@ def is_chain(folder: Path) -> bool:
 
 
 def report_chain(folder: Path, console: Console) -> None:
-    """The figure of a chain's folder."""
+    """Draw the figure of a chain's folder."""
     from softsim.report.chain import draw_chain
 
     console.print(f"figure  {draw_chain(folder)}", highlight=False)
 
 
 def report_run(folder: Path, console: Console) -> None:
-    """All figures and the page of a run folder; its summary keeps how long they took."""
+    """Draw all figures and the page of a run folder; add their wall times to its summary."""
     from softsim.output.folder import SUMMARY, RunFolder, read_summary
     from softsim.report.figures import draw_all
     from softsim.report.page.run import write_run_page
@@ -199,7 +201,7 @@ def report_run(folder: Path, console: Console) -> None:
 
 
 def report_study(folder: Path, console: Console) -> None:
-    """All figures of a study's folder, and its page."""
+    """Draw all figures and the page of a study's folder."""
     from softsim.report.study.figures import draw_study
     from softsim.report.study.page import write_study_page
 

@@ -1,6 +1,6 @@
-"""Tables that commands on a scene print: of its model, of the run to come, of what a run found.
+"""Tables that the commands print for a scene: its model, the planned run, its results.
 
-It imports Taichi, and is imported by commands when they need it.
+The module imports Taichi, so commands import it only when they need it.
 """
 
 from collections.abc import Iterator, Mapping
@@ -26,7 +26,10 @@ from softsim.stability.time_step import StableStepEstimator, estimator, first_ti
 
 
 def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table:
-    """Return what a run found, then how it was computed. units: column of the history -> unit."""
+    """Return the table of results of a run, followed by how it was computed.
+
+    units: column of the history -> unit.
+    """
     lines = [*findings(summary, units), *bookkeeping(summary)]
     rows = [(line.name, line.value) for line in lines]
     warned = len(summary.get("warnings", []))
@@ -36,7 +39,7 @@ def summary_table(summary: Mapping[str, Any], units: Mapping[str, str]) -> Table
 
 
 def wall_time_table(wall_times: Mapping[str, float]) -> Table:
-    """What the wall time of a run went into, part by part, as the summary keeps it."""
+    """Return the table of the wall time of each part of a run, from its summary."""
     whole = sum(wall_times.values())
     table = Table("part", box=None)
     for heading in ("wall time", "fraction"):
@@ -47,10 +50,10 @@ def wall_time_table(wall_times: Mapping[str, float]) -> Table:
 
 
 def profile_table(profile: Mapping[str, Any]) -> Table:
-    """What an increment costs, pass by pass: `profile` as the summary keeps it.
+    """Return the table of the cost of each pass of an increment, from `profile` of the summary.
 
-    Each pass was measured alone; what a whole increment takes beside them has a row of its own,
-    negative where passes alone are slower.
+    Each pass was measured alone. The remainder of a whole increment has its own row; it is
+    negative if the passes alone are slower.
     """
     whole = profile["increment"]
     table = Table("phase", "pass", box=None)
@@ -70,7 +73,7 @@ def profile_table(profile: Mapping[str, Any]) -> Table:
 
 
 def acting_tables(loaded: LoadedScene, model: Model) -> Iterator[Table]:
-    """Yield a table of what acts on the bodies of a scene, and one of unread keywords of meshes."""
+    """Yield a table of what acts on the bodies, and one of unread keywords of mesh files."""
     titles = "loads, supports and contact", "ignored in mesh files"
     for title, rows in zip(titles, (acting(loaded, model), not_read(model)), strict=True):
         if rows:
@@ -80,7 +83,7 @@ def acting_tables(loaded: LoadedScene, model: Model) -> Iterator[Table]:
 
 
 def model_table(model: Model) -> Table:
-    """Size and sets of each body, of cables, the stable step and what limits it."""
+    """Return the table of the sizes and sets of bodies, of cables, and of the stable step."""
     table = Table(show_header=False, box=None)
     for body in model.bodies:
         table.add_row(f"body '{body.name}'", _size(body))
@@ -151,7 +154,7 @@ def _size(body: Body) -> str:
 
 
 def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
-    """The predicted duration, measured rates behind it, and what it is made of."""
+    """Return the table of the predicted duration and the measured rates behind it."""
     table = Table(show_header=False, box=None)
     workers = f"{predicted.threads} thread{'s' if predicted.threads > 1 else ''}"
     device = choice.device_for(model.corner_count)
@@ -173,9 +176,10 @@ def duration_table(predicted: Duration, model: Model, choice: Choice) -> Table:
 
 
 def modes_table(found: NaturalModes) -> Table:
-    """A row a mode: its frequencies, what share of the mass follows a shaken hold, what moves most.
+    """Return the table of modes: frequencies, effective mass and place of the largest motion.
 
-    The stiffness of viscoelastic materials at a mode's frequency is said beside that of their law.
+    For viscoelastic materials it has the frequencies of the static and of the dynamic
+    stiffness.
     """
     body = found.body
     viscoelastic = any(region.material.branches for region in body.regions)
@@ -195,7 +199,7 @@ def modes_table(found: NaturalModes) -> Table:
 
 
 def modes_remarks(found: NaturalModes) -> str:
-    """What holds the body, which motions have no frequency, how exact the stiffness is."""
+    """Return in words the number of held nodes and rigid-body modes, and the stiffness error."""
     motions = found.rigid_motions
     loose = f", {motions} rigid-body mode{'s' if motions > 1 else ''} omitted" if motions else ""
     return (
@@ -205,7 +209,7 @@ def modes_remarks(found: NaturalModes) -> str:
 
 
 def _most_moved(body: Body, mode: NaturalMode) -> tuple[str, str]:
-    """Where the node that moves most is [mm], and the smallest named set that it is in."""
+    """Return the position [mm] of the node that moves most, and its smallest named set."""
     node = mode.most_moved
     place = ", ".join(f"{c * 1e3:.2f}" for c in body.points[node])
     sets = body.node_sets
@@ -214,7 +218,7 @@ def _most_moved(body: Body, mode: NaturalMode) -> tuple[str, str]:
 
 
 def segments_table(report: Mapping[str, Any]) -> Table:
-    """A row a segment, of `layout` as the summary keeps it, with units below the headings."""
+    """Return the table of segments from `layout` of the summary, with units below the headings."""
     content = segments(report)
     first, *others = content.headings
     table = Table(box=None, caption=content.caption, caption_justify="left")

@@ -1,4 +1,4 @@
-"""One scene: run it, check it, ask whether a robot gets through a layout."""
+"""Commands on one scene: run it, check it, assess whether a robot gets through a layout."""
 
 import math
 from pathlib import Path
@@ -105,7 +105,7 @@ def run(
 
 
 def _show_profiles(folder: Path, asked: bool, console: Console) -> None:
-    """What the wall time of a run, or of each of its steps, went into, where that is asked for."""
+    """Print, if asked, the table of wall times of a run or of each of its steps."""
     from softsim.cli.run_tables import profile_table, wall_time_table
     from softsim.output.folder import read_summary
 
@@ -199,7 +199,7 @@ def check(
 
 
 def _finding(warnings: int, stopped: str) -> str:
-    """Return the worst of what a check has found, in words."""
+    """Return the most severe finding of a check in words."""
     if stopped:
         return "the trial run was stopped by a guard, see above"
     counted = f"{warnings} warning{'s' if warnings > 1 else ''}, see above"
@@ -207,7 +207,7 @@ def _finding(warnings: int, stopped: str) -> str:
 
 
 def _tell_modes(model: "Model", count: int, device: str, folder: Path, console: Console) -> None:
-    """A table of the natural modes of each body, and a figure of their shapes in a folder."""
+    """Print the natural modes of each body and draw their shapes into a folder."""
     from softsim import backend
     from softsim.cli.run_tables import modes_remarks, modes_table
     from softsim.output.folder import RunFolder
@@ -295,7 +295,10 @@ def assess(
 
 
 def _length(text: str, option: str) -> float:
-    """Return a length [m] that an option gives. SceneError: it is none."""
+    """Return the length [m] given by an option.
+
+    Raises SceneError if the text is not a length.
+    """
     from softsim import units
 
     try:
@@ -312,7 +315,7 @@ def _assess_repeatedly(
     workers: int | None,
     console: Console,
 ) -> None:
-    """Run the repeats of an assessment, and print their table and the pass rate.
+    """Run the repeats of an assessment; print their table and the pass rate.
 
     Raises
     ------
@@ -345,7 +348,7 @@ def _assess_repeatedly(
 
 
 def _show_passage(folder: Path, console: Console) -> None:
-    """The report of an assessment, its segments and its verdict, as far as they are known."""
+    """Draw the report of an assessment; print its segments and its verdict, if available."""
     from softsim.cli.run_tables import segments_table
     from softsim.output.folder import read_summary
 

@@ -1,4 +1,4 @@
-"""A plane section that stands for a body in space."""
+"""Command that calibrates a plane section as a model of a body in space."""
 
 from pathlib import Path
 from typing import Annotated
@@ -66,7 +66,7 @@ def calibrate_section(
 
 
 def _quantity(option: str, text: str, unit: str) -> float:
-    """The positive quantity of an option, in the SI unit `unit`."""
+    """Return the positive quantity of an option in the SI unit `unit`."""
     from softsim.units import parse
 
     try:

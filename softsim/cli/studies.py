@@ -1,4 +1,4 @@
-"""Many runs of a scene: sweep a study, seek its optimum."""
+"""Commands on studies: run all cases, or search for the optimum."""
 
 from pathlib import Path
 from typing import Annotated

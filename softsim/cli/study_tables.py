@@ -1,4 +1,4 @@
-"""What commands on a study ask, plan, and say in the end."""
+"""Prompts, plans and results that the commands on a study print."""
 
 import shlex
 from collections.abc import Collection
@@ -30,22 +30,22 @@ from softsim.sweep.cost import cost_line, estimated_cost, stored_cost
 from softsim.sweep.ledger import NOTHING_LEFT, StudyTable, told_size
 
 MANY = 10_000
-"""Cases above which one is asked whether that many are meant."""
+"""Number of cases above which the user must confirm the size of the study."""
 
 GPU_BATCH = 256
-"""Cases at once on a graphics card, which share its launches; if one fails, each runs alone."""
+"""Number of cases in a batch on a graphics card; if one fails, each is run alone."""
 
 MOST_SHOWN = 30
-"""Rows of a table for people."""
+"""Largest number of rows in a printed table."""
 
 
 def again(retry_failed: bool) -> tuple[str, ...]:
-    """Statuses of stored cases that are run again: what an optimisation stopped early, too."""
+    """Return the statuses of stored cases that are run again, including those pruned."""
     return (LOST, PRUNED, FAILED) if retry_failed else (LOST, PRUNED)
 
 
 def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Console) -> None:
-    """Ask on a terminal whether so many cases are meant; elsewhere refuse them without --yes."""
+    """Ask on a terminal whether a large study is intended; elsewhere require --yes."""
     count = study.case_count
     if count <= MANY or is_meant:
         return
@@ -57,7 +57,10 @@ def confirm_size(study: LoadedStudy, folder: Path, is_meant: bool, console: Cons
 
 
 def asked_batch(text: str, device: str) -> int:
-    """Cases that a worker runs at once. Raises ClusterError: no such number."""
+    """Return the number of cases that a worker runs at once.
+
+    Raises ClusterError for an invalid number.
+    """
     if text == "auto":
         return GPU_BATCH if chosen_device(device) == "cuda" else 1
     if not text.isdecimal() or int(text) < 1:
@@ -69,7 +72,7 @@ def print_plan(
     study: LoadedStudy, folder: Path, device: str, workers: int | None, again: Collection[str],
     console: Console,
 ) -> None:  # fmt: skip
-    """What varies, the cases, what is stored of them, how many runs are left and what they cost."""
+    """Print the factors, the cases, the stored ones, and the number and cost of remaining runs."""
     console.print(unheaded([list(map(escape, row)) for row in describe(study)]))
     table = StudyTable.of(study)
     waiting, left = next(table.open_rounds(study, folder, device, again), NOTHING_LEFT)
@@ -93,7 +96,7 @@ def print_plan(
 def print_results(
     study: LoadedStudy, frame: polars.DataFrame, folder: Path, console: Console
 ) -> None:
-    """The table, the best first where the study says what is best; what failed; where it is."""
+    """Print the table with the best cases first, the failed cases, and the folder."""
     if study.goal is not None:
         measure = next(m for m in study.measures if m.name == study.goal.measure)
         frame = frame.sort(  # what a run had found when it was stopped counts for nothing
@@ -128,7 +131,10 @@ def _shown(value: float | str | None) -> str:
 
 
 def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:
-    """The best trial, and the command that runs it alone. SoftsimError: there is none."""
+    """Print the best trial and the command that runs it alone.
+
+    Raises SoftsimError if there is none.
+    """
     findings = Findings.read(folder)
     best = findings.best
     if best is None:
@@ -143,6 +149,6 @@ def print_best(study: LoadedStudy, folder: Path, console: Console) -> None:
 
 
 def run_command(case: Case) -> str:
-    """What runs a case alone: its overrides, as one types them."""
+    """Return the command that runs a case alone, with its overrides."""
     settings = (word for one in case.overrides for word in ("--set", one))
     return shlex.join([*case.source.command, *settings])

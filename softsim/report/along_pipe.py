@@ -1,4 +1,4 @@
-"""A robot at moments along its pipe, in one picture: the plane in which the pipe lies."""
+"""Picture of a robot at several moments along its pipe, in the plane of the pipe."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,24 +16,25 @@ from softsim.report.section import Solid, draw_edges, draw_outlines, draw_solid,
 from softsim.report.style import INK, QUIET
 
 WALL_DEPTH = 3.0
-"""Of the hatched wall [mm]."""
+"""Thickness of the hatched wall [mm]."""
 
 LABEL_GAP = 4.0
-"""Between a wall and what is written beside it [mm]."""
+"""Gap between a wall and the label beside it [mm]."""
 
 LEFT = np.array([[0.0, 1.0], [-1.0, 0.0]])
-"""Turns directions (..., 2) by a quarter to the left, from the right side of a product."""
+"""Matrix that, multiplied from the right, turns directions (..., 2) by 90 degrees to the left."""
 
 STRAIGHT = 1e-6
-"""A turn [rad] below which a pipe goes straight on."""
+"""Angle [rad] below which a pipe counts as straight."""
 
 
 @dataclass(frozen=True)
 class Pipe:
-    """A pipe in the picture: arc lengths (n,), centre line (n, 2), unit normals to its left (n, 2),
-    radii (n,), all in mm; two samples at one place where the radius jumps.
+    """Pipe in the picture.
 
-    origin (d,) [mm] and axes (2, d): of the plane of the picture.
+    s (n,): arc lengths; centre (n, 2): centre line; left (n, 2): unit normals to its left;
+    radius (n,), all in mm. Where the radius jumps, two samples have the same position. origin
+    (d,) [mm] and axes (2, d) define the plane of the picture.
     """
 
     s: np.ndarray
@@ -44,16 +45,17 @@ class Pipe:
     axes: np.ndarray
 
     def project(self, places: np.ndarray) -> np.ndarray:
-        """Places (..., d) [mm] in the picture (..., 2)."""
+        """Project points (..., d) [mm] to the picture (..., 2)."""
         return places @ self.axes.T
 
     def side(self, sign: float, beyond: float = 0.0) -> np.ndarray:
-        """The wall on the left (sign 1) or right (-1), moved outwards by `beyond` [mm] (n, 2)."""
+        """Return the left (sign 1) or right (-1) wall (n, 2), moved outwards by `beyond` [mm]."""
         return self.centre + sign * (self.radius + beyond)[:, None] * self.left
 
     def beside(self, s: float, sign: float, beyond: float) -> tuple[np.ndarray, np.ndarray]:
-        """A place (2,) `beyond` [mm] outside the wall at the arc length s, and its direction (2,)
-        from the centre line.
+        """Return a point (2,) outside the wall, and its direction (2,) from the centre line.
+
+        The point is `beyond` [mm] from the wall at the arc length s [mm].
         """
         outward = sign * self._at(s, self.left)
         return self._at(s, self.centre) + (self._at(s, self.radius) + beyond) * outward, outward
@@ -64,8 +66,9 @@ class Pipe:
         return found[0] if values.ndim == 1 else found
 
     def outer_side(self, s: float) -> float:
-        """The side (1 left, -1 right) with more room to write beside the arc length s: the outer
-        one of a bend, elsewhere that of the whole pipe.
+        """Return the side (1 left, -1 right) with more space for a label at the arc length s.
+
+        This is the outer side of a bend; elsewhere it is that of the whole pipe.
         """
         here = np.array([self._at(s + way, self.left) for way in (-1.0, 1.0)])
         for left in (here, self.left):
@@ -76,8 +79,10 @@ class Pipe:
 
 
 def pipes_described(described: Mapping[str, np.ndarray]) -> tuple[Pipe, ...]:
-    """The pipes of a run, by the branch, from what its results keep of them: a path (n, 2 d + 2) of
-    arc lengths, points, tangents, radii, and the branch of each row (n,). All lie in one plane.
+    """Return the pipes of a run, ordered by branch, from the data stored with its results.
+
+    The data is a path (n, 2 d + 2) of arc lengths, points, tangents and radii, and the branch
+    of each row (n,). All pipes lie in one plane.
     """
     path, branch = described["path"], described["path_branch"]
     d = (path.shape[1] - 2) // 2
@@ -93,9 +98,10 @@ def pipes_described(described: Mapping[str, np.ndarray]) -> tuple[Pipe, ...]:
 
 
 def plane_of(points: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Unit vectors (2, d) of the plane in which a centre line lies: its first direction and, across
-    it, left in the plane; in space towards its farthest point, or in the plane of x and y where it
-    is straight.
+    """Return unit vectors (2, d) of the plane of a centre line: its first direction and the normal.
+
+    The second vector points to the left in the plane; in space towards the farthest point of
+    the centre line, or into the x-y plane if the line is straight.
     """
     if len(first) == 2:
         return np.array([first, first @ LEFT])
@@ -109,8 +115,10 @@ def plane_of(points: np.ndarray, first: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Robot:
-    """A robot at a moment: the number of the pipe that its centre is in, and where along it [mm],
-    what is written beside it, and the stored frame that shows it.
+    """Robot at one moment.
+
+    branch: number of the pipe that its centre is in; place: its arc length there [mm]; label
+    and colour; the stored frame that shows it.
     """
 
     branch: int
@@ -121,8 +129,9 @@ class Robot:
 
 
 def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
-    """The walls, the solid behind them, and a line across the pipe at each joint [mm]; what is free
-    lies above all walls, so that pipes that meet open into each other.
+    """Draw the walls of a pipe, the solid behind them, and a line across it at each joint [mm].
+
+    The free interior is drawn above all walls, so that pipes that meet open into each other.
     """
     sides = [pipe.side(sign) for sign in (1.0, -1.0)]
     for sign, face in zip((1.0, -1.0), sides, strict=True):
@@ -138,7 +147,7 @@ def draw_pipe(axes: Axes, pipe: Pipe, joints: Sequence[float]) -> None:
 
 
 def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
-    """The deformed mesh and the outlines of rigid bodies, and the label outside the wall."""
+    """Draw the deformed mesh, the outlines of rigid bodies and the label outside the wall."""
     d = frames.points.shape[1]
     x = pipe.project(places_at(frames, robot.frame))
     draw_cables(axes, [pipe.project(line) for line in cables_at(frames, robot.frame)], zorder=1.9)
@@ -156,7 +165,7 @@ def draw_robot(axes: Axes, pipe: Pipe, frames: Frames, robot: Robot) -> None:
 
 
 def write_beside(axes: Axes, pipe: Pipe, place: float, sign: float, text: str, colour: str) -> None:
-    """A text outside the wall on one side of the pipe at a place [mm] along it."""
+    """Write a text outside the wall, on one side of the pipe, at the arc length `place` [mm]."""
     at, outward = pipe.beside(place, sign, WALL_DEPTH + LABEL_GAP)
     steep = abs(outward[1]) > abs(outward[0])
     axes.text(
@@ -167,8 +176,9 @@ def write_beside(axes: Axes, pipe: Pipe, place: float, sign: float, text: str, c
 
 
 def view_of(pipes: Sequence[Pipe], frames: Frames, robots: Sequence[Robot]) -> np.ndarray:
-    """xmin, xmax, ymin, ymax [mm]: the pipes with their walls, room for what stands beside them,
-    and robots that stick out of an end.
+    """Return xmin, xmax, ymin, ymax [mm] of the picture.
+
+    It includes the pipes with their walls and labels, and robots that protrude from an end.
     """
     margin = WALL_DEPTH + LABEL_GAP + 12.0
     shown = [pipe.side(sign, margin) for pipe in pipes for sign in (1.0, -1.0)]

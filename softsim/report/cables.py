@@ -1,4 +1,4 @@
-"""Cables, fibres, layers and rigid bodies in figures: lines, as wide as they are drawn anywhere."""
+"""Cables, fibres, layers and rigid bodies in figures: lines with common line widths."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,21 +11,21 @@ from softsim.report.colours import MILLI, places_at
 from softsim.report.style import INK
 
 WIDTH = 1.6
-"""Of a line [points]."""
+"""Line width of a cable [points]."""
 
 FIBRE_WIDTH, FIBRE_OPACITY = 0.6, 0.6
-"""Of fibres, which are seen through the body that they lie in."""
+"""Line width [points] and opacity of fibres, which are drawn over the body."""
 
 
 LAYER_WIDTH = 1.2
 """Line width of the edge of a layer [points]."""
 
 ARM = 0.08
-"""Length of the arms of the cross at a rigid body's centre, of the size of the mesh."""
+"""Arm length of the cross at a rigid body's centre, as a fraction of the size of the mesh."""
 
 
 def layers_at(frames: Frames, index: int) -> np.ndarray:
-    """Edges (e, 2, d) [mm] of the layers in a frame: in space of their border, if they have one."""
+    """Return the edges (e, 2, d) [mm] of the layers in a frame; in space only their boundary."""
     if "layers" not in frames.described:
         return np.zeros((0, 2, frames.points.shape[1]))
     edges = frames.described["layers"].astype(int)
@@ -37,8 +37,9 @@ def layers_at(frames: Frames, index: int) -> np.ndarray:
 
 
 def crosses_at(frames: Frames, index: int) -> np.ndarray:
-    """Lines (k, 2, d) [mm] along the axes of each rigid body of which no outline or surface is
-    drawn, in a frame.
+    """Return the crosses (k, 2, d) [mm] along the axes of rigid bodies in a frame.
+
+    Only bodies without a drawn outline or surface have a cross.
     """
     d = frames.points.shape[1]
     none = np.zeros((0, 2, d))
@@ -57,8 +58,9 @@ def crosses_at(frames: Frames, index: int) -> np.ndarray:
 
 
 def rigid_faces_at(frames: Frames, index: int) -> tuple[np.ndarray, np.ndarray]:
-    """Vertices (v, d) [mm] of the mesh surfaces of rigid bodies in a frame, and their edges or
-    triangles (m, d) by number of vertex.
+    """Return the mesh surfaces of rigid bodies in a frame.
+
+    These are the vertices (v, d) [mm] and the edges or triangles (m, d) by number of vertex.
     """
     d = frames.points.shape[1]
     if "rigid_faces" not in frames.described or "frame_pose" not in frames.extra:
@@ -70,8 +72,9 @@ def rigid_faces_at(frames: Frames, index: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def turned_axes(turns: np.ndarray) -> np.ndarray:
-    """Unit vectors (k, d, d) along the axes of bodies, a row each; turns: angles [rad] (k, 1) in a
-    section, unit quaternions w, x, y, z (k, 4) in space.
+    """Return the unit vectors (k, d, d) along the axes of bodies, one per row.
+
+    turns: angles [rad] (k, 1) in a section, unit quaternions w, x, y, z (k, 4) in space.
     """
     if turns.shape[1] == 1:
         c, s = np.cos(turns[:, 0]), np.sin(turns[:, 0])
@@ -80,12 +83,12 @@ def turned_axes(turns: np.ndarray) -> np.ndarray:
 
 
 def cables_at(frames: Frames, index: int) -> list[np.ndarray]:
-    """Nodes (k, d) [mm] of each cable in a frame."""
+    """Return the nodes (k, d) [mm] of each cable in a frame."""
     return _lines_at(frames, index, "cable")
 
 
 def fibres_at(frames: Frames, index: int) -> list[np.ndarray]:
-    """Places (k, d) [mm] along each fibre in a frame."""
+    """Return the points (k, d) [mm] along each fibre in a frame."""
     return _lines_at(frames, index, "fibre")
 
 
@@ -97,7 +100,7 @@ def _lines_at(frames: Frames, index: int, kind: str) -> list[np.ndarray]:
 
 
 def draw_cables(axes: Axes, lines: list[np.ndarray], zorder: float) -> None:
-    """Cables, by their nodes (k, 2) [mm] in the picture."""
+    """Draw cables through their nodes (k, 2) [mm] in the picture."""
     for line in lines:
         axes.plot(*line.T, color=INK, linewidth=WIDTH, zorder=zorder)
 
@@ -105,13 +108,13 @@ def draw_cables(axes: Axes, lines: list[np.ndarray], zorder: float) -> None:
 def draw_lines(
     axes: Axes, lines: np.ndarray, colour: str, width: float, zorder: float = 4.5
 ) -> None:
-    """Lines (e, 2, 2) [mm], such as edges of layers, of a width [points]."""
+    """Draw lines (e, 2, 2) [mm], such as edges of layers, of a width [points]."""
     if len(lines):
         drawn = LineCollection(list(lines), colors=colour, linewidths=width, zorder=zorder)
         axes.add_collection(drawn, autolim=False)
 
 
 def draw_fibres(axes: Axes, lines: list[np.ndarray]) -> None:
-    """Fibres, by their places (k, 2) [mm] in the picture, upon all that is drawn before."""
+    """Draw fibres through their points (k, 2) [mm] in the picture, above everything else."""
     for line in lines:
         axes.plot(*line.T, color=INK, linewidth=FIBRE_WIDTH, alpha=FIBRE_OPACITY, zorder=3.0)

@@ -1,4 +1,4 @@
-"""A section calibrated by a body in space: curves, numbers, and the lines for its scene."""
+"""Results of a section calibration: curves, numbers, and the lines for the scene."""
 
 from pathlib import Path
 
@@ -17,8 +17,9 @@ def draw_calibration(found: Calibration, path: Path) -> None:
 
 
 def calibration_diagram(found: Calibration) -> Diagram:
-    """Wall force, pressure on the section and rows in contact over the pressure in space. The
-    section is shown at the pressures that the fitted line gives it.
+    """Return the diagram of wall force, section pressure and rows in contact over the pressure.
+
+    The section is plotted at the pressures of the fitted line.
     """
     reference, section, m = found.reference, found.section, found.mapping
     seen = reference.pressure <= m.pressure[-1]
@@ -48,7 +49,7 @@ def calibration_diagram(found: Calibration) -> Diagram:
 
 
 def calibration_rows(found: Calibration) -> list[tuple[str, str]]:
-    """The numbers of a calibration as (name, text)."""
+    """Return the numbers of a calibration as (name, text)."""
     m = found.mapping
     each = found.thickness / found.spikes_per_strip
     kinetic = [100 * c.largest_kinetic_share for c in (found.reference, found.section)]
@@ -95,7 +96,7 @@ def calibration_rows(found: Calibration) -> list[tuple[str, str]]:
 
 
 def sample_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
-    """Headings and lines of the comparison at some pressures."""
+    """Return headings and rows of the comparison at some pressures."""
     samples = found.samples()
     headings = ["p [kPa]", "q, matched [kPa]", "q, linear fit [kPa]", "force, reference [N]",
                 "force, section [N]", "rows, reference", "rows, section"]  # fmt: skip
@@ -109,7 +110,7 @@ def sample_rows(found: Calibration) -> tuple[list[str], list[list[str]]]:
 
 
 def scene_lines(found: Calibration, pressure: str, body: str) -> str:
-    """What the section's scene has to say (YAML): as it is, or of the equivalent thickness."""
+    """Return the YAML lines for the section's scene, with its own or the equivalent thickness."""
     blocks = [_block(pressure, body, found.mapping, found.thickness, "section as in the scene")]
     if found.thick_mapping is not None and found.equivalent_thickness is not None:
         thick = (found.thick_mapping, found.equivalent_thickness)

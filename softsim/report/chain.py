@@ -1,4 +1,4 @@
-"""The motion of a chain of masses on springs: its figure, and its numbers in words."""
+"""Figure and numbers of the motion of a chain of masses and springs."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,18 +16,19 @@ from softsim.report.style import BLUE, COLOURS, GREEN, INK, ORANGE, QUIET, WALL,
 
 FIGURE = "chain.png"
 STRAIGHT = 1e-3
-"""Curvature below which a track is called straight: a circle of a kilometre [1/m]."""
+"""Curvature [1/m] below which a track counts as straight: a circle of radius 1 km."""
 
 SIDES = ("left", "right")
 SHOWN_TURNS = 6
-"""Turns of the motor at the end of the run, in which single steps are seen."""
+"""Number of motor revolutions at the end of the run that are plotted in detail."""
 
 
 def draw_chain(folder: Path) -> Path:
-    """Draw, as PNG, the head's way and its mean speed, of two sides the tracks; some steps at the
-    end, in x and in z; how long each node touches the ground. Returns the file.
+    """Draw the figure of a chain as PNG and return the file.
 
-    Raises OutputError if the folder has no chain's results, or the disk refuses.
+    It shows the displacement of the head and its mean speed, or the tracks of two sides; the
+    last steps in x and in z; and the fraction of time that each node touches the ground. Raises
+    OutputError if the folder has no results of a chain, or the file cannot be written.
     """
     summary, history = read_summary(folder), read_history(folder / HISTORY)
     draw = _draw_in_space if "curvature" in summary else _draw_in_plane
@@ -64,20 +65,21 @@ def _draw_in_space(
 
 
 def _last_turns(t: np.ndarray, summary: Mapping[str, Any]) -> np.ndarray:
-    """Which rows are shown in which single steps are seen."""
+    """Return a mask (rows,) of the last SHOWN_TURNS revolutions of the motor."""
     return t >= t[-1] - SHOWN_TURNS / summary["motor_frequency"]
 
 
 def _columns(
     history: Mapping[str, np.ndarray], axis: str, nodes: Sequence[int] | range
 ) -> np.ndarray:
-    """Places of some nodes along an axis (rows, nodes) [m]."""
+    """Return the coordinates (rows, nodes) [m] of some nodes along an axis."""
     return np.column_stack([history[f"{axis}{node}"] for node in nodes])
 
 
 def _draw_tracks(axes: Axes, summary: Mapping[str, Any], history: Mapping[str, np.ndarray]) -> None:
-    """Both motors' and the middle's, seen from above; the robot at its start and its end; the
-    circle along the second half.
+    """Draw the tracks of both motors and of the middle seen from above, and the fitted circle.
+
+    The robot is drawn at its start and its end; the circle is fitted to the second half.
     """
     count = summary["node_count"]
     x, y = (_columns(history, axis, range(1, count + 1)) * MILLI for axis in "xy")
@@ -111,8 +113,9 @@ def _draw_way(axes: Axes, t: np.ndarray, x: np.ndarray, speed: float | None) -> 
 
 
 def _arc(path: np.ndarray, curvature: float | None) -> np.ndarray:
-    """Of the circle that fits a path, from its start to its end (points, 2) [m]; none where the
-    path is straight, or too short.
+    """Return points (n, 2) [m] of the circle fitted to a path, from its start to its end.
+
+    The result is empty if the path is straight or too short.
     """
     if curvature is None or abs(curvature) < STRAIGHT:
         return np.empty((0, 2))
@@ -161,7 +164,7 @@ def _draw_contact(axes: Axes, summary: Mapping[str, Any]) -> None:
 
 
 def node_names(summary: Mapping[str, Any]) -> list[str]:
-    """What nodes are called, line by line from the front on."""
+    """Return the names of the nodes, line by line from the front."""
     heads = summary["heads"]
     count = summary["node_count"] // len(heads)
     sides = [""] if len(heads) == 1 else [f"{side} " for side in SIDES]
@@ -186,7 +189,7 @@ def _settled(seconds: float) -> str:
 
 
 def chain_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """The numbers of a chain's summary as (name, text)."""
+    """Return the numbers of a chain's summary as (name, text)."""
 
     def listed(values: np.ndarray, form: str) -> str:
         return ", ".join(format(value, form) for value in values)
@@ -215,7 +218,10 @@ def chain_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _track_rows(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """What two sides tell besides; nothing of a chain in the plane, or of too short a run."""
+    """Return the turning rate and displacement of two sides as (name, text).
+
+    The result is empty for a chain in the plane or too short a run.
+    """
     if math.isnan(summary.get("curvature", math.nan)):
         return []
     forward, sideways = (summary[f"{way}_displacement"] * MILLI for way in ("forward", "sideways"))

@@ -1,4 +1,4 @@
-"""What a body is coloured by, and the scale that all pictures of a run share."""
+"""Fields by which bodies are coloured, and the colour scale common to all pictures of a run."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ MILLI = 1e3
 
 @dataclass(frozen=True)
 class ColourField:
-    """A field to colour by: its label with unit, and the factor from SI to that unit."""
+    """Field to colour by: its label with unit, and the factor from SI to that unit."""
 
     label: str
     factor: float
@@ -32,11 +32,13 @@ FIELDS = {
 }
 
 MIXED = 16
-"""Colours between which plotly.js mixes the others."""
+"""Number of colours between which plotly.js interpolates."""
 
 OUTLIERS = 0.005
-"""Part of the cells at each end of the scale that may lie past it: one spike tip in a corner must
-not take the whole scale for itself."""
+"""Fraction of the cells at each end of the scale whose values may exceed it.
+
+It keeps a single spike tip in a corner from determining the whole scale.
+"""
 
 
 def refuse_missing_field(frames: Frames, field: str) -> None:
@@ -56,10 +58,10 @@ def shown_values(
     faces: np.ndarray,
     owners: np.ndarray | slice,
 ) -> np.ndarray:
-    """The field on each face in some frames (f, k), in the unit of its label: the length of a
-    vector.
+    """Return the field on each face in some frames (f, k), in the unit of its label.
 
-    faces: (k, 2 to 4) nodes, whose mean is taken of point data. owners: the cell of each face.
+    The magnitude of a vector is returned. faces: (k, 2 to 4) nodes, over which point data is
+    averaged. owners: the cell of each face.
     """
     of_cells = field in frames.cell_data
     values = np.array((frames.cell_data if of_cells else frames.point_data)[field].at(indices))
@@ -70,13 +72,13 @@ def shown_values(
 
 
 def places_at(frames: Frames, index: int) -> np.ndarray:
-    """Where the nodes are in a frame (n, d) [mm]."""
+    """Return the positions (n, d) [mm] of the nodes in a frame."""
     d = frames.points.shape[1]
     return (frames.points + frames.point_data["displacement"][index][:, :d]) * MILLI
 
 
 def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
-    """The colours of all values (n,) of a run, and at which ends there are values past them."""
+    """Return the colour map of all values (n,) of a run, and the ends at which values exceed it."""
     values = values[np.isfinite(values)]
     if len(values) == 0:
         return ScalarMappable(Normalize(0.0, 1.0), COLOUR_MAP), "neither"
@@ -88,8 +90,9 @@ def shared_scale(values: np.ndarray) -> tuple[ScalarMappable, str]:
 
 
 def colours_of(scale: Scale, places: np.ndarray) -> ScalarMappable:
-    """Colours for places (n,) of a diagram: one each of labels, a map that rises in lightness of
-    numbers.
+    """Return the colour map for values (n,) of a diagram.
+
+    Labels have one colour each; numbers a map of increasing lightness.
     """
     if scale.labels is not None:
         count = max(len(scale.labels), 1)
@@ -100,11 +103,11 @@ def colours_of(scale: Scale, places: np.ndarray) -> ScalarMappable:
 
 
 def shades(count: int) -> list[str]:
-    """Colours of the map, from its lower end to its upper one."""
+    """Return `count` colours of the map, from its lower to its upper end."""
     return [to_hex(colour) for colour in colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, count))]
 
 
 def colour_scale() -> list[tuple[float, str]]:
-    """The map as plotly.js takes it: places from 0 to 1 with their colours."""
+    """Return the colour map as positions from 0 to 1 with their colours, the format of plotly.js."""
     colours = shades(MIXED)
     return [(k / (MIXED - 1), colour) for k, colour in enumerate(colours)]

@@ -1,4 +1,4 @@
-"""Curves of a history: pressures of chambers, energies, contacts."""
+"""Curves of a history: pressures of chambers, energies, contact."""
 
 import numpy as np
 
@@ -23,12 +23,12 @@ CONTACTS = {
 
 
 def pressurised(history: History) -> bool:
-    """Whether a chamber had air pressure at any time."""
+    """Return True if a chamber had air pressure at any time."""
     return any(np.nanmax(np.abs(air)) > 0.0 for air in chamber_pressures(history).values())
 
 
 def chamber_pressures(history: History) -> dict[str, np.ndarray]:
-    """The pressure of each chamber [Pa], (rows,), by its name; of a single one, "air pressure"."""
+    """Return the pressure (rows,) [Pa] of each chamber by name; "air pressure" for a single one."""
     several = {
         name.removeprefix(CHAMBER_PRESSURE): history[name]
         for name in history
@@ -40,20 +40,20 @@ def chamber_pressures(history: History) -> dict[str, np.ndarray]:
 
 
 def single_pressure(history: History) -> np.ndarray | None:
-    """The air pressure [Pa], (rows,), of a robot with one chamber, if it had any; else None."""
+    """Return the air pressure (rows,) [Pa] of a robot with one chamber, or None if it had none."""
     is_single = len(chamber_pressures(history)) == 1
     return history["pressure"] if is_single and pressurised(history) else None
 
 
 def energies_drawn(history: History) -> dict[str, tuple[str, str, str]]:
-    """The energies that the run has: column -> label, colour, line."""
+    """Return the energies that the run has: column -> label, colour, line style."""
     largest = {c: float(np.nanmax(np.abs(history[c]))) for c in ENERGIES if has(history, c)}
     limit = ROUND_OFF * max(largest.values(), default=0.0)
     return {column: ENERGIES[column] for column, size in largest.items() if size > limit}
 
 
 def contacts_drawn(history: History) -> dict[str, tuple[str, str]]:
-    """What there was of contact with walls: column -> label, colour."""
+    """Return the columns of wall contact that are not zero: column -> label, colour."""
     return {
         column: style
         for column, style in CONTACTS.items()
@@ -62,13 +62,13 @@ def contacts_drawn(history: History) -> dict[str, tuple[str, str]]:
 
 
 def time_label(history: History) -> str:
-    """What the time of a run is called: a static one goes on settling when its loads stand."""
+    """Return the title of the time axis; in a static run it includes the settling after loading."""
     static = "unbalanced_share" in history
     return "time (loads, then settling) [s]" if static else "time [s]"
 
 
 def joules(largest: float) -> tuple[float, str]:
-    """Factor and unit in which an energy of `largest` joules reads as a number of 1 to 1000."""
+    """Return factor and unit that express an energy [J] as a number of 1 to 1000."""
     for factor, unit in ((1.0, "J"), (1e3, "mJ"), (1e6, "µJ")):
         if largest * factor >= 1.0:
             return factor, unit

@@ -1,4 +1,4 @@
-"""What a diagram shows, whoever draws it: `png.py` for a file, `page/charts.py` for a page."""
+"""Content of a diagram, independent of its output: `png.py` or `page/charts.py` draws it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -10,28 +10,30 @@ from softsim.report.style import BLUE, INK
 EMPTY = np.zeros(0)
 
 LONGEST_LABEL = 24
-"""Characters of a label in a diagram."""
+"""Largest number of characters of a label in a diagram."""
 
 MOST_TICKS = 20
-"""Labels written along an axis."""
+"""Largest number of labels along an axis."""
 
 MOST_MARKERS = 60
-"""Points on a line that each have a marker, where each stands for a case."""
+"""Largest number of points with markers on a line whose points are cases."""
 
 MOST_NUMBERS = 80
-"""Cells that have their value written in them."""
+"""Largest number of cells that have their value written in them."""
 
 POINTS, STEPS = "points", "steps"
-"""Kinds of a series beside lines."""
+"""Kinds of series other than lines."""
 
 FLAT, TALL = 0.62, 1.5
-"""Heights of panels that need less room than others, and more."""
+"""Relative heights of a low and a high panel."""
 
 
 @dataclass(frozen=True)
 class Scale:
-    """How values lie along an axis, or in a range of colours. labels: of the places 0, 1 ..., None
-    where values are numbers. whole: all of these are; from_zero: it shows zero too.
+    """Scale of an axis or of a colour range.
+
+    labels: of the positions 0, 1 ..., None if values are numbers. whole: all values are
+    integers. from_zero: the scale includes zero.
     """
 
     title: str
@@ -41,19 +43,19 @@ class Scale:
     from_zero: bool = False
 
     def text(self, place: float) -> str:
-        """What a place stands for, in brief; empty for none."""
+        """Return the value or shortened label at a position; empty if it is not finite."""
         if not np.isfinite(place):
             return ""
         return f"{place:.3g}" if self.labels is None else shortened(self.labels[int(place)])
 
     def ticks(self) -> tuple[list[int], list[str]]:
-        """The labels that are written, and where."""
+        """Return the positions and texts of the labels."""
         labels = self.labels or ()
         places = list(range(0, len(labels), -(-len(labels) // MOST_TICKS) or 1))
         return places, [shortened(labels[place]) for place in places]
 
     def limits(self, places: np.ndarray = EMPTY) -> tuple[float, float]:
-        """Ends of a scale that shows places (n,); apart, whatever the places are."""
+        """Return distinct lower and upper limits of a scale that shows the values `places` (n,)."""
         if self.labels is not None:
             return -0.5, max(len(self.labels), 1) - 0.5
         known = places[np.isfinite(places)]
@@ -64,18 +66,18 @@ class Scale:
 
 
 def shortened(label: str) -> str:
-    """A label as it fits in a diagram."""
+    """Return a label cut to LONGEST_LABEL characters."""
     return label if len(label) <= LONGEST_LABEL else label[: LONGEST_LABEL - 1] + "…"
 
 
 @dataclass(frozen=True)
 class Series:
-    """Places x and y (n,), joined by a line, "-", "--" or ":", or by STEPS, or single POINTS.
+    """Points x and y (n,), joined by a line "-", "--" or ":", by STEPS, or drawn as single POINTS.
 
-    band: its lowest and highest values (2, n), NaN where there is none; of a line without one it is
-    drawn where many places make way for their mean. shades: (n,) that the colours of the panel
-    tell apart in place of `colour`. cases: the case of each place (n,), if there is one; mean: a
-    place stands for several.
+    band: lowest and highest values (2, n), NaN where there is none; a line without a band gets
+    one where many points are replaced by their mean. shades: values (n,) shown by the colours
+    of the panel instead of `colour`. cases: the case of each point (n,), if any. mean: a point
+    represents several cases.
     """
 
     name: str
@@ -90,15 +92,13 @@ class Series:
 
     @property
     def has_markers(self) -> bool:
-        """Whether each place on a line is marked: where it is a case, and these are few."""
+        """True if each point of a line is marked: the points are cases, and there are few."""
         return self.kind != STEPS and 0 < len(self.cases) <= MOST_MARKERS
 
 
 @dataclass(frozen=True)
 class Edge:
-    """Marks, "x" or "|", along the lower edge for cases that have no place above: x (n,), cases
-    (n,).
-    """
+    """Marks, "x" or "|", along the lower edge for cases without a result: x (n,), cases (n,)."""
 
     name: str
     marker: str
@@ -109,9 +109,11 @@ class Edge:
 
 @dataclass(frozen=True)
 class Cells:
-    """Cells in rows and columns: places of their levels, columns (c,) and rows (r,); edges between
-    them, at_x (c + 1,) and at_y (r + 1,). In each cell (r, c): the value, NaN where no case is
-    done; its first case, 0 where there is none; whether cases failed and none is done.
+    """Cells in rows and columns.
+
+    The levels are at columns (c,) and rows (r,); at_x (c + 1,) and at_y (r + 1,) are the edges
+    between them. Each cell (r, c) has a value, NaN if no case is done; its first case, 0 if
+    there is none; and whether cases failed and none is done.
     """
 
     columns: np.ndarray
@@ -124,7 +126,7 @@ class Cells:
     mean: bool
 
     def around(self, x: float, y: float) -> tuple[float, float, float, float]:
-        """Left, bottom, width and height of the cell at a place."""
+        """Return left, bottom, width and height of the cell at a point."""
         i, j = np.argmin(np.abs(self.columns - x)), np.argmin(np.abs(self.rows - y))
         left, bottom = self.at_x[i : i + 2], self.at_y[j : j + 2]
         return float(left[0]), float(bottom[0]), float(np.ptp(left)), float(np.ptp(bottom))
@@ -132,7 +134,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class Stripe:
-    """A stripe across a panel between two values of its axis, and what is said of it."""
+    """Stripe across a panel between two values of its axis, with a label."""
 
     low: float
     high: float
@@ -142,25 +144,26 @@ class Stripe:
 
 @dataclass(frozen=True)
 class Axis:
-    """Series of one quantity."""
+    """Axis with the series of one quantity."""
 
     scale: Scale
     series: Sequence[Series] = ()
 
     @property
     def colour(self) -> str:
-        """Of its title: that of the series, where all have the same."""
+        """Colour of the axis title: that of the series if all have the same."""
         colours = {one.colour for one in self.series if one.shades is None and not len(one.cases)}
         return colours.pop() if len(colours) == 1 else INK
 
 
 @dataclass(frozen=True)
 class Panel:
-    """What is drawn upon one another: an axis on the left, maybe another one on the right, or cells
-    in place of series; marks at the lower edge; the best place, or none; stripes behind all.
+    """Panel of a diagram.
 
-    colours: the scale of cells and shades, and the places (n,) that it must show. height: of that
-    of an ordinary panel.
+    It has an axis on the left and optionally one on the right, or cells in place of series;
+    marks along the lower edge; the best point, if any; and stripes behind them. colours: the
+    scale of cells and shades, and the values (n,) that it must include. height: relative to an
+    ordinary panel.
     """
 
     left: Axis
@@ -174,12 +177,12 @@ class Panel:
 
     @property
     def axes(self) -> list[Axis]:
-        """Its axes."""
+        """Left axis and, if there is one, right axis."""
         return [self.left] if self.right is None else [self.left, self.right]
 
     @property
     def has_legend(self) -> bool:
-        """Whether there are names to tell apart, or one that its axis does not say."""
+        """True if several names need a legend, or a name that is not in the axis title."""
         series = [one for axis in self.axes for one in axis.series]
         names = [one.name for one in (*series, *self.best) if one.name]
         names += [edge.name for edge in self.edges]
@@ -188,15 +191,17 @@ class Panel:
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is no place to show."""
+        """True if there are no finite points to show."""
         places = [one.x + one.y for axis in self.axes for one in axis.series]
         return self.cells is None and not np.isfinite(np.concatenate([EMPTY, *places])).any()
 
 
 @dataclass(frozen=True)
 class Diagram:
-    """Panels upon one another over one quantity x. remark: what a reader must know of them.
-    over_time: x is the time of the run [s]. bounds: places of x that are marked in all panels.
+    """Panels stacked above one another over one quantity x.
+
+    remark: a note for the reader. over_time: x is the time of the run [s]. bounds: values of x
+    that are marked in all panels.
     """
 
     title: str
@@ -208,6 +213,6 @@ class Diagram:
 
     @property
     def span(self) -> tuple[float, float]:
-        """From the first to the last place of the first series; equal for a run of one sample."""
+        """First and last x of the first series; equal for a run of one sample."""
         x = self.panels[0].left.series[0].x
         return float(x[0]), float(x[-1])

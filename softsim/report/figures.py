@@ -1,4 +1,4 @@
-"""All figures of a run folder, from its files alone."""
+"""All figures of a run folder, drawn from its files alone."""
 
 from pathlib import Path
 
@@ -18,13 +18,12 @@ SNAPSHOTS, LAYOUT = "snapshots.png", "layout.png"
 
 
 def draw_all(folder: Path, snapshot_field: str) -> list[Path]:
-    """Draw the figures that the files of `folder` have the data for; the figures' paths.
+    """Draw the figures for which the files of `folder` have data; return the figures' paths.
 
-    snapshot_field: what the snapshots are coloured by: stretch, von_mises, pressure, displacement.
-    A run without field output has no snapshots, one without contact no contact figure: one that
-    an earlier run left in the folder goes.
-    Raises OutputError if the history is missing or empty, the results do not have
-    `snapshot_field`, or the disk refuses.
+    snapshot_field: the field that colours the snapshots: stretch, von_mises, pressure,
+    displacement. A run without field output has no snapshots, one without contact no contact
+    figure; such a figure left by an earlier run is deleted. Raises OutputError if the history
+    is missing or empty, the results lack `snapshot_field`, or a file cannot be written.
     """
     run = recorded(folder)
     history, frames = run.history, run.frames

@@ -1,4 +1,4 @@
-"""A run as a film: its stored frames one after another, in one view and one scale of colours."""
+"""Film of a run: its stored frames with a common view and colour scale."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
@@ -23,24 +23,26 @@ from softsim.report.snapshots import Pictures, add_scale, pictures, show, state
 from softsim.report.style import PAGE_WIDTH, STYLE
 
 RESOLUTION = 110
-"""Dots an inch: of a film less than of a picture."""
+"""Resolution of a film [dots per inch], lower than that of a picture."""
 
 HEIGHTS = 1.6, 6.0
-"""Of a film, least and most [inch], with its title and its scale of colours."""
+"""Smallest and largest height of a film [inch], including title and colour scale."""
 
 LAYOUTS = 3
-"""Passes after which the layout no longer changes: axes of equal scale have another size after the
-first."""
+"""Number of layout passes until the layout converges.
+
+Axes of equal scale change size after the first pass.
+"""
 
 PALETTE_FRAMES = 5
-"""Frames, evenly picked, whose colours the palette of a GIF is made of."""
+"""Number of evenly spaced frames that define the palette of a GIF."""
 
 
 def draw_film(run: Recorded, field: str, pictures_a_second: int, most: int, path: Path) -> int:
-    """Write a film of at most so many of the stored frames, evenly picked; returns how many.
+    """Write a film of at most `most` evenly spaced stored frames; return their number.
 
-    field: one of FIELDS. path: ends in one of WRITERS. Raises OutputError: the run has no frames,
-    or not this field, there is no ffmpeg for an mp4, or the disk refuses.
+    field: one of FIELDS. path: ends in one of WRITERS. Raises OutputError if the run has no
+    frames or lacks the field, ffmpeg is missing for an mp4, or the file cannot be written.
     """
     frames = run.frames
     if frames is None or len(frames) == 0:
@@ -75,10 +77,10 @@ def drawn(
     titles: Sequence[str],
     colours: ScalarMappable,
 ) -> Iterator[np.ndarray]:
-    """Draw the frames of `body` one after another, as RGB images (height, width, 3).
+    """Draw the frames of `body` in sequence as RGB images (height, width, 3).
 
-    Axes and scale are laid out and drawn once; of each frame only the body, its walls, the title
-    and the spines, which lie between them, are drawn anew.
+    Axes and colour scale are laid out and drawn once. Only the body, its walls, the title and
+    the spines between them are redrawn for each frame.
     """
     canvas = FigureCanvasAgg(figure)
     show(axes, body, titles[0])
@@ -112,7 +114,7 @@ def drawn(
 
 
 def write_gif(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) -> None:
-    """Write RGB images (height, width, 3) as a GIF that repeats, with one palette for all."""
+    """Write RGB images (height, width, 3) as a looping GIF with one palette for all."""
     shown = list(images)
     samples = np.unique(np.linspace(0, len(shown) - 1, PALETTE_FRAMES).astype(int))
     sample = Image.fromarray(np.concatenate([shown[k] for k in samples]))
@@ -126,16 +128,16 @@ def write_gif(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) 
 
 
 def nearest_colours(palette: np.ndarray) -> np.ndarray:
-    """Return the number of the nearest of the colours (n, 3), 0 to 255, for each RGB colour.
+    """Return the index of the nearest of the colours (n, 3), 0 to 255, for each RGB colour.
 
-    The table (64, 64, 64) has the upper six bits of red, green and blue as its indices.
+    The table (64, 64, 64) is indexed by the upper six bits of red, green and blue.
     """
     every = np.indices((64, 64, 64)).reshape(3, -1).T * (255.0 / 63.0)
     return KDTree(palette).query(every)[1].astype(np.uint8).reshape(64, 64, 64)
 
 
 def write_mp4(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) -> None:
-    """Write RGB images (height, width, 3) with ffmpeg, by way of a figure that holds each."""
+    """Write RGB images (height, width, 3) with ffmpeg, through a figure that shows each."""
     film = FFMpegWriter(fps=pictures_a_second, extra_args=["-f", "mp4"])
     screen = Figure(dpi=RESOLUTION)
     first, *others = images
@@ -150,13 +152,11 @@ def write_mp4(images: Iterable[np.ndarray], pictures_a_second: int, path: Path) 
 WRITERS: dict[str, Callable[[Iterable[np.ndarray], int, Path], None]] = {
     ".gif": write_gif, ".mp4": write_mp4,
 }  # fmt: skip
-"""Ending of a film's file -> what writes it."""
+"""Writer of a film by file suffix."""
 
 
 def picked(frames: Frames, most: int) -> list[int]:
-    """Frames in which a node still has a place, at most so many, evenly picked, both ends among
-    them.
-    """
+    """Return at most `most` evenly spaced frames with a finite position, including both ends."""
     even = np.unique(np.linspace(0, len(frames) - 1, min(most, len(frames))).round().astype(int))
     displacement = frames.point_data["displacement"]
     return [int(k) for k in even if np.isfinite(displacement[int(k)]).all(axis=1).any()]

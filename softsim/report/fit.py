@@ -1,4 +1,4 @@
-"""A law fitted to a tensile test: curves, numbers, and the lines for a scene."""
+"""Material law fitted to a tensile test: curves, numbers, and the lines for a scene."""
 
 import json
 import re
@@ -16,15 +16,15 @@ from softsim.report.png import draw
 from softsim.report.style import BLUE, ORANGE, QUIET, RED
 
 SHOWN_BEYOND = 1.6
-"""How far the curves are shown, in lengths of the fitted range."""
+"""Ratio of the plotted strain to the largest strain of the fit."""
 
 HEADROOM = 1.15
-"""Up to which the law is shown, of the largest measured stress shown: it may leave the figure."""
+"""Ratio of the largest plotted stress of the law to the largest measured stress plotted."""
 
 LAW_POINTS = 400
 
 ASSUMED_DENSITY = 1070
-"""Density of a silicone [kg/m^3], as the data sheets of Dragon Skin 10 and Ecoflex have it."""
+"""Density of a silicone [kg/m^3] according to the data sheets of Dragon Skin 10 and Ecoflex."""
 
 
 def draw_fit(test: TensileTest, fit: Fit, path: Path) -> None:
@@ -33,8 +33,10 @@ def draw_fit(test: TensileTest, fit: Fit, path: Path) -> None:
 
 
 def fit_diagram(test: TensileTest, fit: Fit) -> Diagram:
-    """Measured and fitted stress over strain, and the relative error in the range of the fit;
-    outside it the measured curve is grey and the fitted one dashed.
+    """Return the diagram of measured and fitted stress over strain, and of the relative error.
+
+    Outside the range of the fit the measured curve is grey, the fitted one dashed, and there is
+    no error.
     """
     loading = test.first_loading()
     shown = loading.strain <= SHOWN_BEYOND * fit.max_strain
@@ -70,18 +72,18 @@ def _constants(fit: Fit) -> str:
 
 
 def _not_zero(law: Law) -> list[str]:
-    """The fields of a law that have a say."""
+    """Return the names of the nonzero fields of a law."""
     return [name for name, value in vars(law).items() if np.any(value)]
 
 
 def _numbers(law: Law, name: str, digits: int) -> list[str]:
-    """The numbers of a field, one or several, with their unit."""
+    """Return the numbers of a field, one or several, with their unit."""
     factor, unit = (1.0, "") if name in law.pure_numbers else (1e-3, " kPa")
     return [f"{factor * c:#.{digits}g}{unit}" for c in np.ravel(getattr(law, name))]
 
 
 def fit_rows(fit: Fit) -> list[tuple[str, str]]:
-    """The numbers of a fit as (name, text): range, constants, how well it fits, where it holds."""
+    """Return the numbers of a fit as (name, text): range, constants, error, range of validity."""
     rows = [
         ("range", f"strain {fit.min_strain:.3g} to {fit.max_strain:.3g}, {fit.points} points"),
         *((name, ", ".join(_numbers(fit.law, name, 4))) for name in vars(fit.law)),
@@ -103,7 +105,7 @@ def fit_rows(fit: Fit) -> list[tuple[str, str]]:
 
 
 def scene_snippet(test: TensileTest, fit: Fit, law: str) -> str:
-    """The fitted material as it stands in a scene (YAML); `law` is the name scenes know it by."""
+    """Return the fitted material in the YAML of a scene; `law` is its name in scenes."""
     name = re.sub(r"\W+", "_", test.title.lower(), flags=re.ASCII).strip("_")
     name = name if name[:1].isalpha() else f"material_{name}"
     lines = [
@@ -119,6 +121,6 @@ def scene_snippet(test: TensileTest, fit: Fit, law: str) -> str:
 
 
 def _in_yaml(law: Law, name: str) -> str:
-    """A field as a scene has it: a number with its unit, or a list of such."""
+    """Return a field in the YAML of a scene: a number with its unit, or a list of such."""
     numbers = _numbers(law, name, 3)
     return f"[{', '.join(numbers)}]" if np.ndim(getattr(law, name)) else numbers[0]

@@ -1,4 +1,4 @@
-"""How a robot got through a layout: where it was when, over time, and where it got stuck."""
+"""Figure of a robot in a layout: its position at several moments and over time."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,36 +25,37 @@ from softsim.report.style import GREEN, PAGE_WIDTH, QUIET, SKY, drawing
 from softsim.report.way import ENDS, Report, way
 
 MOST_MOMENTS, LEAST_MOMENTS = 8, 5
-"""Robots in the picture."""
+"""Largest and intended smallest number of robots in the picture."""
 
 APART = 1.3
-"""Distance between two of them, in lengths of the robot, so that they do not cover each other."""
+"""Smallest distance between two robots in robot lengths, so that they do not overlap."""
 
 LEGIBLE = 0.09
-"""The same as a share of the picture, so that what is written beside them does not."""
+"""Smallest distance between two robots as a fraction of the picture, so that labels do not overlap.
+"""
 
 EXIT_INSIDE = 8.0
-"""How far before its end the name of an exit stands [mm]."""
+"""Distance of the name of an exit from the end of the pipe [mm]."""
 
 TALLEST = 4.6
-"""Of the picture of the pipe [inch]."""
+"""Largest height of the picture of the pipe [inch]."""
 
 WEIGHT_AT = (1.1, 0.85)
-"""Where the arrow of the weight ends, in shares of the picture."""
+"""Tip of the weight arrow in axes fractions."""
 
 WEIGHT_ARROW = 34.0
-"""Its length [points]."""
+"""Length of the weight arrow [points]."""
 
 LEAST_WEIGHT = 1e-3
-"""Below this [m/s^2] there is none in the plane of the picture."""
+"""Gravity in the plane of the picture [m/s^2] below which no arrow is drawn."""
 
 
 def draw_layout(history: History, frames: Frames, report: Report, path: Path) -> None:
-    """The pipe with the robot at moments along it; below, progress over time with the segments
-    shaded, pressure and rows in contact.
+    """Draw the pipe with the robot at several moments, and below it the progress over time.
 
-    report: what the summary says under `layout`. Raises OutputError if the disk refuses, or if the
-    run is of a version that knew no branches.
+    The panels show the progress with shaded segments, the pressure and the rows in contact.
+    report: `layout` of the summary. Raises OutputError if the file cannot be written, or the
+    run is of a version without branches.
     """
     if "branch" not in history:
         raise OutputError(
@@ -85,7 +86,7 @@ def draw_layout(history: History, frames: Frames, report: Report, path: Path) ->
 
 
 def by_branch(segments: Sequence[Report]) -> list[list[Report]]:
-    """The segments of each branch, in their order."""
+    """Return the segments of each branch in order."""
     names = dict.fromkeys(segment["branch"] for segment in segments)
     return [[one for one in segments if one["branch"] == name] for name in names]
 
@@ -97,8 +98,9 @@ def draw_picture(
     shown: Sequence[Robot],
     report: Report,
 ) -> None:
-    """The pipes, the number of each segment, exits where there are several, and the robot at its
-    moments. A tee has its number before its middle, where branches leave, and none beyond.
+    """Draw the pipes, the numbers of segments, the names of several exits, and the robots.
+
+    The number of a tee is written once, before its middle, where branches leave.
     """
     segments = by_branch(report["segments"])
     for pipe, own in zip(pipes, segments, strict=True):
@@ -124,7 +126,7 @@ def draw_picture(
 def draw_exits(
     axes: Axes, pipes: Sequence[Pipe], segments: Sequence[Sequence[Report]], exits: Sequence[str]
 ) -> None:
-    """The names of the exits in the ends of their pipes: of branches their own, else end."""
+    """Write the names of the exits in the ends of their pipes: the branch, or "end"."""
     names = ["end", *(own[0]["branch"] for own in segments[1:])]
     for pipe, name in zip(pipes, names, strict=True):
         if name in exits:
@@ -134,8 +136,9 @@ def draw_exits(
 
 
 def draw_weight(axes: Axes, gravity: np.ndarray) -> None:
-    """Beside the picture an arrow the way weight acts in it, or that it acts across; gravity (2,)
-    [m/s^2], its part in the plane of the picture.
+    """Draw an arrow beside the picture in the direction of gravity, or note that it is transverse.
+
+    gravity (2,) [m/s^2]: its components in the plane of the picture.
     """
     strength = float(np.linalg.norm(gravity))
     if strength < LEAST_WEIGHT:
@@ -153,7 +156,7 @@ def draw_weight(axes: Axes, gravity: np.ndarray) -> None:
 
 
 def robots(pipes: Sequence[Pipe], history: History, frames: Frames, report: Report) -> list[Robot]:
-    """The robot at the frames nearest to when it came to its places, and at its end."""
+    """Return the robot at the stored frames nearest to its selected positions, and at its end."""
     time, s, branch = history["time"], history["arc_length"] * MILLI, history["branch"]
     extent = float(max(np.ptp(np.concatenate([pipe.centre for pipe in pipes]), axis=0)))
     apart = max(APART * float(np.ptp(frames.points[:, 0])) * MILLI, LEGIBLE * extent)
@@ -178,13 +181,15 @@ def robots(pipes: Sequence[Pipe], history: History, frames: Frames, report: Repo
 
 
 def segment_middles(report: Report) -> list[float]:
-    """Middles of the segments [mm]."""
+    """Return the middles of the segments [mm]."""
     return [0.5 * (g["start"] + g["end"]) * MILLI for g in report["segments"]]
 
 
 def places(start: float, farthest: float, wanted: list[float], apart: float) -> list[float]:
-    """Where along the pipe [mm] to show the robot: at its start, in the middle of each segment as
-    far as it came, and in the largest gaps between, no closer than `apart`.
+    """Return positions [mm] along the pipe at which to draw the robot.
+
+    These are the start, the middle of each segment that was reached, and points in the largest
+    gaps between them, no closer than `apart`.
     """
     chosen = [start]
     ends = [start, farthest]
@@ -203,5 +208,5 @@ def places(start: float, farthest: float, wanted: list[float], apart: float) -> 
 
 
 def nearest(frames: Frames, time: float) -> int:
-    """The stored frame nearest to a time [s]."""
+    """Return the index of the stored frame nearest to a time [s]."""
     return int(np.argmin(np.abs(frames.times - time)))

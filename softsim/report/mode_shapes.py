@@ -1,4 +1,4 @@
-"""Natural modes of bodies: the shape of each over the body at rest."""
+"""Natural modes of bodies: the shape of each mode, drawn over the body at rest."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,16 +15,18 @@ from softsim.report.style import COLOUR_MAP, WALL, drawing
 from softsim.solver.natural_modes import NaturalMode, NaturalModes
 
 STEEPEST, FARTHEST = 0.4, 0.12
-"""A shape is drawn so large that no displacement gradient exceeds the one, and no node moves by
-more than the other of the body's longest side."""
+"""Largest displacement gradient and largest displacement of a drawn mode shape.
+
+The displacement is a fraction of the longest side of the body; the smaller amplitude is taken.
+"""
 
 AT_REST = ScalarMappable(Normalize(0.0, 1.0), ListedColormap([WALL]))
 
 
 def draw_modes(found: Sequence[NaturalModes], path: Path) -> None:
-    """The modes of bodies, coloured by how far each place moves; grey: the body at rest.
+    """Draw the modes of bodies, coloured by displacement; the body at rest is grey.
 
-    Raises OutputError if the disk refuses.
+    Raises OutputError if the file cannot be written.
     """
     shown = [pictures(frames_of(m), list(range(len(m.modes) + 1)), "displacement") for m in found]
     grids = [arranged(len(m.modes), body.view) for m, body in zip(found, shown, strict=True)]
@@ -36,7 +38,7 @@ def draw_modes(found: Sequence[NaturalModes], path: Path) -> None:
 
 
 def frames_of(found: NaturalModes) -> Frames:
-    """The body at rest, and after it each of its modes, as frames of a run."""
+    """Return the body at rest, followed by each of its modes, as frames of a run."""
     body = found.body
     shapes = [mode.shape * amplitude(found, mode) for mode in found.modes]
     return Frames(
@@ -48,7 +50,7 @@ def frames_of(found: NaturalModes) -> Frames:
 
 
 def amplitude(found: NaturalModes, mode: NaturalMode) -> float:
-    """How far the node that moves most is drawn from its place [m]."""
+    """Return the drawn displacement [m] of the node that moves most."""
     body = found.body
     length = float(np.ptp(body.points, axis=0).max())
     gradients = [r.deformation(body.points + mode.shape) - np.eye(3) for r in body.regions]

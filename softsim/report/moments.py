@@ -1,4 +1,4 @@
-"""The moments of a run worth a picture: start, full inflation, onset of motion, end."""
+"""Moments of a run that are drawn: start, full inflation, onset of motion, end."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -6,22 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 
 FULL = 0.999
-"""Part of the highest pressure from which on the body counts as fully inflated."""
+"""Fraction of the highest pressure above which the body counts as fully inflated."""
 
 SMOOTHING = 20
-"""The vibration is averaged out over this part, one in SMOOTHING, of the watched time."""
+"""Ratio of the observed time to the window over which the vibration is averaged."""
 
 MOVED, AT_REST = 0.10, 0.05
-"""Parts of the whole travel: past the first the body has moved, below the second it rests."""
+"""Fractions of the total displacement: above the first the body has moved, below the second rests.
+"""
 
 
 WORTH_A_PICTURE = 0.02
-"""Part of the whole run's travel: what moves less after the first inflation has no onset."""
+"""Fraction of the displacement of the whole run below which a motion has no onset."""
 
 
 @dataclass(frozen=True)
 class Moment:
-    """A time [s] with its name."""
+    """Named time [s]."""
 
     name: str
     time: float
@@ -30,12 +31,12 @@ class Moment:
 def moments(
     time: np.ndarray, pressures: Mapping[str, np.ndarray], displacement: np.ndarray
 ) -> list[Moment]:
-    """Moments of a run that inflates and deflates, in order of time; of several chambers start, the
-    full inflation of each, end.
+    """Return the moments of a run that inflates and deflates, in order of time.
 
-    time [s], pressures [Pa] by the name of each chamber, and displacement [m] along the pipe,
-    (rows,) each. Without pressure (none, all zero or NaN): start, quarter, half, end. A run in
-    which nothing moves has no onset.
+    With several chambers these are the start, the full inflation of each chamber, and the end.
+    time [s], pressures [Pa] by the name of each chamber, and displacement [m] along the pipe
+    have the shape (rows,). Without pressure (none, all zero or NaN) the moments are start,
+    quarter, half and end. A run without motion has no onset.
     """
     begin, end = float(time[0]), float(time[-1])
     fulls = {
@@ -65,11 +66,12 @@ def moments(
 
 
 def onset_of_motion(displacement: np.ndarray) -> int | None:
-    """Index from which on a vibrating body is on its way; None if it stays where it is.
+    """Return the index at which a vibrating body starts to move; None if it stays in place.
 
-    The vibration is averaged out; the body has moved once it is MOVED of its travel away from
-    where it stood, and further than it swings. The onset is where it last was at rest before
-    that, less than AT_REST away: a swing that comes back is no motion.
+    The vibration is averaged out. The body has moved once its displacement exceeds the fraction
+    MOVED of the total and the amplitude of its oscillation. The onset is the last row before
+    that in which it was at rest, less than AT_REST away: an oscillation that returns is no
+    motion.
     """
     if len(displacement) < 2 or not np.isfinite(displacement).all():
         return None
@@ -86,19 +88,20 @@ def onset_of_motion(displacement: np.ndarray) -> int | None:
 
 
 def _first_deflation(full: np.ndarray, inflated: int) -> tuple[int, int]:
-    """Rows from the first fall of the pressure until it is full again, or the end."""
+    """Return the rows from the first decrease of the pressure until it is full again, or the end."""
     falling = inflated + _first(~full[inflated:])
     return falling, falling + _first(full[falling:])
 
 
 def _first(condition: np.ndarray) -> int:
-    """Index of the first true value; the length if there is none."""
+    """Return the index of the first true value, or the length if there is none."""
     return int(np.argmax(condition)) if condition.any() else len(condition)
 
 
 def _moving_average(values: np.ndarray, window: int) -> np.ndarray:
-    """Mean over `window` values around each; the ends are continued by the mean of a window there,
-    as a value of their own may be a peak.
+    """Return the mean over `window` values around each value.
+
+    The ends are extended by the mean of a window there, because an end value may be a peak.
     """
     padded = np.pad(values, (window // 2, (window - 1) // 2), mode="mean", stat_length=window)
     return np.convolve(padded, np.full(window, 1.0 / window), mode="valid")

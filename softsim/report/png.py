@@ -1,4 +1,4 @@
-"""Diagrams as PNG."""
+"""Output of diagrams as PNG."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -30,35 +30,37 @@ from softsim.report.style import INK, QUIET, RED, SKY, drawing
 from softsim.report.thinning import thinned
 
 PANEL_HEIGHT, SIDE_BY_SIDE = 2.1, 2.3
-"""Of an ordinary panel upon others, and of one of those side by side [inch]."""
+"""Heights of an ordinary stacked panel and of one of several side by side [inch]."""
 
 PANELS_IN_A_ROW = 3
 
 WIDE, HIGH = 80, 40
-"""Characters that fit along the horizontal and the vertical axis of a figure that is one panel."""
+"""Numbers of characters along the horizontal and the vertical axis of a single panel."""
 
 CROWD, EDGE_CROWD = 400, 60.0
-"""Points, and marks along an edge, from which on they let others shine through."""
+"""Numbers of points, and of marks along an edge, above which they are drawn transparent."""
 
 LEGEND_ROOM = 100
-"""Characters of a line of a legend, with what stands before its entries."""
+"""Number of characters in a line of a legend, including the symbols before its entries."""
 
 LEGIBLE = 0.06, 0.045
-"""Least width and height of a cell with a number in it, as shares of the axes."""
+"""Smallest width and height of a cell with a number in it, as fractions of the axes."""
 
 DENSE = 1e3
-"""Range of a logarithmic axis up to which 2 and 5 of each decade have room beside 1."""
+"""Range of a logarithmic axis up to which 2 and 5 of each decade are labelled."""
 
 LINE = 0.075
-"""Height of a line of text beside a panel, as a share of it."""
+"""Height of a line of text beside a panel, as a fraction of the panel."""
 
 BRIGHT = 0.5
-"""Lightness of a colour above which what is written on it is dark."""
+"""Lightness of a colour above which the text on it is dark."""
 
 
 def draw(path: Path, *diagrams: Diagram) -> None:
-    """Draw a diagram, or several of one panel each side by side, with the same quantity upwards and
-    one bar. Raises OutputError if the disk refuses.
+    """Draw one diagram, or several of one panel each side by side.
+
+    The latter have the same vertical quantity and one colour bar. Raises OutputError if the
+    file cannot be written.
     """
     if len(diagrams) == 1:
         draw_one(path, diagrams[0])
@@ -79,7 +81,7 @@ def draw(path: Path, *diagrams: Diagram) -> None:
 
 
 def draw_one(path: Path, diagram: Diagram) -> None:
-    """The panels upon one another."""
+    """Draw the panels of a diagram above one another."""
     heights = [panel.height for panel in diagram.panels]
     with drawing(path, 0.9 + PANEL_HEIGHT * sum(heights)) as figure:
         grid = figure.subplots(len(heights), sharex=True, squeeze=False, height_ratios=heights)
@@ -94,7 +96,10 @@ def draw_one(path: Path, diagram: Diagram) -> None:
 
 
 def draw_panels(grid: Sequence[Axes], diagram: Diagram) -> None:
-    """The panels in axes upon one another; above each its legend, unless there is but one."""
+    """Draw the panels of a diagram into axes above one another.
+
+    Each has its legend above, unless it is the only panel.
+    """
     for axes, panel in zip(grid, diagram.panels, strict=True):
         sides = draw_panel(axes, panel, int(HIGH * panel.height))
         for place in diagram.bounds:
@@ -108,8 +113,9 @@ def draw_panels(grid: Sequence[Axes], diagram: Diagram) -> None:
 
 
 def draw_panel(axes: Axes, panel: Panel, room: int = HIGH) -> list[Axes]:
-    """Series, cells and marks of a panel, and its titles, along which `room` characters fit; its
-    axes, one for each side.
+    """Draw series, cells, marks and titles of a panel; return its axes, one for each side.
+
+    room: number of characters along the axes.
     """
     sides = [axes]
     if panel.right is not None:
@@ -139,7 +145,7 @@ def draw_panel(axes: Axes, panel: Panel, room: int = HIGH) -> list[Axes]:
 def draw_series(
     axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None = None
 ) -> None:
-    """Points of a size that suits their number, or a line in its band."""
+    """Draw points of a size that suits their number, or a line in its band."""
     x, y, band = series.x, series.y, series.band
     if series.kind == POINTS:
         draw_points(axes, series, colours)
@@ -157,7 +163,7 @@ def draw_series(
 
 
 def draw_points(axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | None) -> None:
-    """Single points, smaller where there are many."""
+    """Draw single points, smaller if there are many."""
     look: dict[str, Any] = {"color": series.colour}
     if colours is not None and series.shades is not None:
         map_ = colours_of(*colours)
@@ -170,8 +176,9 @@ def draw_points(axes: Axes, series: Series, colours: tuple[Scale, np.ndarray] | 
 
 
 def draw_stripes(axes: Axes, stripes: Sequence[Stripe]) -> None:
-    """Stripes that reach to the ends of the axis, and on their right what is said of them, one
-    above another where they are narrow.
+    """Draw stripes to the ends of the axis, with their labels on the right.
+
+    Labels of narrow stripes are placed above one another.
     """
     if not stripes:
         return
@@ -189,7 +196,7 @@ def draw_stripes(axes: Axes, stripes: Sequence[Stripe]) -> None:
 
 
 def draw_edge(axes: Axes, edge: Edge) -> None:
-    """Small marks along the lower edge."""
+    """Draw small marks along the lower edge."""
     places = edge.x[np.isfinite(edge.x)]
     look: dict[str, Any] = {"marker": edge.marker, "color": edge.colour, "markersize": 4.5}
     axes.plot(
@@ -201,7 +208,7 @@ def draw_edge(axes: Axes, edge: Edge) -> None:
 
 
 def mark_best(axes: Axes, point: Series, cells: Cells | None) -> None:
-    """A star at the best place, or a frame around its cell."""
+    """Draw a star at the best point, or a frame around its cell."""
     look: dict[str, Any] = {"zorder": 6, "clip_on": False, "label": point.name}
     if cells is None:
         look |= {"marker": "*", "markersize": 13.0, "color": RED, "markeredgecolor": "white"}
@@ -213,7 +220,7 @@ def mark_best(axes: Axes, point: Series, cells: Cells | None) -> None:
 
 
 def draw_cells(axes: Axes, cells: Cells, z: Scale, places: np.ndarray) -> None:
-    """Cells in their colours, crossed where cases failed and none is done."""
+    """Draw coloured cells, with a cross where cases failed and none is done."""
     colours = colours_of(z, places)
     mesh = axes.pcolormesh(cells.at_x, cells.at_y, np.ma.masked_invalid(cells.values))
     mesh.set(cmap=colours.cmap, norm=colours.norm)
@@ -224,8 +231,10 @@ def draw_cells(axes: Axes, cells: Cells, z: Scale, places: np.ndarray) -> None:
 
 
 def write_values(axes: Axes, panel: Panel) -> None:
-    """The value in the middle of each cell, where all have room for it; the axes have their spacing
-    and are made to end where the cells do.
+    """Write the value in the middle of each cell if all cells are large enough and few.
+
+    The scales of the axes must be set before; their limits are set to the outer edges of the
+    cells.
     """
     if panel.cells is None or panel.colours is None:
         return
@@ -247,8 +256,9 @@ def write_values(axes: Axes, panel: Panel) -> None:
 
 
 def along_x(axes: Axes, scale: Scale, room: int = WIDE) -> None:
-    """Give the horizontal axis, along which `room` characters fit, its title, its spacing and its
-    labels; those that do not fit side by side lean, or stand where they are many.
+    """Set title, scale and labels of the horizontal axis, for `room` characters per line.
+
+    Labels that do not fit side by side are rotated, by 90 degrees if there are many.
     """
     axes.set_xlabel(fill(scale.title, room))
     space(axes.xaxis, scale)
@@ -264,7 +274,7 @@ def along_x(axes: Axes, scale: Scale, room: int = WIDE) -> None:
 
 
 def along_y(axes: Axes, axis: Axis, room: int) -> None:
-    """The same of a vertical axis."""
+    """Set title, scale and labels of the vertical axis, for `room` characters per line."""
     scale = axis.scale
     axes.set_ylabel(fill(scale.title, room), color=axis.colour)
     space(axes.yaxis, scale)
@@ -276,7 +286,7 @@ def along_y(axes: Axes, axis: Axis, room: int) -> None:
 
 
 def space(along: XAxis | YAxis, scale: Scale) -> None:
-    """Logarithmically with plain numbers, or with whole ones."""
+    """Set a logarithmic scale with plain numbers, or integer ticks."""
     if scale.logarithmic:
         if not np.isfinite(along.get_minpos()):  # nothing to show, of which there is no logarithm
             along.axes.set(**{f"{along.axis_name}lim": scale.limits()})
@@ -290,7 +300,7 @@ def space(along: XAxis | YAxis, scale: Scale) -> None:
 
 
 def add_bar(figure: Figure, panel: Panel, grid: np.ndarray) -> None:
-    """The bar that says what the colours mean, beside all panels, if there are any."""
+    """Add the colour bar beside all panels, if the panel has colours."""
     if panel.colours is None:
         return
     scale, places = panel.colours
@@ -306,13 +316,13 @@ def add_bar(figure: Figure, panel: Panel, grid: np.ndarray) -> None:
 
 
 def legend_above(axes: Axes, panel: Panel, sides: Sequence[Axes]) -> None:
-    """What the marks on both sides of a panel mean, if they do not say so."""
+    """Add the legend of both sides above a panel, if it needs one."""
     if panel.has_legend:
         legend(axes, named(sides), loc="lower left", bbox_to_anchor=(0.0, 1.0))
 
 
 def add_legend(figure: Figure, panel: Panel) -> None:
-    """What the marks mean above the figure, the best below it."""
+    """Add the legend above the figure, and the entry of the best point below it."""
     if panel.has_legend:
         handles, best = named(figure.axes), {point.name for point in panel.best}
         below = {name: handles.pop(name) for name in list(handles) if name in best}
@@ -321,13 +331,13 @@ def add_legend(figure: Figure, panel: Panel) -> None:
 
 
 def named(sides: Sequence[Axes]) -> dict[str, Any]:
-    """What has a name in axes, by it."""
+    """Return the legend handles of axes by name."""
     pairs = [side.get_legend_handles_labels() for side in sides]
     return {name: handle for pair in pairs for handle, name in zip(*pair, strict=True)}
 
 
 def legend(place: Axes | Figure, handles: dict[str, Any], **where: Any) -> None:
-    """What marks mean, if there are any, in as many columns as fit."""
+    """Add a legend of `handles`, if there are any, in as many columns as fit."""
     if handles:
         texts = [fill(name, LEGEND_ROOM - 10) for name in handles]
         lengths = [8 + max(map(len, text.split("\n"))) for text in texts]
@@ -336,7 +346,7 @@ def legend(place: Axes | Figure, handles: dict[str, Any], **where: Any) -> None:
 
 
 def fitting_columns(lengths: Sequence[int]) -> int:
-    """In how many columns entries of these lengths [characters] fit into a legend."""
+    """Return the number of legend columns for entries of these lengths [characters]."""
     for columns in range(len(lengths), 1, -1):
         if sum(part.max() for part in np.array_split(lengths, columns)) <= LEGEND_ROOM:
             return columns
@@ -344,7 +354,7 @@ def fitting_columns(lengths: Sequence[int]) -> int:
 
 
 def _shares(along: XAxis | YAxis, edges: np.ndarray) -> np.ndarray:
-    """Where edges (n,) lie, from 0 to 1 along an axis that ends at the outer ones."""
+    """Return the positions of edges (n,) as fractions of an axis that ends at the outer ones."""
     at = along.get_transform().transform(edges)
     shares: np.ndarray = (at - at[0]) / (at[-1] - at[0])
     return shares

@@ -1,4 +1,4 @@
-"""Curves of what a scene's probes recorded."""
+"""Curves of the quantities that the probes of a scene recorded."""
 
 from collections.abc import Mapping
 
@@ -16,18 +16,19 @@ QUANTITIES = {
     "N": ("force", 1.0, "N"),
     "m^3": ("volume", 1e6, "ml"),
 }
-"""Unit in the history -> what it is, and factor and unit in which it is drawn."""
+"""Quantity, factor and drawn unit by unit in the history."""
 
 UNSEEN = 1e-3
-"""Part of the largest curve of a panel below which another one is a line at zero."""
+"""Fraction of the largest curve of a panel below which another one looks like zero."""
 
 LINES = {"": "-", "x": "-", "y": "--", "z": ":"}
 
 
 def curves_of(history: History, units: Mapping[str, str]) -> dict[str, list[Series]]:
-    """The curves of all probes over time by the unit in the history, a colour for each probe and a
-    kind of line for each axis; those that are zero beside others of their unit are left out.
-    units: column -> unit.
+    """Return the curves of all probes over time, by unit in the history.
+
+    Each probe has a colour, each axis a line style. Curves that are zero compared with others
+    of their unit are omitted. units: column -> unit.
     """
     columns: dict[str, list[str]] = {}
     for column, unit in units.items():
@@ -52,16 +53,17 @@ def _curves(history: History, columns: list[str], unit: str) -> list[Series]:
 
 
 def name_and_axis(column: str, unit: str) -> tuple[str, str]:
-    """Return the name of the probe of a column, and the axis of a vector; else ""."""
+    """Return the probe name of a column and the axis of a vector, otherwise ""."""
     name, _, axis = column.rpartition("_")
     is_vector = unit != "m^3" and axis in ("x", "y", "z")
     return (name, axis) if is_vector else (column, "")
 
 
 def inflation_curves(history: History, units: Mapping[str, str]) -> list[Series]:
-    """The air pressure [kPa] over the component of each displacement or radius probe that moves the
-    most [mm], without vibration; none of one at rest, and none unless there is one chamber whose
-    pressure changes.
+    """Return curves of the air pressure [kPa] over displacement or radius probes [mm].
+
+    Of each probe the component that moves most is taken, without vibration; probes at rest are
+    omitted. The result is empty unless there is one chamber whose pressure changes.
     """
     air = single_pressure(history)
     if air is None or _range(air) == 0.0:

@@ -1,4 +1,4 @@
-"""The picture of how far a robot gets: the trials of its pull, and the tension along the layout."""
+"""Figure of the reach of a robot: trials of its pull, and the tension along the layout."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,12 +18,15 @@ Content = Mapping[str, Any]
 
 
 def read_reach(folder: Path) -> dict[str, Any]:
-    """The answer in a folder of softsim reach. OutputError: it is damaged."""
+    """Return the result in a folder of softsim reach.
+
+    Raises OutputError if the file is damaged.
+    """
     return read_json(folder / ANSWER, "repeat the command to write it again")
 
 
 def draw_reach(folder: Path) -> Path:
-    """Draw what is in a folder of softsim reach; the figure."""
+    """Draw the result in a folder of softsim reach; return the figure."""
     found, path = read_reach(folder), folder / FIGURE
     exits = found["exits"]
     with drawing(path, 2.9 + 2.3 * len(exits)) as figure:
@@ -35,7 +38,7 @@ def draw_reach(folder: Path) -> Path:
 
 
 def _draw_trials(axes: Axes, pulls: list[Content]) -> None:
-    """Way of a pressure cycle over the drag, and the bracket of each pull."""
+    """Draw the displacement per pressure cycle over the drag, and the bracket of each pull."""
     axes.axhline(0.0, color=QUIET, linewidth=0.7)
     for pull, colour in zip(pulls, COLOURS * len(pulls), strict=False):
         trials = sorted(pull["trials"], key=lambda trial: float(trial["drag"]))
@@ -53,7 +56,7 @@ def _draw_trials(axes: Axes, pulls: list[Content]) -> None:
 
 
 def _draw_way(axes: Axes, way: Content, is_one_of_several: bool) -> None:
-    """Tension of the tether and the robot's pull along a way, and how far it gets."""
+    """Draw the tension of the tether and the pull of the robot along a path, and the reach."""
     arc = np.array(way["arc_length"])
     pull, tension = (MILLI * np.array(way[name], dtype=float) for name in ("pull", "tension"))
     axes.fill_between(arc, *pull, color=INK, alpha=0.15, lw=0, label="pulling force of the robot")
@@ -71,7 +74,7 @@ def _draw_way(axes: Axes, way: Content, is_one_of_several: bool) -> None:
 
 
 def pull_rows(found: Content) -> list[tuple[str, str, str]]:
-    """For each pipe of trials: its name, what the robot pulls there, how far that reaches."""
+    """Return, for each pipe of trials, its name, the pulling force, and the reach in this pipe."""
     return [
         (
             pull["pipe"],
@@ -83,7 +86,7 @@ def pull_rows(found: Content) -> list[tuple[str, str, str]]:
 
 
 def in_words(band: list[float | None], factor: float, unit: str) -> str:
-    """A band of numbers; one that is missing is infinite."""
+    """Return a range of numbers in words; a missing number is infinite."""
     low, high = band
     if low is None:
         return "unlimited"

@@ -1,4 +1,4 @@
-"""The summary of a run, and single numbers, as people read them."""
+"""Readable text of the summary of a run and of single numbers."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,12 +9,12 @@ from softsim.report.probes import QUANTITIES, name_and_axis
 
 
 def degrees(angle: float) -> str:
-    """An angle [rad] in degrees."""
+    """Return an angle [rad] in degrees."""
     return f"{angle * 57.29577951308232:.0f} deg"
 
 
 def duration(seconds: float) -> str:
-    """A time span for people."""
+    """Return a readable time span."""
     if seconds < 90.0:
         return f"{seconds:.1f} s"
     minutes = int(seconds // 60)
@@ -29,12 +29,12 @@ def counted(number: int, thing: str) -> str:
 
 
 def each(values: Sequence[float | None], factor: float, unit: str) -> str:
-    """An entry a pressure cycle, in this unit; where there was no motion it has none."""
+    """Return one entry per pressure cycle in the unit; a cycle without motion has no number."""
     return ", ".join("no motion" if v is None else f"{v * factor:.4g} {unit}" for v in values)
 
 
 def track(told: Mapping[str, float | None]) -> str:
-    """How fast and how tightly a robot turns over the ground."""
+    """Return the speed and curvature of a robot's track over the ground."""
     if told["speed"] is None or told["turning_rate"] is None:
         return "run too short to measure"
     side = "left" if told["turning_rate"] > 0.0 else "right"
@@ -45,13 +45,13 @@ def track(told: Mapping[str, float | None]) -> str:
 
 
 def millimetres(length: float) -> str:
-    """Return a length [m] in mm; one that round-off explains is 0."""
+    """Return a length [m] in mm, rounded to 0 if it is round-off."""
     return f"{length * 1e3 if abs(length) > STANDSTILL else 0.0:.4g} mm"
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of a summary for people; about: an explanation of its name, or empty."""
+    """Line of a readable summary; about: an explanation of its name, or empty."""
 
     name: str
     value: str
@@ -60,7 +60,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Entry:
-    """Notation of a value of summary.json; label: its name for people, the key by default."""
+    """Notation of a value of summary.json; label: its readable name, by default the key."""
 
     write: Callable[[Any], str]
     about: str = ""
@@ -76,7 +76,7 @@ MOVED = {
     ),
     "track": Entry(track),
 }
-"""Key -> how it is written, of motion beside the displacement."""
+"""Notation of the results on motion other than the displacement, by key."""
 
 FOUND = {
     "ended_by": Entry(str),
@@ -119,7 +119,7 @@ FOUND = {
     "peak_pull": Entry(lambda v: f"{v:.3g} N", "Largest tension of the first tendon."),
     "mean_pull": Entry(lambda v: f"{v:.3g} N", "Mean tension of the first tendon over the run."),
 }
-"""Key -> how it is written, of everything else that a run found."""
+"""Notation of all other results, by key."""
 
 COMPUTED = {
     "simulated_time": Entry(lambda v: f"{v:.4g} s"),
@@ -146,20 +146,22 @@ COMPUTED = {
         label="penetration of bodies",
     ),
 }
-"""Key -> how it is written, of how a run was computed."""
+"""Notation of the data on how a run was computed, by key."""
 
 NOTHING = (
     "cycles_done", "rows_in_contact", "mean_contact_area", "largest_penetration",
     "largest_body_penetration",
 )  # fmt: skip
-"""Keys of which zero means that the run is not about them: no pressure cycles, no contact."""
+"""Keys that are omitted if zero: no pressure cycles, no contact."""
 
 COMPONENTS = {"x": "in x", "y": "in y", "z": "in z", "radial": "in the mean radius"}
-"""End of the key of a component of a displacement -> its direction in words."""
+"""Direction in words by the last part of the key of a displacement."""
 
 
 def findings(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[Line]:
-    """Yield what a run found: verdicts, displacements and probes first. Empty values are left out.
+    """Yield the results of a run: verdicts, displacements and probes first.
+
+    Empty values are left out.
 
     Parameters
     ----------
@@ -191,7 +193,7 @@ def written(summary: Mapping[str, Any], entries: Mapping[str, Entry]) -> Iterato
 
 
 def displacements(summary: Mapping[str, Any]) -> Iterator[Line]:
-    """Yield how far the frame moved, and in which direction; without a frame, the body."""
+    """Yield the distance and direction of the displacement of the frame, or else of the body."""
     name = "frame" if summary.get("frame_displacement") is not None else "body"
     key = f"{name}_displacement"
     value, axis = summary.get(key), summary.get(f"{key}_axis")
@@ -216,7 +218,7 @@ def displacements(summary: Mapping[str, Any]) -> Iterator[Line]:
 
 
 def probes(summary: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[Line]:
-    """Yield the last reading of each probe, and between which values it was."""
+    """Yield the last reading of each probe and its range."""
     lowest, highest = summary.get("probes_min", {}), summary.get("probes_max", {})
     for column, last in summary.get("probes", {}).items():
         unit = units.get(column, "")

@@ -1,4 +1,4 @@
-"""What a run folder holds for its report."""
+"""Content of a run folder for its report."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,8 +17,10 @@ from softsim.report.snapshots import is_axisymmetric
 
 @dataclass(frozen=True)
 class Recorded:
-    """A run: columns of its history (rows,) with their units, its frames if it wrote fields, its
-    summary, empty where there is none yet.
+    """Recorded run.
+
+    history: columns (rows,) with their units; frames: None if the run wrote no fields; summary:
+    empty if there is none yet.
     """
 
     history: Mapping[str, np.ndarray]
@@ -28,7 +30,7 @@ class Recorded:
 
     @property
     def layout(self) -> Mapping[str, Any] | None:
-        """The report of a run along a pipe whose frames show where it was, else None."""
+        """Report of a run along a pipe if its frames can be located in the pipe, otherwise None."""
         shows = self.frames is not None and "path" in self.frames.described and len(self.frames) > 0
         return self.summary.get("layout") if shows and has(self.history, "arc_length") else None
 

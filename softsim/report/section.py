@@ -1,4 +1,4 @@
-"""Plane sections and half sections of bodies of revolution, between their walls."""
+"""Pictures of plane sections and half sections of bodies of revolution, with their walls."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -27,19 +27,25 @@ from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.style import FRAME, INK, ORANGE, PALE, QUIET, WALL
 
 THICKNESS = 0.08
-"""Of the solid that is drawn behind a curved wall, of the width of the picture."""
+"""Thickness of the solid behind a curved wall, as a fraction of the width of the picture."""
 
 POINTS_ON_A_LINE = 33
-"""By which a picture finds the walls near a body: the straights of pipes are lines of 0.1 m."""
+"""Number of sample points per wall line that decide which walls are near a body.
+
+Straight pipes are lines of 0.1 m.
+"""
 
 NO_WALLS, NO_LINES = np.zeros((0, 4)), np.zeros((0, 2, 2))
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One frame in the plane [mm]: corners (m, 3|4, 2), values (m,), rigid outlines (n, 2),
-    edges of the free surface (e, 2, 2), nodes (n, 2) of each cable, places of each fibre, edges
-    (l, 2, 2) of layers, arms (c, 2, 2) of the crosses of rigid bodies."""
+    """One frame in the plane [mm].
+
+    corners (m, 3|4, 2), values (m,), rigid outlines (n, 2), edges of the free surface (e, 2,
+    2), nodes (n, 2) of each cable, points of each fibre, edges (l, 2, 2) of layers, arms (c, 2,
+    2) of the crosses of rigid bodies.
+    """
 
     corners: np.ndarray
     values: np.ndarray
@@ -51,7 +57,10 @@ class Shot:
     crosses: np.ndarray
 
     def moving(self) -> np.ndarray:
-        """All places (n, 2) that must be seen; a failed run's last frame may have lost nodes."""
+        """Return all finite points (n, 2) that must be visible.
+
+        The last frame of a failed run may have nodes without a position.
+        """
         places = np.concatenate(
             [p.reshape(-1, 2) for p in (self.corners, *self.outlines, self.crosses)]
         )
@@ -60,7 +69,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class Solid:
-    """What stands behind a wall: its outline (n, 2) and the wall's face (m, 2) [mm]."""
+    """Solid behind a wall: its outline (n, 2) and the face of the wall (m, 2) [mm]."""
 
     outline: np.ndarray
     face: np.ndarray
@@ -69,7 +78,8 @@ class Solid:
 class Section:
     """The frames `indices` of a plane run, coloured by `field`.
 
-    values: of all frames (n,), in the unit of the field's label. view: xmin, xmax, ymin, ymax [mm].
+    values: those of all frames (n,), in the unit of the field's label. view: xmin, xmax, ymin,
+    ymax [mm].
     """
 
     labels = ("x [mm]", "y [mm]")
@@ -92,27 +102,28 @@ class Section:
         self.view = view_of(self.places(), np.concatenate(self.walls), wall_points)
 
     def places(self) -> np.ndarray:
-        """All places (n, 2) [mm] that any picture must show."""
+        """Return all points (n, 2) [mm] that every picture must show."""
         return np.concatenate([shot.moving() for shot in self.shots])
 
     def seen_walls(self, walls: np.ndarray) -> np.ndarray:
-        """The straight walls (w, 4) as they are drawn: a point [mm] and the normal."""
+        """Return the straight walls (w, 4) as drawn: a point [mm] and the normal."""
         return walls
 
     def solids(self, view: np.ndarray, number: int) -> list[Solid]:
-        """What stands behind all walls in one of the frames, as far as a view (xmin, xmax, ymin,
-        ymax) [mm] goes.
+        """Return the solids behind all walls in one of the frames.
+
+        view: xmin, xmax, ymin, ymax [mm], which the solids must cover.
         """
         depth = THICKNESS * max(np.ptp(self.view[:2]), np.ptp(self.view[2:]))
         curved = [strip_behind(chain, depth) for chain in chains(self.wall_lines[number])]
         return [*self.flat_solids(view, number), *curved]
 
     def flat_solids(self, view: np.ndarray, number: int) -> list[Solid]:
-        """What stands behind straight walls."""
+        """Return the solids behind the straight walls."""
         return [solid_behind(wall, view) for wall in self.walls[number]]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
-        """Lines (k, 2, 2) [mm] of curved walls as they are drawn, the free side on their left."""
+        """Return lines (k, 2, 2) [mm] of curved walls as drawn, with the free side on their left."""
         return lines
 
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
@@ -131,7 +142,7 @@ class Section:
         draw_lines(axes, shot.crosses, INK, WIDTH)
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
-        """Name the axes of the panels at the rim of the figure only."""
+        """Write the axis labels at the edge of the figure only."""
         for axes in lowest:
             axes.set_xlabel(self.labels[0])
             axes.tick_params(labelbottom=True)  # even with an empty place below it
@@ -140,7 +151,7 @@ class Section:
 
 
 class HalfSection(Section):
-    """The same of an axisymmetric run: the half section and, paler, its mirror image.
+    """Frames of an axisymmetric run: the half section and, paler, its mirror image.
 
     x is the radius, y the axis. A wall is mirrored as the body is.
     """
@@ -148,23 +159,24 @@ class HalfSection(Section):
     labels = ("radius x [mm]", "axis y [mm]")
 
     def places(self) -> np.ndarray:
-        """The half section and its mirror image."""
+        """Return the points of the half section and of its mirror image."""
         places = super().places()
         return np.concatenate([places, mirrored(places)])
 
     def seen_walls(self, walls: np.ndarray) -> np.ndarray:
-        """Each wall, and after them their mirror images."""
+        """Return the walls, followed by their mirror images."""
         return np.concatenate([walls, walls * [-1.0, 1.0, -1.0, 1.0]])
 
     def flat_solids(self, view: np.ndarray, number: int) -> list[Solid]:
-        """Each wall's at positive x, and its mirror image."""
+        """Return the part of each wall's solid at positive x, and its mirror image."""
         walls = self.walls[number][: len(self.walls[number]) // 2]
         right = [right_half(solid_behind(wall, view)) for wall in walls]
         return right + [Solid(mirrored(s.outline), mirrored(s.face)) for s in right]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
-        """Each line at positive x, and its mirror image the other way round: its free side is on
-        its left too.
+        """Return the part of each line at positive x, and its mirror image in reversed order.
+
+        So the free side of the mirror image is on its left too.
         """
         kept = right_of_axis(lines)
         return np.concatenate([kept, mirrored(kept)[::-1, ::-1]])
@@ -183,19 +195,19 @@ class HalfSection(Section):
         axes.axvline(0.0, color=INK, linewidth=0.7, linestyle=(0, (9, 2, 1.5, 2)), zorder=5)
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
-        """Name the axes; a radius is never negative."""
+        """Write the axis labels, with a radius that is never negative."""
         super().label(lowest, leftmost)
         for axes in lowest:
             axes.xaxis.set_major_formatter(lambda x, _: f"{abs(x):g}")
 
 
 def mirrored(places: np.ndarray) -> np.ndarray:
-    """Places (..., 2) on the other side of the axis x = 0."""
+    """Return points (..., 2) mirrored at the axis x = 0."""
     return places * [-1.0, 1.0]
 
 
 def right_of_axis(lines: np.ndarray) -> np.ndarray:
-    """The parts (j, 2, 2) of lines (k, 2, 2) at positive x."""
+    """Return the parts (j, 2, 2) of lines (k, 2, 2) at positive x."""
     lines = lines[(lines[..., 0] > 0.0).any(axis=1)]
     x, way = lines[:, :, 0], lines[:, 1] - lines[:, 0]
     cut = lines[:, 0] - way * (x[:, 0] / np.where(way[:, 0] == 0.0, 1.0, way[:, 0]))[:, None]
@@ -203,21 +215,23 @@ def right_of_axis(lines: np.ndarray) -> np.ndarray:
 
 
 def right_half(solid: Solid) -> Solid:
-    """The part of a solid, which is convex, at positive x."""
+    """Return the part of a convex solid at positive x."""
     around = np.stack([solid.outline, np.roll(solid.outline, -1, axis=0)], axis=1)
     outline = right_of_axis(around).reshape(-1, 2)
     return Solid(outline, right_of_axis(solid.face[None]).reshape(-1, 2))
 
 
 def points_on(lines: np.ndarray) -> np.ndarray:
-    """Places (n, 2) on lines (k, 2, 2), close enough together that one of them is near any body."""
+    """Return points (n, 2) on lines (k, 2, 2), dense enough to detect lines near a body."""
     shares = np.linspace(0.0, 1.0, POINTS_ON_A_LINE)[:, None, None]
     return ((1.0 - shares) * lines[:, 0] + shares * lines[:, 1]).reshape(-1, 2)
 
 
 def ends(boundary: np.ndarray) -> np.ndarray:
-    """Where the body of revolution begins and ends, seen from the side: the two circles nearest to
-    the axis as lines (2, 2, 2) across it. boundary: edges (e, 2, 2) of the half section.
+    """Return lines (2, 2, 2) across the axis at both ends of a body of revolution.
+
+    They are side views of the circles at each end that are nearest to the axis. boundary: edges
+    (e, 2, 2) of the half section.
     """
     places = boundary.reshape(-1, 2)
     places = places[np.isfinite(places).all(axis=1)]
@@ -230,8 +244,10 @@ def ends(boundary: np.ndarray) -> np.ndarray:
 
 
 def walls_at(frames: Frames, name: str, index: int, none: np.ndarray) -> np.ndarray:
-    """What a run describes of its walls under a name (k, ...) [m], where they are in a frame;
-    `none` where there is nothing. The first coordinates of the last axis are places.
+    """Return the wall data (k, ...) [m] stored under `name`, displaced as in a frame.
+
+    The result is `none` if there is no data. The first coordinates of the last axis are
+    positions.
     """
     rows = frames.described.get(name, none).astype(float)
     if f"{name}_owner" not in frames.described or "wall_offset" not in frames.extra:
@@ -244,9 +260,10 @@ def walls_at(frames: Frames, name: str, index: int, none: np.ndarray) -> np.ndar
 
 
 def outline_corners(outlines: np.ndarray, poses: np.ndarray) -> np.ndarray:
-    """Corners of the rigid outlines in space, (k, 4, 2) [m].
+    """Return the corners (k, 4, 2) [m] of the rigid outlines in space.
 
-    outlines: (k, 4) centre in the body's axes, length, height [m]. poses: (k, 3) x, y [m], angle.
+    outlines: (k, 4) centre in the body's axes, length, height [m]. poses: (k, 3) x, y [m],
+    angle.
     """
     signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2
     local = outlines[:, None, :2] + signs * outlines[:, None, 2:]
@@ -266,7 +283,7 @@ def _shot(frames: Frames, index: int, field: str, boundary: np.ndarray) -> Shot:
 
 
 def outlines_at(frames: Frames, index: int) -> list[np.ndarray]:
-    """Corners (n, 2) [mm] of outlines and surfaces of rigid bodies in a frame of a plane run."""
+    """Return corners (n, 2) [mm] of outlines and surfaces of rigid bodies in a plane frame."""
     vertices, edges = rigid_faces_at(frames, index)
     surfaces = chains(vertices[edges])
     if "outlines" not in frames.described or "frame_pose" not in frames.extra:
@@ -278,7 +295,7 @@ def outlines_at(frames: Frames, index: int) -> list[np.ndarray]:
 
 
 def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
-    """Cells (m, 3|4, 2) [mm] in the colours (m, 4)."""
+    """Draw cells (m, 3|4, 2) [mm] in the colours (m, 4)."""
     cells = PolyCollection(
         list(corners), facecolors=rgba, edgecolors="face", linewidths=0.4, zorder=3
     )
@@ -286,20 +303,21 @@ def draw_cells(axes: Axes, corners: np.ndarray, rgba: np.ndarray) -> None:
 
 
 def draw_edges(axes: Axes, edges: np.ndarray, colour: str, zorder: float = 4.0) -> None:
-    """The rim of a body: edges (e, 2, 2) [mm]."""
+    """Draw the edges (e, 2, 2) [mm] of the boundary of a body."""
     rim = LineCollection(list(edges), colors=colour, linewidths=0.35, zorder=zorder)
     axes.add_collection(rim, autolim=False)
 
 
 def draw_outlines(axes: Axes, outlines: list[np.ndarray]) -> None:
-    """Rigid bodies, by the corners (n, 2) [mm] of their outlines."""
+    """Draw rigid bodies, given the corners (n, 2) [mm] of their outlines."""
     for outline in outlines:
         axes.add_patch(Polygon(outline, facecolor=FRAME, edgecolor=INK, linewidth=0.7, zorder=2))
 
 
 def solid_behind(wall: np.ndarray, view: np.ndarray) -> Solid:
-    """The solid behind a straight wall (4,), a point [mm] and the normal into the free side, beyond
-    the view on all sides.
+    """Return the solid behind a straight wall, larger than the view on all sides.
+
+    wall (4,): a point [mm] and the normal, which points into the free side.
     """
     reach = 2 * np.hypot(view[1] - view[0], view[3] - view[2])
     centre = np.array([view[:2].mean(), view[2:].mean()])
@@ -311,19 +329,19 @@ def solid_behind(wall: np.ndarray, view: np.ndarray) -> Solid:
 
 
 def strip_behind(chain: np.ndarray, depth: float) -> Solid:
-    """A strip of the solid behind a curved wall (n, 2)."""
+    """Return a strip of the solid behind a curved wall (n, 2)."""
     return Solid(np.concatenate([chain, behind(chain, depth)[::-1]]), chain)
 
 
 def draw_solid(axes: Axes, solid: Solid, linewidth: float = 0.9, zorder: float = 1.5) -> None:
-    """The solid behind a wall, and its face as a line."""
+    """Draw the solid behind a wall, and the face of the wall as a line."""
     look: dict[str, Any] = {"facecolor": WALL, "edgecolor": QUIET, "hatch": "////", "linewidth": 0}
     axes.add_patch(Polygon(solid.outline, zorder=1, **look))
     axes.plot(*solid.face.T, color=INK, linewidth=linewidth, zorder=zorder)
 
 
 def chains(lines: np.ndarray) -> list[np.ndarray]:
-    """Polylines (n, 2) of the lines (k, 2, 2) of which each begins where the last one ended."""
+    """Return polylines (n, 2) that join lines (k, 2, 2) where each starts at the end of the last."""
     if not len(lines):
         return []
     size = np.ptp(lines.reshape(-1, 2), axis=0).max()
@@ -333,7 +351,7 @@ def chains(lines: np.ndarray) -> list[np.ndarray]:
 
 
 def behind(chain: np.ndarray, depth: float) -> np.ndarray:
-    """A polyline (n, 2) moved by `depth` to its right, mitred where it turns."""
+    """Return a polyline (n, 2) moved by `depth` to its right, mitred at its corners."""
     way = np.diff(chain, axis=0)
     right = np.stack([way[:, 1], -way[:, 0]], axis=1) / np.linalg.norm(way, axis=1)[:, None]
     before, after = np.concatenate([right[:1], right]), np.concatenate([right, right[-1:]])
@@ -343,9 +361,9 @@ def behind(chain: np.ndarray, depth: float) -> np.ndarray:
 
 
 def view_of(places: np.ndarray, walls: np.ndarray, wall_points: np.ndarray) -> np.ndarray:
-    """xmin, xmax, ymin, ymax [mm]: all places (n, 2), the walls near them, a margin.
+    """Return xmin, xmax, ymin, ymax [mm] around all points (n, 2) and the walls near them.
 
-    walls: flat ones, (w, 4). wall_points: on curved ones (p, 2) [mm].
+    walls: flat ones, (w, 4). wall_points: points on curved ones (p, 2) [mm].
     """
     size = np.ptp(places, axis=0).max()
     feet = []

@@ -1,4 +1,4 @@
-"""The figures over time of a run: what its history has something to show in."""
+"""Figures over time of a run: those for which its history has data."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,26 +31,29 @@ TITLES = {
     "probes": "Probes",
     "pressure_probe": "Pressure versus probes",
 }
-"""Name of a figure, as its file has it -> its title."""
+"""Title by name of a figure."""
 
 OF_CHAMBERS = COLOURS[1:]
-"""Colours of their pressures: the displacement beside them has the first."""
+"""Colours of chamber pressures; the displacement beside them has the first colour."""
 
 ROWS_OF_A_GAIT = 160
-"""Of the history, at the end of the run."""
+"""Number of rows at the end of the history that the gait figure shows."""
 
 COARSEST_OF_A_GAIT = 1e-3
-"""Between rows of the history [s]: farther apart they do not show a motor's turns."""
+"""Largest interval of the history [s] that resolves the revolutions of a motor."""
 
 FEWEST_OF_A_FALL = 20
-"""Rows of a history that make a curve."""
+"""Smallest number of rows of a deflation that are drawn as a curve."""
 
 SAMPLES_OF_A_FALL = 60
-"""Of its curves, so that each is a mean over many periods of the motor."""
+"""Number of points of a deflation curve, each a mean over many periods of the motor."""
 
 
 def signals(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
-    """The figures that there is something to show in, by name. units: column -> unit."""
+    """Return the figures that have data, by name.
+
+    units: column -> unit.
+    """
     found = {
         "displacement_pressure": motion(history),
         "energies": energies(history),
@@ -66,12 +69,12 @@ def signals(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
 
 
 def over_time(title: str, history: History, panels: Sequence[Panel]) -> Diagram:
-    """Panels over the time of a run."""
+    """Return a diagram of panels over the time of a run."""
     return Diagram(title, Scale(time_label(history)), panels, over_time=True)
 
 
 def pressure(history: History) -> Axis | None:
-    """The air pressure of each chamber, if there is any."""
+    """Return the axis of the air pressure of each chamber, or None without pressure."""
     if not pressurised(history):
         return None
     lines = [
@@ -84,7 +87,7 @@ def pressure(history: History) -> Axis | None:
 
 
 def motion(history: History) -> Iterator[Panel]:
-    """Displacement on the left and pressure on the right, or one of them alone."""
+    """Yield the panel of displacement (left) and pressure (right), or of the one that exists."""
     air = pressure(history)
     if travels(history):
         body, axis = travelling_column(history).split("_")
@@ -96,7 +99,7 @@ def motion(history: History) -> Iterator[Panel]:
 
 
 def contact(history: History) -> Iterator[Panel]:
-    """Rows of spikes that touch, and the force they press with."""
+    """Yield panels of the rows of spikes in contact and of the contact force."""
     for column, (label, colour) in contacts_drawn(history).items():
         line = Series(label, history["time"], history[column], colour)
         scale = Scale(label, whole=column == "rows_in_contact", from_zero=True)
@@ -104,14 +107,16 @@ def contact(history: History) -> Iterator[Panel]:
 
 
 def last_fall(pressure: np.ndarray) -> slice:
-    """Rows from the last one of the highest pressure to that of the lowest after it."""
+    """Return the rows from the last highest pressure to the lowest pressure after it."""
     highest = len(pressure) - 1 - int(np.argmax(pressure[::-1]))
     return slice(highest, highest + 1 + int(np.argmin(pressure[highest:])))
 
 
 def deflation(history: History) -> dict[str, Diagram]:
-    """Over the air pressure while it falls for the last time: the forces of walls on each row of
-    spikes and on each side of the robot, and its speed (along its pipe), all without vibration.
+    """Return the figure of wall forces and speed over the air pressure in the last deflation.
+
+    It shows the forces on each row of spikes and on each side of the robot, and the speed
+    (along the pipe), all without vibration. The result is empty if there is no such data.
     """
     pressed = [name for name in history if name.startswith((ROW_FORCE, SIDE_FORCE))]
     if not pressed or not pressurised(history):
@@ -142,8 +147,10 @@ def deflation(history: History) -> dict[str, Diagram]:
 
 
 def gait(history: History) -> dict[str, Diagram]:
-    """At the end of a run, of each row of spikes or limbs: when it touches, how high it is where a
-    probe of its name says so.
+    """Return the figure of the gait at the end of a run.
+
+    It shows when each row of spikes or limbs is in contact, and the height of rows that have a
+    probe of the same name. The result is empty if there is no such data.
     """
     rows = [name for name in history if name.startswith(ROW_FORCE)]
     time = history["time"][-ROWS_OF_A_GAIT:]
@@ -165,7 +172,7 @@ def gait(history: History) -> dict[str, Diagram]:
 
 
 def energies(history: History) -> Iterator[Panel]:
-    """The energies, and by how much their balance is off."""
+    """Yield panels of the energies and of the error of the energy balance."""
     present = energies_drawn(history)
     if not present:
         return
@@ -182,7 +189,7 @@ def energies(history: History) -> Iterator[Panel]:
 
 
 def pull(history: History) -> Iterator[Panel]:
-    """Tension of the tendon that holds the robot, and the pressure."""
+    """Yield the panel of the tension of the tendon that holds the robot, and of the pressure."""
     if has(history, "pull"):
         line = Series("pull", history["time"], history["pull"], BLUE)
         scale = Scale("tendon tension [N]", from_zero=True)
@@ -190,14 +197,14 @@ def pull(history: History) -> Iterator[Panel]:
 
 
 def probes(history: History, units: Mapping[str, str]) -> Iterator[Panel]:
-    """What the probes recorded, a panel for each unit."""
+    """Yield the panels of the probes, one for each unit."""
     for unit, curves in curves_of(history, units).items():
         quantity, _, drawn = QUANTITIES.get(unit, ("probe", 1.0, unit))
         yield Panel(Axis(Scale(f"{quantity} [{drawn}]"), curves))
 
 
 def inflation(history: History, units: Mapping[str, str]) -> dict[str, Diagram]:
-    """The air pressure over what the probes say of displacements and radii."""
+    """Return the figure of the air pressure over the displacements and radii of probes, if any."""
     name, curves = "pressure_probe", inflation_curves(history, units)
     if not curves:
         return {}

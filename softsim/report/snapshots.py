@@ -1,4 +1,4 @@
-"""The body at a few moments, coloured by a field: one page for plane runs and runs in space."""
+"""Snapshots of the body at a few moments, coloured by a field, in the plane and in space."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,14 +18,14 @@ from softsim.report.style import PAGE_WIDTH, drawing
 from softsim.report.surface import Surface
 
 AT_ONCE = 0.02
-"""Part of the run by which a stored frame may miss a moment that is not the nearest to it."""
+"""Fraction of the run by which a frame may miss a moment that is not the nearest to it."""
 
 LETTERS_AN_INCH = 14
-"""Of a title, about."""
+"""Approximate number of characters of a title per inch."""
 
 
 class Pictures(Protocol):
-    """Some frames of a run, ready to draw.
+    """Interface of pictures of some frames of a run.
 
     values: of all frames, for the scale. view: xmin, xmax, ymin, ymax [mm], of every picture.
     """
@@ -37,12 +37,14 @@ class Pictures(Protocol):
         """Draw one of the frames."""
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
-        """Say what directions and lengths are, at the lowest panel of each column and the leftmost
-        of each row."""
+        """Draw directions and lengths at the lowest and the leftmost panels.
+
+        lowest: the lowest panel of each column. leftmost: the leftmost panel of each row.
+        """
 
 
 def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
-    """The frames as their kind of mesh is shown: in space, of revolution, or plane."""
+    """Return the pictures of the frames for their kind of mesh: in space, axisymmetric, or plane."""
     if frames.points.shape[1] == 3:
         return Surface(frames, indices, field)
     if is_axisymmetric(frames):
@@ -51,7 +53,7 @@ def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
 
 
 def is_axisymmetric(frames: Frames) -> bool:
-    """Whether the plane mesh is the half section of a body of revolution."""
+    """Return True if the plane mesh is the half section of a body of revolution."""
     return frames.titles.get("formulation") == "axisymmetric"
 
 
@@ -63,11 +65,11 @@ def draw_snapshots(
     field: str,
     path: Path,
 ) -> None:
-    """The stored frames nearest to the moments, with one scale and one view.
+    """Draw the stored frames nearest to the moments, with a common colour scale and view.
 
-    time [s] and pressure [Pa], (rows,) each, are the history's, for the titles; None without
-    pressure. field: one of FIELDS. Raises OutputError for another field or one the frames do not
-    have, for results without a frame, or if the disk refuses.
+    time [s] and pressure [Pa], (rows,) each, are those of the history, for the titles; None
+    without pressure. field: one of FIELDS. Raises OutputError for another field or one the
+    frames do not have, for results without a frame, or if the file cannot be written.
     """
     if len(frames) == 0:
         raise OutputError("the results contain no frame to draw: the run stopped before the first")
@@ -87,9 +89,9 @@ def draw_snapshots(
 
 
 def frames_at(moments: list[Moment], times: np.ndarray) -> dict[int, list[str]]:
-    """Frame -> names of the moments it shows; times (frames,) [s].
+    """Return the names of the moments that each frame shows; times (frames,) [s].
 
-    A moment between two frames is left out when the nearest one shows another moment better.
+    A moment between two frames is omitted if the nearest one shows another moment better.
     """
     nearest: dict[int, list[Moment]] = {}
     for moment in moments:
@@ -104,7 +106,7 @@ def frames_at(moments: list[Moment], times: np.ndarray) -> dict[int, list[str]]:
 
 
 def state(at: float, time: np.ndarray, pressure: np.ndarray | None) -> str:
-    """Time and pressure, as a title says them."""
+    """Return time and pressure as the text of a title."""
     if pressure is None:
         return f"{at:.3g} s"
     now = round(float(np.interp(at, time, pressure)) / 1e3, 2) + 0.0  # no "-0.00"
@@ -132,7 +134,7 @@ def _draw(body: Pictures, titles: list[tuple[str, str]], label: str, path: Path)
 
 
 def show(axes: Axes, body: Pictures, title: str) -> None:
-    """Axes for one of the frames."""
+    """Set up the axes of one frame."""
     axes.set(xlim=body.view[:2], ylim=body.view[2:], aspect="equal")
     axes.grid(False)
     axes.set_title(title)
@@ -141,7 +143,7 @@ def show(axes: Axes, body: Pictures, title: str) -> None:
 def add_scale(
     figure: Figure, panels: Axes | np.ndarray, colours: ScalarMappable, extend: str, label: str
 ) -> None:
-    """The scale of colours below pictures."""
+    """Add the colour scale below the pictures."""
     bar = figure.colorbar(
         colours, ax=panels, location="bottom", shrink=0.6, aspect=45, pad=0.02, extend=extend
     )
@@ -151,7 +153,7 @@ def add_scale(
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Panels in a figure; width, height of each picture [inch]."""
+    """Arrangement of panels in a figure; width, height of each picture [inch]."""
 
     rows: int
     columns: int
@@ -160,8 +162,9 @@ class Arrangement:
 
 
 def arranged(count: int, view: np.ndarray) -> Arrangement:
-    """So many panels side by side as bring the figure nearest to a page-wide 4:3 picture, with few
-    places left empty. view: xmin, xmax, ymin, ymax of each.
+    """Return the arrangement that brings the figure closest to a page-wide 4:3 picture.
+
+    Empty places are penalised. view: xmin, xmax, ymin, ymax of each.
     """
     aspect = (view[3] - view[2]) / (view[1] - view[0])
 

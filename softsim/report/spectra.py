@@ -1,4 +1,4 @@
-"""Spectra of materials beside the Maxwell branches that stand for them: curves and numbers."""
+"""Spectra of materials and the Maxwell branches fitted to them: curves and numbers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,13 +15,16 @@ from softsim.report.style import COLOURS
 from softsim.units import format_quantity
 
 SHOWN_BEYOND = 4.0
-"""How far curves are shown beyond a band, as a factor: there branches are nobody's measurement."""
+"""Ratio of the plotted frequency range to the band on each side; there branches are extrapolated.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnSpectrum:
-    """A material's name, long-term shear modulus [Pa], branches, and their fit to a spectrum, if
-    they are fitted.
+    """Material with its branches as drawn.
+
+    name, long-term shear modulus [Pa], branches, and their fit to a spectrum, if they are
+    fitted.
     """
 
     name: str
@@ -31,7 +34,7 @@ class DrawnSpectrum:
 
     @property
     def band(self) -> tuple[float, float]:
-        """Lowest and highest frequency [Hz] that it stands for: those of given branches span it."""
+        """Lowest and highest frequency [Hz] of the band of the fit, or of the given branches."""
         if self.fit is not None:
             return self.fit.spectrum.band
         turning = 1.0 / (2.0 * np.pi * self.series.relaxation_times)
@@ -44,8 +47,9 @@ def draw_spectra(materials: Sequence[DrawnSpectrum], path: Path) -> None:
 
 
 def spectra_diagram(materials: Sequence[DrawnSpectrum]) -> Diagram:
-    """Storage modulus and loss factor over frequency, and the error of the fit: points are the
-    spectrum, lines the branches, dashed beyond the band.
+    """Return the diagram of storage modulus, loss factor and fit error over frequency.
+
+    Points are the spectrum, lines the branches, dashed beyond the band.
     """
     storage, loss, errors = [], [], []
     for material, colour in zip(materials, cycle(COLOURS), strict=False):
@@ -74,7 +78,7 @@ def spectra_diagram(materials: Sequence[DrawnSpectrum]) -> Diagram:
 
 
 def spectra_rows(material: DrawnSpectrum) -> list[tuple[str, str]]:
-    """The numbers of a material as (name, text): modulus, band, error, branches."""
+    """Return the numbers of a material as (name, text): modulus, band, error, branches."""
     series = material.series
     low, high = (format_quantity(float(f"{f:.3g}"), "Hz") for f in material.band)
     ends = series.modulus(np.array(material.band)).real

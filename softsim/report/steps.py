@@ -1,4 +1,4 @@
-"""The steps of a run in one figure: their histories put together, and when each of them was."""
+"""Figure of a run in steps: the joined histories and the time of each step."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,17 +15,17 @@ from softsim.report.signals import contact, motion, probes, pull
 FIGURE = "steps.png"
 
 OF_A_STATIC_STEP = "unbalanced_share"
-"""A column that is only there."""
+"""Column that only static steps have."""
 
 A_NAME = 0.12
-"""Height of a panel for each name in it, of that of an ordinary one."""
+"""Height of the panel of steps per name, relative to an ordinary panel."""
 
 
 def draw_steps(folder: Path) -> Path | None:
-    """Draw the figure of the steps in a folder, steps.png; None where none of them has begun, or
-    nothing changed in any.
+    """Draw the figure steps.png of the steps in a folder and return it.
 
-    Raises OutputError if a history has no rows, a file is damaged, or the disk refuses.
+    The result is None if no step has started, or nothing changed in any. Raises OutputError if
+    a history has no rows, a file is damaged, or the file cannot be written.
     """
     path, diagram = folder / FIGURE, steps_diagram(recorded_steps(folder))
     if diagram is None:
@@ -36,16 +36,17 @@ def draw_steps(folder: Path) -> Path | None:
 
 
 def recorded_steps(folder: Path) -> dict[str, Recorded]:
-    """The steps in a folder that have begun, by name."""
+    """Return the steps in a folder that have started, by name."""
     paths = {step["name"]: folder / step["folder"] for step in read_summary(folder)["steps"]}
     # A step that has not has no summary, but maybe the history of an earlier course of the run.
     return {name: recorded(path) for name, path in paths.items() if (path / SUMMARY).is_file()}
 
 
 def steps_diagram(runs: Mapping[str, Recorded]) -> Diagram | None:
-    """Where the robot is, its pressure, what it touches, pull and probes over the time of all
-    steps, and below when each step was; None where none of these changed. Without energies, whose
-    books each step begins anew.
+    """Return the diagram of all steps over time, or None if there is nothing to show.
+
+    It shows position, pressure, contact, pull and probes, and below them the time of each step.
+    Energies are omitted, because each step starts a new energy balance.
     """
     if not runs:
         return None
@@ -63,8 +64,10 @@ def steps_diagram(runs: Mapping[str, Recorded]) -> Diagram | None:
 
 
 def joined(histories: Sequence[History]) -> History:
-    """The histories of steps, one after another; NaN in those that lack a column. The first row of
-    a later step is left out: it is the moment of the last row before, without mean values.
+    """Return the joined histories of steps, with NaN in those that lack a column.
+
+    The first row of a later step is omitted: it is the same moment as the last row before,
+    without mean values.
     """
     columns = {name for history in histories for name in history} - {OF_A_STATIC_STEP}
     begins = [0] + [1] * (len(histories) - 1)
@@ -79,7 +82,7 @@ def joined(histories: Sequence[History]) -> History:
 
 
 def when(spans: Mapping[str, np.ndarray]) -> Panel:
-    """A line for each step from its begin to its end (2,) [s], the first on top."""
+    """Return the panel with a line for each step from its start to its end (2,) [s], first on top."""
     names = tuple(spans)[::-1]
     lines = [Series("", spans[name], np.full(2, float(k))) for k, name in enumerate(names)]
     return Panel(Axis(Scale("step", labels=names), lines), height=max(FLAT, A_NAME * len(names)))

@@ -1,4 +1,4 @@
-"""The look of every figure: sizes, fonts, colours, and how a figure becomes a file."""
+"""Style of every figure: sizes, fonts, colours, and the output to a file."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,7 +15,7 @@ PAGE_WIDTH = 6.9
 """Width of every figure [inch]: the text width of a two-column page."""
 
 RESOLUTION = 220
-"""Dots an inch."""
+"""Resolution of a figure [dots per inch]."""
 
 INK, QUIET, WALL, FRAME, GRID = "#222222", "#767676", "#e6e6e6", "#c9ced6", "#e3e3e3"
 SHADOW = "#a3a3a3"
@@ -23,24 +23,26 @@ SHADOW = "#a3a3a3"
 BLUE, ORANGE, GREEN, PURPLE, SKY, RED = (
     "#0b5fa5", "#d1610f", "#1b8a5a", "#8a4f9e", "#4fa9d8", "#b3202c",
 )  # fmt: skip
-"""Told apart by colour-blind readers too, and dark enough for thin lines on white."""
+"""Colours that colour-blind readers can distinguish, dark enough for thin lines on white."""
 
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, RED)
-"""Of curves and labels, while they suffice."""
+"""Sequence of colours of curves and labels."""
 
 COLOUR_MAP = "viridis"
-"""Rises in lightness all along: it reads for the colour-blind, and in print without colour."""
+"""Colour map of monotonic lightness, readable for the colour-blind and in monochrome print."""
 
 PALE = 0.6
-"""Share of white in the mirror image of a half section."""
+"""Fraction of white in the mirror image of a half section."""
 
 AZIMUTH, ELEVATION = 30.0, 22.0
-"""Where the camera in space stands [deg]: turned about y from z towards x, and above the x-z plane.
-"""
+"""Angles of the camera in space [deg]: about y from z towards x, and above the x-z plane."""
 
 SHADE, GLOSS = 0.4, 0.25
-"""How far a face turns black away from the light, and white towards it: black alone would not show
-in the darkest colours of the scale, and more of either would make a colour read as another."""
+"""Largest fraction of black in faces away from the light, and of white in faces towards it.
+
+Black alone would be invisible in the darkest colours of the scale; more of either would make a
+colour look like another one.
+"""
 
 STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -81,9 +83,9 @@ STYLE: dict[Any, Any] = {
 
 @contextmanager
 def drawing(path: Path, height: float) -> Iterator[Figure]:
-    """A figure of PAGE_WIDTH by `height` [inch] to draw on, written to `path` as PNG at the end.
+    """Yield a figure of PAGE_WIDTH by `height` [inch] and write it to `path` as PNG at the end.
 
-    Raises OutputError if the disk refuses.
+    Raises OutputError if the file cannot be written.
     """
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(PAGE_WIDTH, height), layout="constrained")

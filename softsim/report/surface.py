@@ -1,4 +1,4 @@
-"""Bodies in space: their deformed surface in parallel projection, lit from above."""
+"""Pictures of bodies in space: their deformed surface in parallel projection, lit from above."""
 
 from dataclasses import dataclass, replace
 
@@ -39,7 +39,7 @@ from softsim.report.style import (
 )
 
 PIPE_FACES = 72
-"""Around a pipe."""
+"""Number of faces around a pipe."""
 
 NO_FACES = np.zeros((0, 4, 3))
 
@@ -52,7 +52,7 @@ ARROW = 20.0
 
 @dataclass(frozen=True)
 class Camera:
-    """Parallel projection: unit vectors to the right, up, and towards the camera, (3,) each."""
+    """Camera of a parallel projection: unit vectors (3,) to the right, up, and towards the camera."""
 
     right: np.ndarray
     up: np.ndarray
@@ -60,13 +60,13 @@ class Camera:
 
     @property
     def source(self) -> np.ndarray:
-        """Where the light comes from: a unit vector (3,) to the upper left."""
+        """Unit vector (3,) towards the light, which comes from the upper left."""
         way = self.towards + 0.8 * self.up - 0.5 * self.right
         return way / np.linalg.norm(way)
 
     @classmethod
     def at(cls, azimuth: float, elevation: float) -> "Camera":
-        """The camera at these angles [rad], with y upright in the picture."""
+        """Return the camera at these angles [rad], with y upright in the picture."""
         right = np.array([np.cos(azimuth), 0.0, -np.sin(azimuth)])
         across = np.array([np.sin(azimuth), 0.0, np.cos(azimuth)])
         upright = np.array([0.0, 1.0, 0.0])
@@ -74,11 +74,11 @@ class Camera:
         return cls(right, np.cross(towards, right), towards)
 
     def project(self, places: np.ndarray) -> np.ndarray:
-        """Places (..., 3) in the picture (..., 2)."""
+        """Project points (..., 3) to the picture (..., 2)."""
         return places @ np.column_stack([self.right, self.up])
 
     def light(self, normals: np.ndarray) -> np.ndarray:
-        """On faces with these unit normals (k, 3), 0 to 1."""
+        """Return the light, 0 to 1, on faces with these unit normals (k, 3)."""
         return np.clip(normals @ self.source, 0.0, 1.0)
 
 
@@ -87,8 +87,11 @@ CAMERA = Camera.at(np.radians(AZIMUTH), np.radians(ELEVATION))
 
 @dataclass(frozen=True)
 class Shot:
-    """Faces that the camera sees, from far to near: corners in the picture (k, 3|4, 2) [mm],
-    values (k,), light (k,), 0 to 1, numbers (k,) among all faces."""
+    """Faces that the camera sees, from far to near.
+
+    corners in the picture (k, 3|4, 2) [mm], values (k,), light (k,), 0 to 1, numbers (k,) among
+    all faces.
+    """
 
     corners: np.ndarray
     values: np.ndarray
@@ -99,8 +102,8 @@ class Shot:
 class Surface:
     """The frames `indices` of a run in space, coloured by `field`.
 
-    values: of all frames (n,), in the unit of the field's label. view: xmin, xmax, ymin, ymax of
-    the picture [mm].
+    values: those of all frames (n,), in the unit of the field's label. view: xmin, xmax, ymin,
+    ymax of the picture [mm].
     """
 
     def __init__(self, frames: Frames, indices: list[int], field: str) -> None:
@@ -174,16 +177,16 @@ class Surface:
         axes.set_axis_off()
 
     def label(self, lowest: list[Axes], leftmost: list[Axes]) -> None:
-        """Below the lowest panel on the left: the directions of the axes, and a length."""
+        """Draw axis directions and a scale bar below the lowest panel on the left."""
         _draw_directions(lowest[0], self.camera)
         _draw_length(lowest[0], self.view)
 
 
 def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Shot:
-    """The facets that face the camera, far ones first so that near ones cover them.
+    """Return the facets that face the camera, far ones first so that near ones cover them.
 
-    corners: (k, 3|4, 3) [mm], outward by the right-hand rule. values: (k,). Facets that are lost or
-    have no area are left out.
+    corners: (k, 3|4, 3) [mm], outward by the right-hand rule. values: (k,). Facets that are not
+    finite or have no area are omitted.
     """
     # Of triangles two sides, of quadrilaterals the diagonals.
     normals = np.cross(corners[:, -2] - corners[:, 0], corners[:, -1] - corners[:, 1])
@@ -197,20 +200,22 @@ def visible_side(corners: np.ndarray, values: np.ndarray, camera: Camera) -> Sho
 
 
 def lit(colours: np.ndarray, light: np.ndarray) -> np.ndarray:
-    """Colours (k, 3) of faces on which this light (k,), 0 to 1, falls."""
+    """Return the colours (k, 3) of faces lit by `light` (k,), 0 to 1."""
     shade, gloss = SHADE * (1.0 - light[:, None]) ** 1.5, GLOSS * light[:, None] ** 3
     return (1.0 - gloss) * (1.0 - shade) * colours + gloss
 
 
 def corners_of_box(places: np.ndarray) -> np.ndarray:
-    """Corners (8, 3) of the box around places (n, 3)."""
+    """Return the corners (8, 3) of the box around points (n, 3)."""
     ends = np.stack([places.min(axis=0), places.max(axis=0)])
     return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
 
 
 def seen_walls(frames: Frames, box: np.ndarray, index: int) -> tuple[np.ndarray, np.ndarray]:
-    """Faces (k, 4, 3) [mm] in a frame: of flat walls and straight pipes near the box, corners
-    (8, 3) around all that the body does; and those of all curved walls (m, 3|4, 3).
+    """Return faces [mm] of walls in a frame: (k, 4, 3) and (m, 3|4, 3).
+
+    The first are flat walls and straight pipes near the box, corners (8, 3) around the whole
+    motion of the body; the second are all curved walls.
     """
     walls = flat_walls(frames, box, index)
     pipes = walls_at(frames, "pipes", index, np.zeros((0, 7)))
@@ -219,30 +224,31 @@ def seen_walls(frames: Frames, box: np.ndarray, index: int) -> tuple[np.ndarray,
 
 
 def flat_walls(frames: Frames, box: np.ndarray, index: int) -> np.ndarray:
-    """The flat walls (w, 6) near the box in a frame, a point [mm] and the normal each; those
-    further away than half its size are left out. box: corners (8, 3).
+    """Return the flat walls (w, 6) near the box in a frame, a point [mm] and the normal each.
+
+    Walls farther away than half the size of the box are omitted. box: corners (8, 3).
     """
     walls = walls_at(frames, "walls", index, np.zeros((0, 6))) * [*[MILLI] * 3, 1.0, 1.0, 1.0]
     return near_walls(walls, box)
 
 
 def near_walls(walls: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Those of the flat walls (w, 6) that are near a box (8, 3)."""
+    """Return the flat walls (w, 6) that are near a box (8, 3)."""
     gaps = [((box - wall[:3]) @ wall[3:]).min() for wall in walls]
     return walls[np.array(gaps, dtype=float) < np.ptp(box, axis=0).max() / 2]
 
 
 def shadow(corners: np.ndarray, wall: np.ndarray) -> np.ndarray:
-    """Faces (k, 3|4, 3) seen from a flat wall, a point and the normal (6,): their places on it.
+    """Return the projection of faces (k, 3|4, 3) onto a flat wall (6,), a point and the normal.
 
-    Where a body touches the wall, it touches its shadow. Lost faces are left out.
+    Where a body touches the wall, it touches its shadow. Faces that are not finite are omitted.
     """
     known = corners[np.isfinite(corners).all(axis=(1, 2))]
     return known - ((known - wall[:3]) @ wall[3:])[..., None] * wall[3:]
 
 
 def rim(faces: np.ndarray) -> np.ndarray:
-    """The edges (e, 2, 3) of faces (k, 4, 3) that belong to one of them only."""
+    """Return the edges (e, 2, 3) of faces (k, 4, 3) that belong to only one face."""
     if len(faces) == 0:
         return np.zeros((0, 2, 3))
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2, 3)
@@ -256,11 +262,12 @@ def rim(faces: np.ndarray) -> np.ndarray:
 
 
 def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """The walls near a body as faces (k, 4, 3) [mm], towards the free side by the right-hand rule.
+    """Return the walls near a body as faces (k, 4, 3) [mm].
 
-    walls: (w, 6) a point [mm] and the normal. pipes: (p, 7) a point on the axis [mm], its
-    direction, the radius [mm]. box: corners (8, 3) around all that the body does [mm]. The faces
-    reach a little past the box; walls further away than half its size are left out.
+    The normals point towards the free side by the right-hand rule. walls: (w, 6) a point [mm]
+    and the normal. pipes: (p, 7) a point on the axis [mm], its direction, the radius [mm]. box:
+    corners (8, 3) around the whole motion of the body [mm]. The faces extend slightly beyond
+    the box; walls farther away than half its size are omitted.
     """
     size = np.ptp(box, axis=0).max()
     faces = [np.zeros((0, 4, 3))]
@@ -283,13 +290,13 @@ def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndar
 
 
 def around(box: np.ndarray) -> np.ndarray:
-    """Corners (8, 3) of a box, with room on every side: a quarter of its longest edge."""
+    """Return the corners (8, 3) of a box enlarged on every side by a quarter of its longest edge."""
     centre = box.mean(axis=0)
     return box + np.sign(box - centre) * 0.25 * np.ptp(box, axis=0).max()
 
 
 def tangents(normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two unit vectors (3,) in a plane, right-handed with the unit vector `normal`."""
+    """Return two unit vectors (3,) in a plane, right-handed with the unit vector `normal`."""
     one = np.cross(np.eye(3)[np.argmin(np.abs(normal))], normal)
     one = one / np.linalg.norm(one)
     return one, np.cross(normal, one)
@@ -300,14 +307,14 @@ def _reach(places: np.ndarray, size: float) -> tuple[float, float]:
 
 
 def _draw_faces(axes: Axes, shot: Shot, rgba: np.ndarray) -> None:
-    """Faces in the colours (k, 4), lit."""
+    """Draw lit faces in the colours (k, 4)."""
     rgba[:, :3] = lit(rgba[:, :3], shot.light)
     faces = PolyCollection(list(shot.corners), facecolors=rgba, edgecolors="face", linewidths=0.25)
     axes.add_collection(faces, autolim=False)
 
 
 def _draw_directions(axes: Axes, camera: Camera) -> None:
-    """Arrows along x, y and z below the lower left corner of the panel."""
+    """Draw arrows along x, y and z below the lower left corner of the panel."""
     origin = _below(axes.transAxes, axes, 14.0)
     for name, direction in zip("xyz", camera.project(np.eye(3)), strict=True):
         tip = ARROW * direction
@@ -324,7 +331,7 @@ def _draw_directions(axes: Axes, camera: Camera) -> None:
 
 
 def _draw_length(axes: Axes, view: np.ndarray) -> None:
-    """A bar of a round length, right of the arrows."""
+    """Draw a scale bar of a round length, right of the arrows."""
     length = round_length((view[1] - view[0]) / 3.0)
     bar = _below(axes.get_xaxis_transform(), axes, 60.0)
     axes.plot([view[0], view[0] + length], [0.0, 0.0], color=INK, transform=bar, clip_on=False)
@@ -335,13 +342,13 @@ def _draw_length(axes: Axes, view: np.ndarray) -> None:
 
 
 def _below(transform: Transform, axes: Axes, right: float) -> Transform:
-    """The same, ARROW and a little further down, and `right` points to the right."""
+    """Return the transform moved down by slightly more than ARROW, and right by `right` points."""
     inch = axes.figure.dpi_scale_trans
     return transform + ScaledTranslation(right / 72.0, (-ARROW - 6.0) / 72.0, inch)
 
 
 def round_length(longest: float) -> float:
-    """The largest of 1, 2, 5, 10, 20 ... and their tenths that is no longer than `longest`."""
+    """Return the largest of 1, 2, 5, 10, 20 ... and their tenths that is no longer than `longest`."""
     decade = 10.0 ** np.floor(np.log10(longest))  # of a length just below a decade: rounded up
     steps = decade * np.array([0.5, 1.0, 2.0, 5.0])
     return float(steps[steps <= longest].max())

@@ -1,4 +1,4 @@
-"""Tables for people, on a page or in a console."""
+"""Readable tables, for a page or a console."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,19 +8,19 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Cell:
-    """What a cell shows, and the number that it is sorted by; None: it is sorted by its text."""
+    """Cell of a table: its text, and the number that it is sorted by; None to sort by the text."""
 
     text: str
     value: float | None = None
 
 
 EMPTY = Cell("")
-"""Stands last, however the column is sorted."""
+"""Empty cell, which is last in every sort order."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table: a caption, headings, and rows of as many cells each."""
+    """Table with a caption, headings, and rows of as many cells each."""
 
     caption: str
     headings: Sequence[str]
@@ -28,7 +28,7 @@ class Table:
 
 
 def cell(value: float | str | None, written: str = ".4g") -> Cell:
-    """A number as the format `written` shows it, or a text; nothing where there is none."""
+    """Return the cell of a number in the format `written`, or of a text; empty for None."""
     if isinstance(value, str):
         return Cell(value)
     if value is None or not math.isfinite(value):
@@ -46,8 +46,10 @@ COLUMNS = {
     "most rows": ("most_rows_in_contact", 1.0, ".0f"),
     "least gap [mm]": ("least_clearance", 1e3, ".2f"),
 }
-"""Heading -> name in the report, factor to the heading's unit, how it is written. from, to:
-arc lengths of the centre line; speed: mean; rows: of spikes; gap: between frame and wall."""
+"""Name in the report, factor to the unit and format, by heading.
+
+from, to: arc lengths of the centre line; speed: mean; rows: of spikes; gap: between frame and wall.
+"""
 
 CAPTION = (
     "Path of the centre of the robot through the layout. Most rows: largest number of rows "
@@ -56,8 +58,9 @@ CAPTION = (
 
 
 def segments(report: Mapping[str, Any]) -> Table:
-    """The way of a robot through a layout, a row a segment, of `layout` as the summary keeps it;
-    what was not reached stays empty.
+    """Return the table of a robot's path through a layout, one row per segment.
+
+    report: `layout` of the summary. Cells of segments that were not reached are empty.
     """
     rows = []
     for segment in report["segments"]:

@@ -1,20 +1,23 @@
-"""Thinning of vibrating signals: thousands of samples become a mean line and the band around it."""
+"""Thinning of vibrating signals: many samples become a mean line and the band around it."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 BINS = 400
-"""About as many as a figure has distinguishable columns."""
+"""Default number of bins, about the number of columns that a figure resolves."""
 
 NEIGHBOURS = np.array([1.0, 2.0, 1.0])
-"""Weights of a bin's neighbours in its mean: a bin does not hold whole periods of a vibration, and
-the rest would draw ripples that the signal does not have."""
+"""Weights of a bin and its neighbours in its mean.
+
+A bin does not hold whole periods of a vibration; without this smoothing the remainder would appear
+as ripples that the signal does not have.
+"""
 
 
 @dataclass(frozen=True)
 class Band:
-    """A signal in time bins: mean time, lowest, mean and highest value of each, (bins,)."""
+    """Signal in time bins: mean time, lowest, mean and highest value of each, (bins,)."""
 
     time: np.ndarray
     low: np.ndarray
@@ -23,10 +26,10 @@ class Band:
 
 
 def thinned(time: np.ndarray, values: np.ndarray, bins: int = BINS) -> Band:
-    """The band of `values` (rows,) in at most `bins` bins of equally many rows.
+    """Return the band of `values` (rows,) in at most `bins` bins of equally many rows.
 
-    Signals of up to twice as many rows stay as they are. Samples that are not finite are left
-    out; a bin without any other is NaN, a gap in the line.
+    Signals of up to twice as many rows are returned unchanged. Samples that are not finite are
+    omitted; a bin without finite samples is NaN, a gap in the line.
     """
     rows = len(time)
     if rows <= 2 * bins:

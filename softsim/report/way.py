@@ -1,4 +1,4 @@
-"""The way of a robot along its pipe over time, through its segments."""
+"""Path of a robot along its pipe over time, with the segments of the layout."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -23,15 +23,17 @@ from softsim.report.style import BLUE, GREEN, ORANGE, RED
 Report = Mapping[str, Any]
 
 ENDS = {"passed": GREEN, "stuck": RED, "unfinished": ORANGE}
-"""Colour of the robot at the end."""
+"""Colour of the robot at the end, by verdict."""
 
 ROOM = 0.05
-"""Above and below what the robot has passed, as a share of it."""
+"""Margin above and below the range of arc lengths, as a fraction of it."""
 
 
 def way(history: History, report: Report) -> Diagram:
-    """Arc length over time up to the goal, with the segments that are in view; the air pressure, if
-    there is any, and rows in contact. report: what the summary says under `layout`.
+    """Return the diagram of arc length over time up to the goal, with the visible segments.
+
+    Below are the air pressure, if any, and the rows in contact. report: `layout` of the
+    summary.
     """
     time, s = history["time"], history["arc_length"] * MILLI
     goal, end = report["goal"] * MILLI, ENDS[report["verdict"]]
@@ -54,9 +56,7 @@ def way(history: History, report: Report) -> Diagram:
 
 
 def way_taken(report: Report) -> list[Report]:
-    """The segments of the branch in which the robot came farthest, and those before it that it went
-    through.
-    """
+    """Return the segments of the farthest branch, and those that the robot passed before it."""
     farthest = report["where"]["branch"]
     own = [one for one in report["segments"] if one["branch"] == farthest]
     before = [
@@ -70,8 +70,9 @@ def way_taken(report: Report) -> list[Report]:
 
 
 def stripes_of(segments: Sequence[Report], low: float, high: float) -> Iterator[Stripe]:
-    """A stripe for each segment between two places [mm], every other one shaded, with what the user
-    wrote of it. The last one goes on beyond its end.
+    """Yield a labelled stripe for each segment between two arc lengths [mm].
+
+    Every other stripe is shaded. The last one continues beyond the end of its segment.
     """
     tops = [*(segment["start"] * MILLI for segment in segments[1:]), high]
     for number, (segment, top) in enumerate(zip(segments, tops, strict=True)):

@@ -1,1 +1,1 @@
-"""Reports as pages: one HTML file each that needs no network and no other file."""
+"""Report pages: single HTML files that need neither a network nor other files."""

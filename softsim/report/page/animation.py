@@ -1,4 +1,4 @@
-"""The deformed robot frame by frame, small enough to travel inside a page."""
+"""Animation of the deformed robot, compact enough to be embedded in a page."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -31,23 +31,26 @@ from softsim.report.snapshots import is_axisymmetric, pictures
 from softsim.report.surface import CAMERA, around, corners_of_box, flat_walls, seen_walls
 
 MOST_FRAMES = 200
-"""A slider has about as many places that a hand can find."""
+"""Largest number of frames, about the number of positions of a slider."""
 
 ROOM = 6 * 2**20
-"""For all frames [bytes], two a coordinate and one a face; compressed they take half of it."""
+"""Capacity for all frames [bytes]: two bytes per coordinate, one per face; compressed half of it.
+"""
 
 FINENESS, LEVELS = 4000, 254
-"""Steps of places in the size of the body at rest, and of values from end to end of the scale."""
+"""Number of steps that resolve the size of the body at rest, and the range of the colour scale."""
 
 
 ASPECTS = {2: (0.7, 16 / 9), 3: (1.0, 4 / 3)}
-"""Least and largest width of the picture over its height, in the plane and in space."""
+"""Smallest and largest ratio of width to height of the picture, in the plane and in space."""
 
 
 @dataclass(frozen=True)
 class Skin:
-    """What is drawn of a mesh: faces (m, 3|4), the cell of each, and the rim's edges (e, 2); in
-    space the surface only, in triangles, and no rim. nodes (n,): those that are needed, rising.
+    """Drawn part of a mesh.
+
+    faces (m, 3|4), the cell of each as owners, and edges of the boundary (e, 2); in space only
+    the surface, in triangles, without edges. nodes (n,): the nodes in use, in increasing order.
     """
 
     nodes: np.ndarray
@@ -57,18 +60,19 @@ class Skin:
 
 
 def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str, Any]:
-    """The frames coloured by `field`, as player.js takes them; lengths in mm, times in s.
+    """Return the frames coloured by `field`, in the format of player.js; lengths in mm, times in s.
 
-    figure: the robot between its walls, without places. origins: the middle of the robot in each
-    frame (f, d); near: lowest and highest coordinates (2, d), from there, of what is shown around
-    it; everywhere: of all that it comes to. aspect: width of the picture over its height.
-    most_deformed: the frame in which the mean of the shown field is largest. walls: flat ones near
-    the body in space (w, 6), a point and the normal, on which it has shadows. signs: 1, and -1 for
-    a mirror image. moving: of traces that are not made from the body's nodes their places in each
-    frame; in_front: which of them the body does not hide. failed: an element that a ring is about,
-    where it was last, where it is lost.
-    Frames are left out evenly where there are more than MOST_FRAMES or than fit in ROOM.
-    Raises OutputError for a field that the frames do not have, or if no node has a place.
+    figure: the robot between its walls, without positions. origins: the centre of the robot in
+    each frame (f, d). near: lowest and highest coordinates (2, d), relative to it, of what is
+    shown around it; everywhere: those of the whole motion. aspect: ratio of width to height of
+    the picture. most_deformed: the frame with the largest mean of the shown field. walls: flat
+    walls near the body in space (w, 6), a point and the normal, on which it casts shadows.
+    signs: 1, and -1 for a mirror image. moving: the positions in each frame of traces that are
+    not made from the nodes of the body; in_front: which of them the body does not hide. failed:
+    an element to be marked by a ring, at its last known position.
+
+    Frames are omitted evenly if there are more than MOST_FRAMES or than fit in ROOM. Raises
+    OutputError for a field that the frames do not have, or if no node has a finite position.
     """
     refuse_missing_field(frames, field)
     d, mirrored, skin = frames.points.shape[1], is_axisymmetric(frames), skin_of(frames)
@@ -131,7 +135,7 @@ def animation(frames: Frames, field: str, failed: int | None = None) -> dict[str
 
 
 def skin_of(frames: Frames) -> Skin:
-    """What is drawn of the mesh of a run."""
+    """Return the drawn part of the mesh of a run."""
     if frames.points.shape[1] == 2:
         nodes = np.unique(frames.cells)
         return Skin(nodes, frames.cells, slice(None), boundary_facets(frames.cells, 2))
@@ -142,17 +146,20 @@ def skin_of(frames: Frames) -> Skin:
 
 
 def chosen_frames(count: int, coordinates: int, faces: int) -> np.ndarray:
-    """Which of `count` frames go into the page, the first and the last among them; each has so many
-    coordinates, of two bytes, and faces, of one.
+    """Return the indices of the frames of `count` that the page has, including first and last.
+
+    Each frame has `coordinates` of two bytes and `faces` of one byte.
     """
     most = min(MOST_FRAMES, max(ROOM // (2 * coordinates + faces), 2))
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
 def in_steps(values: np.ndarray, step: float) -> dict[str, Any]:
-    """Values of frames (f, n) as whole numbers of steps from the lowest one: those of the first
-    frame, and of each further one its changes, which are small and take little room compressed.
-    None stands for what is not finite; the next change is from the frame before.
+    """Return values of frames (f, n) as integer steps above the lowest value.
+
+    The first frame has its values, each further one the changes, which are small and compress
+    well. None represents a value that is not finite; the next change is relative to the last
+    finite value.
     """
     low, known = float(np.nanmin(values, initial=np.inf)), np.isfinite(values)
     if not known.any():
@@ -166,8 +173,9 @@ def in_steps(values: np.ndarray, step: float) -> dict[str, Any]:
 
 
 def box(places: np.ndarray, mirrored: bool) -> np.ndarray:
-    """Lowest and highest coordinates (2, d) of finite places (..., d); of a half section with its
-    mirror image.
+    """Return lowest and highest coordinates (2, d) of finite points (..., d).
+
+    mirrored: for a half section, together with its mirror image.
     """
     every = places.reshape(-1, places.shape[-1])
     low, high = np.nanmin(every, axis=0), np.nanmax(every, axis=0)
@@ -179,8 +187,10 @@ def box(places: np.ndarray, mirrored: bool) -> np.ndarray:
 def with_surroundings(
     frames: Frames, field: str, near: np.ndarray, origin: np.ndarray
 ) -> np.ndarray:
-    """The box (2, d) around a body at `origin`, with the walls and rigid outlines that the figures
-    show around its first frame; in space with what walls have within a quarter of its size.
+    """Return the box (2, d) around a body at `origin`, extended by its surroundings.
+
+    These are the walls and rigid outlines that the figures show around its first frame; in
+    space the parts of walls within a quarter of its size.
     """
     if len(origin) == 2:
         view = pictures(frames, [0], field).view.reshape(2, 2).T - origin
@@ -195,7 +205,7 @@ def with_surroundings(
 
 
 def aspect(near: np.ndarray) -> float:
-    """Width over height of a picture of a box (2, d), not too flat and not too tall for a page."""
+    """Return the ratio of width to height of a picture of a box (2, d), limited by ASPECTS."""
     corners = near if near.shape[1] == 2 else CAMERA.project(corners_of_box(near))
     width, height = np.ptp(corners, axis=0)
     least, most = ASPECTS[near.shape[1]]
@@ -203,15 +213,16 @@ def aspect(near: np.ndarray) -> float:
 
 
 def most_deformed(values: np.ndarray) -> int:
-    """The frame with the largest mean of the absolute values (f, n), the last of several."""
+    """Return the last frame with the largest mean of the absolute values (f, n)."""
     known = np.isfinite(values)
     means = np.abs(np.where(known, values, 0.0)).sum(axis=1) / known.sum(axis=1).clip(1)
     return int(np.flatnonzero(means == means.max())[-1])
 
 
 def last_known(places: np.ndarray, cell: np.ndarray) -> np.ndarray:
-    """The middle (f, d) of a cell in frames that show places (f, n, d); of one without a place that
-    of the frame before.
+    """Return the centre (f, d) of a cell in frames with node positions (f, n, d).
+
+    A centre that is not finite is replaced by that of the frame before.
     """
     middles = places[:, cell].mean(axis=1)
     known = np.isfinite(middles).all(axis=1)

@@ -1,5 +1,6 @@
-"""Interactive charts: a diagram as plotly.js is told to draw it, in the look of the figures.
-Whatever a user calls things is text to plotly.js, not markup.
+"""Interactive charts: diagrams in the format of plotly.js, in the style of the figures.
+
+Names given by users are escaped, so that plotly.js does not read them as markup.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -33,7 +34,7 @@ AXIS: Mapping[str, Any] = {
     "gridcolor": GRID, "linecolor": QUIET, "showline": True, "zeroline": False, "ticks": "outside",
     "tickcolor": QUIET, "automargin": True, "title": {"standoff": 8},
 }  # fmt: skip
-"""Of every axis."""
+"""Properties of every axis."""
 
 LAYOUT: Mapping[str, Any] = {
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": INK},
@@ -43,49 +44,50 @@ LAYOUT: Mapping[str, Any] = {
     "legend": {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom"},
     "hovermode": "closest",
 }
-"""Of every chart."""
+"""Layout of every chart."""
 
 BINS = 1000
-"""Of a signal that vibrates; one of up to twice as many rows is shown as it is."""
+"""Number of bins of a vibrating signal; one of up to twice as many rows is drawn unchanged."""
 
 DIGITS = 6
-"""Of the numbers in a page: more than a screen shows, and less than a history has."""
+"""Significant digits of numbers in a page, more than a screen shows and fewer than a history has.
+"""
 
 CROWD = 2000
-"""Points from which on they are smaller."""
+"""Number of points above which they are drawn smaller."""
 
 WIDE, HIGH = 60, 30
-"""Characters of a title that fit along the horizontal and the vertical axis of a chart."""
+"""Numbers of characters of a title along the horizontal and the vertical axis of a chart."""
 
 DASHES = {"-": "solid", "--": "dash", ":": "dot", STEPS: "solid"}
-"""Kind of a line -> the same of plotly."""
+"""Line style of plotly.js by kind of series."""
 
 BESIDE = {"side": "right", "showgrid": False, "tickmode": "auto"}
-"""Of a second axis, on the right."""
+"""Properties of a second axis, on the right."""
 
 EDGE = {"range": [0.0, 1.0], "visible": False, "fixedrange": True}
-"""Of an axis for marks along the lower edge."""
+"""Properties of an axis for marks along the lower edge."""
 
 SYMBOLS = {"x": "x-thin-open", "|": "line-ns-open"}
 
 STAR = {"symbol": "star", "size": 15, "color": RED, "line": {"color": "white", "width": 1}}
 
 PANEL, RIM, GAP = 210, 100, 0.06
-"""Heights of a panel and of what is around all of them [px]; between panels, of the whole."""
+"""Heights of a panel and of the margins [px], and gap between panels as a fraction of the whole."""
 
 DECADES = [float(f"{digit}e{decade}") for decade in range(-9, 10) for digit in (1, 2, 5)]
-"""Where a logarithmic axis may have its numbers; plotly.js would write 0.5 as a small 5."""
+"""Tick values of a logarithmic axis; plotly.js would write 0.5 as a small 5."""
 
 BAR = {"x": [None], "y": [None], "mode": "markers", "showlegend": False, "hoverinfo": "skip",
        "marker": {"color": [0.0], "coloraxis": "coloraxis"}}  # fmt: skip
-"""For the bar of colours, where no trace has it."""
+"""Invisible trace that carries the colour bar if no other trace does."""
 
 
 @dataclass(frozen=True)
 class Chart:
-    """A chart: traces and layout as plotly.js takes them, its height on the page [px] and
-    the least width, 0: that of the window. A chart that is wider is scrolled.
+    """Chart: traces and layout in the format of plotly.js, with its size on the page.
 
+    height [px]; width: least width [px], 0 for that of the window. A wider chart is scrolled.
     over_time: its axis x is the time of the run [s], which an animation marks.
     """
 
@@ -98,7 +100,7 @@ class Chart:
 
     @property
     def figure(self) -> dict[str, Any]:
-        """The traces, and the layout in the common look; what the chart says itself wins."""
+        """Traces and layout in the common style; properties of the chart take precedence."""
         layout: dict[str, Any] = {**LAYOUT, **self.layout}
         for name in layout:
             if name.startswith(("xaxis", "yaxis")):
@@ -107,7 +109,7 @@ class Chart:
 
 
 def chart_of(diagram: Diagram) -> Chart:
-    """A diagram in a page."""
+    """Return a diagram as the chart of a page."""
     shares = np.array([panel.height for panel in diagram.panels])
     heights = shares / shares.sum() * (1.0 - GAP * (len(shares) - 1))
     traces: list[Trace] = []
@@ -147,14 +149,14 @@ def chart_of(diagram: Diagram) -> Chart:
 
 
 def span(diagram: Diagram) -> Trace:
-    """The range of an axis of time."""
+    """Return the range of an axis of time, if it is not empty."""
     if not diagram.over_time or diagram.span[0] >= diagram.span[1]:
         return {}
     return {"range": list(diagram.span)}
 
 
 def along(scale: Scale, room: int) -> Trace:
-    """An axis of a chart, along which `room` characters fit: title, spacing, labels."""
+    """Return an axis of a chart with title, scale and labels, for `room` characters per line."""
     axis: Trace = {"title": {"text": in_lines(scale.title, room)}}
     if scale.logarithmic:
         axis |= {"type": "log", "tickvals": DECADES, "ticktext": [f"{t:g}" for t in DECADES]}
@@ -164,14 +166,14 @@ def along(scale: Scale, room: int) -> Trace:
 
 
 def vertical(axis: Axis) -> Trace:
-    """A vertical axis."""
+    """Return the vertical axis of a chart."""
     found = along(axis.scale, HIGH)
     found["title"] |= {"font": {"color": axis.colour}}
     return found | {"rangemode": "tozero" if axis.scale.from_zero else "normal"}
 
 
 def series_traces(series: Series, axis: str, panel: Panel) -> Iterator[Trace]:
-    """Single points, perhaps in the colours of the panel, or a line upon its band."""
+    """Yield single points, optionally in the colours of the panel, or a line over its band."""
     named = {"name": escape(series.name), "showlegend": panel.has_legend and bool(series.name)}
     crowded = len(series.x) > CROWD
     marker: Trace = {"size": 4, "opacity": 0.5} if crowded else {"size": 7, "opacity": 0.75}
@@ -198,7 +200,7 @@ def series_traces(series: Series, axis: str, panel: Panel) -> Iterator[Trace]:
 
 
 def band_traces(x: np.ndarray, band: np.ndarray, series: Series, axis: str) -> Iterator[Trace]:
-    """The parts of a band (2, n) that are there, as areas."""
+    """Yield the finite parts of a band (2, n) as areas."""
     lowest, highest = band
     for part in np.ma.clump_unmasked(np.ma.masked_invalid(lowest)):
         yield {
@@ -210,8 +212,10 @@ def band_traces(x: np.ndarray, band: np.ndarray, series: Series, axis: str) -> I
 
 
 def at_cases(series: Series) -> Trace:
-    """The page shows the case under the cursor, `mean` of several where a point stands for them,
-    and leads to it at a click.
+    """Return the points of a series with their cases.
+
+    The page shows the case under the cursor, the `mean` of several if a point represents them,
+    and opens it at a click.
     """
     return {
         "mode": "markers", "x": rounded(series.x), "y": rounded(series.y), "hoverinfo": "none",
@@ -220,7 +224,7 @@ def at_cases(series: Series) -> Trace:
 
 
 def edge_trace(edge: Edge, axis: str) -> Trace:
-    """Marks along the lower edge, upon an axis of their own."""
+    """Return the marks along the lower edge, on an axis of their own."""
     at = Series(edge.name, edge.x, np.full(len(edge.x), 0.02), cases=edge.cases)
     marker = {"symbol": SYMBOLS[edge.marker], "size": 7, "color": edge.colour}
     look = {"marker": marker, "opacity": 0.7, "cliponaxis": False, "showlegend": True}
@@ -228,7 +232,7 @@ def edge_trace(edge: Edge, axis: str) -> Trace:
 
 
 def stripe_shapes(panel: Panel, axis: str) -> list[Trace]:
-    """The stripes that are shaded."""
+    """Return the shaded stripes."""
     look = {
         "type": "rect",
         "layer": "below",
@@ -241,20 +245,20 @@ def stripe_shapes(panel: Panel, axis: str) -> list[Trace]:
 
 
 def bound(place: float) -> Trace:
-    """A line through all panels at a place of x."""
+    """Return a line through all panels at a value of x."""
     up = {"x0": place, "x1": place, "yref": "paper", "y0": 0.0, "y1": 1.0}
     return {"type": "line", "line": {"color": QUIET, "dash": "dot", "width": 1}} | up
 
 
 def stripe_words(panel: Panel, axis: str) -> list[Trace]:
-    """What is said of stripes, in them."""
+    """Return the labels of stripes, placed inside them."""
     look = {"showarrow": False, "xref": "paper", "x": 0.0, "xanchor": "left", "yref": axis,
             "font": {"size": 11, "color": QUIET}}  # fmt: skip
     return [look | {"y": 0.5 * (s.low + s.high), "text": escape(s.name)} for s in panel.stripes]
 
 
 def marks(panel: Panel, axis: str) -> Iterator[Trace]:
-    """The cells of a panel, its bar of colours, and its best place."""
+    """Yield the cells of a panel or its colour bar, and its best point."""
     if panel.cells is not None and panel.colours is not None:
         yield from cell_traces(panel.cells, panel.colours[0])
     elif panel.colours is not None:
@@ -268,7 +272,7 @@ def marks(panel: Panel, axis: str) -> Iterator[Trace]:
 
 
 def cell_traces(cells: Cells, z: Scale) -> Iterator[Trace]:
-    """The cells, with their values where they are few, and marks on those that failed."""
+    """Yield the cells, with their values if they are few, and marks on failed ones."""
     mesh: Trace = {
         "type": "heatmap", "x": cells.at_x.tolist(), "y": cells.at_y.tolist(),
         "z": list(map(rounded, shades(z, cells.values))), "coloraxis": "coloraxis",
@@ -285,7 +289,7 @@ def cell_traces(cells: Cells, z: Scale) -> Iterator[Trace]:
 
 
 def frame(cells: Cells, point: Series) -> Trace:
-    """A frame around the cell of a point."""
+    """Return a frame around the cell of a point."""
     left, bottom, width, height = cells.around(point.x[0], point.y[0])
     across = [left, left + width, left + width, left, left]
     up = [bottom, bottom, bottom + height, bottom + height, bottom]
@@ -294,7 +298,7 @@ def frame(cells: Cells, point: Series) -> Trace:
 
 
 def colour_axis(scale: Scale, places: np.ndarray) -> Trace:
-    """Colours of the values at `places`, as `shades` has them, and the bar beside the chart."""
+    """Return the colour axis of the values `places`, as scaled by `shades`, with its bar."""
     title = {"text": in_lines(scale.title, HIGH), "side": "right"}
     bar: Trace = {"title": title, "thickness": 14, "outlinewidth": 0}
     low, high = scale.limits(places)
@@ -310,34 +314,37 @@ def colour_axis(scale: Scale, places: np.ndarray) -> Trace:
 
 
 def label_colours(scale: Scale) -> list[tuple[float, str]]:
-    """A colour scale of steps, one each label."""
+    """Return a stepped colour scale with one colour per label."""
     count = max(len(scale.labels or ()), 1)
     colours = map(to_hex, colours_of(scale, np.arange(count)).to_rgba(np.arange(count)))
     return [((k + end) / count, colour) for k, colour in enumerate(colours) for end in (0, 1)]
 
 
 def ticks(scale: Scale) -> Trace:
-    """Where the labels of a scale are written."""
+    """Return the positions and texts of the labels of a scale."""
     places, texts = scale.ticks()
     return {"tickvals": places, "ticktext": list(map(escape, texts))}
 
 
 def in_lines(text: str, room: int) -> str:
-    """A text in lines of `room` characters at most, where it has spaces."""
+    """Return a text wrapped at spaces into lines of at most `room` characters."""
     return "<br>".join(map(escape, wrap(text, room)))
 
 
 def shades(scale: Scale, places: np.ndarray) -> np.ndarray:
-    """What is coloured: the logarithm where the scale is logarithmic, which plotly.js is not."""
+    """Return the coloured values, or their logarithms if the scale is logarithmic.
+
+    Colour axes of plotly.js are linear.
+    """
     return np.log10(places) if scale.logarithmic else places
 
 
 def rounded(values: np.ndarray) -> list[float]:
-    """Values (n,) with DIGITS digits each."""
+    """Return values (n,) rounded to DIGITS significant digits."""
     return [float(f"{value:.{DIGITS}g}") for value in values]
 
 
 def _ends(scale: Scale, edges: np.ndarray) -> list[float]:
-    """First and last edge, as an axis of plotly.js takes them."""
+    """Return first and last edge as the range of an axis of plotly.js."""
     found: list[float] = shades(scale, edges[[0, -1]]).tolist()
     return found

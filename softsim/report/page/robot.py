@@ -1,5 +1,6 @@
-"""The robot between its walls in plotly's words, still without the places of its nodes: in the
-plane its cells side by side, in space its surface, which a reader can turn.
+"""Robot and its walls as plotly.js traces, without the positions of its nodes.
+
+In the plane these are its cells; in space its surface, which a reader can turn.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -25,13 +26,13 @@ from softsim.report.style import FRAME, GRID, INK, ORANGE, PALE, QUIET, RED, SHA
 from softsim.report.surface import CAMERA, corners_of_box, rim, seen_walls
 
 SHADES = 16
-"""Colours of cells in the plane, a trace each: more would make playing slow."""
+"""Number of colours of cells in the plane, one trace each; more would slow down the animation."""
 
 NO_VALUE = "#bbbbbb"
 """Colour of a cell whose value is not finite."""
 
 SEE_THROUGH = 0.3
-"""Opacity of walls in space: they stand on all sides of the body. In QUIET they are 15 % grey."""
+"""Opacity of walls in space, which surround the body. In QUIET they are 15 % grey."""
 
 CABLE = 2.0
 """Width of a cable [px]."""
@@ -40,22 +41,27 @@ RING = 24
 """Diameter of the ring about an element that failed [px]."""
 
 FAR = 1e5
-"""Beyond all that is shown [mm]."""
+"""Length [mm] beyond everything that is shown."""
 
 EYE = 2.5
-"""How far the eye is from the middle of the axes, in their size. Plotly lights nothing where the
-view is parallel, as in the figures: its light asks how far away the eye is."""
+"""Distance of the eye from the centre of the axes, relative to their size.
+
+The lighting of plotly.js needs this distance and fails in the parallel projection of the figures.
+"""
 
 FROM_ASIDE = 3.0
-"""Weight of a side that the eye must see, beside that of where it else is: so it is never right
-above or below, where up has no meaning."""
+"""Weight of a side that must be visible in the direction of the eye.
+
+It is relative to the default direction, so that the eye is never exactly above or below, where "up"
+is undefined.
+"""
 
 LIGHT = {
     "ambient": 0.7, "diffuse": 0.8, "specular": 0.1, "roughness": 0.9, "fresnel": 0.05,
     "facenormalsepsilon": 0, "vertexnormalsepsilon": 0,  # else faces below a millimetre have none
 }  # fmt: skip
 ABOVE = np.array([0.1, 1.0, 0.0])
-"""Where the light comes from."""
+"""Direction towards the light."""
 
 UPRIGHT = {"yref": "paper", "y0": 0.0, "y1": 1.0}
 
@@ -65,16 +71,18 @@ MIRROR = (
     {"type": "line", "x0": 0.0, "x1": 0.0, "line": {"color": INK, "width": 1, "dash": "dashdot"},
      **UPRIGHT},
 )  # fmt: skip
-"""Shapes upon the mirror image of a half section: it is paler, and ends at the axis."""
+"""Shapes over the mirror image of a half section: a pale area that ends at the axis."""
 
 Trace = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Part:
-    """A trace of plotly.js, and its places in each frame: one alone if it stands still, none if the
-    player makes them from those of the nodes. in_front: the player moves it towards the eye, so
-    that the body does not hide it, as in the figures.
+    """Trace of plotly.js with its positions in each frame.
+
+    One position for a trace that does not move; none if the player makes them from those of the
+    nodes. in_front: the player moves it towards the eye, so that the body does not hide it, as
+    in the figures.
     """
 
     trace: Trace
@@ -83,18 +91,19 @@ class Part:
 
     @property
     def first(self) -> Trace:
-        """The trace as it is before the player shows a frame."""
+        """Trace before the player shows a frame."""
         return self.trace if len(self.places) == 0 else self.trace | self.places[0]
 
 
 def plane_parts(
     frames: Frames, chosen: np.ndarray, field: str, everywhere: np.ndarray
 ) -> Iterator[Part]:
-    """Walls, the lines that bodies follow, cables, rigid outlines, the bar of colours; then the
-    body: the cells of each of the SHADES, those without a value, and the rim; upon it layers,
-    fibres and the crosses of rigid bodies.
+    """Yield the traces of a plane run, from back to front.
 
-    everywhere: lowest and highest coordinates (2, d) [mm] of the body in the chosen frames.
+    These are walls, the lines that bodies follow, cables, rigid outlines and the colour bar;
+    then the body: the cells of each of the SHADES, those without a value, and the boundary;
+    then layers, fibres and the crosses of rigid bodies. everywhere: lowest and highest
+    coordinates (2, d) [mm] of the body in the chosen frames.
     """
     picture = plane_picture(frames, list(chosen) if walls_move(frames, chosen) else [0], field)
     solids = [picture.solids(everywhere.T.ravel(), n) for n in range(len(picture.shots))]
@@ -125,7 +134,7 @@ def plane_parts(
 
 
 def crosses(frames: Frames, chosen: np.ndarray) -> Iterator[Part]:
-    """The crosses of rigid bodies that no outline shows, if there are any."""
+    """Yield the crosses of rigid bodies without a drawn outline, if any."""
     arms = [crosses_at(frames, index) for index in chosen]
     if len(arms[0]):
         d = frames.points.shape[1]
@@ -134,7 +143,7 @@ def crosses(frames: Frames, chosen: np.ndarray) -> Iterator[Part]:
 
 
 def plane_layout(frames: Frames, field: str) -> Trace:
-    """The axes of a plane picture, and the axis of a half section."""
+    """Return the axes of a plane picture, and the axis of symmetry of a half section."""
     labels = plane_picture(frames, [0], field).labels
     return {
         "xaxis": {"title": {"text": labels[0]}},
@@ -145,14 +154,14 @@ def plane_layout(frames: Frames, field: str) -> Trace:
 
 
 def plane_picture(frames: Frames, indices: list[int], field: str) -> Section:
-    """The frames of a plane run."""
+    """Return the picture of frames of a plane run."""
     picture = pictures(frames, indices, field)
     assert isinstance(picture, Section)
     return picture
 
 
 def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
-    """Whether a wall is elsewhere in one of the chosen frames."""
+    """Return True if a wall is displaced in one of the chosen frames."""
     if "wall_offset" not in frames.extra:
         return False
     return any(bool(frames.extra["wall_offset"][index].any()) for index in chosen)
@@ -161,9 +170,11 @@ def walls_move(frames: Frames, chosen: np.ndarray) -> bool:
 def space_parts(
     frames: Frames, chosen: np.ndarray, everywhere: np.ndarray, shadows: int
 ) -> Iterator[Part]:
-    """Walls where they are at first and their edges, cables, fibres, layers, surfaces and crosses
-    of rigid bodies; then the body: the faces of its surface, those without a value, and its
-    shadows.
+    """Yield the traces of a run in space.
+
+    These are walls at their initial positions and their edges, cables, fibres, layers, surfaces
+    and crosses of rigid bodies; then the body: the faces of its surface, those without a value,
+    and its shadows.
     """
     flat, curved = seen_walls(frames, corners_of_box(everywhere), 0)
     corners = np.concatenate([triangles(flat), triangles(curved)]).reshape(-1, 3).round(3)
@@ -197,9 +208,10 @@ def space_parts(
 
 
 def space_layout(outward: np.ndarray) -> Trace:
-    """The axes in space, seen from where the figures see them, or rather from the side `outward`
-    (3,): from the middle of the body to what must not be hidden behind it, zero where there is
-    nothing.
+    """Return the axes in space, seen from the camera of the figures or from a given side.
+
+    outward (3,): vector from the centre of the body to what must not be hidden behind it; zero
+    if there is nothing.
     """
     side = outward / (np.linalg.norm(outward) or 1.0)
     towards = CAMERA.towards + FROM_ASIDE * side
@@ -217,7 +229,7 @@ def space_layout(outward: np.ndarray) -> Trace:
 
 
 def ring(element: int, middles: np.ndarray) -> Part:
-    """A ring about an element that failed, by its middle (f, d) [mm] in each frame."""
+    """Return a ring around a failed element, given its centre (f, d) [mm] in each frame."""
     look = {
         "type": "scatter" if middles.shape[1] == 2 else "scatter3d", "mode": "markers",
         "marker": {"symbol": "circle-open", "size": RING, "color": RED, "line": {"width": 3}},
@@ -227,14 +239,14 @@ def ring(element: int, middles: np.ndarray) -> Part:
 
 
 def path(parts: Iterable[np.ndarray], d: int = 2) -> Trace:
-    """Polylines (n, d) [mm] one after another, with gaps between them, as places of a trace."""
+    """Return polylines (n, d) [mm], separated by gaps, as the positions of a trace."""
     gap = np.full((1, d), np.nan)
     joined = np.concatenate([gap, *(piece for part in parts for piece in (part, gap))])
     return xyz(joined.T.round(3))
 
 
 def line(colour: str, width: float = 1.0) -> Trace:
-    """A line without a word."""
+    """Return a line without hover text and legend entry."""
     return {
         "mode": "lines", "line": {"color": colour, "width": width}, "hoverinfo": "skip",
         "showlegend": False,
@@ -242,16 +254,16 @@ def line(colour: str, width: float = 1.0) -> Trace:
 
 
 def filled(colour: str, rim: str) -> Trace:
-    """An area in a colour, and its rim, without which there were seams between cells."""
+    """Return a filled area with an edge, without which seams between cells would be visible."""
     return line(rim) | {"fill": "toself", "fillcolor": colour}
 
 
 def xyz(coordinates: np.ndarray) -> Trace:
-    """Coordinates (d, ...) by name."""
+    """Return coordinates (d, ...) by name."""
     return dict(zip("xyz", coordinates, strict=False))
 
 
 def triangles(faces: np.ndarray) -> np.ndarray:
-    """Faces (k, 3|4, 3) cut into triangles (n, 3, 3)."""
+    """Return faces (k, 3|4, 3) divided into triangles (n, 3, 3)."""
     fans = [faces[:, [0, k, k + 1]] for k in range(1, faces.shape[1] - 1)]
     return np.concatenate(fans)

@@ -1,4 +1,4 @@
-"""The page of a run: how it ended, what it found, its curves, the robot as it moved, its scene."""
+"""Page of a run: its end, results, curves, animation and scene."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -23,7 +23,7 @@ from softsim.report.table import segments
 from softsim.report.way import way
 
 SAID_ABOVE = ("layout",)
-"""What the verdicts at the top of the page say."""
+"""Entries of the summary that the verdicts at the top of the page already report."""
 
 
 def write_run_page(folder: Path) -> Path:
@@ -38,7 +38,10 @@ def write_run_page(folder: Path) -> Path:
 
 
 def run_context(folder: Path) -> dict[str, Any]:
-    """What the page says of the run in `folder`. Raises OutputError as `write_run_page` does."""
+    """Return the variables of the page of the run in `folder`.
+
+    Raises OutputError as `write_run_page` does.
+    """
     run = recorded(folder)
     curves = [] if run.layout is None else [way(run.history, run.layout)]
     curves += signals(run.history, run.units).values()
@@ -61,9 +64,9 @@ def run_context(folder: Path) -> dict[str, Any]:
 
 
 def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
-    """The resolved scene that a run wrote, as text and as a dictionary; empty where there is none.
+    """Return the resolved scene of a run as text and as a dictionary; both empty if there is none.
 
-    Raises OutputError where it is damaged.
+    Raises OutputError if the file is damaged.
     """
     if not file.is_file():
         return "", {}
@@ -79,9 +82,11 @@ def resolved_scene(file: Path) -> tuple[str, dict[str, Any]]:
 
 
 def animation_of(run: Recorded) -> dict[str, Any] | None:
-    """The frames with what the history says of each, if the run has any; `opens_at`, which is shown
-    first: the most deformed one; of a run that a guard stopped the one that it stopped at. what: a
-    robot has a frame.
+    """Return the frames with the readings of the history at each, or None without frames.
+
+    opens_at: the frame that is shown first, the most deformed one, or the last one of a run
+    that was aborted. what: "robot" if the history has the displacement of a frame, otherwise
+    "body".
     """
     if run.frames is None or len(run.frames) == 0:
         return None
@@ -95,7 +100,7 @@ def animation_of(run: Recorded) -> dict[str, Any] | None:
 
 
 def readings(history: Mapping[str, np.ndarray], times: np.ndarray) -> Iterator[dict[str, Any]]:
-    """Pressure and place at the times (f,) [s] of frames: name, unit, values (f,)."""
+    """Yield pressure and position at the times (f,) [s] of frames: name, unit, values (f,)."""
     columns = {}
     if pressurised(history):
         for name, air in chamber_pressures(history).items():
@@ -112,6 +117,6 @@ def readings(history: Mapping[str, np.ndarray], times: np.ndarray) -> Iterator[d
 
 
 def setting(line: str) -> tuple[str, str]:
-    """A line of the resolved scene, and where its value comes from."""
+    """Return a line of the resolved scene and the source of its value."""
     value, mark, origin = line.rpartition("  # ")
     return (value, origin) if mark else (line, "")

@@ -1,4 +1,4 @@
-"""The page of a run in steps: how each ended, with a link to its own page, and all over time."""
+"""Page of a run in steps: the end of each with a link to its page, and all steps over time."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -30,7 +30,7 @@ def write_steps_page(folder: Path) -> Path:
 
 
 def told(step: Mapping[str, Any], folder: Path, run: Recorded | None) -> dict[str, Any]:
-    """A step's name, its page, which only a step that has begun has, and how it ended."""
+    """Return the name of a step, its page if it has started, and how it ended."""
     if run is None:
         return {"name": step["name"], "page": None, "verdicts": [Verdict(OPEN, "not begun")]}
     _, scene = resolved_scene(folder / step["folder"] / SCENE)

@@ -1,4 +1,4 @@
-"""How a run ended, in sentences."""
+"""Sentences on how a run ended."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from softsim.report.readable import counted, duration
 GOOD, BAD, OPEN = "good", "bad", "open"
 
 ENDS = {"passed": GOOD, "stuck": BAD, "unfinished": OPEN}
-"""Verdict of a layout -> how it is to be taken."""
+"""Kind of a verdict by the verdict on a layout."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[V
 
 
 def expectations(expect: Mapping[str, Any]) -> Iterator[str]:
-    """What a scene's `expect` block demands, item by item."""
+    """Yield the requirements of a scene's `expect` block, item by item."""
     for name, wanted in expect.items():
         if isinstance(wanted, Mapping):
             limits = [f"{word} {value}" for word, value in wanted.items() if value is not None]

@@ -1,9 +1,9 @@
-"""A page from a template: everything it needs goes into the one file, plotly.js compressed, which
-the browser unpacks.
+"""Writer of pages: one file with everything that it needs.
 
-plotly_js/ has plotly.js with the kinds of charts that pages have, and how it is made: compressed it
-is 0.6 MB, with all kinds of charts it would be 2.0 MB. A page works wherever it is moved to, so no
-file beside it holds plotly.js.
+It includes plotly.js in compressed form, which the browser unpacks. plotly_js/ has plotly.js with
+the kinds of charts that pages have, and the instructions to make it: compressed it is 0.6 MB, with
+all kinds of charts it would be 2.0 MB. A page works wherever it is moved to, so plotly.js is not in
+a separate file.
 """
 
 import gzip
@@ -27,13 +27,19 @@ DIRECTIONS = {
     code: f"\\u{code:04x}"
     for code in (0x061C, 0x200E, 0x200F, *range(0x202A, 0x202F), *range(0x2066, 0x206A))
 }
-"""Marks, embeddings, overrides and isolates of writing directions, and how a page shows each: as
-they are, they would let a name or a path read differently from what it is (Unicode TR36)."""
+"""Visible replacements of the control characters of writing directions.
+
+These are marks, embeddings, overrides and isolates; unchanged, they could make a name or a path
+read differently from what it is (Unicode TR36).
+"""
 
 
 @cache
 def plotly_js() -> str:
-    """plotly.js, compressed: charts of kinds scatter, scatter3d, mesh3d, heatmap and parcoords."""
+    """Return plotly.js in compressed form.
+
+    It has the charts scatter, scatter3d, mesh3d, heatmap and parcoords.
+    """
     bundle = files("softsim.report.page") / "plotly_js" / "plotly.min.js.gz"
     return b64encode(bundle.read_bytes()).decode("ascii")
 
@@ -44,15 +50,15 @@ def visible(value: Any) -> Any:
 
 
 def compressed(text: str) -> str:
-    """A text in gzip's format, in base64: unpack.js has it back."""
+    """Return a text compressed by gzip and encoded in base64, which unpack.js decodes."""
     return b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii")
 
 
 def write_page(template: str, context: Mapping[str, Any], path: Path) -> None:
-    """Write the page that `template`, a file of templates/ on top of base.html, makes of `context`.
+    """Write the page from `template`, a file of templates/ that extends base.html.
 
-    context: what the template names; `title` at least. All text in it is escaped.
-    Raises OutputError if the disk refuses.
+    context: the variables of the template; `title` at least. All text in it is escaped. Raises
+    OutputError if the file cannot be written.
     """
     text = _environment().get_template(template).render(context, plotly_js=plotly_js())
     with replacing(path) as partial:
@@ -60,7 +66,7 @@ def write_page(template: str, context: Mapping[str, Any], path: Path) -> None:
 
 
 def _environment() -> Environment:
-    """Templates that escape what they print and refuse names that the context does not have."""
+    """Return the template environment, which escapes output and rejects undefined names."""
     environment = Environment(
         loader=PackageLoader("softsim.report.page"),
         autoescape=True,
@@ -76,7 +82,7 @@ def _environment() -> Environment:
 
 
 def _compact_json(content: Any, **options: Any) -> str:
-    """JSON that browsers read: they know neither NaN nor infinity, which become null."""
+    """Return JSON that browsers can read: NaN and infinity, which they reject, become null."""
     text = json.dumps(
         json_value(content), separators=(",", ":"), allow_nan=False, ensure_ascii=False
     )

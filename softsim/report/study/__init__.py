@@ -1,3 +1,4 @@
-"""Figures and page of a study, from its folder alone: `findings`, `curve`, `plots` and `boundary`
-say what is shown, `figures` and `page` show it.
+"""Figures and page of a study, from its folder alone.
+
+`findings`, `curve`, `plots` and `boundary` define the content; `figures` and `page` draw it.
 """

@@ -1,4 +1,4 @@
-"""The boundaries that a bisection has found: as a table, in words, and as a map."""
+"""Boundaries found by a bisection: as a table, in words, and as a map."""
 
 from dataclasses import dataclass, replace
 from statistics import mean
@@ -28,13 +28,15 @@ from softsim.study.description import count_text
 TABLE = "boundaries.csv"
 
 NOWHERE = Scale(title="", labels=("",))
-"""Along which a study that varies nothing else lies."""
+"""Empty scale for a study that varies no other factor."""
 
 
 @dataclass(frozen=True)
 class CellBoundary:
-    """The boundary in a cell: values of the other factors, by name; answers so far, and the first
-    case of each level.
+    """Boundary in a cell.
+
+    values: of the other factors, by name. answers: of the runs so far, by level; cases: the
+    first case of each level.
     """
 
     values: dict[str, Any]
@@ -43,12 +45,12 @@ class CellBoundary:
     found: Boundary
 
     def runs(self, level: float) -> list[float]:
-        """The measure in the runs at a level that have not failed."""
+        """Return the measure in the runs at a level that have not failed."""
         return [value for value in self.answers.get(level, ()) if value is not None]
 
 
 def cell_boundaries(findings: Findings, sought: Bisection) -> list[CellBoundary]:
-    """Of each cell, in the order of the table."""
+    """Return the boundary of each cell, in the order of the table."""
     others = other_factors(findings, sought)
     level, measure = findings.axis(sought.factor).column, findings.axis(sought.measure).column
     names = [axis.name for axis in others]
@@ -69,13 +71,16 @@ def cell_boundaries(findings: Findings, sought: Bisection) -> list[CellBoundary]
 
 
 def other_factors(findings: Findings, sought: Bisection) -> list[StudyAxis]:
-    """The factors that are not bisected."""
+    """Return the factors that are not bisected."""
     return [axis for axis in findings.factors if axis.name != sought.factor]
 
 
 def boundary_table(findings: Findings, sought: Bisection) -> polars.DataFrame:
-    """A row a cell: other factors; low, high, the bracket, and its middle where the boundary is
-    found; state; mean of the measure at both ends; runs, those that failed among them; in words.
+    """Return the table of boundaries, one row per cell.
+
+    Columns: other factors; low, high (the bracket) and its middle if the boundary is found;
+    state; mean of the measure at both ends; number of runs and of failed ones among them; the
+    result in words.
     """
     unit = findings.axis(sought.factor).unit
     rows = []
@@ -105,7 +110,7 @@ ENDS = ("low", "high")
 
 
 def boundaries_in_words(findings: Findings) -> list[str]:
-    """A sentence a cell; none where the study is no bisection."""
+    """Return a sentence for each cell; empty if the study is not a bisection."""
     sought = findings.record.bisection
     if sought is None:
         return []
@@ -118,7 +123,7 @@ def boundaries_in_words(findings: Findings) -> list[str]:
 
 
 def in_words(findings: Findings, sought: Bisection, cell: CellBoundary) -> str:
-    """What is known of a boundary, in a clause."""
+    """Return the known facts about a boundary in a clause."""
     axis, found = findings.axis(sought.factor), cell.found
     what = f"{sought.measure} is at least {sought.share:g}"
 
@@ -150,8 +155,9 @@ def in_words(findings: Findings, sought: Bisection, cell: CellBoundary) -> str:
 
 
 def boundary_maps(findings: Findings, sought: Bisection) -> list[Diagram]:
-    """The boundary over another factor, a number if there is one; a diagram for each combination of
-    what else varies.
+    """Return maps of the boundary over another factor, a numeric one if possible.
+
+    There is one diagram for each combination of the remaining factors.
     """
     others = [axis for axis in other_factors(findings, sought) if axis in findings.varied]
     along = min(others, key=lambda axis: axis.is_label, default=None)
@@ -169,7 +175,7 @@ def _map(
     findings: Findings, sought: Bisection, along: StudyAxis | None, of: str,
     cells: list[CellBoundary],
 ) -> Diagram:  # fmt: skip
-    """The middles of the brackets as a line in its band, and the levels that were run."""
+    """Return the map with the middles of the brackets as a line in its band, and the levels run."""
     x: Scale = NOWHERE
     places = np.zeros(len(cells))
     if along is not None:
@@ -187,7 +193,7 @@ def _map(
 
 
 def _line(sought: Bisection, cells: list[CellBoundary], places: np.ndarray) -> Series:
-    """NaN where no boundary is found."""
+    """Return the boundary line with its bracket as band; NaN where no boundary is found."""
     band = np.array(
         [[getattr(cell.found, end) if cell.found.state == FOUND else np.nan for cell in cells]
          for end in ENDS]
@@ -203,7 +209,7 @@ def _line(sought: Bisection, cells: list[CellBoundary], places: np.ndarray) -> S
 def _levels(
     findings: Findings, sought: Bisection, cells: list[CellBoundary], places: np.ndarray
 ) -> list[Series]:
-    """The levels that were run, by their answer."""
+    """Return the levels that were run, one series for each answer."""
     name = findings.axis(sought.measure).name
     kinds = {
         True: (f"{name} at least {sought.share:g}", BLUE),

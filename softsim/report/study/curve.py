@@ -1,4 +1,4 @@
-"""A measure over a factor: a line for each level of another one, in a band where cases repeat."""
+"""Curves of a measure over a factor, one per level of another, with a band for repeated cases."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,10 +22,10 @@ from softsim.report.style import BLUE, COLOURS
 from softsim.study.axes import Axis
 
 BAND = 3.0
-"""Half of a band [standard deviations]."""
+"""Half-width of a band [standard deviations]."""
 
 CONFIDENCE = 0.95
-"""Of the interval about a share of the cases."""
+"""Confidence level of the interval of a proportion of cases."""
 
 
 Level = float | str | None
@@ -34,8 +34,10 @@ Level = float | str | None
 def lines(
     findings: Findings, x: AxisScale, y: AxisScale, by: Axis | None
 ) -> Iterator[tuple[Level, Series]]:
-    """The lines in the order of the table, each with its level of `by`: design points that differ
-    in x alone. What else varies makes lines of its own.
+    """Yield the lines in the order of the table, each with its level of `by`.
+
+    A line joins design points that differ in x alone; each combination of the other factors has
+    its own line.
     """
     points, spread = findings.design_points, SPREAD + y.axis.column
     apart = [axis.column for axis in findings.factors if axis not in (x.axis, by)]
@@ -60,7 +62,7 @@ def lines(
 
 
 def is_share(findings: Findings, y: Axis) -> bool:
-    """Whether a measure says yes or no, 1 or 0, in cases that repeat: its mean is a share."""
+    """Return True if a measure is 0 or 1 in repeated cases, so that its mean is a proportion."""
     repeats = findings.design_points[DONE_COUNT].max()
     if y.is_label or not isinstance(repeats, int) or repeats < 2:
         return False
@@ -68,7 +70,7 @@ def is_share(findings: Findings, y: Axis) -> bool:
 
 
 def wilson_band(share: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Wilson's interval (2, n) about shares (n,) of `count` (n,) cases each; NaN without cases."""
+    """Return Wilson's interval (2, n) of proportions (n,) of `count` (n,) cases; NaN without cases."""
     from scipy.stats import binomtest  # slow to import
 
     band = np.full((2, len(share)), np.nan)
@@ -102,7 +104,7 @@ def pass_rate_in_words(findings: Findings) -> str:
 
 
 def remark(findings: Findings, x: Axis, y: Axis, by: Axis | None) -> str:
-    """What a reader must know of the lines: over how many cases the mean is, what else varies."""
+    """Return a note on the lines: the number of cases behind each mean, and what else varies."""
     said = []
     counts = findings.design_points[DONE_COUNT].filter(findings.design_points[DONE_COUNT] > 0)
     if len(counts) and counts.max() > 1:
@@ -121,8 +123,9 @@ def remark(findings: Findings, x: Axis, y: Axis, by: Axis | None) -> str:
 def curves(
     findings: Findings, x: AxisScale, y: AxisScale, by: Axis | None
 ) -> Iterator[Series]:  # fmt: skip
-    """The lines with their colours and names: told apart by level, or rising with it where a bar
-    says what they mean; a level has its name once.
+    """Yield the lines with their colours and names.
+
+    Colours differ by level, or follow the colour bar if there is one; each level is named once.
     """
     found, named = list(lines(findings, x, y, by)), set()
     for (level, series), colour in zip(found, line_colours(findings, found, by), strict=True):
@@ -136,7 +139,7 @@ def curves(
 def line_colours(
     findings: Findings, found: list[tuple[Level, Series]], by: Axis | None
 ) -> list[str]:
-    """A colour for each line."""
+    """Return a colour for each line."""
     if by is None:
         return [BLUE] * len(found)
     levels = [level for level, _ in found]
@@ -149,5 +152,5 @@ def line_colours(
 
 
 def has_bar(findings: Findings, by: Axis | None) -> bool:
-    """Whether a bar says what the colours of lines mean: there are too many for a legend."""
+    """Return True if a colour bar explains the lines, because they are too many for a legend."""
     return by is not None and findings.level_count(by) > len(COLOURS)

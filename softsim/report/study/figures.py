@@ -1,5 +1,6 @@
-"""All figures of a study: as PNG in its folder, with the table of its boundaries, and as charts of
-its page, with every case to hand.
+"""All figures of a study: PNG files in its folder, and charts of its page.
+
+The table of boundaries is written with the PNG files; the charts give access to every case.
 """
 
 from html import escape
@@ -17,16 +18,16 @@ from softsim.study.axes import Plot
 PROGRESS, FACTORS, BOUNDARIES = "progress.png", "factors.png", "boundary_map.png"
 
 FEWEST_PARALLEL, PARALLEL_WIDTH = 3, 110
-"""Factors from which on a chart shows all of them side by side; room that each takes [px]."""
+"""Smallest number of factors drawn in a parallel chart, and width of each [px]."""
 
 
 def draw_study(folder: Path) -> list[Path]:
-    """Draw the plots of the study, how its optimisation went, and the boundaries of a bisection, of
-    which boundaries.csv is written too; the figures' paths. Figures of plots that it has no longer
-    go.
+    """Draw the figures of a study and return their paths.
 
-    Raises OutputError where the folder holds no study, a plot names no axis of it, or the disk
-    refuses.
+    These are its plots, the progress of its optimisation, and the boundaries of a bisection,
+    for which boundaries.csv is written too. Figures of plots that it no longer has are deleted.
+    Raises OutputError if the folder holds no study, a plot names no axis of it, or a file
+    cannot be written.
     """
     findings = Findings.read(folder)
     figures = {file_name(plot): [study_plot(findings, plot)] for plot in drawn_plots(findings)}
@@ -49,7 +50,7 @@ def draw_study(folder: Path) -> list[Path]:
 
 
 def file_name(plot: Plot) -> str:
-    """Of a plot: curve_speed_over_rate_by_pipe.png."""
+    """Return the file name of a plot, such as curve_speed_over_rate_by_pipe.png."""
     words = [plot.kind, plot.y, "over", plot.x]
     for joined, name in (("by", plot.by), ("coloured_by", plot.colour)):
         words += [joined, name] if name else []
@@ -57,8 +58,7 @@ def file_name(plot: Plot) -> str:
 
 
 def study_charts(findings: Findings) -> list[Chart]:
-    """All charts of a study: its boundaries, its plots, how its optimisation went, all factors side
-    by side.
+    """Return all charts of a study: boundaries, plots, progress of its optimisation, all factors.
 
     Raises OutputError if a plot names no axis of the study.
     """
@@ -78,7 +78,10 @@ def study_charts(findings: Findings) -> list[Chart]:
 
 
 def parallel_chart(findings: Findings) -> Chart:
-    """A line a case through all factors, coloured by the goal or the first measure."""
+    """Return the chart with one line per case through all factors.
+
+    The lines are coloured by the goal or the first measure.
+    """
     goal = findings.record.goal
     colour = findings.scale(goal.measure if goal else findings.measures[0].name)
     scales = [findings.scale(factor.name) for factor in findings.varied] + [colour]

@@ -1,4 +1,4 @@
-"""What a study found, and where it lies in diagrams, as its figures and its page need it."""
+"""Results of a study and their scales in diagrams, for its figures and its page."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -20,25 +20,26 @@ from softsim.study.measures import MISMATCH
 VERDICT = "verdict"
 
 BEST = "best case"
-"""How the sentence on the best design point begins."""
+"""Beginning of the sentence on the best design point."""
 
 SPREAD, DONE_COUNT, FAILED_COUNT = "standard deviation of ", "cases done", "cases failed"
-"""Columns of the design points: before the column of a measure; and two counts."""
+"""Columns of design points: prefix of the spread of a measure, and two counts."""
 
 NUMBER = re.compile(r"[-+]?\d+(\.\d*)?")
-"""What a label may begin with."""
+"""Pattern of a number at the beginning of a label."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxisScale(Scale):
-    """The scale of a factor or a measure: numbers lie where they are, labels one after another."""
+    """Scale of a factor or a measure: numbers at their values, labels at 0, 1, ..."""
 
     axis: Axis
 
     @classmethod
     def of(cls, axis: Axis, values: polars.Series) -> "AxisScale":
-        """For all values that the axis has in the table; labels in the order of the table or of the
-        numbers that they begin with.
+        """Return the scale for all values that the axis has in the table.
+
+        Labels are in the order of the table, or sorted by the numbers at their beginning.
         """
         if not axis.is_label:
             known = values.drop_nulls()
@@ -53,28 +54,26 @@ class AxisScale(Scale):
         return cls(title=title_of(axis), labels=tuple(labels), axis=axis)
 
     def places(self, values: polars.Series) -> np.ndarray:
-        """Where values lie (n,); NaN where there is none."""
+        """Return the positions (n,) of values; NaN for a missing value."""
         if self.labels is not None:
             at = {label: float(place) for place, label in enumerate(self.labels)}
             return np.array([at.get(value, np.nan) for value in values], dtype=float)
         return values.cast(polars.Float64).to_numpy(writable=True)
 
     def place(self, value: float | str | None) -> float:
-        """Where a single value lies."""
+        """Return the position of a single value."""
         return float(self.places(polars.Series([value]))[0])
 
 
 def title_of(axis: Axis) -> str:
-    """Of an axis of a diagram: "deflation rate [kPa/s]"."""
+    """Return the title of an axis, such as "deflation rate [kPa/s]"."""
     words = axis.about or axis.name.replace("_", " ")
     return f"{words} [{axis.unit}]" if axis.unit else words
 
 
 @dataclass(frozen=True)
 class Best:
-    """The best design point: its first case, the mean of the goal's measure over its repeats, and
-    all its columns.
-    """
+    """Best design point: its first case, the mean of the goal's measure, and all its columns."""
 
     case: int
     value: float
@@ -83,24 +82,27 @@ class Best:
 
 @dataclass(frozen=True)
 class Findings:
-    """The record of a study and its table, a row a case."""
+    """Record of a study and its table, one row per case."""
 
     record: StudyRecord
     table: polars.DataFrame
 
     @classmethod
     def read(cls, folder: Path) -> "Findings":
-        """From the folder of a study. Raises OutputError where it holds none."""
+        """Read the results in the folder of a study.
+
+        Raises OutputError if it holds none.
+        """
         return cls(read_study(folder), read_table(folder))
 
     @property
     def factors(self) -> tuple[Axis, ...]:
-        """What makes a design point."""
+        """Factors, whose values define a design point."""
         return self.record.factors
 
     @cached_property
     def measures(self) -> tuple[Axis, ...]:
-        """The measures, and the verdict where layouts have one."""
+        """Measures, and the verdict if the layouts have one."""
         verdict = VERDICT in self.table.columns
         return self.record.measures + (Axis(VERDICT, is_label=True),) * verdict
 
@@ -110,7 +112,10 @@ class Findings:
         return {axis.name: axis for axis in (*self.factors, *self.measures)}
 
     def axis(self, name: str) -> Axis:
-        """Raises OutputError unless a factor or measure is called `name`."""
+        """Return the factor or measure `name`.
+
+        Raises OutputError if there is none.
+        """
         if name not in self.axes:
             raise OutputError(
                 f"the study has no factor or measure {name!r} to draw",
@@ -119,29 +124,34 @@ class Findings:
         return self.axes[name]
 
     def scale(self, name: str) -> AxisScale:
-        """How a factor or measure is drawn. Raises OutputError unless one is called `name`."""
+        """Return the scale of the factor or measure `name`.
+
+        Raises OutputError if there is none.
+        """
         axis = self.axis(name)
         return AxisScale.of(axis, self.table[axis.column])
 
     def level_count(self, axis: Axis) -> int:
-        """How many different values an axis has in the table."""
+        """Return the number of different values of an axis in the table."""
         return self.table[axis.column].drop_nulls().n_unique()
 
     @cached_property
     def varied(self) -> tuple[Axis, ...]:
-        """The factors that have more than one level."""
+        """Factors that have more than one level."""
         return tuple(factor for factor in self.factors if self.level_count(factor) > 1)
 
     @cached_property
     def done(self) -> polars.DataFrame:
-        """The cases that are done."""
+        """Cases that are done."""
         return self.table.filter(polars.col("status") == DONE)
 
     @cached_property
     def design_points(self) -> polars.DataFrame:
-        """A row a combination of the factors, in the order of the table: its first case, its
-        factors, the mean and the SPREAD of each measure over the cases that are done (of labels
-        the most frequent), how many are done and how many failed.
+        """Table of design points, one row per combination of factors, in the order of the table.
+
+        Each has its first case, its factors, the mean and the SPREAD of each measure over
+        the cases that are done (the most frequent for labels), and the numbers of done and
+        of failed cases.
         """
         done = polars.col("status") == DONE
         values = {axis: polars.col(axis.column).filter(done) for axis in self.measures}
@@ -155,7 +165,7 @@ class Findings:
 
     @cached_property
     def best(self) -> Best | None:
-        """The best design point by the study's goal; none without a goal or a case that has it."""
+        """Best design point by the study's goal; None without a goal or a case with its measure."""
         goal = self.record.goal
         if goal is None:
             return None
@@ -170,12 +180,12 @@ class Findings:
 
 
 def usual(axis: Axis, values: polars.Expr) -> polars.Expr:
-    """The mean of an axis's values; of labels the most frequent one."""
+    """Return the mean of an axis's values, or the most frequent label."""
     return values.drop_nulls().mode().sort().first() if axis.is_label else values.mean()
 
 
 def written(axis: Axis, value: Any) -> str:
-    """A value with its unit: "1.25 kPa/s"; a dash where there is none."""
+    """Return a value with its unit, such as "1.25 kPa/s"; a dash for None."""
     if value is None:
         return "–"
     number = value if axis.is_label or isinstance(value, str) else f"{value:.4g}"
@@ -183,13 +193,13 @@ def written(axis: Axis, value: Any) -> str:
 
 
 def written_together(axes: Iterable[Axis], values: Iterable[Any]) -> str:
-    """Values of several factors: "pattern 3 rows, friction 0.5"."""
+    """Return values of several factors, such as "pattern 3 rows, friction 0.5"."""
     pairs = zip(axes, values, strict=True)
     return ", ".join(f"{axis.name} {written(axis, value)}" for axis, value in pairs)
 
 
 def best_in_words(findings: Findings) -> str:
-    """The best design point in a sentence; empty where there is none."""
+    """Return a sentence on the best design point; empty if there is none."""
     best, goal = findings.best, findings.record.goal
     if best is None or goal is None:
         return ""

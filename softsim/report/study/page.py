@@ -1,4 +1,4 @@
-"""The page of a study: what was varied, what is best, every plot and every case, in one file."""
+"""Page of a study: factors, best case, every plot and every case in one file."""
 
 from base64 import b64encode
 from pathlib import Path
@@ -16,17 +16,17 @@ from softsim.report.study.findings import Findings, best_in_words, title_of, wri
 from softsim.study.cases import DONE, FAILED, LOST, PRUNED, WAITING
 
 MOST_LEVELS = 12
-"""Levels of a factor that are named one by one."""
+"""Largest number of levels of a factor that are listed individually."""
 
 MOST_NAMED = 8
-"""Cases that are named for each reason of failure."""
+"""Largest number of cases that are listed for each reason of failure."""
 
 
 def write_study_page(folder: Path) -> Path:
-    """Write report.html into the folder of a study, from what is there so far; its path.
+    """Write report.html into the folder of a study, from the results so far; return its path.
 
-    Raises OutputError where the folder holds no study, a plot names no axis of it, or the disk
-    refuses.
+    Raises OutputError if the folder holds no study, a plot names no axis of it, or the file
+    cannot be written.
     """
     findings, path = Findings.read(folder), folder / PAGE
     write_page("study.html", page_context(findings, folder), path)
@@ -34,7 +34,7 @@ def write_study_page(folder: Path) -> Path:
 
 
 def page_context(findings: Findings, folder: Path) -> dict[str, Any]:
-    """What the template names."""
+    """Return the variables of the template."""
     kind, words = state_of(findings)
     table = (folder / TABLE_TEXT).read_bytes()
     return {
@@ -60,7 +60,7 @@ def page_context(findings: Findings, folder: Path) -> dict[str, Any]:
 
 
 def state_of(findings: Findings) -> tuple[str, str]:
-    """How the study stands: good, open or bad, and in words."""
+    """Return the state of the study: good, open or bad, and in words."""
     counts = dict(findings.table["status"].value_counts().iter_rows())
     total = findings.table.height
     said = [f"{counts.get(DONE, 0)} of {total} cases done"]
@@ -84,7 +84,7 @@ def warned_count(findings: Findings) -> int:
 
 
 def level_words(findings: Findings, name: str) -> str:
-    """The levels of a factor, one by one or from where to where."""
+    """Return the levels of a factor as a list, or their number and range."""
     axis = findings.axis(name)
     levels = findings.table[axis.column].drop_nulls().unique(maintain_order=True)
     if len(levels) <= MOST_LEVELS:
@@ -95,7 +95,7 @@ def level_words(findings: Findings, name: str) -> str:
 
 
 def settings_of(findings: Findings) -> list[tuple[str, str]]:
-    """What a reader should know of how it came about."""
+    """Return the settings, wall time and version of the study as (name, text)."""
     record = findings.record
     return [
         ("study", record.source),
@@ -106,7 +106,7 @@ def settings_of(findings: Findings) -> list[tuple[str, str]]:
 
 
 def reasons_of(findings: Findings) -> list[tuple[str, int, str]]:
-    """Why cases failed, the most frequent reason first: reason, how many, the first of them."""
+    """Return the reasons of failed cases, the most frequent first: reason, number, first cases."""
     failed = findings.table.filter(polars.col("status").is_in([FAILED, LOST]))
     groups = failed.group_by("reason", maintain_order=True).agg("case")
     found = []

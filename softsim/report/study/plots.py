@@ -1,4 +1,4 @@
-"""The plots of a study as diagrams: what they say, whoever draws them."""
+"""Plots of a study as diagrams, independent of their output."""
 
 from collections.abc import Callable, Iterator
 
@@ -34,30 +34,33 @@ from softsim.study.cases import FAILED, LOST, PRUNED
 CURVE, HEAT_MAP, SCATTER = "curve", "heat_map", "scatter"
 
 SPARSEST = 4
-"""Cells of a heat map for each design point that it has."""
+"""Number of cells per design point above which a heat map is drawn as a scatter plot."""
 
 TRIAL = AxisScale(title="trial", whole=True, axis=StudyAxis("case", about="trial"))
 
 WITHOUT_RESULT = {"failed": ([FAILED, LOST], "x", RED), "pruned": ([PRUNED], "|", QUIET)}
-"""Word -> statuses, marker and colour of cases that have no result."""
+"""Statuses, marker and colour of cases without a result, by word."""
 
 
 def drawn_plots(findings: Findings) -> list[Plot]:
-    """The plots of the study. Over a factor that was sampled no two cases share a line or a row of
-    cells: a curve or a heat map of it is a scatter.
+    """Return the plots of the study.
 
-    Raises OutputError if a plot names no axis of the study.
+    A curve or heat map over a sampled factor becomes a scatter plot, because no two cases share
+    a line or a row of cells. Raises OutputError if a plot names no axis of the study.
     """
     return list(dict.fromkeys(_suited(findings, plot) for plot in findings.record.plots))
 
 
 def study_plot(findings: Findings, plot: Plot) -> Diagram:
-    """What a plot says. Raises OutputError if it names no axis of the study."""
+    """Return the diagram of a plot.
+
+    Raises OutputError if it names no axis of the study.
+    """
     return PLOTS[plot.kind](findings, plot)
 
 
 def curve(findings: Findings, plot: Plot) -> Diagram:
-    """A measure over a factor, a line each level of another one."""
+    """Return the diagram of a measure over a factor, with one line per level of another factor."""
     x, y = findings.scale(plot.x), findings.scale(plot.y)
     by = findings.axis(plot.by) if plot.by else None
     bar = None
@@ -69,8 +72,10 @@ def curve(findings: Findings, plot: Plot) -> Diagram:
 
 
 def heat_map(findings: Findings, plot: Plot) -> Diagram:
-    """A measure, the first one where the plot does not say which, as the colour of cells over two
-    factors; the mean of all cases in a cell.
+    """Return the diagram of a measure as the colour of cells over two factors.
+
+    The measure is the first one unless the plot names another; a cell shows the mean of all its
+    cases.
     """
     x, y = findings.scale(plot.x), findings.scale(plot.y)
     z = findings.scale(plot.colour or findings.measures[0].name)
@@ -81,14 +86,14 @@ def heat_map(findings: Findings, plot: Plot) -> Diagram:
 
 
 def scatter(findings: Findings, plot: Plot) -> Diagram:
-    """Each case a point."""
+    """Return the diagram with one point per case."""
     x, y = findings.scale(plot.x), findings.scale(plot.y)
     z = findings.scale(plot.colour) if plot.colour else None
     return _points(findings, x, y, z)
 
 
 def progress(findings: Findings, goal: Goal) -> Diagram:
-    """The objective over the trials, the best so far as steps."""
+    """Return the diagram of the objective over the trials, with the best so far as steps."""
     y, done = findings.scale(goal.measure), findings.done.sort("case")
     trials, objective = TRIAL.places(done["case"]), y.places(done[y.axis.column])
     cases, so_far = done["case"].to_numpy(), best_so_far(objective, goal.sense)
@@ -98,7 +103,7 @@ def progress(findings: Findings, goal: Goal) -> Diagram:
 
 
 def over_factors(findings: Findings, goal: Goal) -> Iterator[tuple[StudyAxis, Diagram]]:
-    """The objective over each factor, coloured by the trial."""
+    """Yield each factor with the diagram of the objective over it, coloured by the trial."""
     y = findings.scale(goal.measure)
     for factor in findings.varied or findings.factors:
         yield factor, _points(findings, findings.scale(factor.name), y, TRIAL)
@@ -112,13 +117,13 @@ PLOTS: dict[str, Callable[[Findings, Plot], Diagram]] = {
 
 
 def best_so_far(objective: np.ndarray, sense: str) -> np.ndarray:
-    """The best value up to each trial (n,); NaN before the first that has one."""
+    """Return the best value up to each trial (n,); NaN before the first that has one."""
     best = np.fmax if sense == "maximize" else np.fmin
     return best.accumulate(objective)
 
 
 def best_point(findings: Findings, x: AxisScale, y: AxisScale) -> tuple[Series, ...]:
-    """Where the best design point lies, if there is one."""
+    """Return the best design point as a series, if there is one."""
     best = findings.best
     if best is None:
         return ()
@@ -131,7 +136,7 @@ def best_point(findings: Findings, x: AxisScale, y: AxisScale) -> tuple[Series, 
 
 
 def cells_of(findings: Findings, x: AxisScale, y: AxisScale, z: AxisScale) -> Cells:
-    """The mean of z, or its most frequent label, over all cases at two levels."""
+    """Return the mean of z, or its most frequent label, over all cases at each pair of levels."""
     found = findings.design_points.group_by(x.axis.column, y.axis.column).agg(
         usual(z.axis, polars.col(z.axis.column)).alias("value"),
         polars.col("case").min(),
@@ -150,8 +155,10 @@ def cells_of(findings: Findings, x: AxisScale, y: AxisScale, z: AxisScale) -> Ce
 
 
 def edges(levels: np.ndarray, logarithmic: bool) -> np.ndarray:
-    """Edges (n + 1,) of cells around rising levels (n,): half-way between them, by their ratio
-    where they are spaced logarithmically; the outer cells reach as far beyond their level.
+    """Return edges (n + 1,) of cells around increasing levels (n,).
+
+    An edge is the midpoint of two levels, the geometric one on a logarithmic scale; an outer
+    cell extends equally far on both sides of its level.
     """
     at = np.log(levels) if logarithmic else levels
     if len(at) == 1:
@@ -163,13 +170,13 @@ def edges(levels: np.ndarray, logarithmic: bool) -> np.ndarray:
 
 
 def averaged(findings: Findings, x: AxisScale, y: AxisScale) -> list[str]:
-    """Over what the cells of two factors are means."""
+    """Return the names of the factors over which the cells of two factors are averaged."""
     others = [factor.name for factor in findings.varied if factor not in (x.axis, y.axis)]
     return others + ["repeats"] * (findings.record.repeats > 1)
 
 
 def remark_on_cells(findings: Findings, x: AxisScale, y: AxisScale) -> str:
-    """What a reader must know of the cells: over what they are means, and what is left out."""
+    """Return a note on the cells: what they are averaged over, and what is omitted."""
     others = averaged(findings, x, y)
     said = [f"mean over {', '.join(others)}"] if others else []
     failed = findings.design_points[FAILED_COUNT].sum()
@@ -179,7 +186,7 @@ def remark_on_cells(findings: Findings, x: AxisScale, y: AxisScale) -> str:
 
 
 def _points(findings: Findings, x: AxisScale, y: AxisScale, z: AxisScale | None) -> Diagram:
-    """The cases that are done, coloured by an axis z or all alike."""
+    """Return the diagram of the cases that are done, coloured by an axis z if there is one."""
     done = findings.done
     places = None if z is None else z.places(done[z.axis.column])
     series = Series(
@@ -194,7 +201,7 @@ def _marked(
     findings: Findings, x: AxisScale, y: AxisScale, series: tuple[Series, ...],
     colours: tuple[Scale, np.ndarray] | None = None, said: str = "",
 ) -> Diagram:  # fmt: skip
-    """A plot with the marks that all over a factor or the trials have."""
+    """Return a diagram with the best point and the marks of cases without a result."""
     has_edge = x.axis in findings.factors or x is TRIAL
     edges = tuple(_edges(findings, x)) if has_edge else ()
     best = best_point(findings, x, y)
