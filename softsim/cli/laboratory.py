@@ -200,7 +200,7 @@ class Laboratory:
 
 
 def _push_pressures(m: Mapping, wanted: float | None) -> tuple[float, float]:
-    """Return the pressures [Pa] at which the frames are pushed, of the reference and the section."""
+    """Return the pressures [Pa] for pushing the frames of the reference and of the section."""
     pressure = m.pressure
     at = 0.5 * (pressure[0] + pressure[-1]) if wanted is None else wanted
     if not pressure[0] < at <= pressure[-1]:

@@ -96,7 +96,7 @@ def print_plan(
 def print_results(
     study: LoadedStudy, frame: polars.DataFrame, folder: Path, console: Console
 ) -> None:
-    """Print the table with the best cases first, the failed cases, and the folder."""
+    """Print the table, sorted by the goal if any, the failed cases, boundaries and the file."""
     if study.goal is not None:
         measure = next(m for m in study.measures if m.name == study.goal.measure)
         frame = frame.sort(  # what a run had found when it was stopped counts for nothing

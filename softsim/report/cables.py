@@ -60,7 +60,7 @@ def crosses_at(frames: Frames, index: int) -> np.ndarray:
 def rigid_faces_at(frames: Frames, index: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the mesh surfaces of rigid bodies in a frame.
 
-    These are the vertices (v, d) [mm] and the edges or triangles (m, d) by number of vertex.
+    These are the vertices (v, d) [mm] and the edges or triangles (m, d) by vertex number.
     """
     d = frames.points.shape[1]
     if "rigid_faces" not in frames.described or "frame_pose" not in frames.extra:

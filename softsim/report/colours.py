@@ -108,6 +108,6 @@ def shades(count: int) -> list[str]:
 
 
 def colour_scale() -> list[tuple[float, str]]:
-    """Return the colour map as positions from 0 to 1 with their colours, the format of plotly.js."""
+    """Return the colour map as positions from 0 to 1 with their colours, as in plotly.js."""
     colours = shades(MIXED)
     return [(k / (MIXED - 1), colour) for k, colour in enumerate(colours)]

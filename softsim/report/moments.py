@@ -12,7 +12,9 @@ SMOOTHING = 20
 """Ratio of the observed time to the window over which the vibration is averaged."""
 
 MOVED, AT_REST = 0.10, 0.05
-"""Fractions of the total displacement: above the first the body has moved, below the second rests.
+"""Fractions of the total displacement that define motion and rest.
+
+Above the first the body has moved, below the second it is at rest.
 """
 
 
@@ -70,8 +72,7 @@ def onset_of_motion(displacement: np.ndarray) -> int | None:
 
     The vibration is averaged out. The body has moved once its displacement exceeds the fraction
     MOVED of the total and the amplitude of its oscillation. The onset is the last row before
-    that in which it was at rest, less than AT_REST away: an oscillation that returns is no
-    motion.
+    that below AT_REST / MOVED of this threshold: an oscillation that returns is no motion.
     """
     if len(displacement) < 2 or not np.isfinite(displacement).all():
         return None
@@ -88,7 +89,7 @@ def onset_of_motion(displacement: np.ndarray) -> int | None:
 
 
 def _first_deflation(full: np.ndarray, inflated: int) -> tuple[int, int]:
-    """Return the rows from the first decrease of the pressure until it is full again, or the end."""
+    """Return the rows from the first decrease of the pressure to the next full one or the end."""
     falling = inflated + _first(~full[inflated:])
     return falling, falling + _first(full[falling:])
 

@@ -27,7 +27,7 @@ from softsim.report.colours import MILLI, places_at, shown_values
 from softsim.report.style import FRAME, INK, ORANGE, PALE, QUIET, WALL
 
 THICKNESS = 0.08
-"""Thickness of the solid behind a curved wall, as a fraction of the width of the picture."""
+"""Thickness of the solid behind a curved wall, as a fraction of the longer side of the view."""
 
 POINTS_ON_A_LINE = 33
 """Number of sample points per wall line that decide which walls are near a body.
@@ -123,7 +123,7 @@ class Section:
         return [solid_behind(wall, view) for wall in self.walls[number]]
 
     def seen_lines(self, lines: np.ndarray) -> np.ndarray:
-        """Return lines (k, 2, 2) [mm] of curved walls as drawn, with the free side on their left."""
+        """Return lines (k, 2, 2) [mm] of curved walls as drawn, the free side on their left."""
         return lines
 
     def draw(self, axes: Axes, number: int, colours: ScalarMappable) -> None:
@@ -341,7 +341,7 @@ def draw_solid(axes: Axes, solid: Solid, linewidth: float = 0.9, zorder: float =
 
 
 def chains(lines: np.ndarray) -> list[np.ndarray]:
-    """Return polylines (n, 2) that join lines (k, 2, 2) where each starts at the end of the last."""
+    """Return polylines (n, 2) of lines (k, 2, 2), joined where one starts at the last end."""
     if not len(lines):
         return []
     size = np.ptp(lines.reshape(-1, 2), axis=0).max()

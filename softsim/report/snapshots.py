@@ -44,7 +44,7 @@ class Pictures(Protocol):
 
 
 def pictures(frames: Frames, indices: list[int], field: str) -> Pictures:
-    """Return the pictures of the frames for their kind of mesh: in space, axisymmetric, or plane."""
+    """Return the pictures of frames for their mesh: in space, axisymmetric, or plane."""
     if frames.points.shape[1] == 3:
         return Surface(frames, indices, field)
     if is_axisymmetric(frames):

@@ -82,7 +82,7 @@ def joined(histories: Sequence[History]) -> History:
 
 
 def when(spans: Mapping[str, np.ndarray]) -> Panel:
-    """Return the panel with a line for each step from its start to its end (2,) [s], first on top."""
+    """Return the panel with a line per step from its start to its end (2,) [s], first on top."""
     names = tuple(spans)[::-1]
     lines = [Series("", spans[name], np.full(2, float(k))) for k, name in enumerate(names)]
     return Panel(Axis(Scale("step", labels=names), lines), height=max(FLAT, A_NAME * len(names)))

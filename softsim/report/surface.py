@@ -52,7 +52,7 @@ ARROW = 20.0
 
 @dataclass(frozen=True)
 class Camera:
-    """Camera of a parallel projection: unit vectors (3,) to the right, up, and towards the camera."""
+    """Parallel projection: unit vectors (3,) to the right, up, and towards the camera."""
 
     right: np.ndarray
     up: np.ndarray
@@ -290,7 +290,7 @@ def wall_faces(walls: np.ndarray, pipes: np.ndarray, box: np.ndarray) -> np.ndar
 
 
 def around(box: np.ndarray) -> np.ndarray:
-    """Return the corners (8, 3) of a box enlarged on every side by a quarter of its longest edge."""
+    """Return the corners (8, 3) of a box, enlarged on all sides by 1/4 of its longest edge."""
     centre = box.mean(axis=0)
     return box + np.sign(box - centre) * 0.25 * np.ptp(box, axis=0).max()
 
@@ -348,7 +348,7 @@ def _below(transform: Transform, axes: Axes, right: float) -> Transform:
 
 
 def round_length(longest: float) -> float:
-    """Return the largest of 1, 2, 5, 10, 20 ... and their tenths that is no longer than `longest`."""
+    """Return the largest of 1, 2, 5, 10, 20 ... and their tenths not above `longest`."""
     decade = 10.0 ** np.floor(np.log10(longest))  # of a length just below a decade: rounded up
     steps = decade * np.array([0.5, 1.0, 2.0, 5.0])
     return float(steps[steps <= longest].max())

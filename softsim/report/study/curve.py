@@ -70,7 +70,7 @@ def is_share(findings: Findings, y: Axis) -> bool:
 
 
 def wilson_band(share: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Return Wilson's interval (2, n) of proportions (n,) of `count` (n,) cases; NaN without cases."""
+    """Return Wilson's interval (2, n) of proportions (n,) of `count` (n,) cases, NaN if none."""
     from scipy.stats import binomtest  # slow to import
 
     band = np.full((2, len(share)), np.nan)
