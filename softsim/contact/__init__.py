@@ -1,1 +1,1 @@
-"""Contact: gap and normal, normal law, friction law, and the term that joins them."""
+"""Contact: gap and normal, normal law, friction law, and the term that combines them."""

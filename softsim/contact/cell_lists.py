@@ -1,4 +1,4 @@
-"""Places sorted into the cells of a grid, so that what is near can be found."""
+"""Points sorted into the cells of a grid, so that near ones can be found."""
 
 import numpy as np
 import taichi as ti
@@ -11,7 +11,7 @@ PRIMES = (73856093, 19349663, 83492791)
 
 
 class CellLists:
-    """`count` places in space, by the cell they lie in; far cells may share a list.
+    """Lists of `count` points by the cell that they lie in; distant cells may share a list.
 
     Fields: place (scenarios, count, d) [m], which the owner writes before `sort`; size of a cell
     (scenarios,) [m]; members (scenarios, count), those of list b from first[s, b] on, in their
@@ -29,12 +29,12 @@ class CellLists:
 
     @ti.func
     def cell(self, s, x):
-        """Cell that x lies in."""
+        """Return the cell that x lies in."""
         return ti.cast(ti.floor(x / self.size[s]), ti.i32)
 
     @ti.func
     def list_of(self, cell):
-        """Number of the list that the members of a cell are in."""
+        """Return the number of the list of the members of a cell."""
         key = 0
         for k in ti.static(range(self.dimension)):
             key ^= cell[k] * PRIMES[k]
@@ -42,7 +42,7 @@ class CellLists:
 
     @ti.func
     def around(self, cell, q):
-        """Cell q of the 3^d cells at and around a cell."""
+        """Return cell q of the 3^d cells at and around a cell."""
         result = cell
         for k in ti.static(range(self.dimension)):
             result[k] += q // 3**k % 3 - 1
@@ -50,7 +50,7 @@ class CellLists:
 
     @ti.func
     def sort(self, s, size):
-        """Sort all places into cells of this size [m], by counting."""
+        """Sort all points into cells of this size [m], by counting."""
         self.size[s] = size
         for b in range(self.lists + 1):
             self.first[s, b] = 0

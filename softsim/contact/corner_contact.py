@@ -1,10 +1,11 @@
-"""The convex corners of a wall against the surface of bodies: what gets between two nodes.
+"""Contact of the convex corners of a wall with the surface of bodies.
 
-Nodes alone feel a corner only when it meets one of them: between two it would sink in by up to half
-their distance times the tangent of half its turn. So a corner is held against the closest facet as
-a node is in self-contact (contact/self_contact.py), with the gap g of the corner to the surface and
-the potential k g^2 / 2: the corners of the facet share the force by their weights w_c, which keeps
-force and moment. Friction is that of walls, with their memory. Nodes feel the wall's edges too.
+Contact of nodes alone would miss a corner between two nodes: it would penetrate by up to half their
+distance times the tangent of half its turn. Each corner is therefore tested against the closest
+facet, as a node is in self-contact (contact/self_contact.py), with the gap g of the corner to the
+surface and the potential k g^2 / 2. The nodes of the facet share the force by their weights w_c,
+which conserves force and moment. Friction is that of walls, with its memory. Nodes also touch the
+edges of the wall.
 """
 
 import numpy as np
@@ -19,7 +20,7 @@ from softsim.contact.self_contact import SelfContact
 from softsim.fields import index_field, real_field
 
 AT_LIMIT = 1.0 - 1e-6
-"""Share of its limit above which friction slips."""
+"""Fraction of the friction limit above which a corner counts as slipping."""
 
 
 class CornerContact(NodalForces, SelfContact):
@@ -64,7 +65,7 @@ class CornerContact(NodalForces, SelfContact):
         surface.frame.carry(self)
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {
             **{f"corner_{name}": field for name, field in SelfContact.state_fields(self).items()},
             **self.nodal_fields(),
@@ -75,18 +76,18 @@ class CornerContact(NodalForces, SelfContact):
 
     @property
     def pressing_force(self) -> ti.Field:
-        """Of the corners: each presses between two nodes."""
+        """Normal forces (scenarios, c) [N] of the corners, which press between nodes."""
         return self.pressing
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew in a scenario, and the counts over the whole run."""
+        """Set the dissipated energies and the statistics of the whole run to zero in a scenario."""
         super().forget_dissipation(scenario)
         self.forget_times(scenario)
         fields.write_row(self.touched_at, scenario, BEFORE_START)
 
     @ti.func
     def _friction_limit(self, s, i, f, N, speed, t, dt):
-        """Of friction [N] on corner i, as on a node at a wall (contact/surface_contact.py)."""
+        """Return the friction limit [N] of corner i, with the memory of surface_contact.py."""
         memory = self.friction_memory[s]
         if t - self.touched_at[s, i] > dt + memory:
             self.age[s, i] = 0.0
@@ -102,7 +103,7 @@ class CornerContact(NodalForces, SelfContact):
 
     @ti.func
     def gather_facet_reactions(self, s, p, t, dt):
-        """Forces on the nodes of part p, into their slots."""
+        """Write the forces on the nodes of part p into their slots."""
         first, end = part_of(self.touched_count.read(), p)
         if self.lists.renewed[s] == 1:
             self.may_react[s, p] = 0
@@ -115,7 +116,7 @@ class CornerContact(NodalForces, SelfContact):
 
     @ti.func
     def _near_corners(self, s, i):
-        """How many corners may touch the facets around node i."""
+        """Return the number of corners that may touch the facets around node i."""
         a = self.node[i]
         count = 0
         for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
@@ -124,7 +125,7 @@ class CornerContact(NodalForces, SelfContact):
 
     @ti.func
     def _gather(self, s, i, dt):
-        """What node i gets from the corners on the facets around it."""
+        """Write and record the sum of the forces on node i from the corners around it."""
         a = self.node[i]
         total = ti.Vector.zero(backend.real, self.nodes.dimension)
         pressing, slipping, depth = ti.Vector([0.0, 0.0, 0.0])

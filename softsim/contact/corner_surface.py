@@ -1,7 +1,7 @@
-"""The surface of bodies as the convex corners of a wall meet it: in the wall's axes, in the plane.
+"""Surface of bodies in contact with the convex corners of a wall, in the wall's axes, in the plane.
 
-There the corners stand still, and the facets move. The contact points are the corners; none is a
-neighbour of a facet.
+In these axes the corners are at rest and the facets move. The contact points are the corners; none
+is a neighbour of a facet.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from softsim.fields import Number, vector_field
 from softsim.nodes import Nodes
 
 NOWHERE = 1e6
-"""Where corners are put [m] of which a scenario has fewer than others."""
+"""Coordinates [m] of the padding entries of scenarios with fewer corners than others."""
 
 
 class CornerSurface(DeformableSurface):
@@ -61,17 +61,17 @@ class CornerSurface(DeformableSurface):
 
     @ti.func
     def place(self, s, i):
-        """Of corner i."""
+        """Return the position of corner i."""
         return self.place_of_corner[s, i]
 
     @ti.func
     def velocity(self, s, i):
-        """Of corner i [m/s]: it stands still."""
+        """Return the velocity of corner i [m/s], which is zero."""
         return ti.Vector.zero(backend.real, self.nodes.dimension)
 
     @ti.func
     def watched_place(self, s, k):
-        """Of the k-th node of the facets; the last is the origin, which stands still."""
+        """Return the position of the k-th node of the facets; the last is the origin, at rest."""
         result = ti.Vector.zero(backend.real, self.nodes.dimension)
         if k < self.watched_count.read() - 1:
             result = self.frame.local_position(s, self.nodes.position[s, self.member[k]])
@@ -79,7 +79,7 @@ class CornerSurface(DeformableSurface):
 
     @ti.func
     def watched_velocity(self, s, k):
-        """Velocity [m/s] of the k-th node of the facets relative to the wall; zero of the last."""
+        """Return the velocity [m/s] of the k-th node relative to the wall; zero for the last."""
         result = ti.Vector.zero(backend.real, self.nodes.dimension)
         if k < self.watched_count.read() - 1:
             a = self.member[k]
@@ -90,7 +90,7 @@ class CornerSurface(DeformableSurface):
 
     @ti.func
     def corners(self, s, f):
-        """X of facet f now, in the wall's axes."""
+        """Return the positions X of the corners of facet f, in the wall's axes."""
         X = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)
         for c in ti.static(range(self.nodes.dimension)):
             place = self.frame.local_position(s, self.nodes.position[s, self.corner[f, c]])
@@ -100,7 +100,7 @@ class CornerSurface(DeformableSurface):
 
     @ti.func
     def corner_velocities(self, s, f):
-        """Velocities of the corners of facet f relative to the wall, a row each [m/s]."""
+        """Return the corner velocities of facet f relative to the wall, one row each [m/s]."""
         V = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)
         for c in ti.static(range(self.nodes.dimension)):
             a = self.corner[f, c]
@@ -113,25 +113,25 @@ class CornerSurface(DeformableSurface):
 
     @ti.func
     def outward(self, s, i):
-        """A corner presses whatever is near: it has no normal."""
+        """Return zero: a corner has no normal and presses on any facet nearby."""
         return ti.Vector.zero(backend.real, self.nodes.dimension)
 
     @ti.func
     def faces(self, X, outward):
-        """True: all facets face a corner."""
+        """Return True: all facets face a corner."""
         return True
 
     @ti.func
     def facing_fraction(self, s, i, X, f):
-        """A corner has all of its stiffness."""
+        """Return 1: a corner acts with its full stiffness."""
         return ti.cast(1.0, backend.real)
 
     @ti.func
     def length(self, i, f):
-        """Of facet f at rest [m]."""
+        """Return the length of facet f at rest [m]."""
         return self.facet_size[f]
 
     @ti.func
     def never_touch(self, i, f):
-        """A corner is no part of the surface: it may touch any facet."""
+        """Return 0: a corner is not part of the surface, so it may touch any facet."""
         return 0

@@ -12,13 +12,14 @@ from softsim.fields import real_field, vector_field
 from softsim.sharing import Own
 
 MERIDIANS = 48
-"""Faces that a cylinder is drawn with around."""
+"""Number of faces around the axis in the drawing of a cylinder."""
 
 
 @dataclass(frozen=True)
 class Cylinder(Wall):
-    """One cylinder, `name`, along coordinate number `axis`, about `centre` (d,) [m], with its half
-    length and radius [m]; in a half section along y.
+    """Cylinder `name` about `centre` (d,) [m] along coordinate number `axis`.
+
+    `half_length` and `radius` in [m]; in a half section the axis is y.
     """
 
     name: Own[str]
@@ -29,25 +30,23 @@ class Cylinder(Wall):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of its one surface."""
         return (self.name,)
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, d) to the nearer of side and caps, by its name."""
+        """Return the signed gap (n,) [m] of points x (n, d) to the nearer of side and caps."""
         arms = x - self.centre
         side = np.linalg.norm(np.delete(arms, self.axis, axis=1), axis=1) - self.radius
         return {self.name: np.maximum(side, np.abs(arms[:, self.axis]) - self.half_length)}
 
     def thickness(self) -> float:
-        """Return the shortest way [m] through it."""
+        """Return the smaller of diameter and length [m]."""
         return 2.0 * min(self.radius, self.half_length)
 
     def obstacle(self, alike: Sequence["Cylinder"], places: np.ndarray) -> "CylinderObstacle":
-        """In kernels."""
         return CylinderObstacle(alike)
 
     def drawn(self) -> dict[str, np.ndarray]:
-        """In the plane a rectangle of lines, in space the faces of side and caps."""
+        """Return a rectangle of lines in the plane, or the faces of side and caps in space."""
         if len(self.centre) == 2:  # clockwise: the free side is on the left
             half = np.full(2, self.radius)
             half[self.axis] = self.half_length
@@ -77,9 +76,10 @@ class CylinderObstacle(Obstacle):
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
-        """Signed gap [m] of contact node number i at x, negative inside, to the nearer of side and
-        caps, and its outward normal. The edge between them is no case of its own: outside a cap
-        the gap is at most the distance.
+        """Return the signed gap [m] of contact node i at x, negative inside, and the normal.
+
+        The gap is that to the nearer of side and caps. The edge between them is not treated
+        separately: outside a cap the gap is at most the distance.
         """
         d = x - self.centre[s]
         along = d[self.axis]

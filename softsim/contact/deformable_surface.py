@@ -1,29 +1,32 @@
-"""The surface of deformable bodies: the points that touch, the facets they touch, the signed gap.
+"""Surface of deformable bodies: the points that touch, the facets they touch, the signed gap.
 
 Contact is integrated over each facet by Simpson's rule of a simplex, which is exact for quadratics:
-its points are the d vertices, with 1 / (d (d + 1)) of the area each, and the centroid, with
-d / (d + 1). A vertex is shared by the facets around it, so it is one point. Each surface's points
-are held against the facets of the others, and the other way round (two half passes).
+its points are the d vertices, with 1 / (d (d + 1)) of the area each, and the centroid, with d / (d
++ 1). A vertex is shared by the facets around it, so it is one point. The points of each surface are
+tested against the facets of the others, and vice versa (two half passes).
 
-A point touches the closest of the facets that face it: whose normal is within FACING of the
-opposite of the point's own. So at a flush edge a point finds the face that it presses, not the side
-of the other body that happens to be closer. The gap g is the distance to the closest point y of
-the facing surface, negative inside: its gradient is the normal n = (x - y) / g for the point and
--w_c n for the vertices of the facet, whatever feature y lies on. On which side x lies follows from
-the normal of the face, edge or vertex on which y lies, at a vertex the sum of its facets' normals
-weighted by their angles (Baerentzen and Aanaes 2005, IEEE Trans. Vis. Comput. Graph. 11:243-253).
+A point touches the closest of the facets that face it: those whose normal is within FACING of the
+opposite of the point's own. At a flush edge a point therefore finds the face that it presses, not
+the side of the other body that happens to be closer. The gap g is the distance to the closest point
+y of the facing surface, negative inside: its gradient is the normal n = (x - y) / g for the point
+and -w_c n for the vertices of the facet, whatever feature y lies on. The side on which x lies
+follows from the normal of the face, edge or vertex on which y lies, at a vertex the sum of its
+facets' normals weighted by their angles (Baerentzen and Aanaes 2005, IEEE Trans. Vis. Comput.
+Graph. 11:243-253).
 
 The facing surface ends at a rim, and at edges whose other facet does not face the point or is its
-neighbour. A point that is the length s beyond such an end keeps the gap z to the facet's plane and
+neighbour. A point at the distance s beyond such an end keeps the gap z to the facet's plane and
 loses its stiffness over the length l = EXTENSION times the facet's size,
-    E = k phi(s / l) z^2 / 2,    phi(u) = (1 - u)^3 (1 + 3 u + 6 u^2),
-so a body that slides off an edge loses contact without a jump, and energy is kept. At a flush edge,
-s = 0, phi'' is zero: a corner there is not driven off.
 
-A point lies next to the facets around it, and behind a thin fin's or skin's other side. So those
-that are as close at rest as NEIGHBOURHOOD facets are long never touch, and a point deeper than
-DEPTH of a facet's length is inside of something else: a part must be squeezed to a quarter of
-NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
+    E = k phi(s / l) z^2 / 2,    phi(u) = (1 - u)^3 (1 + 3 u + 6 u^2),
+
+so a body that slides off an edge loses contact without a jump, and energy is conserved. At a flush
+edge, s = 0, phi'' is zero: a corner there is not pushed outwards.
+
+A point lies next to the facets around it, and behind the other side of a thin fin or skin. Pairs
+that are closer at rest than NEIGHBOURHOOD times the facet length therefore never touch, and a point
+deeper than DEPTH of a facet's length is considered to be inside something else: a part must be
+squeezed to a quarter of NEIGHBOURHOOD facets before its two sides are mistaken for two parts.
 """
 
 from typing import Any
@@ -55,7 +58,7 @@ class DeformableSurface:
     nodes: the shared nodes. members: numbers of the vertices (k,). facets: corners (f, d),
         numbered as nodes.
     point_size, facet_size: size at rest (k + f,), (f,) [m].
-    point_part, facet_part: which connected part of the bodies each belongs to (k + f,), (f,).
+    point_part, facet_part: number of the connected part of the bodies (k + f,), (f,).
     facet_areas: at rest (f,) [m^2].
     facet_stiffness: contact stiffness per area (f,) [Pa/m].
     point_group: group of each point (k + f,). may_touch (groups, groups): True for groups in
@@ -104,13 +107,13 @@ class DeformableSurface:
 
     @ti.func
     def corner_count(self, i):
-        """Number of the nodes whose mean point i is: one of a vertex."""
+        """Return the number of nodes whose mean is point i: one for a vertex."""
         count = ti.static(self.nodes.dimension)
         return 1 + (count - 1) * ti.cast(i >= self.member_count.read(), ti.i32)
 
     @ti.func
     def place(self, s, i):
-        """Position of point i."""
+        """Return the position of point i."""
         x, count = ti.Vector.zero(backend.real, self.nodes.dimension), self.corner_count(i)
         for c in range(count):
             x += self.nodes.position[s, self.own_corner[i, c]]
@@ -118,7 +121,7 @@ class DeformableSurface:
 
     @ti.func
     def place_at_rest(self, i):
-        """Position of point i at rest."""
+        """Return the position of point i at rest."""
         x, count = ti.Vector.zero(backend.real, self.nodes.dimension), self.corner_count(i)
         for c in range(count):
             x += self.nodes.rest[self.own_corner[i, c]]
@@ -126,7 +129,7 @@ class DeformableSurface:
 
     @ti.func
     def velocity(self, s, i):
-        """Velocity of point i [m/s]."""
+        """Return the velocity of point i [m/s]."""
         v, count = ti.Vector.zero(backend.real, self.nodes.dimension), self.corner_count(i)
         for c in range(count):
             v += self.nodes.velocity[s, self.own_corner[i, c]]
@@ -134,18 +137,19 @@ class DeformableSurface:
 
     @ti.func
     def watched_place(self, s, k):
-        """Position of the k-th node of those whose relative motion makes the lists stale: all."""
+        """Return the position of the k-th node whose relative motion makes lists stale (all)."""
         return self.nodes.position[s, self.member[k]]
 
     @ti.func
     def watched_velocity(self, s, k):
-        """Velocity [m/s] of the k-th node of those."""
+        """Return the velocity [m/s] of the k-th watched node."""
         return self.nodes.velocity[s, self.member[k]]
 
     @ti.func
     def outward(self, s, i):
-        """Normal of the surface at point i, of any length: the sum of the area vectors of its
-        facets.
+        """Return the normal of the surface at point i, of any length.
+
+        It is the sum of the area vectors of its facets.
         """
         n = ti.Vector.zero(backend.real, self.nodes.dimension)
         for e in range(self.first_own[i], self.first_own[i + 1]):
@@ -154,7 +158,7 @@ class DeformableSurface:
 
     @ti.func
     def faces(self, X, outward):
-        """True if a facet with its corners at X faces a point whose normal is `outward`."""
+        """Return True if a facet with its corners at X faces a point whose normal is `outward`."""
         area = self.shape.area_vector(X)
         against = -area.dot(outward)
         least = FACING * FACING * area.norm_sqr() * outward.norm_sqr()
@@ -162,8 +166,10 @@ class DeformableSurface:
 
     @ti.func
     def facing_fraction(self, s, i, X, f):
-        """Fraction of the stiffness of point i that acts on facet f, with its corners at X, when
-        they meet: that of the areas projected onto f; of two surfaces the softer one decides.
+        """Return the fraction of the stiffness of point i that acts on facet f at first touch.
+
+        X: corners of f. The fraction is that of the areas projected onto f; the softer one of two
+        surfaces decides.
         """
         normal = self.shape.normal(X)
         facing, whole = ti.Vector([0.0, 0.0])
@@ -178,7 +184,7 @@ class DeformableSurface:
 
     @ti.func
     def corners(self, s, f):
-        """X of facet f now."""
+        """Return the positions X of the corners of facet f."""
         X = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)
         for c, k in ti.static(ti.ndrange(self.nodes.dimension, self.nodes.dimension)):
             X[c, k] = self.nodes.position[s, self.corner[f, c]][k]
@@ -186,7 +192,7 @@ class DeformableSurface:
 
     @ti.func
     def corners_at_rest(self, f):
-        """X of facet f at rest."""
+        """Return the positions X of the corners of facet f at rest."""
         X = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)
         for c, k in ti.static(ti.ndrange(self.nodes.dimension, self.nodes.dimension)):
             X[c, k] = self.nodes.rest[self.corner[f, c]][k]
@@ -194,7 +200,7 @@ class DeformableSurface:
 
     @ti.func
     def corner_velocities(self, s, f):
-        """Velocities of the corners of facet f, a row each [m/s]."""
+        """Return the velocities of the corners of facet f, one row each [m/s]."""
         V = ti.Matrix.zero(backend.real, self.nodes.dimension, self.nodes.dimension)
         for c, k in ti.static(ti.ndrange(self.nodes.dimension, self.nodes.dimension)):
             V[c, k] = self.nodes.velocity[s, self.corner[f, c]][k]
@@ -202,22 +208,22 @@ class DeformableSurface:
 
     @ti.func
     def length(self, i, f):
-        """The longer of the sizes of a point's facets and of facet f, at rest [m]."""
+        """Return the larger of the sizes of a point's facets and of facet f, at rest [m]."""
         return ti.max(self.point_size[i], self.facet_size[f])
 
     @ti.func
     def facet_group(self, f):
-        """Group of facet f."""
+        """Return the group of facet f."""
         return self.point_group[self.member_count.read() + f]
 
     @ti.func
     def are_paired(self, i, f):
-        """True if the groups of point i and facet f are in contact with each other."""
+        """Return True if the groups of point i and facet f are in contact with each other."""
         return self.may_touch[self.point_group[i], self.facet_group(f)] == 1
 
     @ti.func
     def never_touch(self, i, f):
-        """True if point i and facet f are in no contact, or too close at rest to touch."""
+        """Return 1 if point i and facet f are not paired, or too close at rest to touch, else 0."""
         result = 0
         if not self.are_paired(i, f):
             result = 1
@@ -231,7 +237,7 @@ class DeformableSurface:
 
     @ti.func
     def shares(self, f, g, w):
-        """True if facet g has all corners of facet f with some weight."""
+        """Return True if facet g has all corners of facet f with a positive weight w."""
         missing = 0
         for c in ti.static(range(self.nodes.dimension)):
             if w[c] > 0.0:

@@ -1,14 +1,14 @@
-"""A wall on a grid: signed distances at its nodes, interpolated between them.
+"""Wall sampled on a grid of signed distances, with linear interpolation.
 
 Any wall of straight facets becomes one table. Near the wall the values at the nodes are exact;
-away from it each node continues from the nearest exact one: the sign is carried on, and the
-distance is right to within a diagonal of a cell.
+farther away each node continues from the nearest exact one: it takes its sign, and the distance is
+right to within a diagonal of a cell.
 
 Between the nodes the gap is interpolated linearly along each axis. On a straight wall that is
-exact. Where the wall has the curvatures k1, k2 (radius of a circle: k1 = 1/R, k2 = 0) the gap is
-off by at most spacing^2 (|k1| + |k2|) / 8, for the distance's second derivatives along the axes
-sum up to no more. At an edge or a corner, which the grid rounds off, it is off by half a cell's
-diagonal at most, as no distance changes by more than the way.
+exact. Where the wall has the curvatures k1, k2 (circle: k1 = 1/R, k2 = 0) the gap is off by at most
+spacing^2 (|k1| + |k2|) / 8, because the second derivatives of the distance along the axes add up to
+no more. At an edge or a corner, which the grid rounds off, it is off by half a cell's diagonal at
+most, because a distance changes by no more than the displacement.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,36 +35,39 @@ CHUNK = 2**18
 
 
 class SpacingError(MeshError):
-    """A grid whose spacing is too small or too large."""
+    """Spacing of a grid that is too small or too large."""
 
 
 class Facets(Protocol):
-    """A wall of straight facets: triangle_surface.TriangleSurface."""
+    """Interface of a wall of straight facets, such as triangle_surface.TriangleSurface."""
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest coordinates (m, d) [m] of each facet."""
+        """Return the lowest and highest coordinates (m, d) [m] of each facet."""
 
     def spheres(self) -> tuple[np.ndarray, np.ndarray]:
-        """For each facet the mean of its corners (m, d) [m], and the radius (m,) [m] of the sphere
-        around it that holds them.
+        """Return the centre (m, d) [m] and radius (m,) [m] of a sphere that holds each facet.
+
+        The centre is the mean of the facet's corners.
         """
 
     def plane_distances(self, x: np.ndarray, facet: np.ndarray) -> np.ndarray:
-        """No more than the distance (k,) [m] of places x (k, d) to facets number `facet` (k,)."""
+        """Return lower bounds (k,) [m] of the distances of points x (k, d) to facets (k,)."""
 
     def signed_distances(self, x: np.ndarray, facet: np.ndarray) -> np.ndarray:
-        """Distance (k,) [m] of places x (k, d) to facets number `facet` (k,), negative in the
-        wall; the sign is right where no other facet is nearer.
+        """Return the signed distances (k,) [m] of points x (k, d) to facets (k,).
+
+        They are negative in the wall; the sign is right where no other facet is nearer.
         """
 
 
 @dataclass(frozen=True, eq=False)
 class DistanceGrid(Wall):
-    """Signed distances of one wall, `name`: values (nx, ny) or (nx, ny, nz) [m] at the nodes
-    origin (d,) + spacing * (i, j, k) [m], negative in the wall.
+    """Wall `name` given by its signed distances on a grid.
 
-    Outside of the grid's box the gap is that of the nearest place of its rim, farther by the
-    distance to there: free remains free and solid remains solid. picture: what `drawn` returns.
+    values (nx, ny) or (nx, ny, nz) [m] are the distances at the nodes origin (d,) + spacing * (i,
+    j, k) [m], negative in the wall. Outside the grid's box the gap is that of the nearest point of
+    the box, enlarged in magnitude by the distance to it, so free space remains free and solid
+    remains solid. picture: arrays that `drawn` returns.
     """
 
     name: Own[str]
@@ -75,11 +78,9 @@ class DistanceGrid(Wall):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of its one surface."""
         return (self.name,)
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, d), negative in the wall, by the wall's name."""
         last = np.array(self.values.shape) - 1.0
         u = (x - self.origin) / self.spacing
         rim = np.clip(u, 0.0, last)
@@ -89,7 +90,7 @@ class DistanceGrid(Wall):
         return {self.name: gap}
 
     def _interpolated(self, u: np.ndarray) -> np.ndarray:
-        """Values (n,) [m] at places u (n, d) within the grid, in spacings from its origin."""
+        """Return the values (n,) [m] at u (n, d) within the grid, in spacings from its origin."""
         cell = np.minimum(u.astype(int), np.array(self.values.shape) - 2)
         share = u - cell
         result = np.zeros(len(u))
@@ -99,16 +100,16 @@ class DistanceGrid(Wall):
         return result
 
     def obstacle(self, alike: Sequence["DistanceGrid"], places: np.ndarray) -> GriddedObstacle:
-        """In kernels."""
         return GriddedObstacle(alike)
 
     def touched_at_once(self) -> tuple[float, float]:
-        """One surface, whose gap changes by up to `steepest` for each metre that a node moves."""
+        """Return the slope of the gap of the one surface for both bounds."""
         return self.steepest(), self.steepest()
 
     def steepest(self) -> float:
-        """Largest slope |grad g| [-] of the gap in cells that reach into the wall: 1 where it is
-        straight, up to the root of d at an edge.
+        """Return the largest slope |grad g| [-] of the gap in cells that reach into the wall.
+
+        It is 1 where the wall is straight and up to the square root of d at an edge.
         """
         axes, least = range(self.values.ndim), self.values
         for axis in axes:
@@ -126,12 +127,12 @@ class DistanceGrid(Wall):
         return float(np.sqrt(squared.max(initial=1.0)))
 
     def drawn(self) -> dict[str, np.ndarray]:
-        """The facets that the grid was made from."""
+        """Return the facets from which the grid was made."""
         return self.picture
 
 
 def _of_neighbours(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndarray:
-    """A function of each two neighbours along an axis."""
+    """Apply a function to each two neighbours along an axis."""
     count = values.shape[axis]
     return np.asarray(
         function(values.take(range(count - 1), axis), values.take(range(1, count), axis))
@@ -141,11 +142,11 @@ def _of_neighbours(function: np.ufunc, values: np.ndarray, axis: int) -> np.ndar
 def tabulated(
     wall: Facets, low: np.ndarray, high: np.ndarray, spacing: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Origin (d,) [m] and values [m] of the grid of a wall in the box from low to high (d,) [m],
-    enlarged by the band on all sides.
+    """Return the origin (d,) [m] and the values [m] of the grid of a wall.
 
-    Raises SpacingError where the grid would be too large, saying a spacing that would do, or the
-    wall is too thin for it; MeshError where the wall has no clear inside.
+    The grid covers the box from low to high (d,) [m], enlarged by the band on all sides. Raises
+    SpacingError if the grid would be too large (with a spacing that would do) or the wall is too
+    thin for it, and MeshError if the wall has no clear inside.
     """
     shape = shape_of_grid(low, high, spacing)
     if np.prod([float(n) for n in shape]) > MOST_NODES:
@@ -164,12 +165,12 @@ def tabulated(
 
 
 def shape_of_grid(low: np.ndarray, high: np.ndarray, spacing: float) -> tuple[int, ...]:
-    """Nodes along each axis of the box (d,) [m] with the band on both sides."""
+    """Return the number of nodes along each axis of the box (d,) [m] with the band around it."""
     return tuple(int(n) for n in np.ceil((high - low) / spacing) + 2 * BAND + 1)
 
 
 def least_spacing(low: np.ndarray, high: np.ndarray) -> float:
-    """A spacing [m] in two digits with which the box has a grid that is not too large."""
+    """Return a spacing [m], rounded up to two digits, with which the grid is not too large."""
     spacing = float(np.ptp(np.stack([low, high]), axis=0).max()) / MOST_NODES
     while np.prod([float(n) for n in shape_of_grid(low, high, spacing)]) > MOST_NODES:
         spacing *= 1.02
@@ -180,7 +181,7 @@ def least_spacing(low: np.ndarray, high: np.ndarray) -> float:
 def distances_in_band(
     wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """Signed distances [m] at the nodes in the band, infinite at the others."""
+    """Return the signed distances [m] at the nodes in the band, infinite at the others."""
     farthest = farthest_facets(wall, origin, spacing, shape)
     centres, radii = wall.spheres()
     values = np.full(len(farthest), np.inf)
@@ -203,8 +204,10 @@ def distances_in_band(
 def farthest_facets(
     wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """How far from each node its nearest facet can be [m], as the facets' centres tell, and no
-    farther than the band (nodes,): farther facets need not be looked at.
+    """Return an upper bound (nodes,) [m] of the distance from each node to its nearest facet.
+
+    It follows from the facets' centres and is at most the width of the band; facets farther away
+    need not be tested.
     """
     centres, _ = wall.spheres()
     farthest = np.full(int(np.prod(shape)), BAND * spacing)
@@ -217,15 +220,16 @@ def farthest_facets(
 def places_of(
     node: np.ndarray, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
 ) -> np.ndarray:
-    """Places (k, d) [m] of nodes (k,), numbered along the last axis first."""
+    """Return the positions (k, d) [m] of nodes (k,), numbered along the last axis first."""
     return np.asarray(origin + spacing * np.stack(np.unravel_index(node, shape), axis=1))
 
 
 def pairs_nearby(
     wall: Facets, origin: np.ndarray, spacing: float, shape: tuple[int, ...]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Nodes, numbered along the last axis first, and facets (k,) whose boxes, enlarged by the band,
-    they lie in; a part at a time.
+    """Yield, in parts, pairs (k,) of a node and a facet whose enlarged box contains the node.
+
+    Boxes are enlarged by the band. Nodes are numbered along the last axis first.
     """
     low, high = wall.boxes()
     last = np.array(shape) - 1
@@ -245,8 +249,10 @@ def pairs_nearby(
 
 
 def carry_on(values: np.ndarray, spacing: float) -> None:
-    """Give the nodes outside the band the sign of the nearest one inside, and its distance from
-    the wall and theirs from it together [m]: too much by a cell's diagonal at most.
+    """Extend the distances to the nodes outside the band.
+
+    Each takes the sign of the nearest node inside, and the sum of that node's distance from the
+    wall and the distance between both [m]: too much by a cell's diagonal at most.
     """
     outside = np.isinf(values)
     if not outside.any():
@@ -261,8 +267,10 @@ def carry_on(values: np.ndarray, spacing: float) -> None:
 
 
 def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float) -> None:
-    """Between neighbours of opposite signs runs the wall, so that their distances from it make up
-    no more than the spacing; else the signs contradict each other.
+    """Raise MeshError if the signs of the distances contradict each other.
+
+    Between neighbours of opposite signs lies the wall, so their distances from it add up to no more
+    than the spacing.
     """
     for axis in range(values.ndim):
         count = values.shape[axis]
@@ -278,8 +286,10 @@ def refuse_unclear_sides(values: np.ndarray, origin: np.ndarray, spacing: float)
 
 
 def refuse_too_thin(values: np.ndarray, origin: np.ndarray, spacing: float, wall: Facets) -> None:
-    """Within two cells of every facet's centre there is a node half a spacing deep in the wall: the
-    grid would have holes where it is thinner than a cell.
+    """Raise SpacingError if the wall is too thin for its grid.
+
+    Within two cells of the centre of every facet there must be a node half a spacing deep in the
+    wall; otherwise the grid would have holes where the wall is thinner than a cell.
     """
     u, last = (wall.spheres()[0] - origin) / spacing, np.array(values.shape) - 1
     cell = u[((u >= 0.0) & (u <= last)).all(axis=1)].astype(int)

@@ -1,9 +1,11 @@
-"""Which edges of a polyline can be nearest to a place: looked up in cells of a grid.
+"""Grid of cells that list the edges of a polyline that can be nearest to a point.
 
-A cell's list has all edges that are nearest to some place in it, and few others: with the cell's
-centre c and its half diagonal r, an edge e that is nearest at x has
+The list of a cell has all edges that are nearest to some point in it, and few others: with the
+cell's centre c and its half diagonal r, an edge e that is nearest at x satisfies
+
     |e - c| <= |e - x| + r <= |e' - x| + r <= |e' - c| + 2 r
-for every other edge e'. So what is found in a list is exact.
+
+for every other edge e'. The nearest edge in a list is therefore exact.
 """
 
 from collections.abc import Iterator
@@ -15,17 +17,19 @@ from softsim.contact.polyline import PAIRS, Polyline
 
 MOST_CELLS = 2**13
 HALF_DIAGONAL = np.sqrt(0.5) * (1.0 + 1e-9)
-"""Of a cell, over its side."""
+"""Half diagonal of a cell over its side."""
 
 RIM = 2
-"""Cells around the polyline's points, on each side."""
+"""Number of cells around the polyline's points, on each side."""
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeCells:
-    """Cells of side `size` [m], shape (2,), the first one's corner at `origin` (2,) [m]. The edges
-    of cell (i, j) are edge[begin[c]] .. edge[begin[c + 1] - 1], c = i shape[1] + j; no gap in it is
-    below clearance[c] [m].
+    """Grid of square cells with the edges near each of them.
+
+    Cells have the side `size` [m], their number along the axes is shape (2,), and the corner of the
+    first one is at `origin` (2,) [m]. The edges of cell (i, j) are edge[begin[c]] .. edge[begin[c +
+    1] - 1] with c = i shape[1] + j; no gap in it is below clearance[c] [m].
     """
 
     origin: np.ndarray
@@ -37,7 +41,7 @@ class EdgeCells:
 
 
 def cells_of(polyline: Polyline) -> EdgeCells:
-    """Cells around a polyline, as small as there may be."""
+    """Return the cells around a polyline, the smallest within the limit of MOST_CELLS."""
     low, high = polyline.points.min(axis=0), polyline.points.max(axis=0)
     size = float((high - low).max()) / MOST_CELLS
     while np.prod(shape_of_cells(low, high, size)) > MOST_CELLS:
@@ -52,14 +56,14 @@ def cells_of(polyline: Polyline) -> EdgeCells:
 
 
 def shape_of_cells(low: np.ndarray, high: np.ndarray, size: float) -> np.ndarray:
-    """Cells along both axes (2,) of the box (2,) [m] with its rim."""
+    """Return the number of cells (2,) along both axes of the box (2,) [m] with its rim."""
     return np.maximum(np.ceil((high - low) / size), 1.0).astype(int) + 2 * RIM
 
 
 def near_edges(
     polyline: Polyline, origin: np.ndarray, size: float, shape: np.ndarray
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Of some cells after the other: how many edges each lists, and the edges."""
+    """Yield, for successive groups of cells, the number of edges listed by each, and the edges."""
     across = 2.0 * HALF_DIAGONAL * size
     part = max(1, PAIRS // len(polyline.starts))
     for first in range(0, int(np.prod(shape)), part):
@@ -70,6 +74,6 @@ def near_edges(
 
 
 def centres(cell: np.ndarray, origin: np.ndarray, size: float, shape: np.ndarray) -> np.ndarray:
-    """Places (k, 2) [m] of the centres of cells (k,)."""
+    """Return the centres (k, 2) [m] of cells (k,)."""
     index = np.stack(np.unravel_index(cell, tuple(shape)), axis=1)
     return np.asarray(origin + size * (index + 0.5))

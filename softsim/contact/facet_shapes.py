@@ -1,8 +1,8 @@
 """Shape of one facet, an edge of a section or a triangle in space: closest point, normal.
 
-A facet is given by the rows of X (d, d), the places of its corners. A place x lies beside it at
-x = sum_c W_c X_c + z n with the weights W of its foot in the facet's line or plane, some of them
-negative where the foot lies outside; the closest point of the facet has weights w >= 0.
+A facet is given by the rows of X (d, d), the positions of its corners. A point x beside it is x =
+sum_c W_c X_c + z n with the weights W of its projection onto the facet's line or plane, some of
+them negative where the projection lies outside; the closest point of the facet has weights w >= 0.
 """
 
 import taichi as ti
@@ -12,13 +12,13 @@ from softsim import backend
 
 @ti.func
 def corner(X, k):
-    """Row k of X."""
+    """Return row k of X."""
     return ti.Vector([X[k, j] for j in ti.static(range(X.m))])
 
 
 @ti.func
 def centroid(X):
-    """Mean of the rows of X."""
+    """Return the mean of the rows of X."""
     centre = corner(X, 0)
     for c in ti.static(range(1, X.n)):
         centre += corner(X, c)
@@ -27,7 +27,7 @@ def centroid(X):
 
 @ti.func
 def foot_weights(X, gradients, x):
-    """W (d,): linear in x, each 1 at its own corner and 0 at the others."""
+    """Return the weights W (d,): linear in x, each 1 at its own corner and 0 at the others."""
     W = gradients @ (x - corner(X, 0))
     W[0] += 1.0
     return W
@@ -35,11 +35,11 @@ def foot_weights(X, gradients, x):
 
 @ti.func
 def is_farther(X, x, square):
-    """True only if no point of a facet is closer to x than the root of `square` [m^2].
+    """Return True only if no point of a facet is closer to x than the root of `square` [m^2].
 
-    All its points lie within r, the arm of its farthest corner, of its centroid c, and
-    (r + d)^2 <= 2 (r^2 + d^2), so |x - c|^2 > 2 (r^2 + d^2) says so without a root. Most facets
-    that are near, but not the closest, are told by this from few numbers.
+    All its points lie within r, the distance of its farthest corner, of its centroid c, and (r +
+    d)^2 <= 2 (r^2 + d^2), so |x - c|^2 > 2 (r^2 + d^2) is sufficient and needs no square root. This
+    rejects most facets that are near but not the closest.
     """
     centre = centroid(X)
     farthest = ti.cast(0.0, backend.real)
@@ -50,23 +50,26 @@ def is_farther(X, x, square):
 
 @ti.func
 def velocity_beside(V, gradients, n, W, z):
-    """Velocity [m/s] at the place W, z beside a facet that moves and turns with it, its corners
-    with the velocities V (rows): sum_c W_c v_c + z dn/dt, with dn/dt = -sum_c dW_c/dx (n . v_c).
+    """Return the velocity [m/s] of the point W, z beside a facet, moving and turning with it.
+
+    With the corner velocities V (rows) it is sum_c W_c v_c + z dn/dt, with dn/dt = -sum_c dW_c/dx
+    (n . v_c).
     """
     return V.transpose() @ W - z * (gradients.transpose() @ (V @ n))
 
 
 @ti.func
 def corner_forces(gradients, n, W, z, T):
-    """What a force T at the place W, z beside a facet is on its corners (rows): the same power,
-    so the same resultant and moment.
+    """Return the corner forces (rows) of a facet for a force T at the point W, z beside it.
+
+    They have the same power, so the same resultant and moment.
     """
     return W.outer_product(T) - z * (gradients @ T).outer_product(n)
 
 
 @ti.func
 def share_along(a, b, x):
-    """Where on the line from a to b the point closest to x lies: 0 at a, 1 at b."""
+    """Return the position of the point of the line from a to b closest to x: 0 at a, 1 at b."""
     along = b - a
     return ti.math.clamp((x - a).dot(along) / along.norm_sqr(), 0.0, 1.0)
 
@@ -78,7 +81,7 @@ class Edge:
 
     @ti.func
     def area_vector(self, X):
-        """Normal out of the material, as long as the edge [m]."""
+        """Return the normal out of the material, with the length of the edge [m]."""
         along = corner(X, 1) - corner(X, 0)
         return ti.Vector([along[1], -along[0]])
 
@@ -89,20 +92,20 @@ class Edge:
 
     @ti.func
     def weight_gradients(self, X):
-        """dW_c/dx, a row for each corner [1/m]."""
+        """Return dW_c/dx, one row for each corner [1/m]."""
         along = corner(X, 1) - corner(X, 0)
         g = along / along.norm_sqr()
         return ti.Matrix([[-g[0], -g[1]], [g[0], g[1]]])
 
     @ti.func
     def closest_weights(self, X, x):
-        """w of the point of the edge that is closest to x."""
+        """Return the weights w of the point of the edge closest to x."""
         t = share_along(corner(X, 0), corner(X, 1), x)
         return ti.Vector([1.0 - t, t])
 
     @ti.func
     def angle(self, X, k):
-        """How much a corner's own normal counts in that of the surface: both edges alike."""
+        """Return 1, the weight of an edge's normal in the surface normal at a corner."""
         return ti.cast(1.0, backend.real)
 
 
@@ -113,7 +116,7 @@ class Triangle:
 
     @ti.func
     def area_vector(self, X):
-        """Normal out of the material, as long as twice the area [m^2]."""
+        """Return the normal out of the material, with the length of twice the area [m^2]."""
         a = corner(X, 0)
         return (corner(X, 1) - a).cross(corner(X, 2) - a)
 
@@ -124,7 +127,7 @@ class Triangle:
 
     @ti.func
     def weight_gradients(self, X):
-        """dW_c/dx, a row for each corner [1/m]."""
+        """Return dW_c/dx, one row for each corner [1/m]."""
         a = corner(X, 0)
         e, f = corner(X, 1) - a, corner(X, 2) - a
         area = e.cross(f)
@@ -134,7 +137,7 @@ class Triangle:
 
     @ti.func
     def closest_weights(self, X, x):
-        """w of the point of the triangle that is closest to x: its foot, or on one of the sides."""
+        """Return the weights w of the point of the triangle closest to x, inside or on a side."""
         w = foot_weights(X, self.weight_gradients(X), x)
         if w.min() < 0.0:
             nearest = ti.cast(1e30, backend.real)
@@ -151,6 +154,6 @@ class Triangle:
 
     @ti.func
     def angle(self, X, k):
-        """Angle [rad] at corner k: how much its own normal counts in that of the surface."""
+        """Return the angle [rad] at corner k, the weight of the normal in the surface normal."""
         e, f = corner(X, (k + 1) % 3) - corner(X, k), corner(X, (k + 2) % 3) - corner(X, k)
         return ti.atan2(e.cross(f).norm(), e.dot(f))

@@ -1,4 +1,4 @@
-"""Axes in which a surface stands still, as contact asks for them: here those of space."""
+"""Axes in which a wall or an outline is at rest, as contact needs them: here those of space."""
 
 from typing import Any
 
@@ -9,42 +9,45 @@ from softsim.term import Pass, Stage
 
 
 class FixedFrame:
-    """The axes of space. A frame that moves says where, and what work its motion does."""
+    """Axes of space; the base class of frames that move.
+
+    A moving frame defines its motion and the work that it does.
+    """
 
     def carry(self, contact: Any) -> None:
-        """Note the contact of the surfaces, whose forces do work where the frame moves."""
+        """Register the contact whose forces do work when the frame moves."""
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """What moves the frame in an increment."""
+        """Return the passes of an increment that move the frame."""
         return {}
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {}
 
     def forget_work(self) -> None:
-        """Begin the books of work anew."""
+        """Set the work of the motion to zero."""
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """Columns of the history now, `interval` [s] after impulses were cleared."""
+        """Return the columns of the history now, `interval` [s] after impulses were cleared."""
         return {}
 
     @ti.func
     def work_done(self, s, part):
-        """Work of the motion so far [J]."""
+        """Return the work of the motion so far [J]."""
         return ti.cast(0.0, backend.real)
 
     @ti.func
     def local_position(self, s, x):
-        """A place x (d) in the frame's axes [m]."""
+        """Return a position x (d) [m] in the frame's axes."""
         return x
 
     @ti.func
     def relative_velocity(self, s, x, v):
-        """Velocity relative to the frame's point at x, in the frame's axes [m/s]."""
+        """Return the velocity [m/s] relative to the frame's point at x, in the frame's axes."""
         return v
 
     @ti.func
     def global_vector(self, s, f):
-        """A vector of the frame's axes in space."""
+        """Return a vector of the frame's axes in the axes of space."""
         return f

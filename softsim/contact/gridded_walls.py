@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # a wall imports its obstacle
 
 
 class GriddedObstacle(Obstacle):
-    """One wall on a grid, as contact/distance_grid.py describes it; an entry of `walls` a scenario.
+    """Wall on a grid (contact/distance_grid.py), one entry of `walls` per scenario.
 
     Scenarios with the same grid share it.
     """
@@ -32,8 +32,9 @@ class GriddedObstacle(Obstacle):
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
-        """Signed gap [m] of contact node number i at x, negative inside the wall, and its gradient
-        as a unit vector: the normal.
+        """Return the signed gap [m] of contact node i at x, and the unit normal.
+
+        The gap is negative in the wall. The normal has the direction of the gradient of the gap.
         """
         h = self.spacing[s]
         u = (x - self.origin[s]) / h
@@ -46,12 +47,12 @@ class GriddedObstacle(Obstacle):
 
     @ti.func
     def interpolated(self, s, u):
-        """Gap [m] at u, in spacings from the origin and within the grid, and its gradient as a unit
-        vector.
+        """Return the gap [m] at u, and its gradient as a unit vector.
 
-        g = sum of w_c g_c over the corners c of the cell; w_c is the product, over the axes, of the
-        share of the way across the cell, or what is left of it. The derivative of w_c along an axis
-        is the product over the other axes, with the sign of the corner's side.
+        u is in spacings from the origin and within the grid. g = sum of w_c g_c over the corners c
+        of the cell; w_c is the product, over the axes, of the fraction of the path across the cell,
+        or its complement. The derivative of w_c along an axis is the product over the other axes,
+        with the sign of the corner's side.
         """
         d = ti.static(self.dimension)
         cell = ti.min(ti.floor(u), self.nodes[s] - 2.0)
@@ -79,7 +80,7 @@ class GriddedObstacle(Obstacle):
 
 
 def joined(tables: Sequence[np.ndarray]) -> tuple[ti.ScalarField, np.ndarray]:
-    """One field of the numbers of all tables, those that are alike once, and where each begins."""
+    """Return one field of the numbers of all different tables, and the start of each table."""
     kept: list[np.ndarray] = []
     begins: list[int] = []
     for table in tables:

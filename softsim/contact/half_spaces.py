@@ -13,8 +13,10 @@ from softsim.sharing import Own
 
 @dataclass(frozen=True)
 class HalfSpaces(Wall):
-    """Half spaces, in a section half planes: surfaces, their names; points (w, d) [m] and unit
-    normals (w, d) into the free side.
+    """Half spaces, in a section half planes.
+
+    surfaces: names. points (w, d) [m] on the planes. normals (w, d): unit normals into the free
+    side.
     """
 
     surfaces: tuple[str, ...]
@@ -23,33 +25,32 @@ class HalfSpaces(Wall):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the surfaces."""
         return self.surfaces
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, d) to each half space, by its name."""
         return {
             name: (x - point) @ normal
             for name, point, normal in zip(self.names, self.points, self.normals, strict=True)
         }
 
     def obstacle(self, alike: Sequence["HalfSpaces"], places: np.ndarray) -> "FlatObstacle":
-        """In kernels."""
         return FlatObstacle(alike)
 
     def touched_at_once(self) -> tuple[float, float]:
-        """Walls that face each other are not touched together."""
+        """Return the bounds; of walls that face each other only one side is touched at a time."""
         normals = facing_one_way(self.normals)
         return len(normals), float(np.linalg.eigvalsh(normals.T @ normals)[-1])
 
     def drawn(self) -> dict[str, np.ndarray]:
-        """A point and the normal of each."""
+        """Return a point and the normal of each half space."""
         return {"walls": np.concatenate([self.points, self.normals], axis=1)}
 
 
 def facing_one_way(normals: np.ndarray) -> np.ndarray:
-    """Of the unit normals (w, d) of half spaces those that one node can touch: walls that face
-    each other are far apart, so of two opposite sides only the one with more walls counts.
+    """Return those of the unit normals (w, d) of half spaces that one node can touch together.
+
+    Walls that face each other are far apart, so of two opposite sides only the one with more walls
+    counts.
     """
     cosines = normals @ normals.T
     alike, opposite = (cosines > 1.0 - 1e-9).sum(axis=1), (cosines < 1e-9 - 1.0).sum(axis=1)
@@ -67,8 +68,6 @@ class FlatObstacle(Obstacle):
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
-        """Signed gap [m] of contact node number i at x to wall w, negative inside, and the wall's
-        unit normal.
-        """
+        """Return the signed gap [m] of contact node i at x to wall w, and the unit normal."""
         n = self.normal[s, w]
         return (x - self.point[s, w]).dot(n), n

@@ -1,28 +1,27 @@
-"""Where one pipe leaves another at a right angle: the edge between their walls, rounded.
+"""Junction of two pipes at a right angle, with the edge between their walls rounded.
 
 Both are cylinders: the run, of radius R about the axis xi, and the branch, of radius r <= R about
-the axis eta > 0 that leaves it at the origin; zeta is across both, zero in the plane. The solid
-with its edge rounded by a radius f is all that balls of radius f cover which fit into it
+the axis eta > 0 that leaves it at the origin; zeta is perpendicular to both, zero in the plane. The
+solid with its edge rounded by a radius f is the union of all balls of radius f that fit into it
 (morphological opening: Serra, *Image Analysis and Mathematical Morphology*, 1982). Centres of such
-balls are farther than f from both bores: outside of two cylinders of the radii A = R + f and
-B = r + f. With C for these centres the gap is, and exactly so,
+balls are farther than f from both bores: outside two cylinders of the radii A = R + f and B = r +
+f. With C for the set of these centres the gap is exactly
 
-    g(x) = |x - p| - f,   p the place of C that is nearest to x,
+    g(x) = |x - p| - f,   p the point of C nearest to x,
 
-a distance of the slope 1, whose gradient (x - p) / |x - p| is the normal, continuous along the way
-from one wall over the fillet to the other. In the bores both of which hold x, p lies on the deeper
-one's wall, straight outwards from its axis, unless it would lie in the other bore there. Then it
-lies on their edge,
+a distance of slope 1, whose gradient (x - p) / |x - p| is the normal, continuous from one wall over
+the fillet to the other. Where x lies in both bores, p lies on the wall of the deeper one, radially
+outwards from its axis, unless that point lies in the other bore. Then p lies on the edge of both,
 
     p(theta) = (B cos theta, sqrt(A^2 - B^2 sin^2 theta), B sin theta),
 
 where (x - p) . dp/dtheta = 0. By symmetry xi and zeta are positive and theta lies between 0 and a
-right angle. In the plane theta = 0: the centre of an arc that touches both walls; the other wall of
-a run without a second branch may be nearer.
+right angle. In the plane theta = 0: the centre of an arc that touches both walls; there the
+opposite wall of a run without a second branch may be nearer.
 
-A place more than f deep in the wall is in C: there the nearest bore's wall counts alone, and the
-normal turns over at once where two are equally near. At the sides of pipes of one radius, where
-their walls are tangent to each other, edge and fillet vanish.
+A point more than f deep in the wall is in C: there only the wall of the nearest bore counts, and
+the normal jumps where two are equally near. At the sides of pipes of one radius, where their walls
+are tangent to each other, edge and fillet vanish.
 """
 
 from collections.abc import Sequence
@@ -46,9 +45,11 @@ LEAST_STEP = 1e-14
 
 @dataclass(frozen=True, eq=False)
 class Junction:
-    """A branch that leaves a run at `centre` (d,) [m]; run, branch: unit vectors (d,) along their
-    axes, from the run into the branch. radii: of run and branch [m]; fillet [m]: of the edge.
-    faces_wall: whether the run has a wall opposite to the branch, and no second branch.
+    """Junction of a branch that leaves a run at `centre` (d,) [m].
+
+    run, branch: unit vectors (d,) along their axes, the latter from the run into the branch. radii:
+    of run and branch [m]. fillet [m]: radius of the rounded edge. faces_wall: True if the run has a
+    wall opposite to the branch, and no second branch.
     """
 
     centre: np.ndarray
@@ -60,33 +61,35 @@ class Junction:
 
     @property
     def enlarged(self) -> tuple[float, float]:
-        """A and B [m]."""
+        """Enlarged radii A and B [m] of run and branch."""
         return self.radii[0] + self.fillet, self.radii[1] + self.fillet
 
     @property
     def reach(self) -> float:
-        """How far from the centre run and branch have to be straight [m] for the gap to be exact:
-        from everywhere between their walls the edge is nearer than anything beyond.
+        """Distance [m] from the centre over which run and branch must be straight for an exact gap.
+
+        Everywhere between their walls the edge is nearer than anything beyond this distance.
         """
         return sum(self.enlarged)
 
     @property
     def opposite(self) -> float:
-        """Where C begins on the side opposite to the branch, as its eta [m]: of a round wall it is
-        never the nearest.
+        """Coordinate eta [m] at which C begins on the side opposite to the branch.
+
+        It is -FACE, which is never the nearest, in space and where no wall is opposite.
         """
         is_plane = len(self.centre) == 2
         return -self.enlarged[0] if is_plane and self.faces_wall else -FACE
 
     def coordinates(self, x: np.ndarray) -> np.ndarray:
-        """|xi|, eta and |zeta| (n, 3) [m] of places x (n, d)."""
+        """Return |xi|, eta and |zeta| (n, 3) [m] of points x (n, d)."""
         arm = x - self.centre
         xi, eta = arm @ self.run, arm @ self.branch
         rest = arm - np.outer(xi, self.run) - np.outer(eta, self.branch)
         return np.stack([np.abs(xi), eta, np.linalg.norm(rest, axis=1)], axis=1)
 
     def holds(self, x: np.ndarray) -> np.ndarray:
-        """Which of the places x (n, d) lie in both enlarged bores."""
+        """Return a mask (n,) of the points x (n, d) that lie in both enlarged bores."""
         return self._is_between(self.coordinates(x))
 
     def _is_between(self, at: np.ndarray) -> np.ndarray:
@@ -95,12 +98,12 @@ class Junction:
         return (eta > 0.0) & (np.hypot(eta, zeta) < A) & (np.hypot(xi, zeta) < B)
 
     def gap(self, x: np.ndarray) -> np.ndarray:
-        """Signed gap (n,) [m] of places x (n, d) that lie in both enlarged bores."""
+        """Return the signed gap (n,) [m] of points x (n, d) that lie in both enlarged bores."""
         at = self.coordinates(x)
         return np.asarray(np.linalg.norm(at - self._nearest(at), axis=1) - self.fillet)
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """Of that gap: unit vectors (n, d)."""
+        """Return the gradient of that gap: unit vectors (n, d)."""
         arm, at = x - self.centre, self.coordinates(x)
         way = at - self._nearest(at)
         way /= np.linalg.norm(way, axis=1)[:, None]
@@ -113,7 +116,7 @@ class Junction:
         )
 
     def _nearest(self, at: np.ndarray) -> np.ndarray:
-        """p (n, 3) [m] of places at (n, 3)."""
+        """Return the nearest points p (n, 3) [m] of C for coordinates at (n, 3)."""
         A, B = self.enlarged
         xi, eta, zeta = at.T
         from_run, from_branch = np.hypot(eta, zeta), np.hypot(xi, zeta)
@@ -131,13 +134,13 @@ class Junction:
         return np.where(is_nearer[:, None], opposite, p)
 
     def edge(self, theta: np.ndarray) -> np.ndarray:
-        """p (n, 3) [m] at angles theta (n,) about the branch's axis."""
+        """Return the points p (n, 3) [m] of the edge at angles theta (n,) about the branch."""
         A, B = self.enlarged
         sine = np.sin(theta)
         return np.stack([B * np.cos(theta), np.sqrt(A**2 - (B * sine) ** 2), B * sine], axis=1)
 
     def _edge_angles(self, at: np.ndarray) -> np.ndarray:
-        """theta (n,) of the place of the edge that is nearest to places at (n, 3)."""
+        """Return theta (n,) of the point of the edge nearest to coordinates at (n, 3)."""
         if len(self.centre) == 2:
             return np.zeros(len(at))
         A, B = self.enlarged
@@ -166,7 +169,7 @@ class Junction:
 
 
 class RoundedEdges:
-    """The edges of junctions in kernels (contact/junction.py); of each scenario those in `walls`.
+    """Rounded edges of junctions in kernels (contact/junction.py), those of `walls` per scenario.
 
     Fields, (scenarios, ...): count; of each junction centre, run, branch, enlarged radii (A, B),
     fillet, opposite.
@@ -190,7 +193,7 @@ class RoundedEdges:
 
     @ti.func
     def coordinates(self, s, j, x):
-        """|xi|, eta and |zeta| [m] of a place x."""
+        """Return |xi|, eta and |zeta| [m] of a point x."""
         arm = x - self.centre[s, j]
         xi, eta = arm.dot(self.run[s, j]), arm.dot(self.branch[s, j])
         rest = arm - xi * self.run[s, j] - eta * self.branch[s, j]
@@ -198,7 +201,7 @@ class RoundedEdges:
 
     @ti.func
     def holds(self, s, j, at):
-        """Whether the place lies in both enlarged bores."""
+        """Return True if the point with the coordinates `at` lies in both enlarged bores."""
         A, B = self.enlarged[s, j][0], self.enlarged[s, j][1]
         from_run = at[1] * at[1] + at[2] * at[2]
         from_branch = at[0] * at[0] + at[2] * at[2]
@@ -206,7 +209,7 @@ class RoundedEdges:
 
     @ti.func
     def gap_and_normal(self, s, j, x, at):
-        """Signed gap [m] of a place x in both enlarged bores, and the unit normal."""
+        """Return the signed gap [m] of a point x in both enlarged bores, and the unit normal."""
         way = at - self.nearest(s, j, at)
         distance = way.norm()
         way /= distance
@@ -220,7 +223,7 @@ class RoundedEdges:
 
     @ti.func
     def nearest(self, s, j, at):
-        """The place of all centres of balls in the wall that is nearest to the place."""
+        """Return the point of C nearest to the coordinates `at`."""
         A, B = self.enlarged[s, j][0], self.enlarged[s, j][1]
         from_run = ti.sqrt(at[1] * at[1] + at[2] * at[2])
         from_branch = ti.sqrt(at[0] * at[0] + at[2] * at[2])
@@ -243,8 +246,9 @@ class RoundedEdges:
 
     @ti.func
     def edge_angle(self, A, B, at):
-        """theta of the place of the edge that is nearest: by Newton's steps, kept in an interval
-        that shrinks.
+        """Return theta of the nearest point of the edge.
+
+        Newton's method, kept in an interval that shrinks.
         """
         theta = ti.cast(0.0, backend.real)
         if ti.static(self.dimension == 3):
@@ -272,5 +276,5 @@ class RoundedEdges:
 
     @ti.func
     def edge_height(self, A, B, sine):
-        """eta of the edge [m]; round-off must not make its square negative where it is zero."""
+        """Return eta [m] of the edge; its square must not be negative by round-off."""
         return ti.sqrt(ti.max(A * A - B * B * sine * sine, 0.0))

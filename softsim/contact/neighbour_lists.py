@@ -1,17 +1,17 @@
 """Lists of the facets that each point of a surface may touch soon, and of the points of each facet.
 
-Verlet lists: a pair is listed when it is closer than DEPTH of the longest facet and a margin. They
-hold until two nodes have moved by the margin relative to each other; that is looked at in every
-increment, before any force (by the box that holds all displacements, so a body that moves as a
-whole costs nothing). So every pair that is closer than DEPTH is listed at all times, however fast
-it moves, and with it all facets that may be closer yet, short ones too: without these the closest
-facet would not be known, nor on which side of it a node is. Asked of the increment is only that
+Verlet lists: a pair is listed when it is closer than DEPTH of the longest facet plus a margin. The
+lists are valid until two nodes have moved by the margin relative to each other; this is checked in
+every increment, before any force (by the box that holds all displacements, so a body that moves as
+a whole costs nothing). Every pair closer than DEPTH is therefore listed at all times, however fast
+it moves, and with it all facets that may be closer, short ones too: without these the closest facet
+would not be known, nor on which side of it a node is. The only condition on the increment is that
 nothing gets deeper than DEPTH at once: v dt < DEPTH h. At the stable step, dt about h/c with the
-speed of sound c, that is a speed of 0.7 c (here some 27 m/s), and a plane impact at 2 v presses as
-deep as 2 v/c facets.
+speed of sound c, that is a speed of 0.7 c (here some 27 m/s), and a plane impact at 2 v penetrates
+by 2 v/c facets.
 
-The lists only spare work: they are in the order of the numbers, and what is farther than DEPTH
-does nothing, so a run has the same bits whenever they are made anew.
+The lists only save work: they are ordered by number, and what is farther than DEPTH has no effect,
+so a run has the same bits whenever they are renewed.
 """
 
 import numpy as np
@@ -34,8 +34,10 @@ MOST_NODES = {2: 64, 3: 288}
 
 
 def margin_and_room(facet_size: np.ndarray, dimension: int) -> tuple[float, float, int]:
-    """Margin and longest side [m] for facets of these sides (f,) [m], and how much more room lists
-    need than between facets of equal sides, by the length or area within reach.
+    """Return margin and longest side [m] for facets of these sides (f,) [m], and a capacity factor.
+
+    The factor is the capacity of lists relative to that for facets of equal sides, from the ratio
+    of the lengths or areas within reach.
     """
     mean, longest = float(facet_size.mean()), float(facet_size.max())
     margin = MARGIN * mean
@@ -45,27 +47,31 @@ def margin_and_room(facet_size: np.ndarray, dimension: int) -> tuple[float, floa
 
 @ti.func
 def part_of(count, p):
-    """First and end of part p of so many indices."""
+    """Return the first index and the end of part p of `count` indices."""
     return count * p // PARTS, count * (p + 1) // PARTS
 
 
 class NeighbourLists:
     """Pairs of points and facets of surfaces that may touch.
 
-    Work is done in PARTS of the nodes or facets, so that most of it is passed over at once while
+    Work is done in PARTS of the nodes or facets, so that most of it is skipped at once while
     nothing is near.
 
     Fields: near_facet (scenarios, k, room), near_facet_count; near_node (scenarios, f, room), the
     points near a facet, and near_node_count, in increasing order. travel (scenarios,): upper bound
     of the length [m] of the path of any two of the watched nodes relative to each other; due
     (scenarios, k): travel at which a point may touch, at the earliest. renewed (scenarios,): 1 if
-    the lists are made anew in this increment. stale (scenarios,): set to 1 by the solver when it
-    moves nodes to other positions. overfull (scenarios,): 1 if a list had no room, which the solver
+    the lists are renewed in this increment. stale (scenarios,): set to 1 by the solver when it
+    moves nodes to other positions. overfull (scenarios,): 1 if a list was full, which the solver
     checks.
     """
 
     def __init__(self, surface: DeformableSurface, margin: float, longest: float, room: int):
-        """margin [m]. longest: side of a facet at rest [m]. room: times MOST_FACETS, MOST_NODES."""
+        """Allocate the fields.
+
+        margin [m]. longest: longest side of a facet at rest [m]. room: factor on MOST_FACETS and
+        MOST_NODES.
+        """
         nodes = surface.nodes
         scenarios, d = nodes.scenarios, nodes.dimension
         self.surface, self.nodes = surface, nodes
@@ -90,8 +96,9 @@ class NeighbourLists:
 
     @ti.func
     def watch(self, s, p, t, dt):
-        """Least and most displacement of what is watched, part p, since the lists were made, and
-        velocity.
+        """Compute the bounds of the displacements since the last renewal and of the velocities.
+
+        They are those of the watched nodes of part p.
         """
         first, end = part_of(self.surface.watched_count.read(), p)
         least = ti.Vector.one(backend.real, self.nodes.dimension) * 1e30
@@ -106,8 +113,9 @@ class NeighbourLists:
 
     @ti.func
     def sort(self, s, p, t, dt):
-        """Decide if lists are made anew; if so, sort facets into cells. One worker does it all, in
-        order.
+        """Decide if lists are renewed and, if so, sort the facets into cells.
+
+        A single thread does this, in order.
         """
         least, most = self.least[s, 0], self.most[s, 0]
         slowest, fastest = self.slowest[s, 0], self.fastest[s, 0]
@@ -134,7 +142,7 @@ class NeighbourLists:
 
     @ti.func
     def _place_facet(self, s, f):
-        """Put facet f where its centroid is; returns the distance to its farthest corner."""
+        """Set the place of facet f to its centroid; return the distance of its farthest corner."""
         X = self.surface.corners(s, f)
         d = ti.static(self.nodes.dimension)
         centre = X.transpose() @ ti.Vector([1.0 / d for _ in ti.static(range(d))])
@@ -148,7 +156,7 @@ class NeighbourLists:
 
     @ti.func
     def find_facets(self, s, p, t, dt):
-        """Make the lists of the nodes of part p anew, if lists are."""
+        """Renew the lists of the nodes of part p if lists are due."""
         if self.renewed[s] == 1:
             first, end = part_of(self.surface.point_count.read(), p)
             for i in range(first, end):
@@ -156,7 +164,7 @@ class NeighbourLists:
 
     @ti.func
     def _find_facets_of(self, s, i):
-        """Make the list of node i; returns how many facets there are."""
+        """Renew the list of node i and return its number of facets."""
         count = 0
         x = self.surface.place(s, i)
         cell = self.cells.cell(s, x)
@@ -179,7 +187,7 @@ class NeighbourLists:
 
     @ti.func
     def _is_near(self, s, i, f, x, reach):
-        """True if facet f is within reach of point i at x, and no neighbour at rest."""
+        """Return True if facet f is within reach of point i at x, and no neighbour at rest."""
         X = self.surface.corners(s, f)
         w = self.surface.shape.closest_weights(X, x)
         result = False
@@ -189,7 +197,7 @@ class NeighbourLists:
 
     @ti.func
     def _insert(self, s, i, count, f):
-        """Put facet f into the list of node i, in order; returns how many there are now."""
+        """Insert facet f into the list of node i, in order, and return the new number of facets."""
         result = count
         if count == self.facet_room:
             self.overfull[s] = 1
@@ -204,7 +212,7 @@ class NeighbourLists:
 
     @ti.func
     def holds(self, s, i, f):
-        """True if facet f is in the list of point i."""
+        """Return True if facet f is in the list of point i."""
         found = False
         for k in range(self.near_facet_count[s, i]):
             if self.near_facet[s, i, k] == f:
@@ -213,8 +221,9 @@ class NeighbourLists:
 
     @ti.func
     def find_nodes(self, s, p, t, dt):
-        """Make the lists of the facets anew from those of the nodes, if lists are. One worker does
-        it all, in order.
+        """Renew the lists of the facets from those of the nodes if lists are due.
+
+        A single thread does this, in order.
         """
         if self.renewed[s] == 1:
             for f in range(self.surface.facet_count.read()):

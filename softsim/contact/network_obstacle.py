@@ -1,10 +1,10 @@
-"""Pipes that branch in kernels: the gap of contact/pipe_network.py, followed node by node.
+"""Branching pipes in kernels: the gap of contact/pipe_network.py, tracked node by node.
 
-Each node remembers beside which segment of each bore it is, and moves on to a neighbour when it has
-passed the plane at an end of it: so two scalar products find the segment, wherever the path leads.
-As the gap is never more than the distance, a node that is free cannot touch before it has moved as
-far: until then nothing is asked of it. At the joints of cylinders and tori of one radius gap and
-normal are continuous.
+Each node stores the segment of each bore that it is beside, and moves to a neighbour when it has
+passed the plane at an end of it: two scalar products find the segment, wherever the path leads. As
+the gap is never more than the distance, a free node cannot touch before it has moved by that
+distance: until then the gap is not computed. At the joints of cylinders and tori of one radius gap
+and normal are continuous.
 """
 
 from collections.abc import Sequence
@@ -25,18 +25,21 @@ if TYPE_CHECKING:  # a wall imports its obstacle
 
 
 class NetworkObstacle(Obstacle):
-    """The wall of pipes that branch, one of `walls` a scenario; places: of the contact nodes at the
-    start (k, d) [m].
+    """Wall of branching pipes, one of `walls` per scenario.
 
-    Segments of all bores are numbered through, each bore's first and last being the free or solid
-    spaces before its start and beyond its end. Joint j lies between segments j and j + 1 of a bore.
-    Fields, (scenarios, ...): bores, how many; of each bore first_segment; of each segment: origin
-    (a point of its centre line, of a bend the centre), direction (along it, of a bend the axis,
-    which is zero in the plane), bend_radius (0 but of a bend), radius at its start, slope; middle,
-    half_way: the plane across its middle; joint_point, joint_tangent of the joint after it;
+    places: positions of the contact nodes at the start (k, d) [m].
+
+    Segments of all bores are numbered consecutively; the first and last of each bore are the free
+    or solid spaces before its start and beyond its end. Joint j lies between segments j and j + 1
+    of a bore.
+
+    Fields, (scenarios, ...): bores, their number; of each bore first_segment; of each segment:
+    origin (a point of its centre line, of a bend the centre), direction (along it, of a bend the
+    axis, which is zero in the plane), bend_radius (0 unless a bend), radius at its start, slope;
+    middle, half_way: the plane across its middle; joint_point, joint_tangent of the joint after it;
     first_piece. Of each piece: its joint, ends (a, rho, a, rho), normal. Of each node, (scenarios,
-    k): near, (.., bores), the segment beside which it is; seen, where it was when its gap was last
-    looked at [m]; clearance, that gap, or zero [m].
+    k): near, (.., bores), the segment that it is beside; seen, its position when its gap was last
+    computed [m]; clearance, that gap, or zero [m].
     """
 
     count = 1
@@ -82,13 +85,15 @@ class NetworkObstacle(Obstacle):
         self.clearance = real_field(np.zeros((len(walls), len(places))))
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {"near": self.near, "seen": self.seen, "clearance": self.clearance}
 
     @ti.func
     def may_touch(self, s, i, x):
-        """0 as long as contact node number i has not moved, from where its gap was last looked at,
-        as far as that gap was; and where it is found free again.
+        """Return 0 while contact node i cannot touch the wall, else 1.
+
+        It cannot as long as it has moved less than its gap since that was last computed, and where
+        it is found free again.
         """
         answer = 1
         clearance = self.clearance[s, i]
@@ -106,7 +111,7 @@ class NetworkObstacle(Obstacle):
 
     @ti.func
     def follow(self, s, i, x):
-        """Move on in each bore from the segment beside which contact node number i was."""
+        """Update the segment that contact node i is beside in each bore."""
         for b in range(self.bores[s]):
             k = self.near[s, i, b]
             for _ in range(self.segments):
@@ -124,9 +129,10 @@ class NetworkObstacle(Obstacle):
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
-        """Signed gap [m] of contact node number i at x, negative inside the wall, and the unit
-        normal of the nearest wall. Where `may_touch` said no the gap may be that of a segment that
-        the node has left: a contact that is over is not asked again.
+        """Return the signed gap [m] of contact node i at x, and the normal of the nearest wall.
+
+        The gap is negative in the wall. After `may_touch` returned 0 it may be that of a segment
+        that the node has left; it is not needed then, as no contact exists.
         """
         gap, normal = self.depth_and_normal(s, self.near[s, i, 0], x)
         for b in range(1, self.bores[s]):
@@ -141,8 +147,9 @@ class NetworkObstacle(Obstacle):
 
     @ti.func
     def depth_and_normal(self, s, k, x):
-        """Signed depth [m] of x, beside segment k of a bore, in that bore, negative outside; and
-        the unit normal of its nearest wall.
+        """Return the signed depth [m] of x in a bore, and the unit normal of its nearest wall.
+
+        x is beside segment k of the bore; the depth is negative outside the bore.
         """
         arm = x - self.origin[s, k]
         direction = self.direction[s, k]
@@ -163,8 +170,10 @@ class NetworkObstacle(Obstacle):
 
     @ti.func
     def distance_and_normal(self, s, p, x, side):
-        """Distance [m] of a place x from a piece of the wall, and the piece's normal; from a place
-        beside a corner that of the way between them, side: 1 in free space, -1 in the wall.
+        """Return the distance [m] of a point x from a piece of the wall, and the piece's normal.
+
+        For a point beyond an end of the piece the normal is along the line between them; side: 1 in
+        free space, -1 in the wall.
         """
         j, ends, n = self.piece_joint[s, p], self.piece_ends[s, p], self.piece_normal[s, p]
         arm = x - self.joint_point[s, j]
@@ -187,7 +196,7 @@ class NetworkObstacle(Obstacle):
 
 
 class Tables:
-    """What the kernels look up of each segment of a bore, in numpy: arrays (segments + 2, ...)."""
+    """Data of each segment of a bore for the kernels, in numpy: arrays (segments + 2, ...)."""
 
     def __init__(self, wall: "PipePath") -> None:
         self.bore, self.pieces = wall, wall.pieces
@@ -225,15 +234,15 @@ class Tables:
         self.joint_tangent = np.array([*(joint.tangent for joint in wall.joints), last.tangent])
 
     def beside(self, places: np.ndarray) -> np.ndarray:
-        """The segments (k,) beside which places (k, d) are."""
+        """Return the segments (k,) that points (k, d) are beside."""
         return self.bore.beside(*self.bore.coordinates(places)[:2])
 
 
 def joined(tables: Sequence[Tables], name: str) -> np.ndarray:
-    """An array of several bores as one."""
+    """Return an array of several bores as one."""
     return np.concatenate([getattr(table, name) for table in tables])
 
 
 def across_bend(tangent: np.ndarray, side: np.ndarray) -> np.ndarray:
-    """The axis (d,) about which a bend turns; zero in the plane, which has none."""
+    """Return the axis (d,) about which a bend turns; zero in the plane, which has none."""
     return np.cross(tangent, side) if len(tangent) == 3 else np.zeros(2)

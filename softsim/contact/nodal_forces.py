@@ -1,4 +1,4 @@
-"""What walls do to each node that may touch: forces, impulses, times in contact."""
+"""Forces, impulses and contact times of the nodes that may touch walls."""
 
 import numpy as np
 import taichi as ti
@@ -8,10 +8,12 @@ from softsim.fields import Number, index_field, real_field, vector_field
 
 
 class NodalForces:
-    """Fields, (scenarios, touched_count): normal_force [N] and force (d) [N] now; since they were
-    last cleared [N s] normal_impulse, the part of it that was carried in slip slipping_impulse, and
-    impulse (d); over the whole run contact_time [s], returns, the number of times that a node
-    chattered, and penetration, the largest depth of a node [m].
+    """Contact forces of nodes, their impulses and statistics.
+
+    Fields, (scenarios, touched_count): normal_force [N] and force (d) [N] now; normal_impulse, its
+    part carried while slipping slipping_impulse, and impulse (d), all [N s] since they were last
+    cleared; over the whole run contact_time [s], returns (the number of times that a node
+    chattered) and penetration, the largest depth of a node [m].
     """
 
     def __init__(self, scenarios: int, count: int, dimension: int) -> None:
@@ -23,7 +25,7 @@ class NodalForces:
         self.penetration, self.returns = real_field(numbers), index_field(numbers)
 
     def nodal_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {
             "contact_time": self.contact_time,
             "penetration": self.penetration,
@@ -37,23 +39,25 @@ class NodalForces:
 
     @property
     def pressing_force(self) -> ti.Field:
-        """What presses on each of those that touch now (scenarios, k) [N]."""
+        """Normal forces (scenarios, k) [N] of the nodes, or of what touches in their place."""
         return self.normal_force
 
     def impulses(self) -> list[ti.Field]:
-        """Of the forces of each node."""
+        """Return the fields of the impulses of each node."""
         return [self.normal_impulse, self.slipping_impulse, self.impulse]
 
     def forget_times(self, scenario: int) -> None:
-        """Begin the counts over the whole run anew."""
+        """Set the statistics of the whole run to zero in a scenario."""
         fields.write_row(self.contact_time, scenario, 0)
         fields.write_row(self.penetration, scenario, 0)
         fields.write_row(self.returns, scenario, 0)
 
     @ti.func
     def note(self, s, i, force, normal, slipping, depth, dt):
-        """Record that node i has this force [N] now, is pressed with `normal` [N], in slip with
-        `slipping` [N], and lies `depth` [m] deep.
+        """Record the force [N] of node i and its penetration.
+
+        normal, slipping [N]: its normal force, and the part of that carried while slipping. depth
+        [m]: its penetration.
         """
         self.penetration[s, i] = ti.max(self.penetration[s, i], depth)
         self.force[s, i] = force
@@ -66,7 +70,7 @@ class NodalForces:
 
     @ti.func
     def total_force(self, s):
-        """Sum of the forces on the nodes now (d) [N]."""
+        """Return the sum of the forces on the nodes now (d) [N]."""
         total = ti.Vector.zero(backend.real, self.dimension)
         for i in range(self.touched_count.read()):
             total += self.force[s, i]

@@ -1,4 +1,4 @@
-"""What a pipe's path has besides going on: joints, steps, narrow places. Geometry in numpy."""
+"""Features of a pipe's path: joints, steps and narrow places. Geometry in numpy."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -10,7 +10,7 @@ from softsim.contact.pipe_segment import BEND, STRAIGHT, Segment
 
 
 class Edge(Enum):
-    """What a feature is of the item of the list that it belongs to."""
+    """Position of a feature relative to the list item that it belongs to."""
 
     BEGINNING = "beginning of"
     END = "end of"
@@ -19,8 +19,9 @@ class Edge(Enum):
 
 @dataclass(frozen=True)
 class Feature:
-    """A place [m] along a path where the pipe changes, and the item of the user's list that it is
-    the beginning or the end of, or that is a step there.
+    """Position `place` [m] along a path where the pipe changes.
+
+    item: the item of the user's list that begins or ends there, or that is a step there.
     """
 
     place: float
@@ -29,7 +30,7 @@ class Feature:
 
 
 def features(path: PipePath) -> list[Feature]:
-    """Joints at which something changes, and steps; the path's ends are none."""
+    """Return the joints at which something changes, and steps; the path's ends are not included."""
     found = []
     for before, after in zip(path.segments[:-1], path.segments[1:], strict=True):
         if before.radii[1] != after.radii[0]:
@@ -43,7 +44,7 @@ def features(path: PipePath) -> list[Feature]:
 
 
 def _goes_on(before: Segment, after: Segment) -> bool:
-    """Whether the same bend goes on in the next segment."""
+    """Return True if the same bend continues in the next segment."""
     return (
         before.kind == after.kind == BEND
         and before.bend_radius == after.bend_radius
@@ -52,13 +53,14 @@ def _goes_on(before: Segment, after: Segment) -> bool:
 
 
 def nearest_feature(path: PipePath, place: float) -> Feature | None:
-    """The feature nearest to a place [m] along the path; None where the path has none."""
+    """Return the feature nearest to a position [m] along the path, or None if it has none."""
     return min(features(path), key=lambda f: abs(f.place - place), default=None)
 
 
 def narrowings(path: PipePath) -> np.ndarray:
-    """Stretches (k, 2) [m] along the path in which the pipe narrows on the way from its start to
-    its end: tapers, and steps, which have no length.
+    """Return the intervals (k, 2) [m] along the path in which the pipe narrows.
+
+    They are counted from its start to its end: tapers, and steps, which have no length.
     """
     found = [(s.start, s.end) for s in path.segments if s.radii[1] < s.radii[0]]
     found += [

@@ -1,4 +1,4 @@
-"""How pipes along paths are drawn: walls as lines or faces, centre lines as polylines."""
+"""Drawing of pipes along paths: walls as lines or faces, centre lines as polylines."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -25,7 +25,7 @@ ON_THE_WALL = 1e-9
 
 
 def drawn_network(network: "PipeNetwork") -> dict[str, np.ndarray]:
-    """Arrays for the figures, by their names in the results (FieldWriter.describe)."""
+    """Return arrays for the figures, by their names in the results (FieldWriter.describe)."""
     if not network.junctions:
         return drawn(network.branches[0].path, np.inf)
     spacing = BETWEEN_STATIONS[len(network.junctions[0].centre)]
@@ -38,8 +38,10 @@ def drawn_network(network: "PipeNetwork") -> dict[str, np.ndarray]:
 
 
 def opened(network: "PipeNetwork", pieces: np.ndarray, spacing: float) -> np.ndarray:
-    """Lines or faces (k, corners, d) [m], `spacing` long, of the walls of a network's pipes: those
-    where a pipe leaves another are left out, those beside the edge moved onto the rounded one.
+    """Return the pieces of the walls of a network's pipes, open where a pipe leaves another.
+
+    pieces: lines or faces (k, corners, d) [m], `spacing` long. Those in an opening are left out,
+    and those beside its edge are moved onto the rounded edge.
     """
     x, middle = pieces.reshape(-1, pieces.shape[2]).copy(), pieces.mean(axis=1)
     opens = np.zeros(len(pieces), dtype=bool)
@@ -53,7 +55,7 @@ def opened(network: "PipeNetwork", pieces: np.ndarray, spacing: float) -> np.nda
 
 
 def drawn(path: "PipePath", spacing: float) -> dict[str, np.ndarray]:
-    """The wall of a pipe, its pieces no longer than `spacing` [m], and its centre line."""
+    """Return the wall of a pipe, in pieces of at most `spacing` [m], and its centre line."""
     _, places, tangents, radii = stations(path.segments, spacing)
     places, tangents = (np.concatenate([a[:1], a, a[-1:]]) for a in (places, tangents))
     share = 1.0 if path.goes_on else FACE_SHARE
@@ -69,8 +71,10 @@ def drawn(path: "PipePath", spacing: float) -> dict[str, np.ndarray]:
 
 
 def stations(segments: Sequence[Segment], spacing: float = np.inf) -> tuple[np.ndarray, ...]:
-    """Arc lengths (n,) [m], places (n, d) [m] and tangents (n, d) along the centre line, no more
-    than `spacing` [m] and a chord apart, and the pipe's radii (n,) [m] there; joints twice.
+    """Return stations along the centre line, no more than `spacing` [m] and a chord apart.
+
+    Arc lengths (n,) [m], positions (n, d) [m], tangents (n, d) and the pipe's radii (n,) [m] there;
+    joints appear twice.
     """
     arcs, places, tangents, radii = [], [], [], []
     for segment in segments:
@@ -85,7 +89,7 @@ def stations(segments: Sequence[Segment], spacing: float = np.inf) -> tuple[np.n
 
 
 def wall_lines(places: np.ndarray, tangents: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Both sides of a pipe in the plane as lines (k, 2, 2) [m], the free side on their left."""
+    """Return both sides of a pipe in the plane as lines (k, 2, 2) [m], free side on their left."""
     left = np.stack([-tangents[:, 1], tangents[:, 0]], axis=1)
     right_side, left_side = (places + sign * radii[:, None] * left for sign in (-1.0, 1.0))
     along_right = np.stack([right_side[:-1], right_side[1:]], axis=1)
@@ -94,7 +98,7 @@ def wall_lines(places: np.ndarray, tangents: np.ndarray, radii: np.ndarray) -> n
 
 
 def wall_faces(places: np.ndarray, tangents: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """A pipe in space as faces (k, 4, 3) [m], towards the free side by the right-hand rule."""
+    """Return a pipe in space as faces (k, 4, 3) [m], right-hand normals into the free side."""
     one = np.cross(np.eye(3)[np.argmin(np.abs(tangents[0]))], tangents[0])
     across = [one / np.linalg.norm(one)]
     for tangent in tangents[1:]:  # carried along without twist

@@ -1,4 +1,4 @@
-"""The layout of a pipe: what a user says of its segments becomes a path in space."""
+"""Layout of a pipe: conversion of a user's list of segments into a path in space."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,15 +13,17 @@ from softsim.contact.pipe_segment import BEND, STRAIGHT, TAPER, Segment
 
 @dataclass(frozen=True)
 class Straight:
-    """Straight on for `length` [m]."""
+    """Straight segment of `length` [m]."""
 
     length: float
 
 
 @dataclass(frozen=True)
 class Bend:
-    """An arc of `angle` [rad] > 0 and `radius` [m] of the centre line. turned: about the direction
-    of travel, from the left (+y of a path that begins along +x) to where it bends [rad].
+    """Arc of `angle` [rad] > 0 with the centre line's `radius` [m].
+
+    turned: direction of the bend [rad], about the direction of travel, from the left (+y of a path
+    that begins along +x).
     """
 
     angle: float
@@ -31,7 +33,7 @@ class Bend:
 
 @dataclass(frozen=True)
 class Taper:
-    """A cone `length` [m] long to another diameter `to` [m]."""
+    """Cone of `length` [m] that ends with the diameter `to` [m]."""
 
     length: float
     to: float
@@ -39,17 +41,19 @@ class Taper:
 
 @dataclass(frozen=True)
 class Step:
-    """From here on another diameter `to` [m]: a flat ring across the axis."""
+    """Change of the diameter to `to` [m] from here on: a flat ring perpendicular to the axis."""
 
     to: float
 
 
 @dataclass(frozen=True)
 class Fork:
-    """A fitting `length` [m] long all across, in whose middle pipes of the diameter `to` [m] leave
-    at a right angle: sides, by name the angle about the direction of travel, from the left [rad].
-    goes_on: straight ahead too; else it ends between two that leave opposite ways. fillet [m]: of
-    the edges between their walls.
+    """Fitting of `length` [m] with pipes of the diameter `to` [m] that leave at a right angle.
+
+    They leave in its middle. sides: angle [rad] of each by name, about the direction of travel,
+    from the left. goes_on: True if the pipe also continues straight ahead; otherwise it ends
+    between two that leave in opposite directions. fillet [m]: radius of the edges between the
+    walls.
     """
 
     length: float
@@ -64,8 +68,10 @@ Item = Straight | Bend | Taper | Step | Fork
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a pipe has got to: place (d,) [m], directions forward, left and up (3, 3), radius [m],
-    arc length [m].
+    """Position and orientation reached along a pipe.
+
+    place (d,) [m]; frame (3, 3): the directions forward, left and up; radius [m]; arc: arc length
+    [m].
     """
 
     place: np.ndarray
@@ -74,11 +80,11 @@ class Pose:
     arc: float
 
     def side(self, angle: float) -> np.ndarray:
-        """The direction (3,) across, at an angle [rad] from the left about that of travel."""
+        """Return the transverse direction (3,) at an angle [rad] from the left."""
         return np.asarray(np.cos(angle) * self.frame[1] + np.sin(angle) * self.frame[2])
 
     def turned_to(self, side: np.ndarray, angle: float) -> np.ndarray:
-        """The frame (3, 3) turned by an angle [rad] towards a side (3,)."""
+        """Return the frame (3, 3) turned by an angle [rad] towards a side (3,)."""
         axis = np.cross(self.frame[0], side)
         return np.stack([turned(v, axis, angle) for v in self.frame])
 
@@ -90,8 +96,9 @@ def path_of_items(
     start: np.ndarray,
     closed: tuple[bool, bool],
 ) -> PipePath:
-    """The path of `items`, of which one at least is no step and none a fork, from `start` (d,) [m]
-    along +x; diameter [m]: where it starts.
+    """Return the path of `items` from `start` (d,) [m] along +x.
+
+    At least one item is not a step, and none is a fork. diameter [m]: that at the start.
 
     Direction and left turn with each bend about its own axis, so that the frame of a path is never
     twisted; in the plane only turned = 0 and pi stay in it.
@@ -101,15 +108,16 @@ def path_of_items(
 
 
 def beginning(diameter: float, start: np.ndarray) -> Pose:
-    """Where a pipe starts."""
+    """Return the pose at the start of a pipe."""
     return Pose(np.array(start, dtype=float), np.eye(3), 0.5 * diameter, 0.0)
 
 
 def segments_of(
     items: Sequence[Item], pose: Pose, first: int
 ) -> tuple[tuple[Segment, ...], list[tuple[Fork, Pose, int]]]:
-    """Segments of items, numbered from `first` on, from a pose on; and each fork with the pose in
-    its middle and its number.
+    """Return the segments of items from a pose on, and the forks.
+
+    Items are numbered from `first` on. Each fork comes with the pose in its middle and its number.
     """
     segments, forks = [], []
     for number, item in enumerate(items, first):
@@ -126,7 +134,7 @@ def segments_of(
 
 
 def advanced(pose: Pose, item: Straight | Bend | Taper, number: int) -> tuple[Segment, Pose]:
-    """The segment of an item from a pose on, and where it leads."""
+    """Return the segment of an item from a pose on, and the pose at its end."""
     d = len(pose.place)
     side, bend_radius, kind, end_radius = pose.frame[1], np.inf, STRAIGHT, pose.radius
     if isinstance(item, Bend):
@@ -154,9 +162,12 @@ def network_of_items(
     start: np.ndarray,
     closed: Collection[str],
 ) -> PipeNetwork:
-    """The network of a pipe of `items` from `start` on, as `path_of_items` takes them, and of the
-    `branches` that its forks and theirs lead to, by name, each once. closed: of the ends, which are
-    start, end and the names of branches. Items are numbered on from the pipe's to the branches'.
+    """Return the network of a pipe of `items` from `start` on and of the branches of its forks.
+
+    `branches`: items by name of the branch, which belongs to one fork of the pipe or of another
+    branch. closed: names of the closed ends, which are start, end and the names of branches. Items
+    are numbered from those of the pipe on to those of the branches. See `path_of_items` for the
+    others.
     """
     if not branches:
         is_closed = ("start" in closed, "end" in closed)
@@ -190,8 +201,10 @@ def network_of_items(
 
 
 def junctions_of(fork: Fork, middle: Pose) -> list[Junction]:
-    """Where the pipes of a fork meet: each that leaves one that goes on; or, where it ends, itself
-    with the one that both others make up.
+    """Return the junctions of a fork.
+
+    If the pipe continues, each pipe that leaves it makes one; otherwise the pipe itself is the
+    branch of the run that both others make up.
     """
     d, forward = len(middle.place), middle.frame[0]
     sides = [middle.side(angle) for angle in fork.sides.values()]
@@ -213,7 +226,7 @@ def junctions_of(fork: Fork, middle: Pose) -> list[Junction]:
 
 
 def junctions_by_item(network: PipeNetwork) -> dict[int, Junction]:
-    """One of the junctions of each fork, which are alike, by the fork's number."""
+    """Return one of the junctions of each fork, which are alike, by the fork's number."""
     found = {}
     for branch in network.branches[1:]:
         start = branch.path.segments[0]
@@ -223,7 +236,7 @@ def junctions_by_item(network: PipeNetwork) -> dict[int, Junction]:
 
 
 def reaching_back(path: PipePath, by: float) -> PipePath:
-    """A path whose first segment, which is straight, begins so much [m] before its start."""
+    """Return a path whose first segment, which is straight, begins `by` [m] before its start."""
     first = path.segments[0]
     longer = replace(
         first, start=first.start - by, length=first.length + by,
@@ -233,7 +246,7 @@ def reaching_back(path: PipePath, by: float) -> PipePath:
 
 
 def turned(vector: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
-    """A vector (3,) turned about a unit axis (3,) by `angle` [rad] (Rodrigues)."""
+    """Return a vector (3,) rotated about a unit axis (3,) by `angle` [rad] (Rodrigues)."""
     cos, sin = np.cos(angle), np.sin(angle)
     return np.asarray(
         cos * vector + sin * np.cross(axis, vector) + (1.0 - cos) * (axis @ vector) * axis
@@ -242,9 +255,9 @@ def turned(vector: np.ndarray, axis: np.ndarray, angle: float) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class _Stretches:
-    """Pairs of stretches of two segments' centre lines, arrays (n, 2).
+    """Pairs of intervals on the centre lines of two segments, arrays (n, 2).
 
-    owner: numbers of the segments. middle, half: arc length [m] of each stretch's middle, and half
+    owner: numbers of the segments. middle, half: arc length [m] of each interval's middle, and half
     its length.
     """
 
@@ -253,11 +266,11 @@ class _Stretches:
     half: np.ndarray
 
     def chosen(self, mask: np.ndarray) -> "_Stretches":
-        """Return the pairs of a mask (n,)."""
+        """Return the pairs selected by a mask (n,)."""
         return _Stretches(self.owner[mask], self.middle[mask], self.half[mask])
 
     def halved(self) -> "_Stretches":
-        """Return pairs in which the longer stretch of each is cut in two."""
+        """Return pairs in which the longer interval of each is cut in two."""
         rows, longer = np.arange(len(self.half)), self.half.argmax(axis=1)
         half = self.half.copy()
         half[rows, longer] *= 0.5
@@ -291,7 +304,7 @@ class _CentreLines:
         )
 
     def whole(self, first: int) -> _Stretches:
-        """Return segment number `first` and each that comes after it, in their whole lengths."""
+        """Return pairs of segment `first` and each later one, in their whole lengths."""
         later = np.arange(first + 1, len(self.segments))
         owner = np.stack([np.full_like(later, first), later], axis=1)
         half = 0.5 * self.length[owner]
@@ -312,13 +325,15 @@ class _CentreLines:
         )
 
     def radii(self, pairs: _Stretches) -> np.ndarray:
-        """Return radii (n, 2) [m] of the pipes in the middle of each stretch."""
+        """Return radii (n, 2) [m] of the pipes in the middle of each interval."""
         along = pairs.middle - self.start[pairs.owner]
         return np.asarray(self.radius[pairs.owner] + self.slope[pairs.owner] * along)
 
     def margins(self, pairs: _Stretches) -> tuple[np.ndarray, np.ndarray]:
-        """Return (n,) [m] by how much the pipes overlap in the middles, and by how much the way
-        along the pipes is longer than that of neighbours; two pipes cross where both are positive.
+        """Return two margins (n,) [m]; two pipes cross where both are positive.
+
+        The first is the overlap of the pipes in the middles of the intervals, the second the excess
+        of the path along the pipes over that between neighbours.
         """
         place = self.places(pairs.owner, pairs.middle)
         width = self.radii(pairs).sum(axis=1)
@@ -330,10 +345,10 @@ class _CentreLines:
         return overlap, way - 0.5 * np.pi * width
 
     def may_cross(self, pairs: _Stretches) -> np.ndarray:
-        """Return which pairs (n,) can cross anywhere in their stretches.
+        """Return a mask (n,) of the pairs that can cross anywhere in their intervals.
 
-        No distance and no way changes by more than the arc length, nor a radius by more than its
-        slope times that: so the margins in the middles bound those elsewhere.
+        Distances and paths change by no more than the arc length, and a radius by no more than its
+        slope times that, so the margins in the middles bound those elsewhere.
         """
         overlap, way = self.margins(pairs)
         slope = np.abs(self.slope[pairs.owner])
@@ -346,10 +361,10 @@ class _CentreLines:
 def crossing(network: PipeNetwork) -> tuple[Segment, Segment] | None:
     """Return two segments of a network that run into each other, or None.
 
-    Neighbours touch each other at their joint, so places count only where more than half a turn of
-    the tightest bend possible, whose radius is the pipe's own, lies between them on the way along
-    the pipes. Stretches of centre lines that cannot meet are left out, the others halved, down to
-    a quarter of the radius: the work grows with the logarithm of the lengths.
+    Neighbours touch each other at their joint, so points count only where more than half a turn of
+    the tightest bend possible, whose radius is the pipe's own, lies between them along the pipes.
+    Intervals of centre lines that cannot meet are left out, the others halved, down to a quarter of
+    the radius: the work grows with the logarithm of the lengths.
     """
     lines = _CentreLines(network)
     near = [lines.whole(number) for number in range(len(lines.segments))]
@@ -373,8 +388,9 @@ def crossing(network: PipeNetwork) -> tuple[Segment, Segment] | None:
 
 
 def arcs_in_common(network: PipeNetwork) -> np.ndarray:
-    """Up to which arc length [m] the ways from the start to branches (n, n) are one; infinite of a
-    branch with itself.
+    """Return the arc lengths (n, n) [m] up to which the paths to two branches are the same.
+
+    It is infinite for a branch with itself.
     """
     ways = [network.ways_to(number) for number in range(len(network.branches))]
     return np.array(

@@ -1,9 +1,9 @@
-"""Pipes that branch, as one wall: what is free is the union of their bores.
+"""Branching pipes as one wall; the free space is the union of their bores.
 
-In the wall the gap is the largest of the signed depths in the bores, for the nearest of their walls
-is that of the bore least far away; each is exact (contact/pipe_path.py). Where two bores meet the
-edge between them is rounded (contact/junction.py). Open ends go straight on, but for a path alone,
-which is a network of one: it ends in a flat face.
+In the wall the gap is the largest of the signed depths in the bores, because the nearest of their
+walls is that of the nearest bore; each depth is exact (contact/pipe_path.py). Where two bores meet,
+the edge between them is rounded (contact/junction.py). Open ends continue straight, except that of
+a path alone (a network of one), which ends in a flat face.
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,12 @@ from softsim.sharing import Own
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """A pipe of a network and its bore, which reaches back through the junction that it begins in.
+    """Pipe of a network and its bore, which reaches back through the junction where it begins.
 
-    Arc lengths go on from the pipe `parent` that it leaves, None of the first one, where it leaves
-    it [m]. span: between which arc lengths [m] its path belongs to it, infinite beyond a free end.
-    exit: name of its end; None where that is closed or another pipe. A path alone always has one.
+    Arc lengths continue those of the pipe `parent` (None for the first pipe) from the point where
+    it leaves it [m]. span: interval of arc lengths [m] in which its path belongs to it, infinite
+    beyond a free end. exit: name of its end; None where that is closed or another pipe. A path
+    alone always has one.
     """
 
     path: PipePath
@@ -37,7 +38,10 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class PipeNetwork(Wall):
-    """One wall, `name`: branches, the first of which is that of the start, and their junctions."""
+    """Wall `name` of branching pipes.
+
+    branches: pipes, the first of which is that of the start. junctions: their junctions.
+    """
 
     name: Own[str]
     branches: Own[tuple[Branch, ...]]
@@ -45,17 +49,18 @@ class PipeNetwork(Wall):
 
     @classmethod
     def of_one(cls, path: PipePath) -> "PipeNetwork":
-        """A pipe without branches."""
+        """Return the network of a pipe without branches."""
         return cls(path.name, (Branch(path, path, None, (-np.inf, np.inf), "end"),), ())
 
     @property
     def names(self) -> tuple[str, ...]:
-        """One surface."""
         return (self.name,)
 
     def gap(self, x: np.ndarray) -> np.ndarray:
-        """Signed gap (n,) [m] of places x (n, d), negative in the wall. In free space near a
-        junction, but not between run and branch, less than the distance at most.
+        """Return the signed gap (n,) [m] of points x (n, d), negative in the wall.
+
+        In free space near a junction, outside the space between run and branch, it may be less than
+        the distance.
         """
         gap = np.max([branch.bore.gap(x) for branch in self.branches], axis=0)
         for junction in self.junctions:
@@ -64,24 +69,23 @@ class PipeNetwork(Wall):
         return np.asarray(gap)
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, d), by the wall's name."""
         return {self.name: self.gap(x)}
 
     def obstacle(self, alike: Sequence["PipeNetwork"], places: np.ndarray) -> NetworkObstacle:
-        """In kernels."""
         return NetworkObstacle(alike, places)
 
     def touched_at_once(self) -> tuple[float, float]:
-        """In a corner only the nearest piece pushes."""
+        """Return 1 for both bounds: in a corner only the nearest piece pushes."""
         return 1, 1.0
 
     def drawn(self) -> dict[str, np.ndarray]:
-        """The wall, in the plane as lines and in space as faces, and the centre lines."""
+        """Return the wall, in the plane as lines and in space as faces, and the centre lines."""
         return pipe_drawing.drawn_network(self)
 
     def locate(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Number (n,) of the branch whose centre line is nearest to places x (n, d), and arc length
-        (n,) [m] along it; below 0 before the start.
+        """Return the branch (n,) nearest to points x (n, d), and the arc length (n,) [m].
+
+        The nearest is that of the centre line; arc lengths are below 0 before the start.
         """
         along = np.array([np.clip(b.path.arc_length(x), *b.span) for b in self.branches])
         feet = [b.path.axis_place(s)[0] for b, s in zip(self.branches, along, strict=True)]
@@ -89,7 +93,7 @@ class PipeNetwork(Wall):
         return nearest, along[nearest, np.arange(len(x))]
 
     def tangents(self, branch: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Unit tangents (n, d) of branches number `branch` (n,) at arc lengths s (n,) [m]."""
+        """Return unit tangents (n, d) of branches `branch` (n,) at arc lengths s (n,) [m]."""
         found = np.zeros((len(s), len(self.branches[0].path.segments[0].point)))
         for number, one in enumerate(self.branches):
             here = branch == number
@@ -97,8 +101,9 @@ class PipeNetwork(Wall):
         return found
 
     def ways_to(self, branch: int) -> dict[int, float]:
-        """Branches that lead to a branch, itself too -> arc length [m] where the way leaves them:
-        infinite of itself.
+        """Return the branches on the path to a branch -> arc length [m] where the path leaves them.
+
+        The branch itself is included, with infinity.
         """
         found = {branch: np.inf}
         parent = self.branches[branch].parent
@@ -109,5 +114,5 @@ class PipeNetwork(Wall):
 
     @property
     def exits(self) -> dict[str, int]:
-        """Open ends but for the start -> number of the branch."""
+        """Open ends except the start -> number of the branch."""
         return {b.exit: number for number, b in enumerate(self.branches) if b.exit is not None}

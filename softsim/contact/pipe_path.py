@@ -1,14 +1,14 @@
-"""A pipe along a path: straight, bent and tapered segments, steps between them. Geometry in numpy.
+"""Pipe along a path: straight, bent and tapered segments, and steps between them, in numpy.
 
-A place lies beside a segment: between the planes across the path at both of its ends. There its
-distance d from the centre line, against the pipe's radius, tells whether it is free, and r - d is
-its gap to the wall of a straight segment (a cylinder) or a bend (a torus). All other walls, cones,
-steps and the ends of the pipe, are bodies of revolution about the tangent of a joint: with the
+A point is beside a segment if it lies between the planes perpendicular to the path at its ends. The
+point is free if its distance d from the centre line is below the pipe's radius r, and r - d is its
+gap to the wall of a straight segment (a cylinder) or a bend (a torus). All other walls, cones,
+steps and the ends of the pipe, are surfaces of revolution about the tangent of a joint: with the
 distance a [m] from the plane of the joint and rho [m] from its tangent they are straight lines in
 the half plane of a and rho. The gap is the distance to the nearest of all these, and exact.
 
-Of a bend's wall no place outside its two planes is nearer to the inside of it than to its rim, so a
-wall across a joint matters only where it is a cone, a step or an end of the pipe.
+Of a bend's wall no point outside its two planes is nearer to the inside than to its rim, so a wall
+across a joint matters only where it is a cone, a step or an end of the pipe.
 """
 
 from collections.abc import Iterator
@@ -22,15 +22,17 @@ from softsim.contact.pipe_segment import BEND, FACE, TAPER, Segment
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """Where segments meet or the path ends: a plane through `point` (d,) [m] across the unit vector
-    `tangent` (d,), the direction of travel.
+    """Joint of two segments, or end of the path.
+
+    It is a plane through `point` (d,) [m] perpendicular to the unit vector `tangent` (d,), the
+    direction of travel.
     """
 
     point: np.ndarray
     tangent: np.ndarray
 
     def coordinates(self, x: np.ndarray) -> np.ndarray:
-        """Distances (n, 2) [m] of places x (n, d): a from the plane, rho from the tangent."""
+        """Return the distances (n, 2) [m] a and rho of points x (n, d) from plane and tangent."""
         arm = x - self.point
         a = arm @ self.tangent
         return np.stack([a, np.linalg.norm(arm - np.outer(a, self.tangent), axis=1)], axis=1)
@@ -38,8 +40,10 @@ class Joint:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A wall of revolution about the tangent of joint number `joint`: the line between `ends`
-    (2, 2) [m], each a and rho, with the unit `normal` (2,) into the free side.
+    """Wall of revolution about the tangent of joint number `joint`.
+
+    It is the line between `ends` (2, 2) [m], each a and rho, with the unit `normal` (2,) into the
+    free side.
     """
 
     joint: int
@@ -48,7 +52,7 @@ class Piece:
 
     @classmethod
     def cone(cls, joint: int, a: float, segment: Segment) -> "Piece":
-        """The wall of a taper that begins at `a`."""
+        """Return the wall of a taper that begins at `a`."""
         way = np.array([segment.length, segment.radii[1] - segment.radii[0]])
         first = np.array([a, segment.radii[0]])
         normal = np.array([way[1], -way[0]]) / np.linalg.norm(way)
@@ -56,12 +60,12 @@ class Piece:
 
     @classmethod
     def ring(cls, joint: int, a: float, before: float, after: float) -> "Piece":
-        """A flat wall at `a` where the radius changes: free on the side of the larger one."""
+        """Return a flat wall at `a` where the radius changes, free on the side of the larger."""
         normal = np.array([np.sign(after - before), 0.0])
         return cls(joint, np.array([[a, before], [a, after]]), normal)
 
     def distance(self, at: np.ndarray) -> np.ndarray:
-        """Distance (n,) [m] of places at (n, 2)."""
+        """Return the distance (n,) [m] of points at (n, 2)."""
         way = self.ends[1] - self.ends[0]
         arm = at - self.ends[0]
         share = np.clip(arm @ way / (way @ way), 0.0, 1.0)
@@ -70,9 +74,11 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class PipePath:
-    """A pipe whose wall is free inside. closed: whether a flat wall closes its start, its end. An
-    open end lies in a flat face and has nothing but free space before it, or the pipe `goes_on`
-    straight beyond it.
+    """Pipe along a path, free inside.
+
+    closed: True for the start and for the end if a flat wall closes it. An open end lies in a flat
+    face with only free space in front of it, or, with `goes_on`, the pipe continues straight beyond
+    it.
     """
 
     name: str
@@ -82,25 +88,26 @@ class PipePath:
 
     @property
     def length(self) -> float:
-        """Of the centre line [m]."""
+        """Length of the centre line [m]."""
         return self.segments[-1].end
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
-        """Before each segment, and the end of the path."""
+        """Joints before each segment, and the end of the path."""
         last = self.segments[-1]
         point, tangent = last.axis_place(np.array([last.length]))
         return (*(Joint(s.point, s.tangent) for s in self.segments), Joint(point[0], tangent[0]))
 
     @property
     def end_radii(self) -> tuple[float, float]:
-        """Of the pipe at its start and its end [m]."""
+        """Radii of the pipe at its start and its end [m]."""
         return self.segments[0].radii[0], self.segments[-1].radii[1]
 
     @property
     def outer_radii(self) -> tuple[float, float]:
-        """Of the flat walls at the start and the end [m]: none where a wall closes it. A face
-        beside a bend ends where the bend would come back to it.
+        """Outer radii of the flat walls at the start and the end [m]; 0 where a wall closes it.
+
+        A face beside a bend ends where the bend would come back to it.
         """
         faces = (min(FACE, self.segments[k].bend_radius) for k in (0, -1))
         first, last = self.end_radii if self.goes_on else faces
@@ -108,14 +115,16 @@ class PipePath:
 
     @property
     def radii_beyond(self) -> tuple[float, float]:
-        """Of the free space before the start and beyond the end [m]; negative: all is solid."""
+        """Radii of the free space before the start and beyond the end [m]; negative where solid."""
         first, last = self.end_radii if self.goes_on else (FACE, FACE)
         return (-FACE if self.closed[0] else first, -FACE if self.closed[1] else last)
 
     @cached_property
     def pieces(self) -> tuple[tuple[Piece, ...], ...]:
-        """The walls of revolution that a place can be nearest to: before the start of the path,
-        beside each of its segments, and beyond its end.
+        """Walls of revolution that a point can be nearest to.
+
+        There is one tuple for points before the start of the path, one for those beside each
+        segment, and one for those beyond its end.
         """
         count = len(self.segments)
         beside = []
@@ -127,7 +136,7 @@ class PipePath:
         return (tuple(self._after(0, first)), *beside, tuple(self._before(count, last)))
 
     def _after(self, joint: int, reach: float) -> Iterator[Piece]:
-        """From a joint on up to the next bend, no farther than `reach` [m]."""
+        """Yield the walls from a joint up to the next bend, at most `reach` [m] from the joint."""
         a = 0.0
         for k in range(joint, len(self.segments) + 1):
             if a > reach:
@@ -140,7 +149,7 @@ class PipePath:
             a += self.segments[k].length
 
     def _before(self, joint: int, reach: float) -> Iterator[Piece]:
-        """From a joint back to the bend before it, no farther than `reach` [m]."""
+        """Yield the walls from a joint back to the bend before it, at most `reach` [m] away."""
         a = 0.0
         for k in range(joint, -1, -1):
             if a < -reach:
@@ -153,7 +162,7 @@ class PipePath:
                 yield Piece.cone(joint, a, self.segments[k - 1])
 
     def _ring(self, number: int, joint: int, a: float) -> Iterator[Piece]:
-        """The flat wall at joint `number`, if there is one, at `a` [m] from `joint`."""
+        """Yield the flat wall at joint `number`, if there is one, at `a` [m] from `joint`."""
         outer = self.outer_radii
         before = outer[0] if number == 0 else self.segments[number - 1].radii[1]
         after = outer[1] if number == len(self.segments) else self.segments[number].radii[0]
@@ -161,9 +170,10 @@ class PipePath:
             yield Piece.ring(joint, a, before, after)
 
     def coordinates(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Number of the nearest segment (n,), arc length (n,) after its start and distance from
-        the centre line (n,) [m] of places x (n, d). Before the start and beyond the end of the
-        path the centre line goes straight on.
+        """Return nearest segment, arc length and distance from the centre line of points x (n, d).
+
+        Number of the segment (n,), arc length (n,) [m] after its start, and distance (n,) [m].
+        Before the start and beyond the end of the path the centre line continues straight.
         """
         last = len(self.segments) - 1
         along, distance = np.zeros((2, last + 1, len(x)))
@@ -183,8 +193,9 @@ class PipePath:
         return nearest, s, d
 
     def beside(self, nearest: np.ndarray, along: np.ndarray) -> np.ndarray:
-        """Where places are (n,), numbered as `pieces` are, by their nearest segments (n,) and the
-        arc lengths (n,) [m] after the starts of these.
+        """Return the index (n,) into `pieces` of the part of the path that each point is beside.
+
+        nearest: nearest segments (n,). along: arc lengths (n,) [m] after their starts.
         """
         last = len(self.segments) - 1
         before = (nearest == 0) & (along < 0.0)
@@ -192,12 +203,12 @@ class PipePath:
         return nearest + np.where(before, 0, np.where(beyond, 2, 1))
 
     def arc_length(self, x: np.ndarray) -> np.ndarray:
-        """Arc length s (n,) [m] of places x (n, d); below 0 before the start."""
+        """Return the arc length s (n,) [m] of points x (n, d); below 0 before the start."""
         nearest, along, _ = self.coordinates(x)
         return np.array([s.start for s in self.segments])[nearest] + along
 
     def gap(self, x: np.ndarray) -> np.ndarray:
-        """Signed gap (n,) [m] of places x (n, d), negative in the wall."""
+        """Return the signed gap (n,) [m] of points x (n, d), negative in the wall."""
         nearest, along, distance = self.coordinates(x)
         beside = self.beside(nearest, along)
         result = np.zeros(len(x))
@@ -213,8 +224,10 @@ class PipePath:
     def _own_wall(
         self, number: int, along: np.ndarray, distance: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Radius of the free space (n,) [m] where places are, negative where there is none, and
-        their distance (n,) [m] from the wall around it, infinite where that is one of the pieces.
+        """Return the radius (n,) [m] of the free space, and the distance (n,) [m] from its wall.
+
+        The radius is negative where there is no free space; the distance is infinite where the wall
+        is one of the pieces.
         """
         count, nowhere = len(self.segments), np.full(len(along), np.inf)
         if number in (0, count + 1):
@@ -225,8 +238,9 @@ class PipePath:
         return radius, nowhere if segment.kind == TAPER else np.abs(radius - distance)
 
     def axis_place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Point of the centre line (n, d) [m] and unit tangent (n, d) at arc lengths s (n,) [m];
-        beyond the ends it goes straight on.
+        """Return points (n, d) [m] and tangents (n, d) of the centre line at arc lengths s (n,).
+
+        Beyond the ends it continues straight.
         """
         starts = np.array([segment.start for segment in self.segments])
         number = np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(starts) - 1)
@@ -238,6 +252,6 @@ class PipePath:
         return place, tangent
 
     def segment_at(self, s: float) -> Segment:
-        """The segment that has the arc length s [m]; the first and last go on beyond the ends."""
+        """Return the segment at the arc length s [m]; the first and last extend beyond the ends."""
         starts = [segment.start for segment in self.segments]
         return self.segments[max(0, int(np.searchsorted(starts, s, side="right")) - 1)]

@@ -1,4 +1,4 @@
-"""A segment of a pipe along a path: its centre line and its radius."""
+"""Segment of a pipe along a path: its centre line and its radius."""
 
 from dataclasses import dataclass
 
@@ -12,12 +12,13 @@ FACE = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """A piece of the path. kind: straight, bend, taper. item: its number in the list it is from.
+    """Segment of a path.
 
-    start: arc length where it begins [m]; length [m]. point (d,) [m], tangent and side (d,): where
-    it begins, its direction there, and the direction towards which it bends (unit, across; any one
-    of those across for what is straight). bend_radius: of the centre line, infinite unless a bend.
-    radii: of the pipe at both ends [m], equal but of a taper.
+    kind: straight, bend or taper. item: its number in the list that it is from. start: arc length
+    at its start [m]; length [m]. point (d,) [m], tangent and side (d,): start, direction there, and
+    direction towards which it bends (unit vector normal to the tangent; any such vector if
+    straight). bend_radius: of the centre line, infinite unless a bend. radii: of the pipe at both
+    ends [m], different only for a taper.
     """
 
     kind: str
@@ -32,7 +33,7 @@ class Segment:
 
     @property
     def end(self) -> float:
-        """Arc length where it ends [m]."""
+        """Arc length at its end [m]."""
         return self.start + self.length
 
     @property
@@ -41,8 +42,9 @@ class Segment:
         return self.point + self.bend_radius * self.side
 
     def axis_place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Point of the centre line (n, d) [m] and tangent there (n, d), s (n,) [m] after `start`;
-        beyond its ends it goes straight on.
+        """Return points (n, d) [m] and tangents (n, d), s (n,) [m] after `start`.
+
+        Beyond its ends it continues straight.
         """
         if self.kind != BEND:
             return self.point + np.outer(s, self.tangent), np.tile(self.tangent, (len(s), 1))
@@ -54,8 +56,10 @@ class Segment:
         return place + (s - within)[:, None] * tangent, tangent
 
     def along(self, x: np.ndarray) -> np.ndarray:
-        """Arc length (n,) after `start` [m] of the nearest point of the line, or the circle, that
-        the segment is a part of; of a circle between half a turn before and after its middle.
+        """Return the arc length (n,) [m] after `start` of the nearest point of the centre line.
+
+        The line or circle of the segment is extended; on a circle the result is between half a turn
+        before and after the middle of the segment.
         """
         if self.kind != BEND:
             return (x - self.point) @ self.tangent
@@ -65,7 +69,7 @@ class Segment:
         return self.bend_radius * (np.mod(angle + np.pi, 2.0 * np.pi) - np.pi + middle)
 
     def radius(self, s: np.ndarray) -> np.ndarray:
-        """Radius of the pipe (n,) [m], s (n,) [m] after `start`."""
+        """Return the radius of the pipe (n,) [m], s (n,) [m] after `start`."""
         return self.radii[0] + self.slope * s
 
     @property

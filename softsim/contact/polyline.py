@@ -1,10 +1,10 @@
-"""Polylines in the plane, free on one side: signed distances, exactly; what makes one no wall.
+"""Polylines in the plane, free on one side: exact signed distances, and checks of a polyline.
 
-The free side is on the left of who walks along the points. A polyline that is not closed goes on
-straight beyond its ends, without an end.
+The free side is on the left in the direction of the points. A polyline that is not closed continues
+straight beyond its ends, to infinity.
 
-The sign of the distance is that of the arm from the nearest point, taken along the normal there:
-an edge's own inside it, at a corner the sum of both (Baerentzen and Aanaes, IEEE Trans. Vis.
+The sign of the distance is that of the vector from the nearest point, projected on the normal
+there: an edge's own inside it, at a corner the sum of both (Baerentzen and Aanaes, IEEE Trans. Vis.
 Comput. Graph. 11 (2005) 243, in the plane). It is right whichever of two edges that meet is taken.
 """
 
@@ -17,14 +17,15 @@ from softsim.errors import MeshError
 from softsim.sharing import Own
 
 PAIRS = 2**18
-"""Of a place and an edge that are looked at together: some 50 MB."""
+"""Number of pairs of a point and an edge that are computed together: some 50 MB."""
 
 
 @dataclass(frozen=True, eq=False)
 class Polyline:
-    """points (n, 2) [m], no two neighbours alike; closed: whether the last is joined to the first.
+    """Polyline through points (n, 2) [m], of which no two neighbours are the same.
 
-    The first and the last point of an open one say where it stops, see `prolonged`.
+    closed: True if the last point is joined to the first. The first and the last point of an open
+    one only give its direction there, see `prolonged`.
     """
 
     points: Own[np.ndarray]
@@ -32,12 +33,12 @@ class Polyline:
 
     @cached_property
     def starts(self) -> np.ndarray:
-        """Where its edges begin (m, 2) [m]."""
+        """Starts of the edges (m, 2) [m]."""
         return self.points if self.closed else self.points[:-1]
 
     @cached_property
     def ways(self) -> np.ndarray:
-        """From the beginning of each edge to its end (m, 2) [m]."""
+        """Vectors from the start of each edge to its end (m, 2) [m]."""
         return np.roll(self.points, -1, axis=0)[: len(self.starts)] - self.starts
 
     @cached_property
@@ -52,8 +53,9 @@ class Polyline:
 
     @property
     def ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Points, outward directions and normals (2, 2) of the two lines on which an open polyline
-        goes on; (0, 2) of a closed one.
+        """Points, outward directions and normals (2, 2) of the two end lines of an open polyline.
+
+        For a closed one they have the shape (0, 2).
         """
         if self.closed:
             return (np.zeros((0, 2)),) * 3
@@ -61,7 +63,7 @@ class Polyline:
         return self.points[[0, -1]], outwards, self.normals[[0, -1]]
 
     def prolonged(self, length: float) -> "Polyline":
-        """With both ends moved outwards by `length` [m]; a closed one as it is."""
+        """Return the polyline with both ends, if it is open, moved outwards by `length` [m]."""
         if self.closed:
             return self
         points, outwards, _ = self.ends
@@ -69,14 +71,15 @@ class Polyline:
         return Polyline(np.vstack([beyond[:1], self.points[1:-1], beyond[1:]]), False)
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest coordinates (m, 2) [m] of each edge."""
+        """Return the lowest and highest coordinates (m, 2) [m] of each edge."""
         ends = np.stack([self.starts, self.starts + self.ways])
         return ends.min(axis=0), ends.max(axis=0)
 
     @cached_property
     def spans(self) -> np.ndarray:
-        """From where to where each edge is, along its direction from where it begins (m, 2) [m]: to
-        infinity at the ends of an open one.
+        """Start and end of each edge along its direction, from its starting point (m, 2) [m].
+
+        They are infinite at the ends of an open polyline.
         """
         spans = np.stack([np.zeros(len(self.ways)), np.linalg.norm(self.ways, axis=1)], axis=1)
         if not self.closed:
@@ -85,8 +88,9 @@ class Polyline:
 
     @cached_property
     def corner_normals(self) -> np.ndarray:
-        """Where each edge begins and where it ends, sums of the normals of both edges that meet
-        (m, 2, 2); at the ends of an open one, which are none, its own.
+        """Sums of the normals of the edges that meet at both ends of each edge (m, 2, 2).
+
+        At the ends of an open polyline, which are no corners, the edge's own normal.
         """
         before, after = np.roll(self.normals, 1, axis=0), np.roll(self.normals, -1, axis=0)
         if not self.closed:
@@ -95,8 +99,9 @@ class Polyline:
 
     @cached_property
     def turns(self) -> np.ndarray:
-        """By how much it turns to the left where each edge begins (m,) [rad]: below zero at a
-        convex corner of what is solid, zero at the end of an open one.
+        """Angle by which the polyline turns to the left at the start of each edge (m,) [rad].
+
+        It is negative at a convex corner of the solid, zero at the end of an open polyline.
         """
         before = np.roll(self.directions, 1, axis=0)
         along = (before * self.directions).sum(axis=1)
@@ -107,8 +112,9 @@ class Polyline:
 
     @cached_property
     def thickness(self) -> float:
-        """Shortest way [m] through what is solid, from the middle of an edge along its normal to
-        another edge; infinite where no way leads out again.
+        """Shortest path [m] through the solid, from the middle of an edge along its normal.
+
+        It ends at another edge, and is infinite where no path leads out again.
         """
         shortest, part = np.inf, max(1, PAIRS // len(self.starts))
         for k in range(0, len(self.starts), part):
@@ -124,17 +130,17 @@ class Polyline:
         return shortest
 
     def distances(self, x: np.ndarray) -> np.ndarray:
-        """Distance (k, m) [m] of places x (k, 2) to all edges."""
+        """Return the distances (k, m) [m] of points x (k, 2) to all edges."""
         return np.linalg.norm(self._arms(x)[0], axis=2)
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
-        """Signed distance (k,) [m] of places x (k, 2), negative in what is solid."""
+        """Return the signed distances (k,) [m] of points x (k, 2), negative in the solid."""
         part = max(1, PAIRS // len(self.starts))
         parts = [self._gaps(x[k : k + part]) for k in range(0, len(x), part)]
         return np.concatenate([np.zeros(0), *parts])
 
     def _gaps(self, x: np.ndarray) -> np.ndarray:
-        """As `gaps`, of places that are looked at together."""
+        """Return the result of `gaps` for points that are computed together."""
         arms, along = self._arms(x)
         edge, one = np.linalg.norm(arms, axis=2).argmin(axis=1), np.arange(len(x))
         arm, along, spans = arms[one, edge], along[one, edge], self.spans[edge]
@@ -147,8 +153,9 @@ class Polyline:
         return np.where(at_corner.any(axis=1), found, height)
 
     def _arms(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """From the nearest point of each edge to places x (k, 2): (k, m, 2) [m]; and where along
-        the edge that point is (k, m) [m].
+        """Return the vectors from the nearest point of each edge to points x (k, 2): (k, m, 2) [m].
+
+        Also return the positions of these points along the edges (k, m) [m].
         """
         from_start = x[:, None] - self.starts
         along = np.clip((from_start * self.directions).sum(axis=2), *self.spans.T)
@@ -156,11 +163,11 @@ class Polyline:
 
 
 def checked_polyline(points: np.ndarray, closed: bool) -> Polyline:
-    """The wall along points (n, 2) [m]; that the last point of a closed one repeats the first is
-    allowed.
+    """Return the polyline along points (n, 2) [m] after checks.
 
-    Raises MeshError: too few points, two neighbours alike, an edge that folds back on the one
-    before it, edges that cross or touch, an open one's straight continuations included.
+    The last point of a closed one may repeat the first. Raises MeshError if there are too few
+    points, two neighbours are the same, an edge folds back on the one before it, or edges cross or
+    touch, including the straight continuations of an open one.
     """
     if closed and len(points) > 1 and np.array_equal(points[0], points[-1]):
         points = points[:-1]
@@ -192,8 +199,9 @@ def checked_polyline(points: np.ndarray, closed: bool) -> Polyline:
 
 
 def first_crossing(polyline: Polyline) -> tuple[int, int, np.ndarray] | None:
-    """Two edges of a polyline that have a point in common, other than the corner of neighbours, and
-    that point (2,) [m]; or None.
+    """Return two edges of a polyline with a common point, and that point (2,) [m]; or None.
+
+    The common corner of neighbours does not count.
     """
     low, high = polyline.boxes()
     count = len(low)
@@ -210,7 +218,10 @@ def first_crossing(polyline: Polyline) -> tuple[int, int, np.ndarray] | None:
 
 
 def _meet(polyline: Polyline, one: int, others: np.ndarray) -> np.ndarray:
-    """Which of the edges `others` (k,) meet edge `one`, neighbours only where they fold back."""
+    """Return a mask of the edges `others` (k,) that meet edge `one`.
+
+    Neighbours count only where they fold back.
+    """
     starts, ways, count = polyline.starts, polyline.ways, len(polyline.starts)
     a, b = starts[one], starts[one] + ways[one]
     c, d = starts[others], starts[others] + ways[others]
@@ -227,7 +238,7 @@ def _meet(polyline: Polyline, one: int, others: np.ndarray) -> np.ndarray:
 
 
 def _meeting_place(polyline: Polyline, one: int, other: int) -> np.ndarray:
-    """Where two edges that meet do so (2,) [m]; of two on one line, a corner that lies on both."""
+    """Return the common point (2,) [m] of two edges; of two on one line, a corner on both."""
     starts, ways = polyline.starts, polyline.ways
     a, way, c = starts[one], ways[one], starts[other]
     turn = float(_cross(way, ways[other]))
@@ -240,5 +251,5 @@ def _meeting_place(polyline: Polyline, one: int, other: int) -> np.ndarray:
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """The component across the plane of a x b, vectors (..., 2)."""
+    """Return the out-of-plane component of a x b, vectors (..., 2)."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

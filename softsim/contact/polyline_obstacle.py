@@ -1,4 +1,4 @@
-"""Walls along polylines in kernels: gap and normal from the nearest of the edges of a cell."""
+"""Obstacle of a polyline: gap and normal from the nearest of the edges in a cell."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -15,16 +15,19 @@ if TYPE_CHECKING:  # a wall imports its obstacle
     from softsim.contact.polyline_wall import PolylineWall
 
 ENDLESS = 1e30
-"""Length of an edge without an end [m]."""
+"""Length that stands for infinity [m]."""
 
 
 class PolylineObstacle(Obstacle):
-    """One wall along a polyline, an entry of `walls` a scenario; equal ones are kept once."""
+    """Wall along a polyline in kernels; one entry of `walls` per scenario.
+
+    Equal polylines are stored once.
+    """
 
     count = 1
 
     def __init__(self, walls: Sequence["PolylineWall"], nodes: int) -> None:
-        """nodes: how many may touch."""
+        """Build the fields of the obstacle; `nodes`: number of contact nodes."""
         self.dimension = walls[0].dimension
         kept, number = different([w.polyline for w in walls])
         lines = [walls[number.index(k)] for k in range(len(kept))]
@@ -67,12 +70,15 @@ class PolylineObstacle(Obstacle):
         )
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {"was_near_wall": self.was_near}
 
     @ti.func
     def may_touch(self, s, i, x):
-        """Whether contact node number i at x is where the wall may be, or was when last asked."""
+        """Return 1 if contact node i at x may be in contact now, or could be at the last call.
+
+        Records the answer for the next call.
+        """
         number, _, beyond = self._cell(s, x)
         near = ti.cast(self.clearance[number] <= self.standoff, ti.i32)
         if beyond > 0.0:
@@ -87,8 +93,9 @@ class PolylineObstacle(Obstacle):
 
     @ti.func
     def _cell(self, s, x):
-        """Number of the cell that is nearest to x, the place within the cells that is, in their
-        sides from their origin, and how far beyond [m] x is.
+        """Return the cell nearest to x, the nearest point of the cells, and the distance [m] to it.
+
+        The cell by its number, the point in sides of a cell from their origin.
         """
         line = self.line[s]
         u = (ti.Vector([x[0], x[1]]) - self.origin[line]) / self.size[line]
@@ -99,11 +106,11 @@ class PolylineObstacle(Obstacle):
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
-        """Signed gap [m] of contact node number i at x, negative inside the wall, and its gradient:
-        the unit normal.
+        """Return the signed gap [m] of contact node i at x, and the unit normal.
 
-        Beyond the cells the gap is that of the nearest place of their rim, farther by the distance
-        to there, or that of a line on which the polyline goes on, where that is nearer.
+        The gap is negative in the wall; the normal is its gradient. Beyond the cells the gap is
+        that of the nearest point of their boundary, enlarged in magnitude by the distance to it, or
+        that to an end line of the polyline where that is nearer.
         """
         line = self.line[s]
         q = ti.Vector([x[0], x[1]])
@@ -125,7 +132,7 @@ class PolylineObstacle(Obstacle):
 
     @ti.func
     def _nearest(self, first, end, q):
-        """Gap [m] to the nearest of the edges in these entries of the lists, and its gradient."""
+        """Return the gap [m] to the nearest edge in these list entries, and its gradient."""
         e, along = self.edge[first], ti.cast(0.0, backend.real)
         least = ti.cast(ENDLESS, backend.real)
         for k in range(first, end):
@@ -151,7 +158,7 @@ class PolylineObstacle(Obstacle):
 
 
 def different(lines: Sequence[Polyline]) -> tuple[list[Polyline], list[int]]:
-    """Polylines, those that are alike once, and which of them each is."""
+    """Return the polylines without duplicates, and for each input the number of its polyline."""
     kept: list[Polyline] = []
     number = []
     for line in lines:

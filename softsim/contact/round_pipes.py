@@ -13,8 +13,10 @@ from softsim.sharing import Own
 
 @dataclass(frozen=True)
 class RoundPipes(Wall):
-    """Round pipes, free inside: surfaces, their names; points on the axes (p, 3), unit axes (p, 3),
-    radii (p,) [m].
+    """Round pipes, free inside.
+
+    surfaces: names. points (p, 3) [m]: points on the axes. axes (p, 3): unit vectors. radii (p,)
+    [m].
     """
 
     surfaces: tuple[str, ...]
@@ -24,11 +26,9 @@ class RoundPipes(Wall):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the surfaces."""
         return self.surfaces
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, 3) to each pipe, by its name."""
         found = {}
         for name, point, axis, radius in zip(
             self.names, self.points, self.axes, self.radii, strict=True
@@ -38,11 +38,10 @@ class RoundPipes(Wall):
         return found
 
     def obstacle(self, alike: Sequence["RoundPipes"], places: np.ndarray) -> "RoundObstacle":
-        """In kernels."""
         return RoundObstacle(alike)
 
     def drawn(self) -> dict[str, np.ndarray]:
-        """A point on the axis, its direction and the radius of each."""
+        """Return a point on the axis, its direction and the radius of each pipe."""
         return {"pipes": np.concatenate([self.points, self.axes, self.radii[:, None]], axis=1)}
 
 
@@ -57,8 +56,9 @@ class RoundObstacle(Obstacle):
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
-        """Signed gap [m] of contact node number i at x to pipe w, negative inside the wall, and the
-        unit normal towards the axis.
+        """Return the signed gap [m] of contact node i at x to pipe w, negative in the wall.
+
+        Also return the unit normal, towards the axis.
         """
         d = x - self.point[s, w]
         d -= d.dot(self.axis[s, w]) * self.axis[s, w]

@@ -1,14 +1,14 @@
 """Contact of the surfaces of deformable bodies with each other: points against facets.
 
 The laws are those of the walls (contact/laws.py), between a point of a surface, vertex or centroid
-of a facet, and the closest facet that faces it (contact/deformable_surface.py); one at a time. Each
-surface's points are held against the others' facets. The force on a point is that on the corners of
-its own facet, by their weights; what pushes a point pushes back on the corners of the facet that it
-touches, so momentum and angular momentum are kept. The spring of the friction is a vector in space
-that goes with the facet: it grows with the velocity of the point relative to the place beside the
-facet where it is, and turns with the tangent plane.
+of a facet, and the closest facet that faces it (contact/deformable_surface.py); one at a time. The
+points of each surface are tested against the facets of the others. The force on a point is
+distributed to the corners of its own facet, by their weights, and its reaction to the corners of
+the facet that it touches, so momentum and angular momentum are conserved. The spring of the
+friction is a vector in space that moves with the facet: it grows with the velocity of the point
+relative to the location on the facet, and rotates with the tangent plane.
 
-A point's stiffness is settled when it meets a facet and stays until it leaves
+The stiffness of a point is determined when it meets a facet and stays constant until it leaves
 (`DeformableSurface.facing_fraction`), so its springs have a potential.
 """
 
@@ -32,8 +32,11 @@ from softsim.nodes import PARTS
 from softsim.term import Pass, Stage
 
 TURNING = 0.2
-"""Path over the size of a facet by which its nodes move at least when it turns from a normal across
-that of a point to one within FACING of its opposite (asin 0.3 is 17 degrees)."""
+"""Smallest path over facet size by which the nodes of a facet move when it turns to face a point.
+
+It turns from a normal perpendicular to that of the point to one within FACING of its opposite (asin
+0.3 is 17 degrees).
+"""
 
 
 class SelfContact(Dissipation):
@@ -91,7 +94,7 @@ class SelfContact(Dissipation):
         self.pressed_at = real_field(np.full((scenarios, int(surface.facet_count)), BEFORE_START))
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Passes of an increment; the neighbour lists are checked and renewed in between."""
+        """Return the passes of an increment; lists are checked and renewed in between."""
         lists = self.lists
         return {
             Stage.MOVE: [Pass("contact", PARTS, (lists.watch,))],
@@ -102,7 +105,7 @@ class SelfContact(Dissipation):
         }
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps; lists are made anew."""
+        """Return the fields that a checkpoint stores; neighbour lists are renewed instead."""
         return {
             "facet": self.facet,
             "gap": self.gap,
@@ -125,7 +128,7 @@ class SelfContact(Dissipation):
 
     @ti.func
     def push(self, s, p, t, dt):
-        """Contact forces of the points of part p, and their reactions on the facets' corners."""
+        """Compute the contact forces of the points of part p, and their reactions on facets."""
         first, end = part_of(self.count.read(), p)
         if self.lists.renewed[s] == 1:
             self.may_touch[s, p] = 0
@@ -142,12 +145,12 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _is_involved(self, s, i):
-        """True if point i touches a facet, or may before long."""
+        """Return True if point i touches a facet or may do so soon."""
         return self.lists.near_facet_count[s, i] > 0 or self.facet[s, i] >= 0
 
     @ti.func
     def _push_point(self, s, i, t, dt):
-        """Contact force of point i with the closest facet that faces it."""
+        """Compute the contact force of point i with the closest facet that faces it."""
         x, outward = self.surface.place(s, i), self.surface.outward(s, i)
         f, w = self._closest_facet(s, i, x, outward)
         gap = ti.cast(0.0, backend.real)
@@ -170,10 +173,11 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _closest_facet(self, s, i, x, outward):
-        """Closest of the facets near point i at x that face its normal `outward`, with the weights
-        of its closest point; -1 where it is farther than points get deep in it.
+        """Return the closest of the facets near point i at x that face its normal `outward`.
 
-        The search begins with the facet that the point touches, from which most are farther.
+        Also return the weights of its closest point; the facet is -1 if it is farther than the
+        largest penetration. The search begins with the facet that the point touches, from which
+        most are farther.
         """
         closest, touched = -1, self.facet[s, i]
         w = ti.Vector.zero(backend.real, self.nodes.dimension)
@@ -205,9 +209,11 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _path_to(self, s, f, X, apart, outward):
-        """Lower bound of the path [m] after which a point, at `apart` from the closest point of
-        facet f, may touch it: in front of it the distance to its extension; behind it none where
-        it faces the point, and else the path that turns it by so much.
+        """Return a lower bound of the path [m] after which a point may touch facet f.
+
+        apart: vector from the closest point of the facet to the point. In front of the facet the
+        bound is the distance to its extension. Behind it it is zero if the facet faces the point,
+        and otherwise the path that turns the facet by that much.
         """
         area = self.surface.shape.area_vector(X)
         path = apart.norm() - EXTENSION / DEPTH * self.lists.deepest[0]
@@ -219,12 +225,12 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _gap(self, s, i, X, f, w, x, outward):
-        """Signed gap [m] of point i at x, its own normal `outward`, to facet f, whose corners are
-        at X and whose closest point has the weights w.
+        """Return the signed gap [m] of point i at x to facet f, and its derivatives.
 
-        Returns the gap g; the unit normal n; the weights U of the corners of dg/dt =
-        n . (v - sum_c U_c v_c); and of an end of the surface phi and -(dphi/ds) / s [1/m^2]:
-        elsewhere 1 and 0.
+        outward: normal of the point. X: corners of the facet. w: weights of its closest point.
+
+        Returns the gap g; the unit normal n; the weights U of the corners in dg/dt = n . (v - sum_c
+        U_c v_c); and phi and -(dphi/ds) / s [1/m^2] of an end of the surface, elsewhere 1 and 0.
         """
         apart = x - X.transpose() @ w
         n = self.surface.shape.normal(X)
@@ -251,8 +257,10 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _outward(self, s, i, f, w, outward):
-        """A normal of the edge or vertex of facet f where w lies; none (zero) where the surface
-        ends, or goes on with facets that do not face point i or are its neighbours.
+        """Return a normal of the edge or vertex of facet f where w lies.
+
+        It is zero where the surface ends, or continues with facets that do not face point i or are
+        its neighbours.
         """
         heaviest = 0
         for c in ti.static(range(1, self.nodes.dimension)):
@@ -279,7 +287,10 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _touch(self, s, i, f, X, V, U, x, v, gap, n, rate, t, dt):
-        """Point i at x, with velocity v, touches facet f, its corners at X with velocities V."""
+        """Compute the forces of point i at x, with velocity v, on facet f.
+
+        X, V: positions and velocities of the corners of the facet.
+        """
         k_n = self.fraction[s, i] * self.phi[s, i] * self.penalty_stiffness[i]
         c_n = self.fraction[s, i] * self.phi[s, i] * self.damping[i]
         N = normal_force(gap, rate, k_n, c_n)
@@ -322,8 +333,9 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _slide_off(self, s, i, X, w, U, x, gap, n, fading):
-        """Add the force by which the fading contact at an end of the surface drives point i away
-        from it: -dE/ds along its way s beyond the end, E = k phi(s) gap^2 / 2.
+        """Add the force of the fading contact at an end of the surface, which acts outwards.
+
+        It is -dE/ds along the path s beyond the end, E = k phi(s) gap^2 / 2.
         """
         beyond = x - X.transpose() @ w - gap * n
         per_length = 0.5 * self.fraction[s, i] * self.penalty_stiffness[i] * gap * gap * fading
@@ -336,15 +348,13 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _friction_limit(self, s, i, f, N, speed, t, dt):
-        """Limit of friction [N] on point i, pressed with N against facet f, that slides at `speed`
-        [m/s].
-        """
+        """Return the friction limit [N] of point i, pressed with N against facet f."""
         one, other = self.surface.point_group[i], self.surface.facet_group(f)
         return self.friction_coefficient[s, one, other] * N
 
     @ti.func
     def _lose_contact(self, s, i, rate, dt):
-        """Point i loses contact; `rate`: that of its gap [m/s]."""
+        """End the contact of point i; `rate`: that of its gap [m/s]."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
         # How it slid in this last increment is not known: what the spring held is rubbed off.
         before, friction = self.stretch[s, i], self.friction[s, i]
@@ -357,7 +367,7 @@ class SelfContact(Dissipation):
 
     @ti.func
     def gather_facet_reactions(self, s, p, t, dt):
-        """All contact forces on the nodes of part p, into their slots."""
+        """Write all contact forces on the nodes of part p into their slots."""
         first, end = part_of(self.member_count.read(), p)
         if self.lists.renewed[s] == 1:
             self.may_react[s, p] = 0
@@ -370,7 +380,7 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _may_be_loaded(self, s, i):
-        """True if a point at node i or around it, or one on a facet around it, may touch."""
+        """Return True if a point at node i or around it, or one on a facet around it, may touch."""
         a, m = self.surface.member[i], self.member_count.read()
         result = self._is_involved(s, i) or self.loaded[s, i] == 1
         for e in range(self.surface.first_around[a], self.surface.first_around[a + 1]):
@@ -381,8 +391,10 @@ class SelfContact(Dissipation):
 
     @ti.func
     def _gather_node(self, s, i, t):
-        """Forces on node i: of its own point, of the centroids of the facets around it, and of the
-        points that touch these.
+        """Write the sum of the forces on node i.
+
+        They are those of its own point, of the centroids of the facets around it, and of the points
+        that touch these facets.
         """
         a, m = self.surface.member[i], self.member_count.read()
         total, loaded = ti.Vector.zero(backend.real, self.nodes.dimension), 0
@@ -405,7 +417,7 @@ class SelfContact(Dissipation):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Energy in the penalty springs, normal and tangential [J]."""
+        """Return the energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
             k_n = self.phi[s, i] * self.penalty_stiffness[i]

@@ -11,12 +11,12 @@ from softsim.fields import real_field, vector_field
 from softsim.sharing import Own
 
 PARALLELS, MERIDIANS = 24, 48
-"""Faces that a ball is drawn with, from pole to pole and around."""
+"""Number of faces of the drawing of a ball, from pole to pole and around."""
 
 
 @dataclass(frozen=True)
 class Sphere(Wall):
-    """One ball, `name`, about `centre` (d,) [m] of a radius [m]."""
+    """Ball `name` about `centre` (d,) [m] with a radius [m]."""
 
     name: Own[str]
     centre: Own[np.ndarray]
@@ -24,23 +24,20 @@ class Sphere(Wall):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of its one surface."""
         return (self.name,)
 
     def gaps(self, x: np.ndarray) -> dict[str, np.ndarray]:
-        """Signed gap (n,) [m] of places x (n, d), negative inside, by its name."""
         return {self.name: np.linalg.norm(x - self.centre, axis=1) - self.radius}
 
     def thickness(self) -> float:
-        """Return the shortest way [m] through it."""
+        """Return the diameter [m]."""
         return 2.0 * self.radius
 
     def obstacle(self, alike: Sequence["Sphere"], places: np.ndarray) -> "SphereObstacle":
-        """In kernels."""
         return SphereObstacle(alike)
 
     def drawn(self) -> dict[str, np.ndarray]:
-        """In the plane a circle of lines, in space its faces."""
+        """Return a circle of lines in the plane, or faces in space."""
         around = np.linspace(0.0, 2.0 * np.pi, MERIDIANS + 1)
         if len(self.centre) == 2:  # clockwise: the free side is on the left
             circle = np.stack([np.cos(around), -np.sin(around)], axis=1)
@@ -69,9 +66,7 @@ class SphereObstacle(Obstacle):
 
     @ti.func
     def gap_and_normal(self, s, i, w, x):
-        """Signed gap [m] of contact node number i at x, negative inside, and the unit normal away
-        from the centre.
-        """
+        """Return the signed gap [m] of contact node i at x, and the outward unit normal."""
         arm = x - self.centre[s]
         distance = arm.norm()
         return distance - self.radius[s], arm / ti.max(distance, 1e-12)

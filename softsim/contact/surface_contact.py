@@ -1,4 +1,4 @@
-"""Nodes against an obstacle: gap, normal force, friction, energy; the term that joins the laws."""
+"""Contact of nodes with an obstacle: gap, normal force, friction and energy."""
 
 import numpy as np
 import taichi as ti
@@ -14,8 +14,11 @@ from softsim.nodes import Nodes
 from softsim.term import Pass, Stage
 
 RESTS = 1e-6
-"""Slip in an increment over elastic slip, below which a node at its friction limit counts as at
-rest: some um/s. A limit that creeps to its value lets a node creep, ever more slowly."""
+"""Slip in an increment over elastic slip, below which a node at its friction limit is at rest.
+
+It amounts to some um/s. A limit that approaches its value slowly lets a node creep, ever more
+slowly.
+"""
 
 
 class SurfaceContact(NodalForces, Dissipation):
@@ -79,13 +82,13 @@ class SurfaceContact(NodalForces, Dissipation):
         frame.carry(self)
 
     def passes(self) -> dict[Stage, list[Pass]]:
-        """Of an increment."""
+        """Return the passes of an increment: those of frame and obstacle, and the contact."""
         # Frames steer, obstacles measure: no stage is in two of them.
         own = {Stage.MOVE: [Pass("contact", int(self.count), (self.push,))]}
         return self.frame.passes() | self.obstacle.passes() | own
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         return {
             "anchor": self.anchor,
             "touching": self.touching,
@@ -102,22 +105,22 @@ class SurfaceContact(NodalForces, Dissipation):
         }
 
     def forget_work(self) -> None:
-        """Begin the books of the frame's motion anew."""
+        """Set the work of the frame's motion to zero."""
         self.frame.forget_work()
 
     def forget_dissipation(self, scenario: int) -> None:
-        """Begin the books anew in a scenario, and the counts over the whole run."""
+        """Set the dissipated energies and the statistics of the whole run to zero in a scenario."""
         super().forget_dissipation(scenario)
         self.forget_times(scenario)
         fields.write_row(self.left_at, scenario, BEFORE_START)
 
     def readings(self, scenario: int, interval: float) -> dict[str, float]:
-        """Columns of the history: the frame's."""
+        """Return the columns of the history, which are those of the frame."""
         return self.frame.readings(scenario, interval)
 
     @ti.func
     def push(self, s, i, t, dt):
-        """Contact force of node i with every surface, into the node's slot."""
+        """Write the contact force of node i with all surfaces into the node's slot."""
         a = self.node[i]
         x = self.nodes.position[s, a]
         q = self.frame.local_position(s, x)
@@ -157,11 +160,11 @@ class SurfaceContact(NodalForces, Dissipation):
 
     @ti.func
     def _meet(self, s, i, w, q, gap, n, v, t, dt):
-        """Node i, now at q inside surface w, was outside an increment ago; since when it is inside
-        [s].
+        """Start the contact of node i with surface w and return the time [s] it has been inside.
 
-        It is anchored where it crossed the surface: a node that chatters would else slide without
-        friction at each first touch.
+        The node, now at q inside the surface, was outside one increment ago. It is anchored where
+        it crossed the surface: otherwise a node that chatters would slide without friction at each
+        first touch.
         """
         inside = dt
         if v.dot(n) * dt < gap:
@@ -177,9 +180,10 @@ class SurfaceContact(NodalForces, Dissipation):
 
     @ti.func
     def _friction(self, s, i, w, q, n, v, N, before, outside, t, dt):
-        """Friction [N] on the anchor of node i at q, which surface w presses with N; before: its
-        elastic slip an increment ago; outside: the time [s] since then before it touched. And
-        whether the node slips.
+        """Return the friction [N] on the anchor of node i at q, and 1 if the node slips, else 0.
+
+        N: normal force [N] of surface w. before: elastic slip one increment ago. outside: time [s]
+        since then before the node touched.
         """
         k_t, damping_rate = self.tangential_stiffness[i], self.tangential_damping[i] / dt
         stretch = tangential(q - self.anchor[s, i, w], n)
@@ -202,7 +206,7 @@ class SurfaceContact(NodalForces, Dissipation):
 
     @ti.func
     def _leave(self, s, i, w, q, n, v, t, dt):
-        """Node i, now at q outside surface w, was inside an increment ago."""
+        """End the contact of node i with surface w; q is now outside, one increment ago inside."""
         nothing = ti.Vector.zero(backend.real, self.nodes.dimension)
         before, way = tangential(q - dt * v - self.anchor[s, i, w], n), dt * tangential(v, n)
         k_t, force_before = self.tangential_stiffness[i], self.friction[s, i, w]
@@ -213,7 +217,7 @@ class SurfaceContact(NodalForces, Dissipation):
 
     @ti.func
     def stored_energy(self, s, part):
-        """Energy in the penalty springs, normal and tangential [J]."""
+        """Return the energy in the penalty springs, normal and tangential [J]."""
         total = ti.cast(0.0, backend.real)
         for i in range(self.count.first(part), self.count.first(part + 1)):
             q = self.frame.local_position(s, self.nodes.position[s, self.node[i]])
@@ -228,11 +232,11 @@ class SurfaceContact(NodalForces, Dissipation):
 
     @ti.func
     def work_done(self, s, dt, part):
-        """Work of the frame's motion so far [J]."""
+        """Return the work of the frame's motion so far [J]."""
         return self.frame.work_done(s, part)
 
 
 @ti.func
 def tangential(vector, n):
-    """Its part across the unit vector n."""
+    """Return the part of a vector perpendicular to the unit vector n."""
     return vector - vector.dot(n) * n

@@ -1,7 +1,7 @@
-"""Grounds of known shape, as the points of a polyline: ramp, half round, field of steps.
+"""Terrains of known shape as points of a polyline: ramp, half round, field of steps.
 
-x is the way forward, y up, the ground before the obstacle at y = 0; the free side is on the left of
-who walks along the points. The thesis's terrains (5.3.1, 5.3.2).
+x points forward, y up, and the ground before the obstacle is at y = 0; the free side is on the left
+in the direction of the points. These are the terrains of the thesis (5.3.1, 5.3.2).
 """
 
 import numpy as np
@@ -16,8 +16,9 @@ CHORD = 12.5e-6  # m, by which chords are off a circle
 
 
 def ramp(slope: float, height: float, plateau: float) -> np.ndarray:
-    """Points (5, 2) [m] of a ramp whose foot is the origin: up by `slope` [rad], upright at 90
-    degrees, a plateau, and down at once.
+    """Return the points (5, 2) [m] of a ramp whose foot is the origin.
+
+    It rises by `slope` [rad], vertically at 90 degrees, to a plateau, and drops vertically.
     """
     edge = height / np.tan(slope) if slope < 0.5 * np.pi - 1e-9 else 0.0
     end = edge + plateau
@@ -25,8 +26,9 @@ def ramp(slope: float, height: float, plateau: float) -> np.ndarray:
 
 
 def half_round(radius: float) -> np.ndarray:
-    """Points (n, 2) [m] of the upper half of a circle whose foot is the origin, Eq 5.30; its chords
-    are off by CHORD at most.
+    """Return the points (n, 2) [m] of the upper half of a circle whose foot is the origin, Eq 5.30.
+
+    Its chords are off by CHORD at most.
     """
     turn = 2.0 * np.arccos(1.0 - min(1.0, CHORD / radius))
     angles = np.linspace(np.pi, 0.0, 2 + int(np.ceil(np.pi / turn)))
@@ -36,10 +38,11 @@ def half_round(radius: float) -> np.ndarray:
 
 
 def step_heights(rugosity: float, mean: float, count: int, seed: int) -> np.ndarray:
-    """Heights (count,) [mm] of the blocks of a field: whole millimetres from 1 to 8, drawn normally
-    until their mean and their deviation, rugosity times 8 mm, are met within MET.
+    """Return the heights (count,) [mm] of the blocks of a field.
 
-    Raises MeshError where no draw meets them.
+    They are whole millimetres from 1 to 8, drawn from a normal distribution until their mean and
+    their standard deviation, rugosity times 8 mm, are met within MET. Raises MeshError if no draw
+    meets them.
     """
     generator = np.random.default_rng(seed)
     deviation = BLOCK_HEIGHT * rugosity
@@ -58,8 +61,9 @@ def step_heights(rugosity: float, mean: float, count: int, seed: int) -> np.ndar
 
 
 def steps(heights: np.ndarray, length: float) -> np.ndarray:
-    """Points (n, 2) [m] of upright blocks of these heights (k,) [m] and this length [m], side by
-    side, the first at the origin; blocks as high as their neighbour are one.
+    """Return the points (n, 2) [m] of upright blocks side by side, the first at the origin.
+
+    Heights are (k,) [m], `length` in [m]; blocks as high as their neighbour are merged.
     """
     levels = np.concatenate([[0.0], heights, [0.0]])
     places = length * np.arange(len(heights) + 1)
@@ -73,8 +77,10 @@ def steps(heights: np.ndarray, length: float) -> np.ndarray:
 
 
 def layered(points: np.ndarray, thickness: float) -> np.ndarray:
-    """The outline of a print in layers of this thickness [m], each as long as the shape is at its
-    middle: a stair of upright and level edges along points (n, 2) that go up, then down.
+    """Return the outline of a print in layers of this thickness [m].
+
+    Each layer is as long as the shape is at its middle: a stair of vertical and horizontal edges
+    along points (n, 2) that rise, then fall.
     """
     top = int(points[:, 1].argmax())
     height = points[top, 1]
@@ -90,8 +96,9 @@ def layered(points: np.ndarray, thickness: float) -> np.ndarray:
 
 
 def stair(places: np.ndarray, tops: np.ndarray) -> np.ndarray:
-    """Corners (n, 2) of the risers of layers at x = places (k,), each from the top of the layer
-    below up to y = tops (k,).
+    """Return the corners (n, 2) of the risers of layers at x = places (k,).
+
+    Each runs from the top of the layer below up to y = tops (k,).
     """
     below = np.concatenate([[0.0], tops[:-1]])
     corners = np.stack([np.column_stack([places, below]), np.column_stack([places, tops])], axis=1)
@@ -101,8 +108,10 @@ def stair(places: np.ndarray, tops: np.ndarray) -> np.ndarray:
 
 
 def on_ground(points: np.ndarray, foot: np.ndarray, before: float) -> np.ndarray:
-    """The shape (n, 2) with its foot at `foot` (2,) [m], and level ground for `before` [m] in front
-    of it; what is behind its last point, where the polyline goes on straight, is level too.
+    """Return the shape (n, 2) with its foot at `foot` (2,) [m] and level ground around it.
+
+    The ground extends `before` [m] in front of it and behind its last point, where the polyline
+    continues straight.
     """
     placed = points + foot
     front, behind = foot - [before, 0.0], placed[-1] + [before, 0.0]

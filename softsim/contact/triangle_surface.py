@@ -1,8 +1,8 @@
-"""A wall that is a closed surface of triangles in space: signed distances, exactly.
+"""Wall that is a closed surface of triangles in space, with exact signed distances.
 
-The sign of the distance is that of the arm from the nearest point of the surface, taken along the
-pseudonormal there: a triangle's normal inside it, the sum of both on an edge, at a corner the sum
-of those around it, each weighted by its angle there. It is right whatever triangle is taken for
+The sign of the distance is that of the vector from the nearest point of the surface, projected on
+the pseudonormal there: a triangle's normal inside it, the sum of both on an edge, at a corner the
+sum of those around it, each weighted by its angle there. It is right whichever triangle is taken as
 the nearest (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11 (2005) 243).
 """
 
@@ -19,9 +19,10 @@ FLAT = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class TriangleSurface:
-    """points (n, 3) [m], triangles (m, 3), their normals by the right-hand rule into the free side.
+    """Closed surface of triangles (m, 3) with points (n, 3) [m].
 
-    Closed: each edge has two triangles, which pass it in opposite directions.
+    Normals follow the right-hand rule into the free side. Each edge has two triangles, which pass
+    it in opposite directions.
     """
 
     points: np.ndarray
@@ -29,17 +30,17 @@ class TriangleSurface:
 
     @cached_property
     def corners(self) -> np.ndarray:
-        """Places of the triangles' corners (m, 3, 3) [m]."""
+        """Positions of the triangles' corners (m, 3, 3) [m]."""
         return self.points[self.triangles]
 
     @cached_property
     def ways(self) -> np.ndarray:
-        """From each corner of the triangles to the next (m, 3, 3) [m]."""
+        """Vectors from each corner of the triangles to the next (m, 3, 3) [m]."""
         return np.roll(self.corners, -1, axis=1) - self.corners
 
     @cached_property
     def normals(self) -> np.ndarray:
-        """Unit normals (m, 3); zero of a triangle that is as good as a line."""
+        """Unit normals (m, 3); zero for a degenerate triangle."""
         across = np.cross(self.ways[:, 0], self.ways[:, 1])
         size = np.linalg.norm(across, axis=1)
         is_flat = size <= FLAT * (self.ways**2).sum(axis=2).max(axis=1)
@@ -63,22 +64,23 @@ class TriangleSurface:
         return _sums(weighted, self.triangles.ravel(), len(self.points))[self.triangles]
 
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest coordinates (m, 3) [m] of each triangle."""
+        """Return the lowest and highest coordinates (m, 3) [m] of each triangle."""
         return self.corners.min(axis=1), self.corners.max(axis=1)
 
     def spheres(self) -> tuple[np.ndarray, np.ndarray]:
-        """Centres (m, 3) [m] of the triangles, radii (m,) [m] of the spheres that hold them."""
+        """Return the centre (m, 3) [m] and radius (m,) [m] of a sphere around each triangle."""
         centres = self.corners.mean(axis=1)
         return centres, np.linalg.norm(self.corners - centres[:, None], axis=2).max(axis=1)
 
     def plane_distances(self, x: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        """Distance (k,) [m] of places x (k, 3) to the planes of triangles number `triangle`."""
+        """Return the distances (k,) [m] of points x (k, 3) to the planes of triangles (k,)."""
         arm = x - self.corners[triangle, 0]
         return np.abs((arm * self.normals[triangle]).sum(axis=1))
 
     def signed_distances(self, x: np.ndarray, triangle: np.ndarray) -> np.ndarray:
-        """Distance (k,) [m] of places x (k, 3) to triangles number `triangle` (k,). Its sign is
-        right where no other triangle is nearer.
+        """Return the signed distances (k,) [m] of points x (k, 3) to triangles (k,).
+
+        The sign is right where no other triangle is nearer.
         """
         normal, ways = self.normals[triangle], self.ways[triangle]
         arms = x[:, None] - self.corners[triangle]
@@ -106,10 +108,10 @@ class TriangleSurface:
 
 
 def gridded(name: str, surface: TriangleSurface, spacing: float) -> DistanceGrid:
-    """The wall `name` on a grid [m] that holds the whole surface.
+    """Return the wall `name` on a grid of the spacing [m] that holds the whole surface.
 
-    Raises SpacingError where it is too large, or the wall too thin for it; MeshError where that has
-    no clear inside.
+    Raises SpacingError if the grid is too large or the wall too thin for it, and MeshError if the
+    wall has no clear inside.
     """
     low, high = surface.points.min(axis=0), surface.points.max(axis=0)
     origin, values = tabulated(surface, low, high, spacing)
@@ -119,6 +121,6 @@ def gridded(name: str, surface: TriangleSurface, spacing: float) -> DistanceGrid
 
 
 def _sums(vectors: np.ndarray, group: np.ndarray, groups: int = 0) -> np.ndarray:
-    """Sum (groups, 3) of the vectors (k, 3) of each group (k,)."""
+    """Return the sums (groups, 3) of the vectors (k, 3) of each group (k,)."""
     sums = [np.bincount(group, weights=column, minlength=groups) for column in vectors.T]
     return np.stack(sums, axis=1)

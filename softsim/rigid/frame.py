@@ -86,7 +86,7 @@ class RigidBodies:
         self.reaction_node = index_field(np.concatenate([none, *at]))
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Fields that a checkpoint keeps."""
+        """Return the fields that a checkpoint stores."""
         names = (
             "centre", "orientation", "rotation", "velocity", "angular_momentum",
             "angular_velocity", "force", "held_force", "torque", "applied_force", "spring_force",
