@@ -1,1 +1,1 @@
-"""Figures and tables from a run folder; nothing here needs the solver."""
+"""Figures and tables from a run folder, independent of the solver."""

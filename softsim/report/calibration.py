@@ -12,7 +12,7 @@ from softsim.report.style import BLUE, INK, ORANGE
 
 
 def draw_calibration(found: Calibration, path: Path) -> None:
-    """Draw `calibration_diagram` as PNG. Raises OutputError if the disk refuses."""
+    """Draw `calibration_diagram` as PNG. Raises OutputError if the file cannot be written."""
     draw(path, calibration_diagram(found))
 
 

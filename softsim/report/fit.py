@@ -28,7 +28,7 @@ ASSUMED_DENSITY = 1070
 
 
 def draw_fit(test: TensileTest, fit: Fit, path: Path) -> None:
-    """Draw `fit_diagram` as PNG. Raises OutputError if the disk refuses."""
+    """Draw `fit_diagram` as PNG. Raises OutputError if the file cannot be written."""
     draw(path, fit_diagram(test, fit))
 
 

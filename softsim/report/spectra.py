@@ -42,7 +42,7 @@ class DrawnSpectrum:
 
 
 def draw_spectra(materials: Sequence[DrawnSpectrum], path: Path) -> None:
-    """Draw `spectra_diagram` as PNG. Raises OutputError if the disk refuses."""
+    """Draw `spectra_diagram` as PNG. Raises OutputError if the file cannot be written."""
     draw(path, spectra_diagram(materials))
 
 

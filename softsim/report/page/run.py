@@ -30,7 +30,7 @@ def write_run_page(folder: Path) -> Path:
     """Write report.html of a run folder, from its files alone.
 
     Raises OutputError if the history is missing or empty, the results lack the field that the
-    scene colours by, a file is damaged, or the disk refuses.
+    scene colours by, a file is damaged, or the file cannot be written.
     """
     page = folder / PAGE
     write_page("run.html", run_context(folder), page)

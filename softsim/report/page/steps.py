@@ -16,7 +16,7 @@ from softsim.report.steps import recorded_steps, steps_diagram
 def write_steps_page(folder: Path) -> Path:
     """Write report.html of a folder of steps, from its files alone.
 
-    Raises OutputError if a history has no rows, a file is damaged, or the disk refuses.
+    Raises OutputError if a history has no rows, a file is damaged, or the file cannot be written.
     """
     page, whole, runs = folder / PAGE, read_summary(folder), recorded_steps(folder)
     diagram = steps_diagram(runs)

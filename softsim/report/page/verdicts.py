@@ -14,16 +14,16 @@ ENDS = {"passed": GOOD, "stuck": BAD, "unfinished": OPEN}
 
 @dataclass(frozen=True)
 class Verdict:
-    """A sentence; kind: good, bad or open."""
+    """Sentence on the result of a run; kind: good, bad or open."""
 
     kind: str
     words: str
 
 
 def verdicts(summary: Mapping[str, Any], scene: Mapping[str, Any]) -> Iterator[Verdict]:
-    """Return how the run ended, the verdict on a layout, and whether the run is as expected.
+    """Yield how the run ended, the verdict on a layout, and whether the run is as expected.
 
-    A run with warnings has no good verdict: what would be good is open.
+    A run with warnings has no verdict "good"; it is "open" instead.
 
     Parameters
     ----------
