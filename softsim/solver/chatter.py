@@ -1,9 +1,10 @@
-"""Chatter: nodes that lose a wall and are back at once, many times while the body swings once.
+"""Contact chatter: nodes that lose and regain contact many times per oscillation of the body.
 
-It is the mesh that does so, not the body: each node bounces on its own penalty spring or with the
-fastest waves of its elements. Friction then acts in shares of the time, and how far a body slides
-depends on the mesh. A node that comes back within RETURN_SHARE of the body's oscillation has
-chattered; the measure is how often a node did so per oscillation that it spent in contact.
+Chatter belongs to the mesh, not to the body: each node bounces on its own penalty spring or with
+the fastest waves of its elements. Friction then acts for part of the time only, and the distance
+that a body slides depends on the mesh. A node that regains contact within RETURN_SHARE of the
+body's oscillation period has chattered; the measure is the number of such returns per oscillation
+period in contact.
 """
 
 from dataclasses import dataclass
@@ -24,8 +25,9 @@ LEAST_CONTACT = 1.0
 class Chatter:
     """Chatter of all nodes on walls.
 
-    returns: per oscillation of contact [-], of all nodes. worst, worst_returns: the node that
-    chatters most, and how often; None where there was hardly any contact.
+    returns: mean number of returns per oscillation period in contact [-], over all nodes. worst,
+    worst_returns: the node that chatters most, and its returns per period; worst is None if there
+    was hardly any contact.
     """
 
     returns: float
@@ -34,8 +36,10 @@ class Chatter:
 
 
 def oscillation_period(model: Model) -> float:
-    """Period [s] of the slow motion: of the first motor, else of the first shear mode of the
-    thinnest body that lies on its side, 4 h / sqrt(mu0 / rho), of its stiffest material.
+    """Return the period [s] of the slow motion of a model.
+
+    That of the first motor; without a motor, the shortest period 4 h / sqrt(mu0 / rho) of the first
+    shear mode over all regions, with the smallest extent h of each.
     """
     for load in model.of_kind(Rotor):
         return 1.0 / load.rotor.frequency
@@ -47,14 +51,14 @@ def oscillation_period(model: Model) -> float:
 
 
 def return_time(model: Model) -> float:
-    """A node that comes back within this time [s] has chattered."""
+    """Return the time [s] within which a node that regains contact has chattered."""
     return RETURN_SHARE * oscillation_period(model)
 
 
 def chatter(model: Model, returns: np.ndarray, contact_time: np.ndarray) -> Chatter:
-    """The chatter of the nodes that may touch walls.
+    """Return the chatter of the nodes that may touch walls.
 
-    returns (k,): how often each came back at once; contact_time (k,): its time in contact [s].
+    returns (k,): number of returns of each node; contact_time (k,): its time in contact [s].
     """
     oscillations = contact_time / oscillation_period(model)
     long = np.flatnonzero(oscillations > LEAST_CONTACT)
@@ -67,7 +71,7 @@ def chatter(model: Model, returns: np.ndarray, contact_time: np.ndarray) -> Chat
 
 
 def chatter_warnings(model: Model, found: Chatter) -> dict[str, str]:
-    """Warning of contact with walls that has chattered since t = 0, with place and remedy."""
+    """Return a warning if contact with walls has chattered since t = 0, with place and remedy."""
     if found.worst is None or found.returns <= MOST_RETURNS:
         return {}
     place = ", ".join(f"{c * 1e3:.2f}" for c in model.points[found.worst])

@@ -1,4 +1,4 @@
-"""Clamps of nearly incompressible bodies: long elements beside them make a body too stiff.
+"""Warnings of nearly incompressible bodies that long elements at a clamp make too stiff.
 
 An element with one point keeps its volume there. At a clamp the nodes of one face are held, so an
 element that is pulled off the clamp can narrow at its far face only, by twice as much as it should,
@@ -18,16 +18,16 @@ from softsim.elements.region import Region
 from softsim.model import Model
 
 LARGEST_ERROR = 0.03
-"""Estimated share of the deflection that is missing, from which on a warning is given."""
+"""Estimated missing fraction of the deflection above which a warning is given."""
 SLENDER = 2.0
-"""Heights of the clamp that a body reaches away from it, at least: others hardly bend."""
+"""Least reach of a body from a clamp, over the clamp's height: shorter bodies hardly bend."""
 LEAST_POISSON_RATIO = 0.4
 """Lowest Poisson's ratio at small strain for which a warning is given: with less the effect is
 below 2 % where it is 3 % at 0.475."""
 
 
 def clamp_doubts(model: Model) -> dict[str, str]:
-    """Return warnings, kind -> text, of clamped columns of elements that are too long."""
+    """Return warnings, kind -> text, of clamped elements that are too long."""
     held = ~np.any(model.is_free, axis=1)
     found: dict[str, str] = {}
     for region in model.regions:
@@ -48,7 +48,7 @@ def clamp_doubts(model: Model) -> dict[str, str]:
 
 
 def missing_deflection(region: Region, held: np.ndarray) -> float:
-    """Return the largest estimate h / (2 L) of the share of its deflection that a body misses.
+    """Return the largest estimate h / (2 L) of the missing fraction of a body's deflection.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ def missing_deflection(region: Region, held: np.ndarray) -> float:
     Returns
     -------
     float
-        Of the clamps that have two elements or more through their height; 0 without one. A clamp is
-        a connected face of elements; its height is its smaller extent.
+        Largest over the clamps that have two elements or more through their height; 0 without one.
+        A clamp is a connected face of elements; its height is its smaller extent.
     """
     dimension = region.points.shape[1]
     clamped = region.cells[held[region.cells].sum(axis=1) == 2 ** (dimension - 1)]
@@ -76,7 +76,7 @@ def missing_deflection(region: Region, held: np.ndarray) -> float:
 
 
 def _missing(points: np.ndarray, cells: np.ndarray, held: np.ndarray) -> float:
-    """Return the estimate of one clamp; 0 with one element through its height."""
+    """Return the estimate for one clamp; 0 with one element through its height."""
     on_clamp = held[cells]
     corners = points[cells]
     near = np.where(on_clamp[..., None], corners, 0.0).sum(axis=1) / on_clamp.sum(axis=1)[:, None]

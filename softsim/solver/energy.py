@@ -1,11 +1,11 @@
-"""The energy books: what was put in must be stored, moving, or dissipated.
+"""Energy balance: external work equals the change of stored, kinetic and dissipated energy.
 
-internal (ALLSE of ABAQUS: law, Maxwell springs, cables, layers, fibres, tendons, tethers), of which
-a part is that of the elements' hourglass modes (ALLAE there), kinetic (ALLKE), contact springs
-(ALLPW), friction (ALLFD: contact, tethers, ends of cables), viscous (ALLVD + ALLCD: Maxwell
-dashpots, bulk viscosity, contact dashpots), external work (ALLWK: pressure, motor, nodal forces,
-gravity). The balance (ETOTAL) is their sum less the external work and less what was there at the
-start.
+The terms are internal energy (ALLSE of ABAQUS: law, Maxwell springs, cables, layers, fibres,
+tendons, tethers), which includes that of the hourglass modes (ALLAE), kinetic energy (ALLKE),
+contact springs (ALLPW), friction (ALLFD: contact, tethers, ends of cables), viscous dissipation
+(ALLVD + ALLCD: Maxwell dashpots, bulk viscosity, contact dashpots, local damping) and external work
+(ALLWK: pressure, motor, nodal forces, gravity). The balance (ETOTAL) is the sum of the others minus
+the external work and minus its initial value.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Energies:
 
     @property
     def balance(self) -> float:
-        """Constant when energy is kept [J]."""
+        """Sum of all energies minus the external work [J], constant if energy is conserved."""
         return (
             self.internal
             + self.kinetic
@@ -44,18 +44,18 @@ class Energies:
 
     @property
     def reference_energy(self) -> float:
-        """Size of the books [J], against which an error is measured."""
+        """Energy [J] to which an error of the balance is relative."""
         accounted = self.balance + self.external_work
         return max(abs(accounted), abs(self.external_work), self.kinetic + self.internal)
 
 
 @ti.data_oriented
 class EnergyReader:
-    """Computes the energies of all scenarios in one launch, from stretches, gaps and velocities:
-    few of them are in a field.
+    """Kernel class that computes the energies of all scenarios in one launch.
 
-    readings (scenarios, 7) [J]: in the order of Energies; in_parts (scenarios, parts, 7): what is
-    summed to them.
+    Most energies are not stored in fields: they follow from stretches, gaps and velocities.
+    readings (scenarios, 7) [J]: in the order of Energies; in_parts (scenarios, parts, 7): the
+    partial sums of each.
     """
 
     def __init__(self, solver: ExplicitSolver) -> None:
@@ -66,16 +66,16 @@ class EnergyReader:
         self.readings = self.in_parts.sum(axis=1)
 
     def update(self) -> None:
-        """Read the present energies of all scenarios; `of_scenario` returns them."""
+        """Compute the current energies of all scenarios, which `of_scenario` returns."""
         self._read(self.solver.time_increments, self.in_parts)
         self.readings = self.in_parts.sum(axis=1)
 
     def of_scenario(self, scenario: int) -> Energies:
-        """Energies of a scenario at the last update."""
+        """Return the energies of a scenario at the last update."""
         return Energies(*self.readings[scenario].tolist())
 
     def read(self, scenario: int = 0) -> Energies:
-        """Update, and return the energies of a scenario."""
+        """Compute and return the current energies of a scenario."""
         self.update()
         return self.of_scenario(scenario)
 
@@ -126,26 +126,25 @@ class EnergyReader:
 
 
 def weight_energy(model: Model) -> float:
-    """Weight of all bodies times the height of the meshed ones, m g h [J]."""
+    """Return the weight of all bodies times the height of the meshed ones, m g h [J]."""
     mass = model.mass.sum() + sum(body.mass for body in model.rigid_bodies)
     along = np.concatenate([b.points for b in model.bodies]) @ model.gravity  # height times g
     return float(mass * np.ptp(along))
 
 
 class EnergyBalance:
-    """Error of the balance relative to the largest reference energy so far."""
+    """Error of the energy balance relative to the largest reference energy so far."""
 
     def __init__(self, initial: float, largest_energy: float) -> None:
         self.initial, self.largest_energy = initial, largest_energy
 
     @classmethod
     def starting(cls, energies: Energies, model: Model) -> "EnergyBalance":
-        """The books of a run that starts with these energies.
+        """Return the balance of a run that starts with these energies.
 
-        Where nothing happens, a small difference of small energies is no error. The reference
-        energy counts as at least what everything weighs times how high it is, which a body at rest
-        has too; and, without gravity, for the round-off of what is stored, as 1e-12 of the energy
-        that would double the bodies' volume.
+        The reference energy has a lower bound, so that a small difference of small energies is not
+        an error: the weight of all bodies times the height of the meshed ones, and, for round-off
+        without gravity, 1e-12 times the sum of bulk modulus times volume.
         """
         stiffness = sum(r.material.bulk_modulus * float(r.volumes.sum()) for r in model.regions)
         return cls(
@@ -154,6 +153,6 @@ class EnergyBalance:
         )
 
     def error(self, energies: Energies) -> float:
-        """|balance - initial balance| / largest reference energy [-]."""
+        """Return |balance - initial balance| / largest reference energy [-]."""
         self.largest_energy = max(self.largest_energy, energies.reference_energy)
         return abs(energies.balance - self.initial) / self.largest_energy

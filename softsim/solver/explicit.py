@@ -1,10 +1,10 @@
-"""Explicit central difference with velocities at half steps.
+"""Explicit central difference solver with velocities at half steps.
 
 x(n+1) = x(n) + dt v(n+1/2);  forces at x(n+1);  v(n+3/2) = v(n+1/2) + dt f(n+1) / m.
-After a block of increments positions and forces belong to the same time, and the velocity of that
-time is v(n+1/2) less half a kick.
+After a block of increments, positions and forces belong to the same time; the velocity at that time
+is the half-step velocity minus half a kick.
 
-solver/increments.py tells how the work of an increment is shared between threads.
+solver/increments.py distributes the work of an increment over threads.
 """
 
 from dataclasses import dataclass
@@ -31,14 +31,14 @@ SHORTEST_BLOCK, LONGEST_BLOCK = 16, 1024
 
 
 class ExplicitSolver:
-    """Advances one model, or several scenarios of it side by side, each at its own pace: what
-    becomes of a scenario does not depend on what it is computed with.
+    """Explicit solver of one model, or of several scenarios of it, each with its own time step.
 
-    times [s], increment_counts, time_increments [s]: simulated time, increments done and step in
-    use of each scenario, (scenarios,).
+    Results of a scenario do not depend on the other scenarios in the batch. times [s],
+    increment_counts, time_increments [s]: simulated time, increments done and step in use of each
+    scenario, (scenarios,).
 
-    Raises DeviceError where the device has too little memory, of which none is taken then; Taichi
-    has to be started anew after it.
+    Raises DeviceError if the device has too little memory. No memory is allocated then, and Taichi
+    has to be started again.
     """
 
     def __init__(self, models: list[Model]) -> None:
@@ -59,11 +59,10 @@ class ExplicitSolver:
         self.begin_block()
 
     def take_models(self, models: list[Model]) -> bool:
-        """Become the solver of other models, with the same memory and compiled kernels, in the
-        state of a new solver.
+        """Replace the models, reusing memory and compiled kernels, and reset the state.
 
-        Returns False where these kernels do not serve the models: another structure, or another
-        number of scenarios. The solver is of no further use then.
+        Returns False if the kernels do not fit the models because their structure or the number of
+        scenarios differs. The solver must not be used any more then.
         """
         first = self.models[0]
         if len(models) != self.scenarios or not all(map(first.can_share, models)):
@@ -91,7 +90,7 @@ class ExplicitSolver:
 
     @property
     def time_increment(self) -> float:
-        """The step in use of the first scenario [s]."""
+        """Step in use of the first scenario [s]."""
         return float(self.time_increments[0])
 
     def compile(self) -> None:
@@ -99,21 +98,21 @@ class ExplicitSolver:
         self.kernels.compile()
 
     def begin(self, dt: float | np.ndarray) -> None:
-        """Compute the forces at t = 0 and the first half kick, with empty energy books.
+        """Compute the forces at t = 0 and the first half kick, and reset the energy balance.
 
-        dt: the steps to come [s], one for all scenarios, or (scenarios,).
+        dt: the next steps [s], one for all scenarios, or (scenarios,).
         """
         self.set_off(dt)
         self.forget_books()
 
     def set_off(self, dt: float | np.ndarray) -> None:
-        """Compute the forces of now and the first half kick; dt as of `begin`."""
+        """Compute the current forces and the first half kick; dt as for `begin`."""
         for s, step in enumerate(np.broadcast_to(dt, self.scenarios)):
             self._set_time_increment(s, float(step))
         self._stand(self.time_increments, kicks=0.5 * self.time_increments)
 
     def forget_books(self) -> None:
-        """Begin the energy books anew: nothing moves, or branches have relaxed."""
+        """Reset work and dissipation of the energy balance to zero."""
         nodes, bodies = self.terms.nodes, self.terms.rigid_bodies
         for term in self.terms.everything:
             term.forget_work()
@@ -126,13 +125,13 @@ class ExplicitSolver:
 
     @property
     def _velocities(self) -> list[ti.Field]:
-        """The velocity fields of all that moves by inertia."""
+        """Velocity fields of nodes and rigid bodies, with the angular momentum of the bodies."""
         bodies = self.terms.rigid_bodies
         of_bodies = [bodies.velocity, bodies.angular_momentum, bodies.angular_velocity]
         return [self.terms.nodes.velocity, *(of_bodies if bodies.count else [])]
 
     def velocities(self) -> list[np.ndarray]:
-        """The velocities of all scenarios, as `start_clock` takes them."""
+        """Return the velocities of all scenarios, in the form that `start_clock` takes."""
         return [fields.read(field) for field in self._velocities]
 
     def halt(self, s: int) -> None:
@@ -141,11 +140,11 @@ class ExplicitSolver:
             fields.write_row(field, s, 0.0)
 
     def damp(self, s: int, share: float) -> None:
-        """Let this share of every unbalanced force in scenario s resist its motion."""
+        """Set the local damping of scenario s to this fraction of every unbalanced force."""
         fields.write_row(self.terms.nodes.local_damping, s, share)
 
     def relax_branches(self, s: int) -> None:
-        """Let the Maxwell branches of scenario s relax at once, until its step is set again."""
+        """Relax the Maxwell branches of scenario s in each increment until its step is set again."""
         for term in self.terms.everything:
             term.set_time_increment(s, np.inf)
 
@@ -161,44 +160,46 @@ class ExplicitSolver:
             self.clear_impulses(s)
 
     def clear_impulses(self, s: int) -> None:
-        """Begin a new interval over which the history of scenario s averages."""
+        """Set to zero the contact impulses that the history of scenario s averages."""
         for impulse in self.impulses:
             fields.write_row(impulse, s, 0.0)
 
     # --- increments ------------------------------------------------------------------------------
 
     def find_forces(self, dt: float) -> None:
-        """Compute forces at the present places and velocities, as at the end of a step dt [s].
+        """Compute the forces at the current positions and velocities, at the end of a step dt [s].
 
         Nothing moves; branches relax by the step in use.
         """
         self._stand(np.full(self.scenarios, dt), kicks=np.zeros(self.scenarios))
 
     def change_time_increment(self, dt: float) -> None:
-        """Continue with another step [s] in all scenarios."""
+        """Change the time step [s] of all scenarios."""
         for s in range(self.scenarios):
             self.change_time_increment_of(s, dt)
 
     def change_time_increment_of(self, s: int, dt: float) -> None:
-        """Continue with another step [s] in scenario s, to whose half step its velocities move."""
+        """Change the time step [s] of scenario s and move its velocities to the new half step."""
         self.kernels.shift(s, self.times[s], 0.5 * (dt - self.time_increments[s]))
         self._set_time_increment(s, dt)
 
     def advance(self, counts: int | np.ndarray) -> None:
-        """Do a block of `counts` increments: one number for all scenarios, or (scenarios,); 0: it
-        rests.
+        """Do a block of `counts` increments: one number for all scenarios, or (scenarios,).
+
+        Scenarios with 0 increments do not change.
         """
         self.begin_block()
         self.go_on(counts)
 
     def begin_block(self) -> None:
-        """Begin a block of increments, which `go_on` does in one part or several."""
+        """Begin a block of increments, which `go_on` performs in one or more parts."""
         self.block_starts = self.times.copy()
         self.done_in_block = np.zeros(self.scenarios, dtype=int)
 
     def go_on(self, counts: int | np.ndarray) -> None:
-        """Do `counts` more increments of the block, as `advance` counts them: in several parts they
-        give the same bits as in one.
+        """Do `counts` more increments of the block; counts as for `advance`.
+
+        The result is the same, bit for bit, whether the block is done in one part or in several.
         """
         each: np.ndarray = np.broadcast_to(counts, self.scenarios)
         self.kernels.run(
@@ -214,7 +215,7 @@ class ExplicitSolver:
         self.times[:] = self.block_starts + self.done_in_block * self.time_increments
 
     def _stand(self, steps: np.ndarray, kicks: np.ndarray) -> None:
-        """Do an increment of each scenario that ends now and in which nothing drifts."""
+        """Do one increment of each scenario that ends now and leaves positions as they are."""
         self.terms.rigid_bodies.forget_loads()  # which the drift would have done
         self.kernels.run(
             [
@@ -231,13 +232,13 @@ class ExplicitSolver:
     # --- what a checkpoint keeps -----------------------------------------------------------------
 
     def state(self) -> dict[str, np.ndarray]:
-        """Every field that a run needs to go on to the same bits, by name."""
+        """Return all fields needed to continue a run with the same bits, by name."""
         return {name: fields.read(field) for name, field in self.terms.state_fields().items()}
 
     def restore(
         self, state: dict[str, np.ndarray], time: float, increment_count: int, dt: float
     ) -> None:
-        """Take the state of a checkpoint; all scenarios have the same time [s] and step dt [s].
+        """Restore the state of a checkpoint; all scenarios get the same time [s] and step dt [s].
 
         Raises OutputError if it is the state of another model.
         """
@@ -256,15 +257,15 @@ class ExplicitSolver:
             self._set_time_increment(s, dt)
 
     def _forget_lists(self) -> None:
-        """Mark the neighbour lists as stale, after nodes were moved to other positions."""
+        """Mark the neighbour lists as stale after positions were overwritten."""
         for contact in self.terms.listing:
             fields.write(contact.lists.stale, 1)
 
     def take_over(self, state: dict[str, np.ndarray], time: float) -> None:
-        """Take the state of another solver of the same bodies at `time` [s], as far as this one has
-        such fields; velocities of what is held now are zero.
+        """Copy the state of another solver of the same bodies at `time` [s], for common fields.
 
-        They are those of half a step later: `go_back_half` or `come_to_rest`, then `set_off`.
+        Velocities of components that are not free are set to zero. The others are those of half a
+        step later: call `go_back_half` or `come_to_rest`, then `set_off`.
         """
         for name, field in self.terms.state_fields().items():
             if name in state and fields.shape_of(field) == state[name].shape:
@@ -275,13 +276,14 @@ class ExplicitSolver:
         self._forget_lists()
 
     def go_back_half(self, dt: float) -> None:
-        """Take velocities from half a step dt [s] later back to now, with the last forces."""
+        """Move velocities back by half a step dt [s] to the current time, with the last forces."""
         for s in range(self.scenarios):
             self.kernels.shift(s, self.times[s], -0.5 * dt)
 
     def come_to_rest(self, dt: float) -> None:
-        """Stand in equilibrium: nothing moves, Maxwell branches have relaxed, the energy books are
-        empty; dt [s]: of the increment in which they relax.
+        """Set all velocities to zero, relax all Maxwell branches and reset the energy balance.
+
+        dt [s]: step of the increment in which the branches relax.
         """
         for s in range(self.scenarios):
             self.halt(s)
@@ -292,29 +294,29 @@ class ExplicitSolver:
     # --- what observers read; arrays (scenarios, ...) at the present time ------------------------
 
     def positions(self) -> np.ndarray:
-        """x (scenarios, nodes, d) [m]."""
+        """Return the positions x (scenarios, nodes, d) [m]."""
         return fields.read(self.terms.nodes.position)
 
     def scenario(self, number: int) -> "Scenario":
-        """The view of one scenario."""
+        """Return the view of one scenario."""
         return Scenario(self, number)
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A view of scenario `number` of a solver: its model, its clock, its part of the fields."""
+    """View of scenario `number` of a solver: its model, time and part of the fields."""
 
     solver: ExplicitSolver
     number: int
 
     @property
     def model(self) -> Model:
-        """The model of this scenario."""
+        """Model of this scenario."""
         return self.solver.models[self.number]
 
     @property
     def terms(self) -> Terms:
-        """The Taichi objects, which all scenarios share."""
+        """Taichi objects, which all scenarios share."""
         return self.solver.terms
 
     @property
@@ -329,38 +331,38 @@ class Scenario:
 
     @property
     def time_increment(self) -> float:
-        """The step in use [s]."""
+        """Step in use [s]."""
         return float(self.solver.time_increments[self.number])
 
     def change_time_increment(self, dt: float) -> None:
-        """Continue with another step [s]."""
+        """Change the time step [s]."""
         self.solver.change_time_increment_of(self.number, dt)
 
     def read(self, field: ti.Field) -> np.ndarray:
-        """This scenario's part of a field whose first axis counts scenarios."""
+        """Return this scenario's part of a field whose first axis counts scenarios."""
         return fields.read_row(field, self.number)
 
     def term_of(self, load: Load) -> Any:
-        """The term that computes one of the model's loads."""
+        """Return the term that computes one of the model's loads."""
         return self.terms.loads[[one is load for one in self.model.loads].index(True)]
 
     def positions(self) -> np.ndarray:
-        """x (nodes, d) [m]."""
+        """Return the positions x (nodes, d) [m]."""
         return self.read(self.terms.nodes.position)
 
     def centre_of_mass(self) -> np.ndarray:
-        """Of the meshed bodies (d,) [m]."""
+        """Return the centre of mass (d,) [m] of the meshed bodies."""
         mass = self.model.mass[: self.model.meshed_count]
         moment = np.einsum("a,ai->i", mass, self.positions()[: len(mass)])  # not BLAS: lanczos.py
         centre: np.ndarray = moment / mass.sum()
         return centre
 
     def has_missed_contact(self) -> bool:
-        """True if a neighbour list of contact had no room for all that came near."""
+        """Return True if a neighbour list of contact was too short for all points nearby."""
         return any(self.read(c.lists.overfull).any() for c in self.terms.listing)
 
     def chatter(self) -> Chatter:
-        """Chatter of the nodes on walls since t = 0."""
+        """Return the chatter of the nodes on walls since t = 0."""
         count = len(self.model.contact.nodes)
         returns, contact_time = np.zeros((2, count))
         for walls in self.terms.wall_contacts:
@@ -369,11 +371,11 @@ class Scenario:
         return chatter(self.model, returns, contact_time)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Every field that a checkpoint keeps, as the solver of this scenario alone has it."""
+        """Return the fields of a checkpoint, as a solver of this scenario alone has them."""
         return {name: self.read(field)[None] for name, field in self.terms.state_fields().items()}
 
 
 def longest_block(element_count: int) -> int:
-    """Return the largest number of increments of a block, of a model of so many elements."""
+    """Return the largest number of increments in a block for a model of so many elements."""
     wanted = BLOCK_UPDATES // max(1, element_count)
     return min(max(SHORTEST_BLOCK, wanted), LONGEST_BLOCK)

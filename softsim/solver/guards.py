@@ -1,4 +1,4 @@
-"""Guards: stop a run that has gone wrong, and say where, when, why most likely, and what to try."""
+"""Guards that stop a failed run with its place, time, likely cause and remedy, and warnings."""
 
 from collections.abc import Mapping
 from typing import NoReturn
@@ -26,9 +26,9 @@ TURNING_SHARE = 0.01
 
 
 def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
-    """Stop when a position is no number or an element is turned over, crushed or blown up.
+    """Raise StabilityError if a position is not a number or an element has J < 0.3 or J > 2.
 
-    x: (n, d) [m]. Raises StabilityError naming the element, its place and the time, or the cable.
+    x: (n, d) [m]. The error names the element, its place and the time, or the cable.
     """
     first = 0  # element of a body, among those of all
     for body in model.bodies:
@@ -70,7 +70,7 @@ def refuse_broken_elements(model: Model, x: np.ndarray, time: float) -> None:
 
 
 def thinning_advice(model: Model) -> str:
-    """Return what to do about elements that become thin, by what drives the model's chambers."""
+    """Return the advice on elements that become too thin, by the pressure sources of the model."""
     advice = dict.fromkeys(load.drive.thinning_advice for load in model.pressures)
     return "; ".join(advice) or "the load deforms elements too much: lower it"
 
@@ -78,10 +78,10 @@ def thinning_advice(model: Model) -> str:
 def refuse_collapsed_chamber(
     name: str, drive: Filling, volume: float, pressure: float, time: float
 ) -> None:
-    """Stop at `time` [s] when a chamber that enclosed a volume at the start is turned inside out,
-    or its pressure [Pa] over the ambient one is below vacuum. volume [m^3]: that it encloses now.
+    """Raise StabilityError if a chamber is turned inside out or its pressure is below vacuum.
 
-    Raises StabilityError.
+    Only a chamber that enclosed a volume at the start can be turned inside out. volume [m^3]: the
+    enclosed volume at `time` [s]. pressure [Pa]: above the ambient one.
     """
     shown = f"{1e-3 * pressure:.4g} kPa"
     if volume <= 0.0 < drive.initial_volume:
@@ -101,10 +101,7 @@ def refuse_collapsed_chamber(
 
 
 def refuse_crowding(time: float) -> NoReturn:
-    """Stop: a node or a facet has more of its surface near it than can be listed.
-
-    Raises StabilityError.
-    """
+    """Raise StabilityError because a neighbour list of self-contact is too short."""
     raise StabilityError(
         f"too many facets of contact.self_contact came close to one node before t = {time:.6g} s: "
         "the contact search could not store all of them",
@@ -114,8 +111,10 @@ def refuse_crowding(time: float) -> NoReturn:
 
 
 def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
-    """Warnings, by region and kind, of a law past the strain that it was fitted on, or past the
-    loss of its shear stiffness (`Law.shear_stiffness`).
+    """Return warnings, by region and kind, of strains beyond the valid range of a material law.
+
+    A law is used beyond the strain that it was fitted on, or past the loss of its shear stiffness
+    (`Law.shear_stiffness`).
     """
     warnings = {}
     for body in model.bodies:
@@ -141,7 +140,7 @@ def strain_warnings(model: Model, x: np.ndarray, time: float) -> dict[str, str]:
 
 
 def hourglass_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
-    """A warning where hourglass modes hold much of the internal energy when they hold most [J]."""
+    """Return a warning if hourglass energy at its maximum is a large part of the internal one."""
     if HOURGLASS not in history or not len(history[HOURGLASS]):
         return {}
     counted = np.isfinite(history[HOURGLASS]) & np.isfinite(history["internal_energy"])
@@ -158,7 +157,7 @@ def hourglass_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def air_line_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
-    """A warning where pump or valve worked, and the sensor still was far from what was wanted."""
+    """Return a warning if the sensor is far from the target pressure while pump or valve works."""
     if "air_supply" not in history or not len(history["air_supply"]):
         return {}
     ahead = history["air_supply"] * (history["wanted_pressure"] - history["pressure"])
@@ -176,7 +175,7 @@ def air_line_warnings(history: Mapping[str, np.ndarray]) -> dict[str, str]:
 
 
 def turning_warnings(added_turning: float) -> dict[str, str]:
-    """A warning where mass scaling adds this share to a body's inertia against turning [-]."""
+    """Return a warning if mass scaling adds too large a fraction [-] to the moment of inertia."""
     if added_turning <= TURNING_SHARE:
         return {}
     return {
@@ -190,10 +189,9 @@ def turning_warnings(added_turning: float) -> dict[str, str]:
 def refuse_collapsed_step(
     model: Model, stable: StableStep, at_rest: StableStep, time: float
 ) -> None:
-    """Stop at `time` [s] where the stable step is below the scene's share of that at rest: what is
-    left would take hours, and seldom be worth them.
+    """Raise StabilityError if the stable step is less than model.least_step of that at rest.
 
-    Raises StabilityError.
+    The rest of the run would take too long. time [s]: the current time.
     """
     share = stable.value / at_rest.value
     if share < model.least_step:
@@ -205,10 +203,7 @@ def refuse_collapsed_step(
 
 
 def refuse_unstable_step(model: Model, stable: StableStep, time: float) -> None:
-    """Stop at `time` [s] where the step given by the user is above the stable one.
-
-    Raises StabilityError.
-    """
+    """Raise StabilityError if the time step given by the user exceeds the stable one."""
     if model.time_increment is not None and model.time_increment > stable.stable:
         raise StabilityError(
             f"the time step {model.time_increment * 1e6:.3g} us is no longer stable at "
@@ -218,7 +213,7 @@ def refuse_unstable_step(model: Model, stable: StableStep, time: float) -> None:
 
 
 def step_warnings(model: Model, stable: StableStep) -> dict[str, str]:
-    """Warning of a step given by the user that is stable, but longer than `auto` takes."""
+    """Return a warning of a step given by the user that is longer than the recommended one."""
     if model.time_increment is None or model.time_increment <= stable.value:
         return {}
     step = f"the time step {model.time_increment * 1e6:.3g} us"
@@ -226,9 +221,9 @@ def step_warnings(model: Model, stable: StableStep) -> dict[str, str]:
 
 
 def refuse_no_equilibrium(model: Model, share: float, relaxation: Relaxation) -> NoReturn:
-    """Stop a static run that took its time to settle in vain.
+    """Raise StabilityError because a static run found no equilibrium in the allowed time.
 
-    share: the unbalanced force over the inner forces. Raises StabilityError.
+    share: unbalanced force over internal forces [-].
     """
     raise StabilityError(
         f"no equilibrium was found within {relaxation.longest:g} s after the end of the loads: "
@@ -240,9 +235,9 @@ def refuse_no_equilibrium(model: Model, share: float, relaxation: Relaxation) ->
 
 
 def refuse_unsettled(share: float, settling: Relaxation) -> NoReturn:
-    """Stop a body that did not come to rest before t = 0.
+    """Raise StabilityError because the bodies did not come to rest before t = 0.
 
-    share: the unbalanced force over the inner forces. Raises StabilityError.
+    share: unbalanced force over internal forces [-].
     """
     raise StabilityError(
         f"the bodies did not come to rest within the {settling.longest:g} s of time.settle: the "
@@ -254,9 +249,9 @@ def refuse_unsettled(share: float, settling: Relaxation) -> NoReturn:
 
 
 def refuse_energy_error(model: Model, error: float, time: float, largest: str) -> NoReturn:
-    """Stop: the energy balance is off by more than the scene's limit.
+    """Raise StabilityError because the error of the energy balance exceeds its limit.
 
-    Raises StabilityError; `largest` names the largest of the energies.
+    error [-]: of the balance; largest: name of the largest energy.
     """
     raise StabilityError(
         f"the energy balance is off by {100.0 * error:.3g} % at t = {time:.6g} s, above the limit "
@@ -267,7 +262,7 @@ def refuse_energy_error(model: Model, error: float, time: float, largest: str) -
 
 
 def _part_name(region: Region) -> str:
-    """A body, or a region of it."""
+    """Return the name of a body, or of a region of it."""
     return region.body if region.cell_set is None else f"{region.body}.{region.cell_set}"
 
 

@@ -1,13 +1,13 @@
-"""Runs increments, stage by stage: by one thread, by several side by side, or by launches.
+"""Kernels that run increments stage by stage, in one thread, several threads or GPU launches.
 
-On a CPU a block of increments runs inside one kernel call: waking threads would cost more than a
-small mesh. Each worker thread does its share of every pass and meets the others after each stage;
-scenarios follow one another. On a GPU a team of threads, which share a multiprocessor, does the
-same for a scenario with a small mesh, all scenarios side by side; with a larger mesh each stage is
-a launch over scenarios and indices. Every number is summed in the same order in all of them:
-workers give the bits of one thread, teams those of launches. Between a CPU and a card, and between
-threads and launches on a CPU, numbers agree to round-off: they are other kernels, of which
-fast_math lets a CPU's compiler order the arithmetic.
+On a CPU a block of increments runs inside one kernel call, because waking threads would cost more
+than a small mesh. Each worker thread does its part of every pass and waits for the others after
+each stage; scenarios follow one another. On a GPU a team of threads, which share a multiprocessor,
+does the same for a scenario with a small mesh, all scenarios in parallel; with a larger mesh each
+stage is a launch over scenarios and indices. All of them sum in the same order: several workers
+give the bits of one thread, teams those of launches. Between a CPU and a GPU, and between threads
+and launches on a CPU, results agree to round-off only: these are different kernels, and fast_math
+lets the compiler of a CPU reorder the arithmetic.
 """
 
 import itertools
@@ -49,12 +49,12 @@ MOST_LOOKS = 500_000_000
 
 
 class Span(NamedTuple):
-    """`increments` of dt [s] of a scenario; 0: it rests. Number k of them, from 1, ends at
-    start + (done + k) dt: a block that is done in parts, `done` increments before this one, passes
-    through the times of a whole one, to the bit.
+    """Number of increments of dt [s] of a scenario to run; it does not change if there are none.
 
-    drift, kick: times [s] by which positions and velocities are moved in each. Without drift the
-    forces are those at the present positions.
+    Increment k, from 1, ends at start + (done + k) dt, where `done` increments of the same block
+    precede this part: a block in parts passes through the same times, bit for bit, as a whole one.
+    drift, kick: times [s] by which positions and velocities are advanced in each increment. Without
+    drift the forces are those at the current positions.
     """
 
     increments: int
@@ -66,13 +66,14 @@ class Span(NamedTuple):
 
 
 INCREMENTS, START, DT, DRIFT, KICK, DONE = range(6)
-"""Columns of IncrementKernels.spans, which kernels read: the numbers of a Span, a row each."""
+"""Columns of IncrementKernels.spans, which has the values of a Span in each row."""
 
 
 @dataclass(frozen=True)
 class Loop:
-    """A pass as kernels meet it: they read its count, counts[number], when they run. extent:
-    rounded up, it does not hang on the mesh.
+    """Pass in the form that kernels use, with its count counts[number] read at run time.
+
+    extent: the count rounded up, so that it does not change with every mesh.
     """
 
     counts: ti.Field
@@ -82,7 +83,7 @@ class Loop:
 
 
 def loops(stages: list[Passes]) -> list[list[Loop]]:
-    """The passes of each stage, for kernels."""
+    """Return the passes of each stage in the form that kernels use."""
     counts = index_field(np.array([p.count for stage in stages for p in stage]))
     number = itertools.count()
     return [
@@ -93,9 +94,9 @@ def loops(stages: list[Passes]) -> list[list[Loop]]:
 
 @ti.data_oriented
 class IncrementKernels:
-    """The kernels that run the stages of increments.
+    """Kernels that run the stages of increments.
 
-    passes: of an increment, in order. threads: how many of a CPU take a call.
+    passes: those of an increment, in order. threads: number of CPU threads of a call.
     """
 
     def __init__(self, terms: Terms, scenarios: int) -> None:
@@ -112,7 +113,7 @@ class IncrementKernels:
         self.arrived, self.lost = (index_field(np.zeros(1, dtype=int)) for _ in range(2))
 
     def run(self, spans: Sequence[Span]) -> None:
-        """Run a span of each scenario in the way that suits the device."""
+        """Run a span of each scenario with the kernels for the device."""
         if backend.device().name != "cpu":
             by = self.by_teams if self.is_small else self.by_launches
             by(spans)
@@ -128,7 +129,7 @@ class IncrementKernels:
                     self.threads.note(span.increments, time.perf_counter() - began)
 
     def compile(self) -> None:
-        """Compile the kernel that suits the device, or load it from the cache; nothing moves."""
+        """Compile the kernel for the device, or load it from the cache; nothing moves."""
         write(self.spans, np.zeros((self.scenarios, DONE + 1)))
         if backend.device().name != "cpu":
             (self._in_teams if self.is_small else self._launch)(0)
@@ -139,15 +140,16 @@ class IncrementKernels:
             self._together(0, self.threads.workers, 0)
 
     def alone(self, s: int, span: Span) -> None:
-        """Run a span in the calling thread, which has in its cache what it reads between two calls.
+        """Run a span in the calling thread, whose cache holds what it reads between two calls.
 
-        The number of workers is an argument so that the compiler treats both kernels alike.
+        The number of workers is an argument so that the compiler treats both kernels in the same
+        way.
         """
         write_row(self.spans, s, np.array(span))
         self._alone(s, 1)
 
     def together(self, s: int, span: Span, workers: int) -> None:
-        """Run a span by so many of Taichi's threads side by side. Raises DeviceError."""
+        """Run a span in `workers` Taichi threads. Raises DeviceError if some of them do not run."""
         write_row(self.spans, s, np.array(span))
         lost = self._together(s, workers, 0)
         if lost:
@@ -158,14 +160,15 @@ class IncrementKernels:
             )
 
     def by_teams(self, spans: Sequence[Span]) -> None:
-        """Run the span of each scenario by a team of a GPU's threads; no CPU has such teams."""
+        """Run the span of each scenario by a team of GPU threads."""
         write(self.spans, np.array(spans))
         for done in range(0, max(span.increments for span in spans), DONE_TOGETHER):
             self._in_teams(done)
 
     def by_launches(self, spans: Sequence[Span]) -> None:
-        """Run spans with a launch for each stage, as on a GPU, on any device. A scenario that has
-        done its own increments rests while others go on.
+        """Run spans with a launch for each stage, on any device.
+
+        A scenario that has done its own increments does not change while others continue.
         """
         write(self.spans, np.array(spans))
         for k in range(0, max(span.increments for span in spans), LAUNCHED_TOGETHER):
@@ -191,8 +194,9 @@ class IncrementKernels:
 
     @ti.func
     def _work_through(self, only, worker, workers, zero):
-        """One worker's part of all the increments of scenario `only`. Which that is, is asked in a
-        loop, so that the compiler knows it where there is but one.
+        """Do one worker's part of all increments of scenario `only`.
+
+        The scenario is found in a loop so that the compiler knows its number if there is only one.
         """
         met = 0
         for s in range(self.scenarios):
@@ -214,7 +218,7 @@ class IncrementKernels:
 
     @ti.func
     def _work(self, stage: ti.template(), s, worker, workers, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
-        """One worker's share of a stage."""
+        """Do one worker's part of a stage."""
         for loop in ti.static(stage):
             count = loop.counts[loop.number]
             for function in ti.static(loop.functions):
@@ -223,11 +227,11 @@ class IncrementKernels:
 
     @ti.func
     def _meet(self, met, workers, zero):
-        """Wait for all workers, who have met `met` times before; returns met + 1.
+        """Wait for all workers, which have met `met` times before, and return met + 1.
 
-        Taichi has no barrier on a CPU: each worker counts itself in and reads the count until all
-        have. Only an atomic operation reads it anew each time, and only one that the compiler
-        cannot simplify: it adds a `zero` that is not known before the run.
+        Taichi has no barrier on a CPU: each worker increments a counter and reads it until all
+        workers have done so. Only an atomic operation reads it again each time, and only one that
+        the compiler cannot simplify: it adds a `zero` that is not known before the run.
         """
         if workers > 1:
             ti.atomic_add(self.arrived[0], 1)
@@ -283,14 +287,15 @@ class IncrementKernels:
 
     @ti.func
     def _time(self, s, k):
-        """Time [s] of scenario s after k increments of its span."""
+        """Return the time [s] of scenario s after k increments of its span."""
         return self.spans[s, START] + (self.spans[s, DONE] + k) * self.spans[s, DT]
 
 
 @ti.func
 def work_in_team(stage: ti.template(), s, member, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
-    """The share of a stage of one member of a team. Neighbouring members take neighbouring indices,
-    so that a GPU reads their numbers in one access.
+    """Do the part of a stage of one member of a team.
+
+    Neighbouring members take neighbouring indices, so that a GPU reads their data in one access.
     """
     for loop in ti.static(stage):
         count = loop.counts[loop.number]
@@ -301,7 +306,7 @@ def work_in_team(stage: ti.template(), s, member, t, dt):  # type: ignore[valid-
 
 @ti.func
 def work_at(stage: ti.template(), s, i, t, dt):  # type: ignore[valid-type]  # Taichi wants an instance
-    """Index i of a stage whose loops are numbered through by their extents, one after another."""
+    """Do index i of a stage, whose loops follow one another by their extents."""
     first = 0
     for loop in ti.static(stage):
         if first <= i < first + loop.counts[loop.number]:
@@ -311,12 +316,12 @@ def work_at(stage: ti.template(), s, i, t, dt):  # type: ignore[valid-type]  # T
 
 
 def size(stage: list[Loop]) -> int:
-    """Extents of all loops of a stage."""
+    """Return the sum of the extents of all loops of a stage."""
     return sum(loop.extent for loop in stage)
 
 
 def refuse_uncountable(passes: list[Pass]) -> None:
-    """Raise DeviceError where a pass has more indices than a kernel counts."""
+    """Raise DeviceError if a pass has more indices than a kernel can count."""
     largest = max(passes, key=lambda p: p.count)
     if largest.count > LARGEST_INDEX:
         raise DeviceError(

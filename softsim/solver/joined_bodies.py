@@ -1,4 +1,4 @@
-"""Bodies that ties join, as one body: what vibrates as a whole."""
+"""Tied bodies joined into one body, which vibrates as a whole."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,10 +11,10 @@ from softsim.model import Body, Model
 
 
 def joined_bodies(model: Model) -> list[Body]:
-    """The bodies of a model, of those that ties join one each.
+    """Return the bodies of a model, with each group of tied bodies joined into one.
 
-    Nodes of a body are numbered without a gap: what lies between two joined bodies in the scene is
-    taken along.
+    Nodes of a body are numbered without a gap: bodies between two joined ones in the scene are
+    joined to them too.
     """
     between = [(k, max(a, b)) for a, b in tied_pairs(model) for k in range(min(a, b), max(a, b))]
     group = linked_groups(np.array(between, dtype=int).reshape(-1, 2), len(model.bodies))
@@ -30,14 +30,15 @@ def tied_pairs(model: Model) -> np.ndarray:
 
 
 def linked_groups(pairs: np.ndarray, count: int) -> np.ndarray:
-    """Return the group (count,) of each of `count` bodies, which pairs (k, 2) of them link."""
+    """Return the number of the group (count,) of each of `count` bodies, linked by pairs (k, 2)."""
     links = csr_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     return np.asarray(connected_components(links, directed=False)[1])
 
 
 def joined(bodies: Sequence[Body]) -> Body:
-    """Bodies whose nodes follow each other, as one: a single one stays as it is. Its sets are
-    called "body.set".
+    """Return bodies with consecutive nodes as one body; a single body is returned unchanged.
+
+    The sets of the joined body are named "body.set".
     """
     first = bodies[0]
     if len(bodies) == 1:

@@ -1,4 +1,4 @@
-"""Whether a model fits the memory of the place where it is to run."""
+"""Check that a model fits the free memory of the device that runs it."""
 
 from softsim import backend, fields
 from softsim.errors import DeviceError
@@ -17,10 +17,10 @@ PLENTY = 20_000.0
 
 
 def field_bytes(model: Model, scenarios: int) -> int:
-    """Bytes of all fields of a model's terms, of which none gets memory.
+    """Return the size [bytes] of all fields of a model's terms, without allocating them.
 
-    It takes the time in which terms are made, half a second for 30,000 tetrahedra, and the lanes of
-    a backend that has been started.
+    The terms are built for this, which takes half a second for 30,000 tetrahedra; the result
+    depends on the lanes of the backend, which must have been started.
     """
     with fields.counted(scenarios) as made:
         Terms([model] * scenarios)
@@ -28,8 +28,10 @@ def field_bytes(model: Model, scenarios: int) -> int:
 
 
 def refuse_before_start(model: Model, device: str) -> None:
-    """Refuse a model that does not fit the free memory of a device ("cpu" or "cuda"), before
-    anything of an earlier run is touched. Raises DeviceError saying how many elements would fit.
+    """Raise DeviceError if a model does not fit the free memory of a device ("cpu" or "cuda").
+
+    Called before files of an earlier run are changed. The error gives the number of elements that
+    would fit.
     """
     place = memory_of(device)
     if place is None or BESIDE[device][0] + PLENTY * model.element_count <= place.memory.free:
@@ -39,11 +41,10 @@ def refuse_before_start(model: Model, device: str) -> None:
 
 
 def refuse_too_large(model: Model, size: int, device: str, place: Place | None) -> None:
-    """Refuse a model whose fields of `size` bytes do not fit the free memory of a place.
+    """Raise DeviceError if the fields of a model, of `size` bytes, do not fit the free memory.
 
-    device: "cpu" or "cuda". place: its memory, None where nobody tells; then nothing is refused.
-
-    Raises DeviceError saying how many elements would fit.
+    device: "cpu" or "cuda". place: its memory, None if unknown; then nothing is raised. The error
+    gives the number of elements that would fit.
     """
     if place is None:
         return
@@ -64,8 +65,9 @@ def refuse_too_large(model: Model, size: int, device: str, place: Place | None) 
 
 
 def scenarios_that_fit(model: Model, device: str, place: Place | None) -> int | None:
-    """How many scenarios of a model fit the free memory of the place where they are to run; None
-    where nobody tells (place: None).
+    """Return the number of scenarios of a model that fit the free memory of a device.
+
+    None if the memory is unknown (place: None).
     """
     if place is None:
         return None

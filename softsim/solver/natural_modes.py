@@ -1,16 +1,16 @@
 """Natural frequencies and mode shapes of bodies at rest, each held where its nodes are not free.
 
-K phi = omega^2 M phi with the stiffness of what is computed (rest_stiffness.py) and the masses of
-the nodes, scaled where the run scales them (mass_scaling.py). Motions as a whole, of a body or a
-piece of it that nothing holds, have no frequency: they are left out. Bodies that ties join vibrate
-as one; q, what moves by itself, then is what is not tied (elements/ties.py).
+K phi = omega^2 M phi with the stiffness of the forces of a run (rest_stiffness.py) and the masses
+of the nodes, scaled where the run scales them (mass_scaling.py). Rigid motions of a body, or of a
+piece of it that nothing holds, have no frequency and are left out. Tied bodies vibrate as one; the
+independent components q are then those that are not tied (elements/ties.py).
 
-A vibration is stiffened by Maxwell branches. Of a mode with the shares e_r of its elastic energy in
-the regions r, whose materials have the storage moduli mu_r', the frequency is where
-    f^2 = f_0^2 sum_r e_r mu_r'(f) / mu_r'(0),
-f_0 that of the law alone. That takes the shape as it is, which regions that stiffen differently
-change: the frequency is then too high, by the square of that (Rayleigh). And it takes the energy as
-that of shear: what of it compresses, mu / (3 kappa) in bending, does not grow.
+Maxwell branches stiffen a vibration. The frequency of a mode with the fractions e_r of its elastic
+energy in the regions r, whose materials have the storage moduli mu_r', solves
+    f^2 = f_0^2 sum_r e_r mu_r'(f) / mu_r'(0)
+with f_0 that of the law alone. The mode shape is kept, although regions that stiffen differently
+change it: the frequency is then too high, by the square of that change (Rayleigh). All energy is
+taken as energy of shear: the part in compression, mu / (3 kappa) in bending, does not grow.
 """
 
 from dataclasses import dataclass
@@ -30,16 +30,19 @@ from softsim.solver.joined_bodies import joined_bodies
 from softsim.solver.rest_stiffness import incidence, rest_stiffness
 
 SHIFT = 1e-3
-"""How far below zero the spectrum is inverted, of (c / L)^2 with the speed c of shear waves and the
-length L of the body: the matrix is positive definite there even if nothing holds the body."""
+"""Shift of the spectrum below zero for the inverse iteration, over (c / L)^2 of `wave_frequency`.
+
+The shifted matrix is positive definite even if nothing holds the body."""
 
 RIGID = 1e-7
-"""Stiffness against a rigid motion over the mean of its nodes' own: what is less is rounding."""
+"""Stiffness of a rigid motion over the mean nodal stiffness, below which it is round-off."""
 
 
 @dataclass(frozen=True, eq=False)
 class NaturalMode:
-    """frequency: of the law alone, dynamic_frequency: with Maxwell branches [Hz].
+    """Natural mode of a body.
+
+    frequency: of the law alone, dynamic_frequency: with Maxwell branches [Hz].
     shape (n, d): displacements of the body's nodes, of which the largest is 1. mass_shares (d,):
     effective mass in each direction over the body's mass [-].
     """
@@ -56,14 +59,16 @@ class NaturalMode:
 
     @property
     def most_moved(self) -> int:
-        """The node that moves most, numbered within the body."""
+        """Number within the body of the node that moves most."""
         return int(np.argmax(np.linalg.norm(self.shape, axis=1)))
 
 
 @dataclass(frozen=True, eq=False)
 class NaturalModes:
-    """Modes of a body by rising frequency of the law alone. held_count: nodes that are not free in
-    every direction. rigid_motions: how many are left out. stiffness_error: see RestStiffness [-].
+    """Natural modes of a body by rising frequency of the law alone.
+
+    held_count: nodes that are not free in every direction. rigid_motions: number of rigid motions,
+    which are left out. stiffness_error: see RestStiffness [-].
     """
 
     body: Body
@@ -74,9 +79,9 @@ class NaturalModes:
 
 
 def movable_bodies(model: Model) -> list[Body]:
-    """Bodies, of those that ties join one each, that are not held at all their nodes.
+    """Return the bodies with free nodes, with each group of tied bodies joined into one.
 
-    Raises ModesError where there is none.
+    Raises ModesError if there is none.
     """
     movable = [body for body in joined_bodies(model) if model.is_free[body.nodes].any()]
     if not movable:
@@ -88,10 +93,10 @@ def movable_bodies(model: Model) -> list[Body]:
 
 
 def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
-    """The first `count` modes of a movable body of the model.
+    """Return the first `count` modes of a movable body of the model.
 
-    Raises ModesError where the body is tied to another one beside it, cannot be strained in so many
-    ways, or is too large.
+    Raises ModesError if the body is tied to another body, has too few degrees of freedom, or is too
+    large.
     """
     refuse_other_half(model, body)
     is_free, mass = model.is_free[body.nodes], model.mass[body.nodes]
@@ -128,8 +133,9 @@ def natural_modes(model: Model, body: Body, count: int) -> NaturalModes:
 
 
 def layer_and_fibre_stiffness(model: Model, body: Body) -> sp.csr_matrix:
-    """K (n d, n d) [N/m] at rest of the layers on a body and the fibres in it, taut, of what moves
-    by itself.
+    """Return K (n d, n d) [N/m] at rest of the layers on a body and the taut fibres in it.
+
+    Forces on tied nodes are transferred to the nodes that they are tied to, T^T K T.
     """
     (n, d), ties = body.points.shape, model.ties.within(body.nodes)
     T = sp.kron(ties.matrix(n), sp.identity(d))
@@ -142,8 +148,9 @@ def layer_and_fibre_stiffness(model: Model, body: Body) -> sp.csr_matrix:
 
 
 def inertia_root(model: Model, body: Body) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-    """L (k, k) with L^T L = M, of the free components of a body, and its inverse; M as it is
-    scaled, if it is.
+    """Return L (k, k) with L^T L = M of the free components of a body, and its inverse.
+
+    M includes mass scaling.
     """
     mass, free = model.mass[body.nodes], model.is_free[body.nodes].ravel()
     root_mass = np.sqrt(np.repeat(mass, model.dimension)[free])
@@ -159,7 +166,7 @@ def inertia_root(model: Model, body: Body) -> tuple[sp.csr_matrix, sp.csr_matrix
 
 
 def refuse_other_half(model: Model, body: Body) -> None:
-    """Raise ModesError where a tie leads out of the body: it does not vibrate alone."""
+    """Raise ModesError if the body is tied to another one, as it does not vibrate alone then."""
     inside = np.zeros(len(model.points), dtype=bool)
     inside[body.nodes] = True
     if (inside[model.ties.nodes] != inside[model.ties.corners[:, 0]]).any():
@@ -170,9 +177,7 @@ def refuse_other_half(model: Model, body: Body) -> None:
 
 
 def refuse_too_many(body: Body, count: int, ways: int) -> None:
-    """Raise ModesError where a body that can be strained in some `ways` has not more than `count`
-    of them.
-    """
+    """Raise ModesError if a body has at most `count` ways to be strained."""
     if count >= ways:
         raise ModesError(
             f"{count} modes of body '{body.name}' cannot be computed: its free nodes have only "
@@ -184,11 +189,11 @@ def refuse_too_many(body: Body, count: int, ways: int) -> None:
 def lowest(
     matrix: sp.csc_matrix, without: np.ndarray, count: int, shift: float
 ) -> list[tuple[float, np.ndarray]]:
-    """The smallest eigenvalues of a matrix beside those of the orthonormal vectors `without`
-    (size, k), each with its unit vector (size,).
+    """Return the `count` smallest eigenvalues of a matrix, each with its unit vector (size,).
 
-    By Lanczos iteration with the inverse of the matrix plus `shift` on its diagonal. The start
-    vector is always the same one, for the same answer.
+    The orthonormal vectors `without` (size, k) are excluded. Lanczos iteration is applied to the
+    inverse of the matrix plus `shift` on its diagonal, always from the same start vector, so that
+    the result is reproducible.
     """
     size = matrix.shape[0]
     factors = splu(
@@ -206,7 +211,7 @@ def lowest(
 
 
 def wave_frequency(body: Body) -> float:
-    """c / L [1/s] of the slowest shear wave and the longest side of the body."""
+    """Return c / L [1/s] with the slowest shear wave speed c and the longest side L of the body."""
     slowest = min(r.material.law.initial_shear_modulus / r.material.density for r in body.regions)
     return float(np.sqrt(slowest) / np.ptp(body.points, axis=0).max())
 
@@ -218,11 +223,11 @@ def rigid_motions(
     matrix: sp.csc_matrix,
     root: sp.csr_matrix,
 ) -> np.ndarray:
-    """Motions of free components that strain nothing, times the root of their inertia: orthonormal
-    (size, k). follows (n,): which nodes are tied to others of the body, and so not held.
+    """Return the rigid motions of the free components, times the root of their inertia.
 
-    They are sought among shifts and turns of each piece in which what is held rests. Where rings
-    go around, some of these strain them.
+    Orthonormal vectors (size, k). follows (n,): True for nodes that are tied to others of the body,
+    and so not held. The motions are sought among the translations and rotations of each piece that
+    do not move held components; some of these strain rings of axisymmetric elements.
     """
     tried = shifts_and_turns(body)
     free, held = is_free.ravel(), (~is_free & ~follows[:, None]).ravel()
@@ -235,8 +240,9 @@ def rigid_motions(
 
 
 def shifts_and_turns(body: Body) -> np.ndarray:
-    """Unit vectors (n d, k) of the shifts along the axes and the turns about them, of each piece of
-    a body whose elements are connected.
+    """Return unit vectors (n d, k) of the translations and rotations of each piece of a body.
+
+    A piece is a set of connected elements.
     """
     (n, d), moves = body.points.shape, incidence(body.cells, len(body.points))
     pieces, piece = connected_components(moves.T @ moves, directed=False)
@@ -257,12 +263,14 @@ def shifts_and_turns(body: Body) -> np.ndarray:
 def dynamic_frequency(
     frequency: float, energy_shares: np.ndarray, materials: list[Material]
 ) -> float:
-    """Frequency [Hz] of a mode with Maxwell branches, of that without them [Hz] and the shares
-    (k,) of its energy in parts of these materials; what is left of it, layers and fibres store.
+    """Return the frequency [Hz] of a mode with Maxwell branches from that without them [Hz].
+
+    energy_shares (k,): fractions of its energy in parts of these materials [-]; layers and fibres
+    store the rest.
     """
 
     def excess(tried: float) -> float:
-        """Of the frequency with the moduli at the frequency that is tried: falls once past 0."""
+        """Return the frequency with the moduli at `tried` minus `tried` [Hz]; it has one root."""
         grown = [m.storage_modulus(tried) / m.storage_modulus(0.0) for m in materials]
         return frequency * float(np.sqrt(energy_shares @ grown + unchanged)) - tried
 

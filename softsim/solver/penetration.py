@@ -1,9 +1,9 @@
-"""Penetration of walls by nodes and of bodies by each other, which penalty contact allows: how
-deep, against the size of the elements and the thickness of walls.
+"""Penetration of walls by nodes and of bodies by each other, which penalty contact allows.
 
-A node that is more than half through a wall is pushed out on the other side. If no increment moves
-it by more than a quarter of the wall's thickness, it has been between a quarter and a half deep
-before: so a motion per increment and a largest depth that are both below a quarter rule it out.
+Depths are compared with the size of the elements and the thickness of walls. A node that is more
+than half through a wall is pushed out on the other side. If no increment moves it by more than a
+quarter of the wall's thickness, its depth has been between a quarter and a half before: a motion
+per increment and a largest depth that are both below a quarter therefore rule this out.
 """
 
 from collections.abc import Sequence
@@ -26,8 +26,8 @@ THROUGH = 0.25
 class Penetration:
     """Largest penetration of walls so far.
 
-    depths: (walls, k) [m], of each node of `model.contact` into each wall. relative: the largest,
-    over the size of the elements at its node [-]; node: that one, None where nothing touched.
+    depths: (walls, k) [m], of each node of `model.contact` into each wall. relative: the largest
+    ratio to the size of the elements at the node [-]; node: that node, None without contact.
     """
 
     depths: np.ndarray
@@ -45,7 +45,7 @@ def penetration(scenario: Scenario) -> Penetration:
 
 
 def penetration_of(model: Model, depths: np.ndarray) -> Penetration:
-    """Return the penetration that depths (walls, k) [m] of the nodes that may touch amount to."""
+    """Return the penetration for depths (walls, k) [m] of the nodes that may touch."""
     if not depths.size:
         return Penetration(depths, 0.0, None)
     relative = depths.max(axis=0) / element_sizes(model)[model.contact.nodes]
@@ -59,7 +59,7 @@ class BodyPenetration:
     """Largest penetration of bodies into each other, or of one into itself, so far.
 
     relative: over the size of the facets there [-]; depth [m]; place (d,) of that point at rest
-    [m]. Zero where nothing touched.
+    [m]. Zero without contact.
     """
 
     relative: float
@@ -76,7 +76,7 @@ def body_penetration(scenario: Scenario) -> BodyPenetration | None:
 
 
 def body_penetration_of(model: Model, data: SelfContactData, depths: np.ndarray) -> BodyPenetration:
-    """Return the penetration that depths (k + f,) [m] of all contact points amount to."""
+    """Return the penetration for depths (k + f,) [m] of all contact points."""
     corners = model.points[data.facets]
     of_facets = side_lengths(model.points, data.facets).mean(axis=1)
     sizes = np.concatenate([element_sizes(model)[data.nodes], of_facets])
@@ -90,7 +90,7 @@ def body_penetration_of(model: Model, data: SelfContactData, depths: np.ndarray)
 
 
 def body_penetration_warnings(found: BodyPenetration | None) -> dict[str, str]:
-    """Return a warning of bodies that went deep into each other, against their elements."""
+    """Return a warning of bodies that penetrated each other deeply for the size of elements."""
     if found is None or found.relative <= DEEPEST:
         return {}
     place = ", ".join(f"{c * 1e3:.2f}" for c in found.place)
@@ -103,8 +103,10 @@ def body_penetration_warnings(found: BodyPenetration | None) -> dict[str, str]:
 
 
 def element_sizes(model: Model) -> np.ndarray:
-    """Return the mean side of the surface's facets at each node (n,) [m]; of nodes that are on no
-    surface infinity, of the corners of rigid outlines the smallest diameter of those.
+    """Return the mean side of the surface facets at each node (n,) [m].
+
+    It is infinite for nodes that are on no surface, and the smallest diameter of all rigid outlines
+    for their nodes.
     """
     sizes = np.full(len(model.points), np.inf)
     cables = sum(len(data.cable.nodes) for data in model.cables)
@@ -123,7 +125,7 @@ def element_sizes(model: Model) -> np.ndarray:
 
 
 def penetration_warnings(model: Model, found: Penetration) -> dict[str, str]:
-    """Return warnings of nodes that went deep into a wall, against their elements or the wall."""
+    """Return warnings of nodes that penetrated a wall deeply for their elements or the wall."""
     warnings = {}
     if found.node is not None and found.relative > DEEPEST:
         depth = found.depths[:, model.contact.nodes == found.node].max()
@@ -154,8 +156,9 @@ def thinnest_wall(walls: Sequence[Wall]) -> tuple[str, float]:
 
 
 def crossing_warnings(name: str, thickness: float, speed: float, dt: float) -> dict[str, str]:
-    """Return a warning where the fastest node, at `speed` [m/s], can step over the wall `name` of a
-    thickness [m] in increments of dt [s].
+    """Return a warning if the fastest node can pass through a thin wall in one increment.
+
+    name, thickness [m]: of the wall. speed [m/s]: of the node. dt [s]: the time step.
     """
     if speed * dt <= THROUGH * thickness:
         return {}

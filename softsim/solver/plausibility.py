@@ -1,7 +1,6 @@
-"""Warnings before a run of inputs that are probably not meant, mostly a unit off by a thousand.
+"""Warnings before a run about implausible inputs, mostly a unit that is wrong by a factor of 1000.
 
-Everything here is allowed. Bounds are wide on purpose: a warning of what is meant would soon be
-overlooked.
+All these inputs are allowed. Bounds are wide on purpose: needless warnings would soon be ignored.
 """
 
 from collections.abc import Iterator
@@ -79,10 +78,10 @@ MOST_DAYS, FAST = 30.0, 50e6
 
 
 def doubts(model: Model) -> dict[str, str]:
-    """Warnings, kind -> text, of a model that may not be what its user meant.
+    """Return warnings, kind -> text, of implausible values in a model.
 
-    They compare sizes, materials and pressures with those of soft robots; walls, forces, fillings,
-    masses and times with the model's own scale; and look at contact, ties, fibres and air lines.
+    Sizes, materials and pressures are compared with those of soft robots; walls, forces, fillings,
+    masses and times with the model's own scale; contact, ties, fibres and air lines are checked.
     """
     return {
         **{f"size of {b.name}": text for b in model.bodies for text in size_doubts(b)},
@@ -111,7 +110,7 @@ def doubts(model: Model) -> dict[str, str]:
 
 
 def size_doubts(body: Body) -> Iterator[str]:
-    """Of a body that is tiny or huge."""
+    """Return a warning of a body that is very small or very large."""
     extent = np.ptp(body.points, axis=0)
     if not SIZES[0] <= extent.max() <= SIZES[1]:
         sides = " x ".join(f"{1e3 * side:.4g}" for side in extent)
@@ -122,7 +121,7 @@ def size_doubts(body: Body) -> Iterator[str]:
 
 
 def depth_doubts(body: Body) -> Iterator[str]:
-    """Of a plane section that is very thin or deep."""
+    """Return warnings of plane sections that are very thin or thick."""
     depths = {r.geometry.thickness for r in body.regions if isinstance(r.geometry, PlaneStrain)}
     for depth in sorted(depths):
         if not SIZES[0] <= depth <= SIZES[1]:
@@ -133,8 +132,10 @@ def depth_doubts(body: Body) -> Iterator[str]:
 
 
 def material_doubts(material: Material) -> dict[str, str]:
-    """Of a material that is softer than a gel or harder than plastic, too light or too heavy, or
-    that loses its stiffness where it will be strained.
+    """Return warnings of a material with an unusual stiffness or density, or an unstable law.
+
+    Unusual: softer than a gel or harder than plastic, too light or too heavy. Unstable: the law
+    loses its stiffness within the strains that it is used for.
     """
     found = {}
     modulus = material.law.initial_shear_modulus
@@ -166,7 +167,7 @@ def material_doubts(material: Material) -> dict[str, str]:
 
 
 def pressure_doubts(model: Model) -> dict[str, str]:
-    """Warn of pressures far above the softest material's stiffness, and of suction below vacuum."""
+    """Return warnings of pressures far above the softest shear modulus, or below vacuum."""
     softest = min(r.material.law.initial_shear_modulus for r in model.regions)
     found = {}
     for load in model.pressures:
@@ -189,9 +190,7 @@ def pressure_doubts(model: Model) -> dict[str, str]:
 
 
 def air_line_doubts(model: Model) -> dict[str, str]:
-    """Of air lines whose law of flow does not hold, that choke the pump, or whose valve cannot let
-    the air out as fast as the profile falls.
-    """
+    """Return warnings of air lines with turbulent flow, or too little flow for pump or profile."""
     return {
         f"{kind} of {load.name}": f"load '{load.name}': {text}"
         for load in model.pressures
@@ -201,7 +200,7 @@ def air_line_doubts(model: Model) -> dict[str, str]:
 
 
 def doubts_of_line(line: AirLine) -> Iterator[tuple[str, str]]:
-    """Kind and text of each."""
+    """Return the kind and text of each warning of an air line."""
     ml = 1e6 / line.ambient_density  # kg to ml of ambient air
     reynolds = line.tube.reynolds_number(line.pump_flow)
     if reynolds > LAMINAR:
@@ -233,9 +232,7 @@ def doubts_of_line(line: AirLine) -> Iterator[tuple[str, str]]:
 
 
 def extremes(course: Course) -> tuple[float, float, float]:
-    """The highest pressure [Pa] that a sensor is to show, the steepest fall [Pa/s] and where that
-    ends [Pa].
-    """
+    """Return the highest target pressure [Pa], the steepest fall [Pa/s] and its end [Pa]."""
     if isinstance(course, ControlledPressure):
         rules = course.settings
         return rules.highest, rules.deflation_rate, rules.lowest
@@ -248,7 +245,7 @@ def extremes(course: Course) -> tuple[float, float, float]:
 
 
 def pace_doubts(model: Model) -> dict[str, str]:
-    """Of motors and motions that are too fast for the step."""
+    """Return warnings of motors and motions that are too fast for the time step."""
     dt = first_time_increment(model)
     shortest = LEAST_INCREMENTS * dt
     found = {}
@@ -274,7 +271,7 @@ def pace_doubts(model: Model) -> dict[str, str]:
 
 
 def shortest_swing(profile: Profile) -> float:
-    """Shortest time [s] between two times at which a profile turns back; infinite without."""
+    """Return the shortest time [s] between two reversals of a profile; infinite without two."""
     moving = np.flatnonzero(np.diff(profile.values) != 0.0)
     rising = np.diff(profile.values)[moving] > 0.0
     turns = profile.times[moving[1:][np.diff(rising.astype(int)) != 0]]
@@ -282,7 +279,7 @@ def shortest_swing(profile: Profile) -> float:
 
 
 def length_doubts(model: Model) -> dict[str, str]:
-    """Of a run that nobody waits for."""
+    """Return a warning of a run with an impractical computing time."""
     dt = first_time_increment(model)
     increments = (model.end_time - model.start_time) / dt
     days = increments * model.element_count / FAST / 86400.0
@@ -296,7 +293,7 @@ def length_doubts(model: Model) -> dict[str, str]:
 
 
 def wall_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of walls that are so far from all bodies that none can meet them."""
+    """Return warnings of walls that are too far from all bodies for contact."""
     size = float(np.ptp(model.points, axis=0).max())
     touching = model.points[model.contact.nodes]
     return {
@@ -310,8 +307,9 @@ def wall_doubts(model: Model) -> dict[str, str]:
 
 
 def support_doubts(model: Model) -> dict[str, str]:
-    """Return a warning of bodies that fall by more than their size, as there is no wall, no held
-    node or rigid body, and no load that may carry them.
+    """Return a warning of bodies that fall freely by more than their size.
+
+    There is no wall, no held node or rigid body, and no load that may carry them.
     """
     gravity = float(np.linalg.norm(model.gravity))
     fall = 0.5 * gravity * (model.end_time - model.start_time) ** 2
@@ -335,7 +333,7 @@ def support_doubts(model: Model) -> dict[str, str]:
 
 
 def force_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of forces that no body of this size and stiffness bears."""
+    """Return warnings of forces that are too large for the size and stiffness of the model."""
     softest = min(r.material.law.initial_shear_modulus for r in model.regions)
     scale = softest * float(np.ptp(model.points, axis=0).max()) ** 2
     return {
@@ -348,9 +346,7 @@ def force_doubts(model: Model) -> dict[str, str]:
 
 
 def filling_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of chambers that are given far more than they hold, or whose line holds far
-    more than they do.
-    """
+    """Return warnings of chambers whose added content or line is far larger than the chamber."""
     found = {}
     for load in model.pressures:
         drive = load.drive
@@ -374,7 +370,7 @@ def filling_doubts(model: Model) -> dict[str, str]:
 
 
 def mass_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of rigid bodies that move and are far heavier than all that deforms."""
+    """Return warnings of moving rigid bodies that are far heavier than all deformable ones."""
     soft = sum(body.mass for body in model.bodies)
     return {
         f"mass of {body.name}": f"rigid body '{body.name}' has a mass of {body.mass:.3g} kg, "
@@ -387,7 +383,7 @@ def mass_doubts(model: Model) -> dict[str, str]:
 def time_doubts(model: Model) -> dict[str, str]:
     """Return warnings of times that do not fit the run's length, and of a run of a few increments.
 
-    A run in steps begins late: what counts is the time of a load since t = 0.
+    A run in steps begins late: times of loads count from t = 0.
     """
     duration, dt = model.end_time - model.start_time, first_time_increment(model)
     found = {
@@ -424,8 +420,9 @@ def output_doubts(model: Model, output: Output) -> dict[str, str]:
 
 
 def tie_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of ties that move nodes far, and of a coarse side tied to a finer one, whose
-    nodes in between have no partner.
+    """Return warnings of ties that move nodes far, and of coarse sides tied to finer ones.
+
+    Facet nodes between the tied nodes of a coarser side have no partner.
     """
     ties = model.ties
     if len(ties.nodes) < 2:
@@ -454,7 +451,7 @@ def tie_doubts(model: Model) -> dict[str, str]:
 
 
 def fibre_doubts(model: Model, fibre: Fibre) -> Iterator[str]:
-    """Of a fibre whose bars are much longer or shorter than the elements around them."""
+    """Return a warning of a fibre with bars much longer or shorter than the elements around it."""
     around = model.points[fibre.corners]
     size = float(np.ptp(around, axis=1).max(axis=1).mean())
     bar = float(fibre.lengths.mean())
@@ -467,9 +464,7 @@ def fibre_doubts(model: Model, fibre: Fibre) -> Iterator[str]:
 
 
 def meeting_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of bodies that start inside each other, or so near that they may meet, while
-    the scene asks for no contact between them.
-    """
+    """Return warnings of bodies without contact with each other that overlap or are close."""
     group = linked_groups(tied_pairs(model), len(model.bodies))
     found = {}
     for (i, a), (j, b) in combinations(enumerate(model.bodies), 2):
@@ -494,9 +489,7 @@ def meeting_doubts(model: Model) -> dict[str, str]:
 
 
 def surface_doubts(model: Model) -> dict[str, str]:
-    """Return warnings of rigid bodies with a mesh surface so near a body that they may meet it,
-    while the scene asks for no contact between them.
-    """
+    """Return warnings of rigid mesh surfaces that are close to a body without contact with it."""
     found = {}
     for rigid, body in product(model.rigid_bodies, model.bodies):
         nodes = np.unique(rigid.facets)
@@ -515,7 +508,7 @@ def surface_doubts(model: Model) -> dict[str, str]:
 
 
 def are_in_contact(model: Model, one: slice | np.ndarray, other: slice | np.ndarray) -> bool:
-    """Return True if some of the nodes of both are in surfaces that may touch each other."""
+    """Return True if nodes of both sets are in surfaces that may touch each other."""
     data = model.self_contact
     if data is None:
         return False
@@ -526,22 +519,21 @@ def are_in_contact(model: Model, one: slice | np.ndarray, other: slice | np.ndar
 
 
 def box_distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Return the distance [m] between the boxes around places a (n, d) and b (m, d), 0 where these
-    overlap.
+    """Return the distance [m] between the bounding boxes of points a (n, d) and b (m, d) [m].
+
+    It is 0 if the boxes overlap.
     """
     apart = np.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0))
     return float(np.linalg.norm(np.maximum(apart, 0.0)))
 
 
 def overlap(a: Body, b: Body) -> float:
-    """Return the depth [m] of the node of either body that is deepest inside the other, 0 where
-    none is.
-    """
+    """Return the depth [m] of the node of either body that is deepest inside the other, or 0."""
     return max(depth_in(a, b), depth_in(b, a))
 
 
 def depth_in(body: Body, other: Body) -> float:
-    """Return how deep [m] the nodes of a body lie inside the other at most, 0 where none does."""
+    """Return the largest depth [m] of the nodes of a body inside the other, or 0."""
     low, high = other.points.min(axis=0), other.points.max(axis=0)
     places = body.points[((body.points >= low) & (body.points <= high)).all(axis=1)]
     if not len(places):

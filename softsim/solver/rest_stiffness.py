@@ -1,10 +1,9 @@
-"""The stiffness of a region at rest: the derivative of the very forces that an increment computes.
+"""Stiffness matrix of a region at rest, from differences of the forces of an increment.
 
-K = -df/dx by central differences, f the forces of the elements with nothing beside them. Two nodes
-are coupled that move elements with a common pressure (elements/pressure_points.py). Nodes on no two
-of which the force on a third depends are moved at once: they have one colour (Curtis, Powell, Reid
-1974, J. Inst. Math. Appl. 13:117-119), so that the number of differences does not grow with the
-mesh.
+K = -df/dx by central differences, where f are the forces of the elements alone. Two nodes are
+coupled if they move elements with a common pressure (elements/pressure_points.py). Nodes are moved
+at once, as nodes of one colour, if no force depends on two of them (Curtis, Powell, Reid 1974,
+J. Inst. Math. Appl. 13:117-119), so that the number of differences does not grow with the mesh.
 """
 
 from dataclasses import dataclass, replace
@@ -22,21 +21,25 @@ from softsim.model import Body, Model
 from softsim.solver.explicit import ExplicitSolver
 
 STEP = 1e-5
-"""How far a node is moved, of its shortest edge: beyond it strains' squares count, below rounding.
+"""Displacement of a node over its shortest edge.
+
+Larger ones make squares of the strains count, smaller ones round-off.
 """
 
 ALLOWED_ERROR = 1e-5
-"""Of a stiffness, see RestStiffness."""
+"""Largest allowed error of a stiffness matrix, see RestStiffness."""
 
 MOST_ENTRIES = 20_000_000
-"""Of a matrix: with those of a body in space its factors take some 4 GB."""
+"""Largest number of matrix entries: for a body in space the factors then take some 4 GB."""
 
 
 @dataclass(frozen=True, eq=False)
 class RestStiffness:
-    """matrix: K (n d, n d) [N/m] of a body's nodes, symmetric, zero where a component is not free.
-    error: what was not symmetric of it, or what it misses of the forces of an arbitrary
-    displacement, whichever is more, over the norm [-].
+    """Stiffness matrix of a region at rest.
+
+    matrix: K (n d, n d) [N/m] of a body's nodes, symmetric, zero where a component is not free.
+    error: relative norm of its antisymmetric part, or relative error of its forces under an
+    arbitrary displacement, whichever is larger [-].
     """
 
     matrix: sp.csr_matrix
@@ -44,9 +47,9 @@ class RestStiffness:
 
 
 def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
-    """The stiffness of a region of a body, of the law alone: Maxwell branches have relaxed.
+    """Return the stiffness of a region of a body with relaxed Maxwell branches.
 
-    Raises ModesError where the matrix would have too many entries, or its error is too large.
+    Raises ModesError if the matrix would have too many entries, or its error is too large.
     """
     is_free = model.is_free[body.nodes]
     ties = model.ties.within(body.nodes)
@@ -74,7 +77,7 @@ def rest_stiffness(model: Model, body: Body, region: Region) -> RestStiffness:
 
 
 def refuse_too_large(body: Body, entries: int) -> None:
-    """Raise ModesError where a body's matrix would have too many entries."""
+    """Raise ModesError if the matrix of a body would have too many entries."""
     if entries > MOST_ENTRIES:
         raise ModesError(
             f"body '{body.name}' is too large for natural frequencies: its stiffness matrix would "
@@ -84,9 +87,7 @@ def refuse_too_large(body: Body, entries: int) -> None:
 
 
 class ElasticForces:
-    """Forces on a body's nodes by one of its regions, whose branches have relaxed, and by nothing
-    else.
-    """
+    """Forces on a body's nodes by one of its regions alone, with relaxed branches."""
 
     def __init__(self, model: Model, body: Body, region: Region) -> None:
         relaxed = replace(region, material=replace(region.material, branches=()))
@@ -98,7 +99,7 @@ class ElasticForces:
         self.solver, self.nodes, self.rest = ExplicitSolver([alone]), body.nodes, model.points
 
     def at(self, displacement: np.ndarray) -> np.ndarray:
-        """Forces (n, d) [N] where the body's nodes are displaced by (n, d) [m]."""
+        """Return the forces (n, d) [N] on the body's nodes displaced by (n, d) [m]."""
         x, nodes = self.rest.copy(), self.solver.terms.nodes
         x[self.nodes] += displacement
         fields.write(nodes.position, x[None])
@@ -106,13 +107,14 @@ class ElasticForces:
         return fields.read(nodes.force)[0, self.nodes]
 
     def resisting(self, displacement: np.ndarray) -> np.ndarray:
-        """K u (n, d) [N] of a small displacement u (n, d) [m], by a central difference."""
+        """Return K u (n, d) [N] for a small displacement u (n, d) [m], by a central difference."""
         return 0.5 * (self.at(-displacement) - self.at(displacement))
 
 
 def coupled_pairs(region: Region, ties: Ties, moving: np.ndarray) -> sp.coo_matrix:
-    """Pairs of a body's nodes, of those that are `moving` (n,), that may act on each other, by
-    elements or by nodes of these that are tied to them.
+    """Return the pairs of moving nodes of a body that elements or ties may couple.
+
+    moving (n,): True for nodes with a free component.
     """
     hoop, cells = region.geometry.hoop, region.cells
     movers = cells if hoop is None else hoop.stencil(cells)
@@ -125,7 +127,7 @@ def coupled_pairs(region: Region, ties: Ties, moving: np.ndarray) -> sp.coo_matr
 
 
 def incidence(members: np.ndarray, count: int) -> sp.csr_matrix:
-    """Of each element (m, count): more than 0 at its members (m, k)."""
+    """Return a matrix (m, count) that is positive at the members (m, k) of each element."""
     starts = np.arange(0, members.size + 1, members.shape[1])
     matrix = sp.csr_matrix((np.ones(members.size), members.ravel(), starts), (len(members), count))
     matrix.sum_duplicates()
@@ -133,9 +135,9 @@ def incidence(members: np.ndarray, count: int) -> sp.csr_matrix:
 
 
 def colours(pairs: sp.coo_matrix) -> np.ndarray:
-    """Colour (n,) of each node, from 0 on: two that act on the same node have different ones.
+    """Return the colour (n,) of each node from 0, different for nodes that act on the same node.
 
-    Greedy, in the order of the nodes; -1 of nodes without a pair.
+    The colouring is greedy, in the order of the nodes; nodes without a pair have -1.
     """
     pattern = pairs.tocsr()
     conflicts = (pattern @ pattern).tocsr()
@@ -149,7 +151,7 @@ def colours(pairs: sp.coo_matrix) -> np.ndarray:
 
 
 def differences(forces: ElasticForces, pairs: sp.coo_matrix, step: np.ndarray) -> sp.csr_matrix:
-    """K (n d, n d) [N/m], column by column; step (n,): how far each node is moved [m]."""
+    """Return K (n d, n d) [N/m], column by column; step (n,): displacement of each node [m]."""
     n, d = len(step), forces.rest.shape[1]
     colour = colours(pairs)
     order = np.argsort(colour[pairs.col], kind="stable")
@@ -172,8 +174,9 @@ def differences(forces: ElasticForces, pairs: sp.coo_matrix, step: np.ndarray) -
 
 
 def shortest_edges(region: Region) -> np.ndarray:
-    """Shortest distance (n,) [m] of each node from the others of its elements; of all beside them,
-    which ties may move.
+    """Return the shortest distance (n,) [m] of each node from the others of its elements.
+
+    Nodes outside the region, which ties may move, get the smallest of all.
     """
     corners = region.points[region.cells]
     apart = np.linalg.norm(corners[:, :, None] - corners[:, None], axis=3)

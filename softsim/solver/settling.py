@@ -1,7 +1,7 @@
-"""Dynamic relaxation by local damping (Nodes.shift_damped): its end, and bodies at rest at t = 0.
+"""Dynamic relaxation by local damping (Nodes.shift_damped) before t = 0, and its end.
 
 Before t = 0 weight, contact and friction act. Loads are off, as at all times before zero, and
-Maxwell branches have relaxed, as those of a body that has lain there for long.
+Maxwell branches have relaxed, as in a body that has been at rest for long.
 """
 
 from collections.abc import Sequence
@@ -26,13 +26,13 @@ def settle(
     time_increments: np.ndarray,
     asked_to_stop: Sequence[int] = (),
 ) -> tuple[dict[int, float], dict[int, StabilityError]]:
-    """Let the scenarios whose models ask for it come to rest, before the solver begins.
+    """Relax the scenarios whose models have settling, before the solver begins.
 
-    time_increments: stable without local damping, (scenarios,) [s]. asked_to_stop: signals that
-    have arrived.
+    time_increments: stable steps without local damping, (scenarios,) [s]. asked_to_stop: signals
+    received so far.
 
-    Returns the times [s] that relaxation took, and the errors of those that found no equilibrium,
-    by scenario. Raises Interrupted.
+    Returns the times [s] that relaxation took, and the errors of scenarios without equilibrium, by
+    scenario. Raises Interrupted.
     """
     limits = {s: m.settling.longest for s, m in enumerate(solver.models) if m.settling is not None}
     took: dict[int, float] = {}
@@ -68,7 +68,7 @@ def settle(
 
 
 def interrupted_before_start(asked_to_stop: Sequence[int]) -> Interrupted:
-    """Return the error of a run that was asked to stop before t = 0, by these signals."""
+    """Return the error of a run that received these signals before t = 0."""
     return Interrupted(
         f"stopped by {Signals(asked_to_stop[0]).name} before t = 0",
         hint="there is no checkpoint yet: start the run again",
@@ -76,9 +76,9 @@ def interrupted_before_start(asked_to_stop: Sequence[int]) -> Interrupted:
 
 
 def is_settled(scenario: Scenario, reader: EnergyReader) -> bool:
-    """True if forces balance and nothing moves; the reader was just updated.
+    """Return True if forces balance and nothing moves; the reader must be up to date.
 
-    Raises StabilityError where an element is broken, or where the time is up before that.
+    Raises StabilityError if an element is broken, or if there is no equilibrium at t = 0.
     """
     model, settling = scenario.model, scenario.model.settling
     assert settling is not None
@@ -94,11 +94,11 @@ def is_settled(scenario: Scenario, reader: EnergyReader) -> bool:
 
 
 def unbalanced_share(scenario: Scenario) -> float:
-    """Unbalanced force over inner forces, both root sums of squares [-].
+    """Return the unbalanced force over the internal forces, both root sums of squares [-].
 
-    Unbalanced: what accelerates free components of nodes and rigid bodies, a torque T as the force
-    sqrt(m T I^-1 T) that it is at the radius of gyration. Inner: every corner force of elements,
-    pressure, loads and contact. Zero where there is no force at all.
+    Unbalanced: the net force on free components of nodes and rigid bodies, with a torque T as the
+    force sqrt(m T I^-1 T), its equivalent at the radius of gyration. Internal: every single nodal
+    force of elements, pressure, loads and contact. Zero if there is no force at all.
     """
     terms, model, read = scenario.terms, scenario.model, scenario.read
     net = read(terms.nodes.force) + model.mass[:, None] * read(terms.nodes.gravity)
@@ -117,9 +117,9 @@ def unbalanced_share(scenario: Scenario) -> float:
 
 
 def moves(energies: Energies, relaxation: Relaxation) -> bool:
-    """True if a body on its way through equilibrium, where forces balance, still moves.
+    """Return True if the kinetic energy is too large for equilibrium.
 
-    Kinetic energy goes with the square of the distance from equilibrium. At a turning point it is
-    forces that do not balance.
+    A body that moves through equilibrium has balanced forces there but still moves. Kinetic energy
+    is compared with the square of the tolerance. At a turning point the forces do not balance.
     """
     return energies.kinetic > relaxation.tolerance**2 * energies.reference_energy

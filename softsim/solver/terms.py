@@ -1,7 +1,7 @@
-"""From the frozen model to Taichi: its terms, and the stages of passes that make one increment.
+"""Taichi terms of a model, and the stages of passes that make one increment.
 
-An increment is the stages read from top to bottom: drift, forces, kick. Stage says in which order
-forces come about (softsim/term.py).
+An increment consists of the stages drift, forces and kick in this order. Stage gives the order in
+which forces are computed (softsim/term.py).
 """
 
 from collections.abc import Sequence
@@ -35,14 +35,14 @@ from softsim.solver.chatter import return_time
 from softsim.term import Pass, Stage, Term
 
 Passes = list[Pass]
-"""Of one stage: they do not need each other's results, and may run side by side."""
+"""Passes of one stage, which do not need each other's results and may run in parallel."""
 
 WallContact = SurfaceContact | CornerContact
-"""Of nodes with a wall, or of its corners with facets."""
+"""Contact of nodes with a wall, or of the corners of a wall with facets."""
 
 
 class Terms:
-    """All Taichi objects of a model, `models` being its scenarios (one mesh, other parameters)."""
+    """All Taichi objects of a model; `models`: its scenarios (one mesh, different parameters)."""
 
     def __init__(self, models: list[Model]) -> None:
         model, scenarios = models[0], len(models)
@@ -130,7 +130,7 @@ class Terms:
         )  # fmt: skip
 
     def _cable_contacts(self, models: list[Model]) -> list[SurfaceContact]:
-        """Of each cable with each wall."""
+        """Return the contact of each cable with each wall."""
         result = []
         for alike in zip(*(m.cables for m in models), strict=True):  # a cable of each scenario
             friction = [data.contact.friction_coefficient for data in alike]
@@ -186,26 +186,26 @@ class Terms:
 
     @property
     def listing(self) -> list[SelfContact]:
-        """Contact that looks for what is near in lists."""
+        """Contact that uses neighbour lists."""
         return [*self.corner_contacts, *self.self_contacts]
 
     @property
     def inner(self) -> list[Term]:
-        """Elements, cables, layers, fibres and loads: what they store is internal energy."""
+        """Terms whose stored energy is internal: elements, cables, layers, fibres and loads."""
         return [*self.elements, *self.cables, *self.layers, *self.fibres, *self.loads]
 
     @property
     def touching(self) -> list[Term]:
-        """Contact of all kinds: what it stores is contact energy."""
+        """Contact of all kinds, whose stored energy is contact energy."""
         return [*self.contacts, *self.self_contacts]
 
     @property
     def everything(self) -> list[Term]:
-        """Whatever exerts force, or hands it over."""
+        """All terms that exert or transfer forces."""
         return [*self.inner, *self.touching, *self.ties]
 
     def drift_stages(self) -> list[Passes]:
-        """Everything moves by dt times its half-step velocity."""
+        """Return the stages that move everything by dt times its half-step velocity."""
         bodies = self.rigid_bodies
         return filled(
             self._of_terms(Stage.STEER),
@@ -217,8 +217,9 @@ class Terms:
         )
 
     def force_stages(self) -> list[Passes]:
-        """Every force at the new positions, each into slots of its own; loads on rigid bodies add
-        to each other, one after another.
+        """Return the stages that compute every force at the new positions.
+
+        Each force has slots of its own; loads on rigid bodies are added one after another.
         """
         stages = {stage: self._of_terms(stage) for stage in Stage if stage is not Stage.STEER}
         pulls = tuple(pull for load in self.loads for pull in load.pulls())
@@ -227,7 +228,7 @@ class Terms:
         return filled(*stages.values())
 
     def kick_stages(self) -> list[Passes]:
-        """New half-step velocities from the summed forces."""
+        """Return the stages that compute new half-step velocities from the summed forces."""
         bodies = self.rigid_bodies
         return filled(
             *([Pass("integration", count, (kick,))] for count, kick in self.nodes.kicks()),
@@ -236,7 +237,7 @@ class Terms:
         )
 
     def shift_stages(self) -> list[Passes]:
-        """Move half-step velocities by dt with the last forces: when the step changes."""
+        """Return the stages that advance velocities by dt with the last forces."""
         return filled(
             [
                 Pass("integration", int(self.nodes.count), (self.nodes.shift,)),
@@ -248,7 +249,7 @@ class Terms:
         return [p for term in self.everything for p in term.passes().get(stage, [])]
 
     def state_fields(self) -> dict[str, ti.Field]:
-        """Every field that a checkpoint keeps, by a path-like name."""
+        """Return all fields that a checkpoint stores, by a path-like name."""
         owners: dict[str, Any] = {"nodes": self.nodes, "rigid_bodies": self.rigid_bodies}
         for name in ("elements", "cables", "fibres", "loads", "contacts", "self_contacts"):
             owners |= {f"{name}/{k}": term for k, term in enumerate(getattr(self, name))}
@@ -260,6 +261,6 @@ class Terms:
 
 
 def filled(*stages: Passes) -> list[Passes]:
-    """The stages without empty passes, and without those that have no other."""
+    """Return the stages without empty passes, and without stages that have only empty ones."""
     kept = [[p for p in stage if p.count] for stage in stages]
     return [stage for stage in kept if stage]

@@ -1,8 +1,8 @@
-"""The number of threads that take the next increments: all, unless one alone was faster lately.
+"""Number of threads for the next increments: all, unless a single one was faster recently.
 
-Threads wait for each other by looking again and again, many times an increment. That is quick while
-each has a core of its own; when another program takes one, the others wait for it to be scheduled,
-and together they can be many times slower than one alone. So both are timed, in turns.
+Threads wait for each other by polling, many times per increment. That is quick while each has a
+core of its own; if another program takes one, the others wait for that thread to be scheduled, and
+all together can be many times slower than one alone. Therefore both are timed, in turns.
 """
 
 # Turns in a row together, or alone after that was faster: a look at the other way may be slow.
@@ -16,7 +16,7 @@ MUCH_SLOWER = 2.0
 
 
 class ThreadCount:
-    """Chooses between one and `size` threads. workers: how many take the next call."""
+    """Choice between one and `size` threads. workers: number of threads for the next call."""
 
     def __init__(self, size: int) -> None:
         self.size = size
@@ -27,7 +27,7 @@ class ThreadCount:
         self._increment_count, self._seconds = 0, 0.0  # of this turn
 
     def note(self, increment_count: int, seconds: float) -> None:
-        """Take the wall time [s] that the last call took for its increments."""
+        """Record the wall time [s] of the last call and its number of increments."""
         if self.size == 1:
             return
         self._increment_count += increment_count
@@ -37,7 +37,7 @@ class ThreadCount:
             self._increment_count, self._seconds = 0, 0.0
 
     def _end_turn(self, pace: float) -> None:
-        """Choose the number of threads of the next turn after one at `pace` [s an increment]."""
+        """Choose the number of threads of the next turn after one at `pace` [s/increment]."""
         self._turns_left -= 1
         if self.workers == 1:
             self._alone = pace

@@ -1,4 +1,4 @@
-"""What walls did to the nodes of a scenario since its impulses were cleared."""
+"""Impulses of the walls on the nodes of a scenario since they were last cleared."""
 
 from dataclasses import dataclass
 
@@ -9,11 +9,11 @@ from softsim.solver.explicit import Scenario
 
 @dataclass(frozen=True)
 class WallContact:
-    """Of all walls together.
+    """Contact with all walls together.
 
-    contact_count: nodes, and corners of walls, that touch now. normal_impulses: of each node (n,)
-    [N s]. slipping_impulse: the part of their sum that nodes carried while they slipped [N s].
-    impulse: the vector (d,) [N s].
+    contact_count: nodes, and corners of walls, in contact now. normal_impulses: of each node (n,)
+    [N s]. slipping_impulse: the part of their sum that acted while nodes slipped [N s].
+    impulse: the total impulse vector (d,) [N s].
     """
 
     contact_count: int
@@ -23,17 +23,17 @@ class WallContact:
 
     @property
     def normal_impulse(self) -> float:
-        """Of all nodes [N s]."""
+        """Sum of the normal impulses of all nodes [N s]."""
         return float(self.normal_impulses.sum())
 
     @property
     def slip_share(self) -> float:
-        """Share of the normal impulse that was carried in slip [-]; 0 without contact."""
+        """Fraction of the normal impulse that acted during slip [-]; 0 without contact."""
         return self.slipping_impulse / self.normal_impulse if self.normal_impulse > 0.0 else 0.0
 
 
 def wall_contact(scenario: Scenario) -> WallContact:
-    """What the walls of a scenario did to its nodes."""
+    """Return the contact of a scenario's nodes with its walls."""
     model, read = scenario.model, scenario.read
     normal_impulses = np.zeros(len(model.points))
     count, slipping, impulse = 0, 0.0, np.zeros(model.dimension)
